@@ -16,7 +16,7 @@ pub use authorship::{Authorship, Writer, Writing};
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use facts::{Facts, Tally, Verdicts, country_of};
-pub use generated::{Heard, How};
+pub use generated::{GenerationProgress, How};
 pub use picture::{PictureJob, PictureKind};
 pub use planned::Planned;
 pub use source::Source;

@@ -1,9 +1,10 @@
 //! Messages that `update` receives and effects that it returns, both plain data.
 
-pub mod making;
-pub mod planning;
+mod job;
 pub mod runs;
 pub mod session;
+
+pub use job::{BatchProgress, JobEvent, JobId, JobRequest, Update};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,9 +13,9 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::{Key, Keymap};
-use super::loaded::{Facts, Measured, Opened, PictureJob, Source};
+use super::loaded::{DriveFiles, DriveKey, Facts, Made, Measured, Opened, PictureJob, Source};
 use super::theme::Named;
-use crate::evaluation::{Answer, Event, Question};
+use crate::evaluation::Answer;
 use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::llm::Discovered;
 use crate::metrics::{Measure, Series, Thresholds};
@@ -63,22 +64,18 @@ pub enum Msg {
     Judged(Arc<Scene>, Task, Vec<WindowTruth>),
     /// The user's thresholds were read, or why they cannot be used.
     Thresholds(Result<Arc<Thresholds>, String>),
-    /// A piece of an answer.
-    Asked(AskId, Event),
-    /// An answer is complete, or the store refused.
-    Answered(AskId, Result<Box<Answer>, String>),
     /// Earlier answers on the same thing.
     Stored(StoredOf, Vec<Answer>),
     /// Of the history of runs.
-    History(runs::HistoryNews),
+    History(runs::HistoryEvent),
     /// Of the screen of results.
-    Results(runs::ResultsNews),
-    /// Of a batch of questions.
-    Batch(runs::BatchNews),
-    /// Of planning the ego.
-    Plan(planning::PlanNews),
-    /// Of making a scenario dangerous.
-    Make(making::MakeNews),
+    Results(runs::ResultsEvent),
+    /// Of a job.
+    Job(JobId, JobEvent),
+    /// A planned ego was written: the files, or why not.
+    DriveSaved(DriveKey, Result<String, String>),
+    /// A variant was written: the files, or why not.
+    VariantSaved(Arc<Made>, Result<String, String>),
     /// A rating of the answers of a round of the comparison was kept, under this number, or why not.
     Rated(u64, Result<i64, String>),
     /// Every rating, or why they cannot be read.
@@ -142,10 +139,6 @@ pub struct MeasureId(pub u64);
 /// Numbers the requests for what is plotted; what an old one gives is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct SeriesId(pub u64);
-
-/// Numbers the questions asked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct AskId(pub u64);
 
 /// The first and last step of a window, and what the built-in judge says about it.
 pub type WindowTruth = ((i64, i64), Verdict);
@@ -223,33 +216,22 @@ pub enum Effect {
     RememberLater,
     /// Keep what the workbench looks like for the next start.
     Remember(Box<session::Session>),
-    /// Ask a model; anew, even where the store has its answer, if `fresh`.
-    Ask {
-        /// The question's number.
-        id: AskId,
-        /// What is asked.
-        question: Box<Question>,
-        /// Who is asked, `provider/model`.
-        model: String,
-        /// Whether it is asked in any case.
-        fresh: bool,
-    },
     /// Something for the history of runs.
-    History(runs::HistoryAsk),
+    History(runs::HistoryCommand),
     /// Something for the screen of results.
-    Results(runs::ResultsAsk),
-    /// Something for a batch of questions.
-    Batch(runs::BatchAsk),
-    /// Something for planning the ego.
-    Plan(planning::PlanAsk),
-    /// Something for making a scenario dangerous.
-    Make(making::MakeAsk),
+    Results(runs::ResultsCommand),
+    /// Start a job.
+    Start(JobId, JobRequest),
+    /// Cancel a job. A batch begins nothing more; cancelled once more, it ends what it began.
+    Cancel(JobId),
+    /// Write a planned ego.
+    SaveDrive(Box<DriveFiles>),
+    /// Write a variant into a folder; the current one if none is named.
+    SaveVariant(Arc<Made>, Option<PathBuf>),
     /// Stop working out facts of scenarios.
     StopSurvey,
     /// Stop working out a measure of scenarios.
     StopRanking,
-    /// Cancel a question.
-    Abort(AskId),
     /// Write a template of the user's.
     SaveTemplate(String, String),
     /// Take a template of the user's out of use, with the draft that was not saved.

@@ -68,7 +68,7 @@ pub use values::Values;
 use super::action::Scope;
 use super::clock::Clock;
 use super::loaded::{Opened, Source};
-use super::message::{AskId, OpenId};
+use super::message::{JobId, OpenId};
 use super::screens::Screens;
 use super::theme::Theme;
 use crate::evaluation::{Decided, Settings};
@@ -325,7 +325,7 @@ impl Model {
     }
 
     /// The question with this number, if it is still shown.
-    pub fn column_mut(&mut self, ask: AskId) -> Option<&mut Column> {
+    pub fn column_mut(&mut self, ask: JobId) -> Option<&mut Column> {
         self.answers.columns.iter_mut().find(|c| c.ask == Some(ask))
     }
 }

@@ -8,9 +8,8 @@ use ratatui::backend::TestBackend;
 
 use super::keymap::Key;
 use super::loaded::{Opened, plotted};
-use super::message::planning::{PlanAsk, PlanNews};
-use super::message::runs::ResultsAsk;
-use super::message::{AskId, Effect, Msg};
+use super::message::runs::ResultsCommand;
+use super::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::model::Model;
 use super::tasks::history::Judging;
 use super::theme::Theme;
@@ -29,7 +28,7 @@ use crate::workflow::{OpenRequest, PlanRequest};
 pub struct Stage {
     model: Model,
     terminal: Terminal<TestBackend>,
-    asked: Vec<AskId>,
+    asked: Vec<JobId>,
 }
 
 impl Stage {
@@ -98,7 +97,7 @@ impl Stage {
         for name in keys.split_whitespace() {
             let key = Key::parse(name).unwrap_or_else(|| panic!("no key `{name}`"));
             for effect in self.send(Msg::Key(key)) {
-                if let Effect::Ask { id, .. } = effect {
+                if let Effect::Start(id, JobRequest::Question { .. }) = effect {
                     self.asked.push(id);
                 }
             }
@@ -115,7 +114,10 @@ impl Stage {
     /// A piece of an answer arrives.
     pub fn arrive(&mut self, answer: usize, piece: &str) {
         let event = Event::Chunk(Chunk::Text(piece.into()));
-        self.send(Msg::Asked(self.asked[answer], event));
+        self.send(Msg::Job(
+            self.asked[answer],
+            JobEvent::Question(Update::Progress(event)),
+        ));
     }
 
     /// An answer has ended, and this was all of it.
@@ -138,7 +140,10 @@ impl Stage {
             price_source: None,
             finish: Some("stop".into()),
         };
-        self.send(Msg::Answered(self.asked[answer], Ok(Box::new(whole))));
+        self.send(Msg::Job(
+            self.asked[answer],
+            JobEvent::Question(Update::Ended(Ok(Box::new(whole)))),
+        ));
     }
 
     /// How many claims of the shown answer were held against the geometry.
@@ -156,7 +161,7 @@ impl Stage {
         let key = Key::parse("shift-w").unwrap_or_else(|| panic!("shift-w is a key"));
         let asks = self.send(Msg::Key(key)).into_iter();
         let begin = asks.filter_map(|effect| match effect {
-            Effect::Plan(PlanAsk::Begin(id, entry, change, _)) => Some((id, entry, change)),
+            Effect::Start(id, JobRequest::Plan(entry, change, _)) => Some((id, entry, change)),
             _ => None,
         });
         let (id, entry, change) = begin.last().ok_or("there is nothing to plan")?;
@@ -173,7 +178,10 @@ impl Stage {
         let (thresholds, cancel) = (&self.model.thresholds, Cancel::default());
         let opened = Opened::planned(&request, thresholds, &cancel, &mut |_, _| {})?;
         let opened = opened.ok_or("planning was stopped")?;
-        self.send(Msg::Plan(PlanNews::Ended(id, Ok(Box::new(opened)))));
+        self.send(Msg::Job(
+            id,
+            JobEvent::Plan(Update::Ended(Ok(Box::new(opened)))),
+        ));
         Ok(())
     }
 
@@ -200,7 +208,7 @@ impl Stage {
         };
         let mut asks = self.send(Msg::Key(key)).into_iter();
         let ask = asks.find_map(|effect| match effect {
-            Effect::Results(ask @ ResultsAsk::Read(..)) => Some(ask),
+            Effect::Results(ask @ ResultsCommand::Read(..)) => Some(ask),
             _ => None,
         });
         let ask = ask.unwrap_or_else(|| panic!("the screen of results is open already"));

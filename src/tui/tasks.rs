@@ -3,9 +3,10 @@
 mod batch;
 pub mod drives;
 pub mod history;
+mod job;
 pub mod making;
 pub mod pictures;
-pub mod planning;
+mod planning;
 mod queue;
 pub mod results;
 mod scenarios;
@@ -13,23 +14,23 @@ mod scenes;
 pub mod session_file;
 mod templates;
 
-use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::sync::mpsc::UnboundedSender;
-use tokio::task::AbortHandle;
 
+use self::job::{Canceller, RunningJobs};
 use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
-use super::message::{AskId, Effect, Msg, Outside, StoredOf};
-use crate::evaluation::{Answer, Judge, Question, RunOptions};
+use super::message::{Effect, JobEvent, JobId, Msg, Outside, StoredOf, Update};
+use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::EgoSelection;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::{Config, Folders, TextFile};
+use crate::simulation::Settings;
 use crate::store::{Origin, Store};
 use crate::system;
 use crate::workflow::{AskRequest, Models, ask};
@@ -51,11 +52,10 @@ pub struct Tasks {
     store: Option<Arc<Store>>,
     /// The ego of a scenario where no obstacle is taken in its place.
     ego: EgoSelection,
-    asking: HashMap<AskId, AbortHandle>,
+    jobs: RunningJobs,
     pictures: pictures::Drawing,
-    driving: planning::Driving,
-    /// Cancelled, and not yet written down.
-    ending: Vec<AbortHandle>,
+    /// How the configuration wants the ego to be planned.
+    planning: Settings,
     /// Reads for the history, while that is open.
     history: Option<history::Reader>,
     /// Tells the reading of results that is under way to end.
@@ -107,10 +107,9 @@ impl Tasks {
             thresholds,
             store,
             ego,
-            asking: HashMap::new(),
+            jobs: RunningJobs::default(),
             pictures: pictures::Drawing::default(),
-            driving: planning::Driving::new(config),
-            ending: Vec::new(),
+            planning: config.planning(default_planning()),
             history: None,
             results: Arc::default(),
             batches: batch::Batches::default(),
@@ -165,26 +164,19 @@ impl Tasks {
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::RememberLater => self.remember_later(),
             Effect::Remember(session) => self.remember(&session),
-            Effect::Ask {
-                id,
-                question,
-                model,
-                fresh,
-            } => self.ask(id, question, &model, fresh),
             Effect::History(ask) => self.history(ask),
             Effect::Results(ask) => self.results(ask),
-            Effect::Batch(ask) => self.batch(ask),
-            Effect::Plan(ask) => self.plan(ask),
-            Effect::Make(ask) => self.make(ask),
+            Effect::Start(id, request) => self.start(id, request),
+            Effect::Cancel(id) => self.jobs.cancel(id),
+            Effect::SaveDrive(files) => {
+                self.background(move || Msg::DriveSaved(files.key, drives::write(&files)));
+            }
+            Effect::SaveVariant(made, folder) => self.background(move || {
+                let written = making::write(&made, folder.as_deref());
+                Msg::VariantSaved(made, written)
+            }),
             Effect::StopSurvey => self.survey.stop(),
             Effect::StopRanking => self.ranking.stop(),
-            Effect::Abort(id) => {
-                // Dropping the task closes the connection and writes the run down as cancelled.
-                if let Some(handle) = self.asking.remove(&id) {
-                    handle.abort();
-                    self.ending.push(handle);
-                }
-            }
             Effect::SaveTemplate(file, text) => {
                 let path = self.folders.prompts().join(&file);
                 self.change_template(file, move || {
@@ -292,15 +284,10 @@ impl Tasks {
 
     /// Cancels what is on its way and waits until that is written down.
     pub async fn finish(&mut self) {
-        self.ending.extend(self.batches.cancel());
+        self.jobs.cancel_all();
         self.pictures.stop();
-        self.driving.stop();
-        for (_, handle) in self.asking.drain() {
-            handle.abort();
-            self.ending.push(handle);
-        }
         for _ in 0..PATIENCE {
-            if self.ending.iter().all(AbortHandle::is_finished) && self.pictures.ended() {
+            if self.jobs.is_settled() && self.pictures.ended() {
                 return;
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
@@ -318,15 +305,17 @@ impl Tasks {
         self.models.judge(model).map_err(|error| error.to_string())
     }
 
-    fn ask(&mut self, id: AskId, question: Box<Question>, model: &str, fresh: bool) {
+    fn ask(&mut self, id: JobId, question: Box<Question>, model: &str, fresh: bool) {
+        let sender = self.sender.clone();
+        let tell = move |update| drop(sender.send(Msg::Job(id, JobEvent::Question(update))));
         let judge = match self.judge(model) {
             Ok(judge) => judge,
             Err(error) => {
-                let _ = self.sender.send(Msg::Answered(id, Err(error)));
+                tell(Update::Ended(Err(error)));
                 return;
             }
         };
-        let (sender, store) = (self.sender.clone(), self.store.clone());
+        let store = self.store.clone();
         let task = tokio::spawn(async move {
             let request = AskRequest {
                 question: &question,
@@ -337,15 +326,13 @@ impl Tasks {
                     ..RunOptions::default()
                 },
             };
-            let outcome = ask(request, |event| {
-                let _ = sender.send(Msg::Asked(id, event));
-            });
+            let outcome = ask(request, |event| tell(Update::Progress(event)));
             let outcome = outcome.await.map(|outcome| Box::new(outcome.answer));
             let outcome = outcome.map_err(|error| error.to_string());
-            let _ = sender.send(Msg::Answered(id, outcome));
+            tell(Update::Ended(outcome));
         });
-        self.asking.retain(|_, handle| !handle.is_finished());
-        self.asking.insert(id, task.abort_handle());
+        // Aborting the task closes the connection and writes the run down as cancelled.
+        self.jobs.insert(id, Canceller::Abort, task.abort_handle());
     }
 
     fn change_template(

@@ -30,7 +30,7 @@ pub struct How<'a> {
 
 /// Events of a generation.
 #[derive(Debug)]
-pub enum Heard {
+pub enum GenerationProgress {
     /// What is being done.
     Working(Working),
     /// Progress of the authoring model.
@@ -50,7 +50,7 @@ impl Opened {
         thresholds: &Thresholds,
         how: &How<'_>,
         cancel: &Cancel,
-        on_event: &mut dyn FnMut(Heard),
+        on_event: &mut dyn FnMut(GenerationProgress),
     ) -> Result<Option<Generated>, String> {
         let request = PlanRequest {
             open: OpenRequest {
@@ -152,19 +152,25 @@ impl Opened {
 }
 
 /// Hands on what happens, in the terms of the workbench.
-fn heard(event: GenerateEvent<'_>, recorder: &mut Recorder, on_event: &mut dyn FnMut(Heard)) {
+fn heard(
+    event: GenerateEvent<'_>,
+    recorder: &mut Recorder,
+    on_event: &mut dyn FnMut(GenerationProgress),
+) {
     let heard = match event {
         GenerateEvent::Planning(event) => {
             recorder.hear(&event, &mut |done, of| {
-                on_event(Heard::Working(Working::Driving(done, of)));
+                on_event(GenerationProgress::Working(Working::Driving(done, of)));
             });
             return;
         }
-        GenerateEvent::Searching(progress, of) => Heard::Working(Working::Searching(progress, of)),
-        GenerateEvent::Asking => Heard::Working(Working::Writing(Writing::default())),
-        GenerateEvent::Model(progress) => Heard::Model(progress),
-        GenerateEvent::Driving(done, of) => Heard::Working(Working::Trying(done, of)),
-        GenerateEvent::Certifying => Heard::Working(Working::Proving),
+        GenerateEvent::Searching(progress, of) => {
+            GenerationProgress::Working(Working::Searching(progress, of))
+        }
+        GenerateEvent::Asking => GenerationProgress::Working(Working::Writing(Writing::default())),
+        GenerateEvent::Model(progress) => GenerationProgress::Model(progress),
+        GenerateEvent::Driving(done, of) => GenerationProgress::Working(Working::Trying(done, of)),
+        GenerateEvent::Certifying => GenerationProgress::Working(Working::Proving),
     };
     on_event(heard);
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::authorship::{Authorship, Writer, Writing};
-use super::generated::Heard;
+use super::generated::GenerationProgress;
 use super::planned::Recorder;
 use super::{CycleShown, Opened, Planned};
 use crate::formats::Entry;
@@ -140,10 +140,11 @@ impl Made {
         &self,
         prepared: &PreparedPlan,
         cancel: &Cancel,
-        on_event: &mut dyn FnMut(Heard),
+        on_event: &mut dyn FnMut(GenerationProgress),
     ) -> Result<Option<Vec<CycleShown>>, String> {
         let mut recorder = Recorder::of(prepared);
-        let mut on_step = |done, of| on_event(Heard::Working(Working::Showing(done, of)));
+        let mut on_step =
+            |done, of| on_event(GenerationProgress::Working(Working::Showing(done, of)));
         let scenario = &self.effect.scenario;
         let again = prepared.drive_in(scenario, cancel, &mut |event| {
             recorder.hear(&event, &mut on_step);

@@ -16,9 +16,9 @@ use crate::verdict::Task;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct PageId(pub u64);
 
-/// What the history wants.
+/// What the history asks of the store.
 #[derive(Debug)]
-pub enum HistoryAsk {
+pub enum HistoryCommand {
     /// The screen is open: the store is watched.
     Open,
     /// The screen is closed.
@@ -39,9 +39,9 @@ pub enum HistoryAsk {
     Export(Filter, PathBuf),
 }
 
-/// What the history hears.
+/// What the store tells the history.
 #[derive(Debug)]
-pub enum HistoryNews {
+pub enum HistoryEvent {
     /// A part of the list.
     Page(PageId, Edge, Result<Page, String>),
     /// How many runs fit.
@@ -50,7 +50,7 @@ pub enum HistoryNews {
     Details(RunId, Result<Option<Box<Run>>, String>),
     /// What the built-in judge says to the same question: dangerous or not, where that is known.
     Truth(RunId, Option<bool>),
-    /// Somebody wrote to the store.
+    /// The store was written to.
     Changed,
     /// A run was changed, or why not.
     Done(RunId, Result<(), String>),
@@ -58,9 +58,9 @@ pub enum HistoryNews {
     Exported(Result<String, String>),
 }
 
-/// What the screen of results wants.
+/// What the screen of results asks of the store.
 #[derive(Debug)]
-pub enum ResultsAsk {
+pub enum ResultsCommand {
     /// Stored answers counted: these, or those of the newest batch, or all where there is no batch. Of all of them the
     /// built-in judge says what is true, for which these files may be the scenarios.
     Read(PageId, Option<Counting>, Vec<Entry>),
@@ -70,9 +70,9 @@ pub enum ResultsAsk {
     Stop,
 }
 
-/// What the screen of results hears.
+/// What the store tells the screen of results.
 #[derive(Debug)]
-pub enum ResultsNews {
+pub enum ResultsEvent {
     /// What the answers come to.
     Read(PageId, Result<Box<CountedAnswers>, String>),
     /// A run, if it is still there.
@@ -93,10 +93,6 @@ pub struct CountedAnswers {
     /// Whether nothing more follows: else the built-in judge is at work.
     pub whole: bool,
 }
-
-/// Numbers the batches of questions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct BatchId(pub u64);
 
 /// One question to one model about many scenarios.
 #[derive(Debug)]
@@ -121,19 +117,6 @@ pub struct Batch {
     pub model: String,
     /// About which scenarios.
     pub entries: Vec<Entry>,
-}
-
-/// What is wanted with a batch.
-#[derive(Debug)]
-pub enum BatchAsk {
-    /// Prepare all questions to know what they would take; nothing is asked.
-    Count(BatchId, Arc<Batch>),
-    /// Stop that.
-    StopCounting,
-    /// Ask.
-    Begin(BatchId, Arc<Batch>),
-    /// Begin no further question.
-    Stop(BatchId),
 }
 
 /// What is known of a batch before it is asked.
@@ -174,19 +157,6 @@ impl Counts {
             _ => "unknown; config.toml can state it".into(),
         }
     }
-}
-
-/// What a batch tells.
-#[derive(Debug)]
-pub enum BatchNews {
-    /// The store knows it by this name, and it has so many questions to ask.
-    Named(BatchId, String, usize),
-    /// What is known so far before it is asked.
-    Counted(BatchId, Counts),
-    /// A question was answered, or why not.
-    Ended(BatchId, Result<Ended, String>),
-    /// Nothing more follows.
-    Over(BatchId),
 }
 
 /// An answer within a batch.

@@ -4,7 +4,7 @@ use crate::evaluation::{Answer, Judged, Missing};
 use crate::judge::Judgement;
 use crate::store::RunId;
 use crate::text::Frame;
-use crate::tui::message::AskId;
+use crate::tui::message::JobId;
 use crate::verdict::Verdict;
 
 /// Answers side by side.
@@ -15,11 +15,11 @@ pub struct Answers {
     /// The built-in judge's judgement.
     pub reference: Option<Judgement>,
     /// The question the built-in judge is answering for the store.
-    pub asking_reference: Option<AskId>,
+    pub asking_reference: Option<JobId>,
     /// Milliseconds the built-in judge took when it was last asked.
     pub reference_ms: Option<u64>,
     /// Questions about scenarios that are not open any longer, with their names.
-    pub elsewhere: Vec<(AskId, String)>,
+    pub elsewhere: Vec<(JobId, String)>,
     /// Whose reasoning is shown.
     pub shown: Shown,
     /// How far its text is scrolled; `None` while the end is followed.
@@ -42,7 +42,7 @@ pub enum Shown {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// The question it answers; nothing for one from the store.
-    pub ask: Option<AskId>,
+    pub ask: Option<JobId>,
     /// The model asked, `provider/model`.
     pub model: String,
     /// How it was asked, in short.
@@ -100,7 +100,7 @@ impl Answers {
     }
 
     /// Takes away the columns beside that of `ask` that show the same run of the store.
-    pub fn show_once(&mut self, ask: AskId, run: RunId) {
+    pub fn show_once(&mut self, ask: JobId, run: RunId) {
         let twin = |c: &Column| c.ask != Some(ask) && c.answer().and_then(|a| a.run) == Some(run);
         while let Some(twin) = self.columns.iter().position(twin) {
             self.columns.remove(twin);

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::List;
 use crate::formats::{Entry, Place};
-use crate::tui::message::runs::{Batch, BatchId, Counts};
+use crate::tui::message::JobId;
+use crate::tui::message::runs::{Batch, Counts};
 
 /// The marked scenarios, by where they lie: the list may be read again.
 #[derive(Debug, Default)]
@@ -56,7 +57,7 @@ impl Marks {
 #[derive(Debug)]
 pub struct Card {
     /// Its number.
-    pub id: BatchId,
+    pub id: JobId,
     /// What would be asked.
     pub batch: Arc<Batch>,
     /// Counts so far.

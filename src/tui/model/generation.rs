@@ -7,7 +7,7 @@ use crate::generation::Consequence;
 use crate::scenario::{ContentHash, Transform};
 use crate::tui::action::Action;
 use crate::tui::loaded::{Authorship, Made, Opened, VariantShown, Working, Writing};
-use crate::tui::message::making::MakeId;
+use crate::tui::message::JobId;
 
 /// Variants that are kept; beyond, the oldest go.
 const MOST: usize = 8;
@@ -19,8 +19,6 @@ pub struct GenerationState {
     pub under_way: Option<Search>,
     /// Variants that were made since the start, the oldest first; one of a scenario and change.
     kept: Vec<KeptVariant>,
-    /// Searches that shall end and have not yet.
-    pub stopping: Vec<MakeId>,
     /// What models wrote that came to nothing, the newest last; one of a scenario and change.
     unwritten: Vec<Unwritten>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
@@ -36,7 +34,7 @@ type Unwritten = (ContentHash, Option<Transform>, Arc<Authorship>);
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Search {
     /// Its number.
-    pub id: MakeId,
+    pub id: JobId,
     /// The place of the scenario in the list.
     pub place: usize,
     /// The current stage; `None` until it has started.

@@ -3,14 +3,13 @@
 use std::time::Duration;
 
 use crate::store::Consumed;
-use crate::tui::message::AskId;
-use crate::tui::message::making::MakeId;
-use crate::tui::message::planning::PlanId;
-use crate::tui::message::runs::BatchId;
+use crate::tui::message::JobId;
 
 /// Work outside the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
+    /// Its number.
+    pub id: JobId,
     /// What it is.
     pub kind: JobKind,
     /// What it is about, in words.
@@ -47,17 +46,17 @@ pub struct Job {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobKind {
     /// A question.
-    Question(AskId),
+    Question,
     /// One question about many scenarios.
-    Batch(BatchId),
+    Batch,
     /// Facts of all scenarios.
     Survey,
     /// A measure of all scenarios.
     Ranking(&'static str),
     /// The ego of a scenario is planned.
-    Plan(PlanId),
+    Plan,
     /// A scenario is made dangerous.
-    Make(MakeId),
+    Generate,
 }
 
 /// Where a job stands.
@@ -73,15 +72,16 @@ pub enum JobState {
     Done(String),
     /// It failed; why.
     Failed(String),
-    /// Somebody cancelled it.
+    /// It was cancelled.
     Cancelled(String),
 }
 
 impl Job {
     /// Work that begins now.
     #[must_use]
-    pub fn new(kind: JobKind, title: String, of: usize, now: Duration) -> Self {
+    pub fn new(id: JobId, kind: JobKind, title: String, of: usize, now: Duration) -> Self {
         Self {
+            id,
             kind,
             title,
             state: JobState::Running,
@@ -95,7 +95,7 @@ impl Job {
             tally: (0, 0, 0),
             parts: Vec::new(),
             batch: None,
-            asks: matches!(kind, JobKind::Question(_) | JobKind::Batch(_)),
+            asks: matches!(kind, JobKind::Question | JobKind::Batch),
             why: None,
         }
     }
@@ -182,10 +182,23 @@ impl Jobs {
         self.all.push(job);
     }
 
+    /// The one with this id, while it is not over.
+    pub fn running_mut(&mut self, id: JobId) -> Option<&mut Job> {
+        let mut all = self.all.iter_mut().rev();
+        all.find(|job| job.id == id && job.is_running())
+    }
+
     /// The newest of this kind that is not over.
-    pub fn running_mut(&mut self, kind: JobKind) -> Option<&mut Job> {
+    pub fn newest_mut(&mut self, kind: JobKind) -> Option<&mut Job> {
         let mut all = self.all.iter_mut().rev();
         all.find(|job| job.kind == kind && job.is_running())
+    }
+
+    /// Whether one of this kind shall end and has not yet.
+    #[must_use]
+    pub fn is_stopping(&self, kind: JobKind) -> bool {
+        let stopping = |job: &Job| job.kind == kind && job.state == JobState::Stopping;
+        self.all.iter().any(stopping)
     }
 
     /// The selected one.
@@ -204,7 +217,7 @@ impl Jobs {
     /// Whether a batch is not over.
     #[must_use]
     pub fn has_batch(&self) -> bool {
-        let batch = |job: &Job| matches!(job.kind, JobKind::Batch(_)) && job.is_running();
+        let batch = |job: &Job| job.kind == JobKind::Batch && job.is_running();
         self.all.iter().any(batch)
     }
 

@@ -6,7 +6,7 @@ use crate::planner::Forecast;
 use crate::scenario::{ContentHash, Scene};
 use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, Planned};
-use crate::tui::message::planning::PlanId;
+use crate::tui::message::JobId;
 
 /// State of planning beside the open scenario.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub struct Driver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnderWay {
     /// Its number.
-    pub id: PlanId,
+    pub id: JobId,
     /// The place of the scenario in the list.
     pub place: usize,
     /// Steps that are planned.

@@ -11,8 +11,7 @@ use crate::judge;
 use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::keymap::Key;
-use crate::tui::message::Effect;
-use crate::tui::message::runs::BatchAsk;
+use crate::tui::message::{Effect, JobRequest};
 use crate::tui::model::{Card, Model};
 use crate::tui::widgets::hints::Hint;
 use crate::tui::widgets::window;
@@ -70,8 +69,12 @@ impl Screen for BatchScreen {
 
 /// Closes without asking.
 fn decline(model: &mut Model) -> Step {
-    model.card = None;
-    Step::Close(vec![Effect::Batch(BatchAsk::StopCounting)])
+    let card = model.card.take();
+    Step::Close(
+        card.map(|card| Effect::Cancel(card.id))
+            .into_iter()
+            .collect(),
+    )
 }
 
 /// Asks, or says why it cannot be asked.
@@ -101,7 +104,7 @@ fn begin(model: &mut Model) -> Step {
         card.batch.model,
         card.batch.entries.len()
     ));
-    Step::Close(vec![Effect::Batch(BatchAsk::Begin(card.id, card.batch))])
+    Step::Close(vec![Effect::Start(card.id, JobRequest::Batch(card.batch))])
 }
 
 fn text(model: &Model, card: &Card) -> Text<'static> {

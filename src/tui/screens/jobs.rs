@@ -127,13 +127,13 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
         JobState::Cancelled(_) => ("cancelled", theme.dim),
     };
     let progress = match job.kind {
-        JobKind::Question(_) => String::new(),
+        JobKind::Question => String::new(),
         _ => format!("{}/{}", job.done, job.of),
     };
     let ms = u64::try_from(job.took(model.uptime).as_millis()).unwrap_or(u64::MAX);
     let tokens = match job.tokens {
         0 => String::new(),
-        n if job.is_running() && matches!(job.kind, JobKind::Question(_)) => {
+        n if job.is_running() && job.kind == JobKind::Question => {
             format!("~{} tok", thousands(n))
         }
         n => format!("{} tok", thousands(n)),
@@ -173,7 +173,7 @@ fn whole(job: &Job) -> String {
         JobState::Cancelled(why) if why.is_empty() => "cancelled".into(),
         JobState::Cancelled(why) => format!("cancelled: {why}"),
         JobState::Stopping => "nothing more is asked; what was sent is waited for".into(),
-        JobState::Running if matches!(job.kind, JobKind::Batch(_)) => job.outcome(),
+        JobState::Running if job.kind == JobKind::Batch => job.outcome(),
         JobState::Running => String::new(),
     };
     let why = job

@@ -1,45 +1,33 @@
 //! One question about many scenarios: what it would take, and asking it as a batch of the store.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use tokio::runtime::Handle;
 use tokio::sync::mpsc::UnboundedSender;
-use tokio::task::{AbortHandle, JoinSet};
+use tokio::task::JoinSet;
 
 use super::Tasks;
+use super::job::Canceller;
 use crate::evaluation::batch::Matrix;
 use crate::evaluation::{Judge, Judges};
 use crate::formats::{EgoSelection, Place};
 use crate::planner::Cancel;
 use crate::store::{Item, Store, StoreError};
-use crate::tui::message::Msg;
-use crate::tui::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
+use crate::tui::message::runs::{Batch, Counts, Ended};
+use crate::tui::message::{BatchProgress, JobEvent, JobId, Msg, Update};
 use crate::workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
     ProviderSlots,
 };
 
-/// Batches that are asked, and the one that is counted.
+/// The batch that was estimated last, and what bounds those that are asked.
 #[derive(Default)]
 pub struct Batches {
-    running: HashMap<BatchId, Running>,
-    counted: Option<Counted>,
+    estimated: Option<(JobId, Arc<OnceLock<Ready>>)>,
     slots: Arc<ProviderSlots>,
-}
-
-struct Running {
-    control: BatchControl,
-    task: AbortHandle,
-}
-
-/// A batch that is or was counted.
-struct Counted {
-    id: BatchId,
-    cancel: Cancel,
-    ready: Arc<OnceLock<Ready>>,
 }
 
 /// A batch that can be begun.
@@ -49,21 +37,18 @@ struct Ready {
     judges: Judges,
 }
 
-/// What counting a batch needs.
-struct Counting {
-    id: BatchId,
+/// What estimating a batch needs.
+struct Estimating {
     batch: Arc<Batch>,
     judge: Judge,
     store: Arc<Store>,
     ego: EgoSelection,
-    cancel: Cancel,
     counts: Counts,
-    sender: UnboundedSender<Msg>,
 }
 
 /// What asking a batch needs.
 struct Asking {
-    id: BatchId,
+    id: JobId,
     ready: Arc<OnceLock<Ready>>,
     store: Arc<Store>,
     concurrency: NonZeroU32,
@@ -72,45 +57,12 @@ struct Asking {
     sender: UnboundedSender<Msg>,
 }
 
-impl Batches {
-    /// Cancels everything; each task ends once the store says so.
-    pub fn cancel(&mut self) -> Vec<AbortHandle> {
-        self.stop_counting();
-        let tasks = self.running.drain().map(|(_, running)| {
-            running.control.cancel();
-            running.task
-        });
-        tasks.collect()
-    }
-
-    fn stop_counting(&mut self) {
-        if let Some(counted) = self.counted.take() {
-            counted.cancel.ask();
-        }
-    }
-}
-
 impl Tasks {
-    /// Does what is wanted with a batch.
-    pub(super) fn batch(&mut self, ask: BatchAsk) {
-        match ask {
-            BatchAsk::Count(id, batch) => self.count(id, batch),
-            BatchAsk::StopCounting => self.batches.stop_counting(),
-            BatchAsk::Begin(id, _) => self.begin(id),
-            BatchAsk::Stop(id) => {
-                if let Some(Running { control, .. }) = self.batches.running.get(&id) {
-                    // The first time it begins nothing more, the second time nothing goes on.
-                    match control.is_stopped() {
-                        true => control.cancel(),
-                        false => control.stop(),
-                    }
-                }
-            }
+    /// Prepares all questions of a batch, in place of one that was estimated before.
+    pub(super) fn estimate(&mut self, id: JobId, batch: Arc<Batch>) {
+        if let Some((before, _)) = self.batches.estimated.take() {
+            self.jobs.cancel(before);
         }
-    }
-
-    fn count(&mut self, id: BatchId, batch: Arc<Batch>) {
-        self.batches.stop_counting();
         let counts = Counts {
             budget: self.models.budget_left(),
             ..Counts::default()
@@ -124,48 +76,44 @@ impl Tasks {
                     refused: Some(judge.err().unwrap_or_else(no_store)),
                     ..counts
                 };
-                let _ = self.sender.send(Msg::Batch(BatchNews::Counted(id, counts)));
+                let ended = JobEvent::Estimate(Update::Ended(Ok(counts)));
+                let _ = self.sender.send(Msg::Job(id, ended));
                 return;
             }
         };
-        let (cancel, ready) = (Cancel::default(), Arc::new(OnceLock::new()));
-        let counting = Counting {
-            id,
+        let estimating = Estimating {
             batch,
             store,
             ego: self.ego.clone(),
-            cancel: cancel.clone(),
             counts: Counts {
                 at_once: batch::at_once(&judge, self.concurrency),
                 ..counts
             },
             judge,
-            sender: self.sender.clone(),
         };
-        let counted = Counted {
-            id,
-            cancel,
-            ready: Arc::clone(&ready),
-        };
-        self.batches.counted = Some(counted);
+        let ready = Arc::new(OnceLock::new());
+        self.batches.estimated = Some((id, Arc::clone(&ready)));
         let runtime = Handle::current();
-        tokio::task::spawn_blocking(move || counting.run(&ready, &runtime));
+        self.run(id, JobEvent::Estimate, move |cancel, tell| {
+            Ok(estimating.run(&ready, &runtime, cancel, tell))
+        });
     }
 
-    fn begin(&mut self, id: BatchId) {
-        let counted = self
-            .batches
-            .counted
-            .take()
-            .filter(|counted| counted.id == id);
-        let (Some(counted), Some(store)) = (counted, self.store.clone()) else {
-            let _ = self.sender.send(Msg::Batch(BatchNews::Over(id)));
+    /// Asks the questions of the batch that was estimated under this id.
+    pub(super) fn begin(&mut self, id: JobId) {
+        let estimated = self.batches.estimated.take();
+        let ready = estimated
+            .filter(|(of, _)| *of == id)
+            .map(|(_, ready)| ready);
+        let (Some(ready), Some(store)) = (ready, self.store.clone()) else {
+            let ended = JobEvent::Batch(Update::Ended(Ok(())));
+            let _ = self.sender.send(Msg::Job(id, ended));
             return;
         };
         let control = BatchControl::default();
         let asking = Asking {
             id,
-            ready: counted.ready,
+            ready,
             store,
             concurrency: self.concurrency,
             slots: Arc::clone(&self.batches.slots),
@@ -173,8 +121,7 @@ impl Tasks {
             sender: self.sender.clone(),
         };
         let task = tokio::spawn(asking.run()).abort_handle();
-        self.batches.running.retain(|_, r| !r.task.is_finished());
-        self.batches.running.insert(id, Running { control, task });
+        self.jobs.insert(id, Canceller::Batch(control), task);
     }
 }
 
@@ -207,31 +154,42 @@ impl Batch {
     }
 }
 
-impl Counting {
-    fn run(mut self, ready: &OnceLock<Ready>, runtime: &Handle) {
-        match self.ready(runtime) {
-            Ok(None) => return,
-            // It is set once.
-            Ok(Some(made)) => drop(ready.set(made)),
+impl Estimating {
+    fn run(
+        mut self,
+        ready: &OnceLock<Ready>,
+        runtime: &Handle,
+        cancel: &Cancel,
+        tell: &mut dyn FnMut(Counts),
+    ) -> Option<Counts> {
+        match self.ready(runtime, cancel, tell) {
+            Ok(made) => {
+                // It is set once.
+                let _ = ready.set(made?);
+            }
             Err(error) => self.counts.refused = Some(error.to_string()),
         }
         self.counts.looked = self.batch.entries.len();
-        self.tell();
+        Some(self.counts)
     }
 
-    fn ready(&mut self, runtime: &Handle) -> Result<Option<Ready>, BatchError> {
+    fn ready(
+        &mut self,
+        runtime: &Handle,
+        cancel: &Cancel,
+        tell: &mut dyn FnMut(Counts),
+    ) -> Result<Option<Ready>, BatchError> {
         let (batch, store) = (Arc::clone(&self.batch), Arc::clone(&self.store));
         let plan = batch
             .request(&self.ego)
             .plan(&batch.library, &batch.thresholds)?;
         let judges = Judges::from([(batch.model.clone(), self.judge.clone())]);
-        let cancel = self.cancel.clone();
-        let dry_run = plan.dry_run(&judges, &store, &cancel, &mut |event| {
+        let dry_run = plan.dry_run(&judges, &store, cancel, &mut |event| {
             let DryRunEvent::Described { done, dry_run } = event;
             self.note(done, dry_run);
             // Of the last ones it is told once it is known whether they can be asked.
             if done < plan.scenarios() {
-                self.tell();
+                tell(self.counts.clone());
             }
         })?;
         let Some(dry_run) = dry_run else {
@@ -251,41 +209,34 @@ impl Counting {
         self.counts.unlabelled = dry_run.unlabelled.len();
         self.counts.estimate.clone_from(&dry_run.estimate);
     }
-
-    fn tell(&self) {
-        let news = BatchNews::Counted(self.id, self.counts.clone());
-        // The receiver is gone once the loop has ended.
-        let _ = self.sender.send(Msg::Batch(news));
-    }
 }
 
 impl Asking {
     async fn run(self) {
         let (id, sender) = (self.id, self.sender.clone());
-        let tell = |news| {
-            let _ = sender.send(Msg::Batch(news));
-        };
+        let tell = |update| drop(sender.send(Msg::Job(id, JobEvent::Batch(update))));
         let begun = tokio::task::spawn_blocking(move || self.begin()).await;
-        match begun {
+        let asked = match begun {
             Ok(Ok((run, items))) => {
-                tell(BatchNews::Named(id, run.id.to_string(), items.len()));
+                let named = BatchProgress::Named(run.id.to_string(), items.len());
+                tell(Update::Progress(named));
                 let mut judging = JoinSet::new();
                 let asked = Arc::new(run).ask(items, |ended| {
                     let sender = sender.clone();
                     judging.spawn_blocking(move || {
-                        let _ = sender.send(Msg::Batch(BatchNews::Ended(id, outcome(ended))));
+                        let answered = BatchProgress::Answered(outcome(ended));
+                        let event = JobEvent::Batch(Update::Progress(answered));
+                        let _ = sender.send(Msg::Job(id, event));
                     });
                 });
                 let asked = asked.await;
                 judging.join_all().await;
-                if let Err(error) = asked {
-                    tell(BatchNews::Ended(id, Err(error.to_string())));
-                }
+                asked.map_err(|error| error.to_string())
             }
-            Ok(Err(error)) => tell(BatchNews::Ended(id, Err(error.to_string()))),
-            Err(error) => tell(BatchNews::Ended(id, Err(error.to_string()))),
-        }
-        tell(BatchNews::Over(id));
+            Ok(Err(error)) => Err(error.to_string()),
+            Err(error) => Err(error.to_string()),
+        };
+        tell(Update::Ended(asked.map(|_| ())));
     }
 
     /// Writes the batch into the store.

@@ -19,7 +19,7 @@ use crate::system::{self, NewFile, SaveError};
 use crate::text::escaped_json;
 use crate::tui::loaded::obstacle_taken;
 use crate::tui::message::Msg;
-use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::verdict::{Task, Verdict};
 use crate::workflow::{OpenRequest, open};
 
@@ -29,7 +29,7 @@ const LOOK: Duration = Duration::from_millis(400);
 /// Reads for the history while it is open; ends when it is dropped.
 #[derive(Debug)]
 pub struct Reader {
-    asks: Sender<HistoryAsk>,
+    commands: Sender<HistoryCommand>,
     reading: Arc<OnceLock<Interrupter>>,
 }
 
@@ -45,47 +45,47 @@ pub struct Judging {
 impl Reader {
     /// Begins to read the store in a file.
     #[must_use]
-    pub fn begin(path: PathBuf, judging: Judging, news: UnboundedSender<Msg>) -> Self {
-        let (asks, receiver) = channel();
+    pub fn begin(path: PathBuf, judging: Judging, sender: UnboundedSender<Msg>) -> Self {
+        let (commands, receiver) = channel();
         let reading = Arc::new(OnceLock::new());
         let interrupter = Arc::clone(&reading);
-        std::thread::spawn(move || read(&path, &judging, &receiver, &interrupter, &news));
-        Self { asks, reading }
+        std::thread::spawn(move || read(&path, &judging, &receiver, &interrupter, &sender));
+        Self { commands, reading }
     }
 
     /// Asks for something. A list takes the place of one that is being read.
-    pub fn ask(&self, ask: HistoryAsk) {
-        if let (HistoryAsk::Page(..), Some(reading)) = (&ask, self.reading.get()) {
+    pub fn send(&self, command: HistoryCommand) {
+        if let (HistoryCommand::Page(..), Some(reading)) = (&command, self.reading.get()) {
             reading.interrupt();
         }
         // A reader that ended has said why.
-        let _ = self.asks.send(ask);
+        let _ = self.commands.send(command);
     }
 }
 
 impl Tasks {
     /// Reads go to the history's own reader, changes to where all others are written.
-    pub(super) fn history(&mut self, ask: HistoryAsk) {
+    pub(super) fn history(&mut self, command: HistoryCommand) {
         let judging = || Judging {
             ego: self.ego.clone(),
             thresholds: self.thresholds.clone(),
         };
-        match ask {
-            HistoryAsk::Close => self.history = None,
-            HistoryAsk::Open => {
+        match command {
+            HistoryCommand::Close => self.history = None,
+            HistoryCommand::Open => {
                 let path = self.folders.store();
                 let reader = Reader::begin(path, judging(), self.sender.clone());
                 self.history = Some(reader);
             }
-            HistoryAsk::Page(..) | HistoryAsk::Count(..) | HistoryAsk::Details(..) => {
+            HistoryCommand::Page(..) | HistoryCommand::Count(..) | HistoryCommand::Details(..) => {
                 if let Some(reader) = &self.history {
-                    reader.ask(ask);
+                    reader.send(command);
                 }
             }
-            HistoryAsk::Pin(..)
-            | HistoryAsk::Delete(..)
-            | HistoryAsk::Note(..)
-            | HistoryAsk::Export(..) => {
+            HistoryCommand::Pin(..)
+            | HistoryCommand::Delete(..)
+            | HistoryCommand::Note(..)
+            | HistoryCommand::Export(..) => {
                 let Some(store) = self.store.clone() else {
                     let why = "runs are not kept, so there is nothing to change".to_string();
                     let _ = self.sender.send(Msg::Complaint(why));
@@ -94,8 +94,8 @@ impl Tasks {
                 let (judging, sender) = (judging(), self.sender.clone());
                 tokio::task::spawn_blocking(move || {
                     let mut truths = Truths::default();
-                    for said in answer(&store, &judging, &mut truths, ask) {
-                        let _ = sender.send(Msg::History(said));
+                    for event in answer(&store, &judging, &mut truths, command) {
+                        let _ = sender.send(Msg::History(event));
                     }
                 });
             }
@@ -106,18 +106,18 @@ impl Tasks {
 fn read(
     path: &Path,
     judging: &Judging,
-    asks: &Receiver<HistoryAsk>,
+    commands: &Receiver<HistoryCommand>,
     reading: &OnceLock<Interrupter>,
-    news: &UnboundedSender<Msg>,
+    sender: &UnboundedSender<Msg>,
 ) {
-    let tell = |said: HistoryNews| news.send(Msg::History(said)).is_ok();
+    let tell = |event: HistoryEvent| sender.send(Msg::History(event)).is_ok();
     let store = match Store::open_to_read(path) {
         Ok(store) => store,
         Err(error) => {
             let why = error.to_string();
-            for ask in asks {
-                if let HistoryAsk::Page(id, _, edge, _) = ask {
-                    tell(HistoryNews::Page(id, edge, Err(why.clone())));
+            for command in commands {
+                if let HistoryCommand::Page(id, _, edge, _) = command {
+                    tell(HistoryEvent::Page(id, edge, Err(why.clone())));
                 }
             }
             return;
@@ -128,23 +128,23 @@ fn read(
     let mut version = store.version_of_data().ok();
     let mut wait = LOOK;
     loop {
-        let first = match asks.recv_timeout(wait) {
-            Ok(ask) => Some(ask),
+        let first = match commands.recv_timeout(wait) {
+            Ok(command) => Some(command),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => return,
         };
         let idle = first.is_none();
         let begun = Instant::now();
-        for ask in newest(first.into_iter().chain(asks.try_iter())) {
-            for said in answer(&store, judging, &mut truths, ask) {
-                if !tell(said) {
+        for command in newest(first.into_iter().chain(commands.try_iter())) {
+            for event in answer(&store, judging, &mut truths, command) {
+                if !tell(event) {
                     return;
                 }
             }
         }
         if idle {
             let now = store.version_of_data().ok();
-            if now != version && !tell(HistoryNews::Changed) {
+            if now != version && !tell(HistoryEvent::Changed) {
                 return;
             }
             version = now;
@@ -156,17 +156,17 @@ fn read(
 }
 
 /// Of what waits, the newest of each kind: the others are about what is not looked at any longer.
-fn newest(asks: impl Iterator<Item = HistoryAsk>) -> Vec<HistoryAsk> {
-    let mut kept: Vec<HistoryAsk> = Vec::new();
-    for ask in asks {
-        let kind = std::mem::discriminant(&ask);
+fn newest(commands: impl Iterator<Item = HistoryCommand>) -> Vec<HistoryCommand> {
+    let mut kept: Vec<HistoryCommand> = Vec::new();
+    for command in commands {
+        let kind = std::mem::discriminant(&command);
         kept.retain(|other| std::mem::discriminant(other) != kind);
-        kept.push(ask);
+        kept.push(command);
     }
     // What is seen first is read first.
-    kept.sort_by_key(|ask| match ask {
-        HistoryAsk::Page(..) => 0,
-        HistoryAsk::Details(..) => 1,
+    kept.sort_by_key(|command| match command {
+        HistoryCommand::Page(..) => 0,
+        HistoryCommand::Details(..) => 1,
         _ => 2,
     });
     kept
@@ -178,19 +178,19 @@ pub fn answer(
     store: &Store,
     judging: &Judging,
     truths: &mut Truths,
-    ask: HistoryAsk,
-) -> Vec<HistoryNews> {
-    match ask {
-        HistoryAsk::Page(id, filter, edge, most) => match store.page(&filter, edge, most) {
+    command: HistoryCommand,
+) -> Vec<HistoryEvent> {
+    match command {
+        HistoryCommand::Page(id, filter, edge, most) => match store.page(&filter, edge, most) {
             // A newer list has been asked for.
             Err(error) if error.is_interrupted() => Vec::new(),
-            found => vec![HistoryNews::Page(
+            found => vec![HistoryEvent::Page(
                 id,
                 edge,
                 found.map_err(|e| e.to_string()),
             )],
         },
-        HistoryAsk::Count(filter) => {
+        HistoryCommand::Count(filter) => {
             let most = if filter == Filter::default() {
                 u64::MAX
             } else {
@@ -199,11 +199,11 @@ pub fn answer(
             // A list without its length is worth as much.
             let counted = store.count_to(&filter, most).ok();
             counted
-                .map(|n| HistoryNews::Counted(filter, n))
+                .map(|n| HistoryEvent::Counted(filter, n))
                 .into_iter()
                 .collect()
         }
-        HistoryAsk::Details(id, entries) => {
+        HistoryCommand::Details(id, entries) => {
             let interrupted = |e: &crate::store::StoreError| e.is_interrupted();
             let mut found = store.run_shown(id);
             if found.as_ref().is_err_and(interrupted) {
@@ -217,25 +217,25 @@ pub fn answer(
                 .map(|run| run.map(Box::new))
                 .map_err(|e| e.to_string());
             vec![
-                HistoryNews::Details(id, found),
-                HistoryNews::Truth(id, truth),
+                HistoryEvent::Details(id, found),
+                HistoryEvent::Truth(id, truth),
             ]
         }
-        HistoryAsk::Pin(id, pinned) => vec![done(id, store.pin(id, pinned))],
-        HistoryAsk::Delete(id, deleted) => vec![done(id, store.delete(id, deleted))],
-        HistoryAsk::Note(id, words) => vec![done(id, store.note(id, &words))],
-        HistoryAsk::Export(filter, path) => {
-            vec![HistoryNews::Exported(export(store, &filter, &path))]
+        HistoryCommand::Pin(id, pinned) => vec![done(id, store.pin(id, pinned))],
+        HistoryCommand::Delete(id, deleted) => vec![done(id, store.delete(id, deleted))],
+        HistoryCommand::Note(id, words) => vec![done(id, store.note(id, &words))],
+        HistoryCommand::Export(filter, path) => {
+            vec![HistoryEvent::Exported(export(store, &filter, &path))]
         }
-        HistoryAsk::Open | HistoryAsk::Close => Vec::new(),
+        HistoryCommand::Open | HistoryCommand::Close => Vec::new(),
     }
 }
 
 /// Runs that fit are counted this far where there is a filter.
 const COUNTED: u64 = 10_000;
 
-fn done(id: crate::store::RunId, result: Result<(), crate::store::StoreError>) -> HistoryNews {
-    HistoryNews::Done(id, result.map_err(|e| e.to_string()))
+fn done(id: crate::store::RunId, result: Result<(), crate::store::StoreError>) -> HistoryEvent {
+    HistoryEvent::Done(id, result.map_err(|e| e.to_string()))
 }
 
 /// Writes the runs that fit into a new file, as `nearmiss export` does: whole or not at all.

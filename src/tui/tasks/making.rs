@@ -1,104 +1,51 @@
-//! Making a scenario dangerous in the background, until it is done or cancelled; writing a variant.
+//! Making a scenario dangerous in the background; writing a variant.
 
 mod writing;
 
 use std::path::Path;
 
-use super::super::loaded::{Heard, How, Made, Opened};
-use super::super::message::Msg;
-use super::super::message::making::{MakeAsk, MakeId, MakeNews};
+use super::super::loaded::{How, Made, Opened, VariantRequest};
+use super::super::message::{JobEvent, JobId, Msg, Update};
 use super::Tasks;
 use crate::generation::{Effort, Saved};
-use crate::planner::Cancel;
 use crate::simulation::Settings;
 use crate::workflow::{AttackSource, ModelWriter};
 
-/// The search that is under way.
-#[derive(Debug, Default)]
-pub struct Making {
-    under_way: Option<(MakeId, Cancel)>,
-}
-
-impl Making {
-    /// It shall end.
-    pub fn stop(&mut self) {
-        if let Some((_, cancel)) = self.under_way.take() {
-            cancel.ask();
-        }
-    }
-}
-
 impl Tasks {
-    pub(super) fn make(&mut self, ask: MakeAsk) {
-        match ask {
-            MakeAsk::Begin(id, wish) => {
-                self.driving.making.stop();
-                let settings = Settings {
-                    forecast: wish.forecast,
-                    ..self.driving.settings()
-                };
-                let writing = match wish.writer.as_deref() {
-                    Some(writer) => match self.author(writer, wish.only) {
-                        Ok(author) => Some((author, self.held())),
-                        Err(why) => {
-                            let _ = self.sender.send(Msg::Make(MakeNews::Ended(id, Err(why))));
-                            return;
-                        }
-                    },
-                    None => None,
-                };
-                let cancel = Cancel::default();
-                self.driving.making.under_way = Some((id, cancel.clone()));
-                let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
-                let sender = self.sender.clone();
-                let runtime = tokio::runtime::Handle::current();
-                tokio::task::spawn_blocking(move || {
-                    // The receiver is gone once the loop has ended; that cancels.
-                    let tell = |news| {
-                        let _ = sender.send(Msg::Make(news));
-                    };
-                    let mut on_event = |heard| {
-                        tell(match heard {
-                            Heard::Working(at) => MakeNews::Working(id, at),
-                            Heard::Model(progress) => MakeNews::Heard(id, progress),
-                        });
-                    };
-                    let model = writing.as_ref().map(|(author, _)| ModelWriter {
-                        author,
-                        runtime: &runtime,
-                    });
-                    let effort = Effort::default();
-                    let how = How {
-                        settings: &settings,
-                        source: match &model {
-                            Some(model) => AttackSource::Model(model),
-                            None => AttackSource::Search(&effort),
-                        },
-                    };
-                    let made =
-                        Opened::generated(&wish, &ego, &thresholds, &how, &cancel, &mut on_event);
-                    tell(match made.transpose() {
-                        Some(made) => MakeNews::Ended(id, made),
-                        None => MakeNews::Stopped(id),
-                    });
-                });
-            }
-            MakeAsk::Stop(id) => {
-                if self
-                    .driving
-                    .making
-                    .under_way
-                    .as_ref()
-                    .is_some_and(|u| u.0 == id)
-                {
-                    self.driving.making.stop();
+    /// Makes a scenario dangerous: a model writes the attack, or it is searched for.
+    pub(super) fn generate(&mut self, id: JobId, request: Box<VariantRequest>) {
+        let settings = Settings {
+            forecast: request.forecast,
+            ..self.planning
+        };
+        let writing = match request.writer.as_deref() {
+            Some(writer) => match self.author(writer, request.only) {
+                Ok(author) => Some((author, self.held())),
+                Err(why) => {
+                    let failed = JobEvent::Generate(Update::Ended(Err(why)));
+                    let _ = self.sender.send(Msg::Job(id, failed));
+                    return;
                 }
-            }
-            MakeAsk::Save(made, folder) => self.background(move || {
-                let written = write(&made, folder.as_deref());
-                Msg::Make(MakeNews::Saved(made, written))
-            }),
-        }
+            },
+            None => None,
+        };
+        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
+        let runtime = tokio::runtime::Handle::current();
+        self.run(id, JobEvent::Generate, move |cancel, tell| {
+            let model = writing.as_ref().map(|(author, _)| ModelWriter {
+                author,
+                runtime: &runtime,
+            });
+            let effort = Effort::default();
+            let how = How {
+                settings: &settings,
+                source: match &model {
+                    Some(model) => AttackSource::Model(model),
+                    None => AttackSource::Search(&effort),
+                },
+            };
+            Opened::generated(&request, &ego, &thresholds, &how, cancel, tell)
+        });
     }
 }
 

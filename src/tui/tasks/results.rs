@@ -15,18 +15,18 @@ use crate::judge;
 use crate::scenario::Transform;
 use crate::store::{Store, StoredOutcome};
 use crate::tui::message::Msg;
-use crate::tui::message::runs::{CountedAnswers, PageId, ResultsAsk, ResultsNews};
+use crate::tui::message::runs::{CountedAnswers, PageId, ResultsCommand, ResultsEvent};
 
 /// What a truth is about: scenario, ego, task and window.
 type About<'a> = (&'a str, &'a str, &'static str, Option<(i64, i64)>);
 
 impl Tasks {
     /// Reads on a thread of its own; a newer reading, or closing the screen, ends an older one.
-    pub(super) fn results(&mut self, ask: ResultsAsk) {
+    pub(super) fn results(&mut self, command: ResultsCommand) {
         self.results.store(true, Ordering::Relaxed);
         let stop = Arc::new(AtomicBool::new(false));
         self.results = Arc::clone(&stop);
-        if matches!(ask, ResultsAsk::Stop) {
+        if matches!(command, ResultsCommand::Stop) {
             return;
         }
         let judging = Judging {
@@ -35,24 +35,24 @@ impl Tasks {
         };
         let (path, sender) = (self.folders.store(), self.sender.clone());
         tokio::task::spawn_blocking(move || {
-            let mut say = |news| {
+            let mut say = |event| {
                 // The receiver is gone once the loop has ended.
-                let _ = sender.send(Msg::Results(news));
+                let _ = sender.send(Msg::Results(event));
             };
             // A store that is not there yet has no answers.
             match Store::open_to_read(&path) {
-                Ok(store) => answer(&store, &judging, ask, &stop, &mut say),
-                Err(error) => refused(ask, &error.to_string(), &mut say),
+                Ok(store) => answer(&store, &judging, command, &stop, &mut say),
+                Err(error) => refused(command, &error.to_string(), &mut say),
             }
         });
     }
 }
 
-fn refused(ask: ResultsAsk, why: &str, say: &mut dyn FnMut(ResultsNews)) {
-    match ask {
-        ResultsAsk::Read(id, ..) => say(ResultsNews::Read(id, Err(why.into()))),
-        ResultsAsk::Run(id) => say(ResultsNews::Run(id, Err(why.into()))),
-        ResultsAsk::Stop => {}
+fn refused(command: ResultsCommand, why: &str, say: &mut dyn FnMut(ResultsEvent)) {
+    match command {
+        ResultsCommand::Read(id, ..) => say(ResultsEvent::Read(id, Err(why.into()))),
+        ResultsCommand::Run(id) => say(ResultsEvent::Run(id, Err(why.into()))),
+        ResultsCommand::Stop => {}
     }
 }
 
@@ -60,20 +60,20 @@ fn refused(ask: ResultsAsk, why: &str, say: &mut dyn FnMut(ResultsNews)) {
 pub fn answer(
     store: &Store,
     judging: &Judging,
-    ask: ResultsAsk,
+    command: ResultsCommand,
     stop: &AtomicBool,
-    say: &mut dyn FnMut(ResultsNews),
+    say: &mut dyn FnMut(ResultsEvent),
 ) {
-    match ask {
-        ResultsAsk::Stop => {}
-        ResultsAsk::Run(id) => {
+    match command {
+        ResultsCommand::Stop => {}
+        ResultsCommand::Run(id) => {
             let found = store.run_shown(id).map(|run| run.map(Box::new));
-            say(ResultsNews::Run(id, found.map_err(|e| e.to_string())));
+            say(ResultsEvent::Run(id, found.map_err(|e| e.to_string())));
         }
-        ResultsAsk::Read(id, chosen, entries) => {
+        ResultsCommand::Read(id, chosen, entries) => {
             let read = read(store, judging, (id, chosen, &entries), stop, say);
             if let Err(error) = read {
-                say(ResultsNews::Read(id, Err(error.to_string())));
+                say(ResultsEvent::Read(id, Err(error.to_string())));
             }
         }
     }
@@ -84,7 +84,7 @@ fn read(
     judging: &Judging,
     (id, chosen, entries): (PageId, Option<Counting>, &[Entry]),
     stop: &AtomicBool,
-    say: &mut dyn FnMut(ResultsNews),
+    say: &mut dyn FnMut(ResultsEvent),
 ) -> Result<(), crate::store::StoreError> {
     let offers = batch::offers(store)?;
     // The newest batch that has answers; what cannot be asked, or was not yet, tells nothing.
@@ -99,7 +99,7 @@ fn read(
             unasked,
             whole,
         };
-        say(ResultsNews::Read(id, Ok(Box::new(read))));
+        say(ResultsEvent::Read(id, Ok(Box::new(read))));
     };
     match counting {
         Counting::Batch(batch, part) => {

@@ -1,6 +1,7 @@
 //! Asking, streaming, comparing, cancelling.
 
 use super::bench::{Bench, answer, no_verdict};
+use super::events;
 use crate::evaluation::{Event, Judged, Missing};
 use crate::llm::{Chunk, Dialect, Discovered};
 use crate::tui::message::{Effect, Msg, StoredOf};
@@ -31,11 +32,11 @@ fn r_asks_the_chosen_model_and_the_answer_arrives_piece_by_piece() {
     let (id, model) = bench.asked();
     assert_eq!(model, "lab/small");
     let piece = Chunk::Reasoning("thinking hard".into());
-    bench.send(Msg::Asked(id, Event::Chunk(piece)));
+    bench.send(events::piece(id, Event::Chunk(piece)));
     assert!(bench.frame(120, 40).contains("thinking hard"));
-    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so: ".into()))));
+    bench.send(events::piece(id, Event::Chunk(Chunk::Text("so: ".into()))));
     assert!(bench.frame(120, 40).contains("arriving"));
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         id,
         Ok(Box::new(answer("lab/small", false, 302))),
     ));
@@ -69,7 +70,7 @@ fn what_a_model_does_not_take_is_said() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let piece = Chunk::Note("seed is not sent".into());
-    bench.send(Msg::Asked(id, Event::Chunk(piece)));
+    bench.send(events::piece(id, Event::Chunk(piece)));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("lab/small: seed is not sent"), "{frame}");
 }
@@ -78,7 +79,7 @@ fn what_a_model_does_not_take_is_said() {
 fn c_asks_a_second_model_beside_the_first() {
     let mut bench = asking();
     let (first, _) = bench.asked();
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         first,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -87,7 +88,7 @@ fn c_asks_a_second_model_beside_the_first() {
     bench.press("enter");
     let (second, model) = bench.asked();
     assert_eq!(model, "lab/other", "any model can be typed");
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         second,
         Ok(Box::new(answer("lab/other", false, 303))),
     ));
@@ -110,8 +111,8 @@ fn an_answer_without_a_verdict_is_a_state_of_its_own() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let piece = Chunk::Text("I cannot tell.".into());
-    bench.send(Msg::Asked(id, Event::Chunk(piece)));
-    bench.send(Msg::Answered(
+    bench.send(events::piece(id, Event::Chunk(piece)));
+    bench.send(events::answered(
         id,
         Ok(Box::new(no_verdict("lab/small", "I cannot tell."))),
     ));
@@ -131,7 +132,7 @@ fn a_repaired_verdict_is_marked_wherever_it_is_shown() {
     if let Judged::Verdict(parsed) = &mut said.judged {
         parsed.how = ParseQuality::Repaired(vec!["comments were skipped".into()]);
     }
-    bench.send(Msg::Answered(id, Ok(Box::new(said))));
+    bench.send(events::answered(id, Ok(Box::new(said))));
     let frame = bench.frame(140, 40);
     for mark in ["yes* =", "* repaired: comments were", "collision, repaired"] {
         assert!(frame.contains(mark), "{mark}:\n{frame}");
@@ -143,7 +144,7 @@ fn ctrl_c_cancels_first_and_quits_second() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     bench.press("ctrl-c");
-    assert!(matches!(bench.effects.last(), Some(Effect::Abort(aborted)) if *aborted == id));
+    assert!(matches!(bench.effects.last(), Some(Effect::Cancel(aborted)) if *aborted == id));
     assert!(matches!(
         bench.model.answers.columns[0].progress,
         Progress::Broken(_)
@@ -160,7 +161,7 @@ fn streaming_does_not_steal_the_position() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let text: String = (0..80).map(|i| format!("line {i}\n\n")).collect();
-    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text(text))));
+    bench.send(events::piece(id, Event::Chunk(Chunk::Text(text))));
     assert!(
         bench.frame(120, 40).contains("line 79"),
         "the end is followed"
@@ -170,7 +171,7 @@ fn streaming_does_not_steal_the_position() {
     bench.frame(120, 40);
     let before = bench.model.answers.scroll;
     let piece = Chunk::Text("new text\n".repeat(30));
-    bench.send(Msg::Asked(id, Event::Chunk(piece)));
+    bench.send(events::piece(id, Event::Chunk(piece)));
     let frame = bench.frame(120, 40);
     assert_eq!(bench.model.answers.scroll, before);
     assert!(
@@ -186,8 +187,8 @@ fn control_characters_of_an_answer_are_shown_and_not_obeyed() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let piece = Chunk::Text("a\u{1b}[2Jb\u{7}".into());
-    bench.send(Msg::Asked(id, Event::Chunk(piece)));
-    bench.send(Msg::Answered(id, Err("bad\u{1b}]0;title\u{7}".into())));
+    bench.send(events::piece(id, Event::Chunk(piece)));
+    bench.send(events::answered(id, Err("bad\u{1b}]0;title\u{7}".into())));
     let frame = bench.frame(120, 40);
     assert!(!frame.contains('\u{1b}') && !frame.contains('\u{7}'));
     assert!(frame.contains("a␛[2Jb␇"), "{frame}");
@@ -200,7 +201,7 @@ fn the_built_in_judge_can_be_asked_and_is_kept() {
     let (id, model) = bench.asked();
     assert_eq!(model, crate::judge::MODEL);
     assert!(bench.model.answers.columns.is_empty());
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         id,
         Ok(Box::new(answer(crate::judge::MODEL, true, 301))),
     ));
@@ -220,9 +221,14 @@ fn an_answer_goes_on_while_another_scenario_is_looked_at() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     bench.press("down");
-    assert!(bench.effects.iter().all(|e| !matches!(e, Effect::Abort(_))));
+    assert!(
+        bench
+            .effects
+            .iter()
+            .all(|e| !matches!(e, Effect::Cancel(_)))
+    );
     assert!(bench.model.answers.columns.is_empty());
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -239,7 +245,7 @@ fn an_answer_goes_on_while_another_scenario_is_looked_at() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::Abort(aborted) if *aborted == id))
+            .any(|e| matches!(e, Effect::Cancel(aborted) if *aborted == id))
     );
 }
 
@@ -275,7 +281,7 @@ fn an_answer_is_compared_with_the_truth_of_its_own_question() {
     let mut bench = asking();
     bench.press("t x left r");
     let (id, _) = bench.asked();
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -294,7 +300,8 @@ fn more_answers_than_fit_can_all_be_reached() {
         bench.model.model = format!("lab/m{i}");
         bench.press("r");
         let (id, model) = bench.asked();
-        bench.send(Msg::Answered(id, Ok(Box::new(answer(&model, true, 301)))));
+        let whole = answer(&model, true, 301);
+        bench.send(events::answered(id, Ok(Box::new(whole))));
     }
     let mut seen = String::new();
     for _ in 0..7 {
@@ -315,7 +322,7 @@ fn more_answers_than_fit_can_all_be_reached() {
 fn the_verdict_is_scrolled_apart_from_the_reasoning() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -333,7 +340,7 @@ fn the_verdict_is_scrolled_apart_from_the_reasoning() {
 fn obstacles_that_are_not_there_are_named() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 999))),
     ));
@@ -345,7 +352,7 @@ fn retries_are_said() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let wait = std::time::Duration::from_secs(7);
-    bench.send(Msg::Asked(
+    bench.send(events::piece(
         id,
         Event::Chunk(Chunk::Retrying {
             attempt: 2,
@@ -369,7 +376,7 @@ fn an_error_is_read_beside_the_answer_and_covers_nothing() {
         "cannot reach lab (http://127.0.0.1:9/v1/chat): connection refused; check the address";
     failed.reasoning.clear();
     failed.judged = Judged::Missing(Missing::NoAnswer(why.into()));
-    bench.send(Msg::Answered(id, Ok(Box::new(failed))));
+    bench.send(events::answered(id, Ok(Box::new(failed))));
     let frame = bench.frame(80, 24);
     let lines: Vec<&str> = frame.lines().collect();
     let title = lines.iter().position(|l| l.contains("reasoning")).unwrap();
@@ -387,6 +394,6 @@ fn an_error_is_read_beside_the_answer_and_covers_nothing() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     bench.press("z");
-    bench.send(Msg::Answered(id, Err(why.into())));
+    bench.send(events::answered(id, Err(why.into())));
     assert!(bench.frame(80, 24).contains("something is wrong"));
 }

@@ -6,8 +6,7 @@ use super::everywhere::VIEWS;
 use crate::formats::{EgoSelection, Entry, bundled};
 use crate::planner::Cancel;
 use crate::tui::loaded::Opened;
-use crate::tui::message::planning::{PlanAsk, PlanNews};
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
 
 /// The text of a bundled scenario without the elements of these names.
 fn without(xml: &str, names: &[&str]) -> String {
@@ -82,7 +81,7 @@ fn bare() -> Vec<(&'static str, String)> {
 fn planned(bench: &mut Bench) {
     let asks = bench.effects.iter().rev();
     let mut asks = asks.filter_map(|effect| match effect {
-        Effect::Plan(PlanAsk::Begin(id, entry, change, forecast)) => {
+        Effect::Start(id, JobRequest::Plan(entry, change, forecast)) => {
             Some((*id, entry.clone(), *change, *forecast))
         }
         _ => None,
@@ -105,7 +104,10 @@ fn planned(bench: &mut Bench) {
     request.open.transform = change;
     let opened = Opened::planned(&request, &thresholds, &cancel, &mut on_step);
     if let Some(opened) = opened.transpose() {
-        bench.send(Msg::Plan(PlanNews::Ended(id, opened.map(Box::new))));
+        bench.send(Msg::Job(
+            id,
+            JobEvent::Plan(Update::Ended(opened.map(Box::new))),
+        ));
     }
 }
 

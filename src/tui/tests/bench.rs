@@ -14,7 +14,7 @@ use crate::settings::Config;
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
 use crate::tui::loaded::{Measured, Opened, judged, plotted};
-use crate::tui::message::{AskId, Effect, Msg};
+use crate::tui::message::{Effect, JobId, JobRequest, Msg};
 use crate::tui::model::Model;
 use crate::tui::theme::Theme;
 use crate::tui::update::update;
@@ -124,9 +124,9 @@ impl Bench {
     }
 
     /// The id of the last question asked, and its model.
-    pub fn asked(&self) -> (AskId, String) {
+    pub fn asked(&self) -> (JobId, String) {
         let mut asks = self.effects.iter().filter_map(|e| match e {
-            Effect::Ask { id, model, .. } => Some((*id, model.clone())),
+            Effect::Start(id, JobRequest::Question { model, .. }) => Some((*id, model.clone())),
             _ => None,
         });
         asks.next_back().expect("something was asked")

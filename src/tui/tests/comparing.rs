@@ -2,6 +2,7 @@
 
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
+use super::events;
 use crate::evaluation::{Answer, Event, Judged, Missing};
 use crate::store::RunId;
 use crate::tui::message::Msg;
@@ -158,7 +159,7 @@ fn what_arrives_stays_shown_while_the_next_question_is_made() {
 fn a_retry_takes_the_place_of_what_failed() {
     let mut bench = asking();
     let (first, _) = bench.asked();
-    bench.send(Msg::Answered(first, Err("no key".into())));
+    bench.send(events::answered(first, Err("no key".into())));
     assert!(matches!(
         bench.model.answers.columns[0].progress,
         Progress::Unasked(_)
@@ -178,7 +179,7 @@ fn a_retry_takes_the_place_of_what_failed() {
     let (third, _) = bench.asked();
     let mut failed = no_verdict("lab/small", "");
     failed.judged = Judged::Missing(Missing::NoAnswer("refused".into()));
-    bench.send(Msg::Answered(third, Ok(Box::new(failed))));
+    bench.send(events::answered(third, Ok(Box::new(failed))));
     assert_eq!(bench.model.answers.columns.len(), 1);
     bench.press("1 r");
     assert_eq!(
@@ -188,7 +189,7 @@ fn a_retry_takes_the_place_of_what_failed() {
     );
     let (fourth, _) = bench.asked();
     let said = answer("lab/small", true, 301);
-    bench.send(Msg::Answered(fourth, Ok(Box::new(said))));
+    bench.send(events::answered(fourth, Ok(Box::new(said))));
     bench.press("r");
     assert_eq!(bench.model.answers.columns.len(), 3, "an answer stays");
 }
@@ -197,8 +198,8 @@ fn a_retry_takes_the_place_of_what_failed() {
 fn what_may_have_been_sent_is_not_called_unsent() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Kept(RunId(1))));
-    bench.send(Msg::Answered(id, Err("the disk is full".into())));
+    bench.send(events::piece(id, Event::Kept(RunId(1))));
+    bench.send(events::answered(id, Err("the disk is full".into())));
     let frame = bench.frame(120, 40);
     assert!(
         frame.contains("no answer") && !frame.contains("not sent"),
@@ -254,7 +255,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
             said,
             how: ParseQuality::Strict,
         });
-        bench.send(Msg::Answered(id, Ok(Box::new(given))));
+        bench.send(events::answered(id, Ok(Box::new(given))));
     };
     let risk = |id, risk_score| ObstacleRisk {
         id,

@@ -16,7 +16,7 @@ use crate::scenario::Transform;
 use crate::store::{BatchId, ItemState, NewItem, RunId};
 use crate::text::Frame;
 use crate::tui::loaded::Opened;
-use crate::tui::message::runs::ResultsNews;
+use crate::tui::message::runs::ResultsEvent;
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::verdict::Task;
 
@@ -274,7 +274,7 @@ fn what_is_known_is_shown_while_the_judge_is_at_work() {
     });
     assert!(matches!(
         &said[..],
-        [ResultsNews::Read(..), ResultsNews::Read(..)]
+        [ResultsEvent::Read(..), ResultsEvent::Read(..)]
     ));
     for (place, news) in said.into_iter().enumerate() {
         kept.bench.send(Msg::Results(news));

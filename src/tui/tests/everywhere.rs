@@ -12,8 +12,8 @@ use crate::evaluation::Answer;
 use crate::evaluation::batch::Estimate;
 use crate::store::RunId;
 use crate::tui::keymap::{Keymap, Preset};
-use crate::tui::message::runs::{BatchAsk, BatchNews, Counts};
-use crate::tui::message::{Effect, Msg, Reloaded};
+use crate::tui::message::runs::Counts;
+use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Reloaded, Update};
 use crate::tui::theme::{Depth, Theme};
 use crate::tui::views;
 use crate::tui::widgets::highlight;
@@ -91,7 +91,7 @@ fn bench(keys: &str, size: (u16, u16)) -> Bench {
     bench.frame(size.0, size.1);
     bench.press(keys);
     let count = bench.effects.iter().find_map(|effect| match effect {
-        Effect::Batch(BatchAsk::Count(id, _)) => Some(*id),
+        Effect::Start(id, JobRequest::Estimate(_)) => Some(*id),
         _ => None,
     });
     if let Some(id) = count {
@@ -107,7 +107,7 @@ fn bench(keys: &str, size: (u16, u16)) -> Bench {
             at_once: 4,
             ..Counts::default()
         };
-        bench.send(Msg::Batch(BatchNews::Counted(id, counts)));
+        bench.send(Msg::Job(id, JobEvent::Estimate(Update::Progress(counts))));
     }
     bench
 }

@@ -1,7 +1,7 @@
 //! Whole frames, and every size.
 
 use super::bench::{Bench, answer};
-use crate::tui::message::Msg;
+use super::events;
 use crate::tui::model::Pane;
 
 /// The first scenario at its contact, with two answers to compare.
@@ -12,7 +12,7 @@ fn compared() -> Bench {
         bench.model.model = model.into();
         bench.press("r");
         let (id, _) = bench.asked();
-        bench.send(Msg::Answered(
+        bench.send(events::answered(
             id,
             Ok(Box::new(answer(model, dangerous, who))),
         ));

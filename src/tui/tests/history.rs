@@ -2,7 +2,7 @@
 
 use super::kept::{FIRST, Kept, three};
 use crate::store::RunId;
-use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{Notice, Shown};
 use crate::tui::screens::history::HistoryScreen;
@@ -167,7 +167,7 @@ fn what_others_write_appears_and_the_selection_stays() {
     kept.press("j");
     let selected = kept.bench.model.history.current();
     kept.add(FIRST, "lab/new", true, "x");
-    kept.bench.send(Msg::History(HistoryNews::Changed));
+    kept.bench.send(Msg::History(HistoryEvent::Changed));
     kept.settle();
     assert_eq!(kept.rows(), [4, 3, 2, 1]);
     assert_eq!(kept.bench.model.history.current(), selected);
@@ -207,12 +207,12 @@ fn old_lists_are_dropped() {
     kept.bench.type_text("brak");
     let asks: Vec<_> = kept.bench.effects.drain(..).collect();
     let mut ids = asks.iter().filter_map(|effect| match effect {
-        Effect::History(HistoryAsk::Page(id, _, edge, _)) => Some((*id, *edge)),
+        Effect::History(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
         _ => None,
     });
     let (id, edge) = ids.next().unwrap();
     assert!(ids.next().is_some(), "one for every letter");
-    let news = HistoryNews::Page(id, edge, Ok(crate::store::Page::default()));
+    let news = HistoryEvent::Page(id, edge, Ok(crate::store::Page::default()));
     kept.bench.send(Msg::History(news));
     assert_eq!(kept.rows(), [3, 2, 1]);
 }
@@ -268,11 +268,11 @@ fn what_cannot_be_read_is_said() {
     let mut kept = Kept::new();
     kept.bench.press("ctrl-r");
     let page = kept.bench.effects.iter().find_map(|effect| match effect {
-        Effect::History(HistoryAsk::Page(id, _, edge, _)) => Some((*id, *edge)),
+        Effect::History(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
         _ => None,
     });
     let (id, edge) = page.unwrap();
-    let news = HistoryNews::Page(id, edge, Err("the file is no store".into()));
+    let news = HistoryEvent::Page(id, edge, Err("the file is no store".into()));
     kept.bench.send(Msg::History(news));
     assert!(kept.bench.frame(80, 24).contains("the file is no store"));
 }

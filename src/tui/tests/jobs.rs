@@ -4,26 +4,27 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::bench::{Bench, answer, no_verdict};
+use super::events;
 use crate::evaluation::batch::Estimate;
 use crate::store::Consumed;
-use crate::tui::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::runs::{Batch, Counts, Ended};
+use crate::tui::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use crate::tui::model::{JobState, Notice};
 use crate::tui::screens::history::HistoryScreen;
 
 /// The last batch that was to be counted.
-fn counted(bench: &Bench) -> (BatchId, Arc<Batch>) {
+fn counted(bench: &Bench) -> (JobId, Arc<Batch>) {
     let mut asks = bench.effects.iter().rev();
     let found = asks.find_map(|effect| match effect {
-        Effect::Batch(BatchAsk::Count(id, batch)) => Some((*id, Arc::clone(batch))),
+        Effect::Start(id, JobRequest::Estimate(batch)) => Some((*id, Arc::clone(batch))),
         _ => None,
     });
     found.expect("a batch was counted")
 }
 
-fn begun(bench: &Bench) -> Option<BatchId> {
+fn begun(bench: &Bench) -> Option<JobId> {
     bench.effects.iter().find_map(|effect| match effect {
-        Effect::Batch(BatchAsk::Begin(id, _)) => Some(*id),
+        Effect::Start(id, JobRequest::Batch(_)) => Some(*id),
         _ => None,
     })
 }
@@ -44,16 +45,22 @@ fn counts(looked: usize) -> Counts {
 }
 
 /// A batch about all bundled scenarios that was said yes to.
-fn asking() -> (Bench, BatchId) {
+fn asking() -> (Bench, JobId) {
     let mut bench = Bench::bundled();
     bench.model.model = "lab/small".into();
     bench.press("shift-a");
     let (id, batch) = counted(&bench);
     assert_eq!(batch.entries.len(), 8);
-    bench.send(Msg::Batch(BatchNews::Counted(id, counts(8))));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Estimate(Update::Progress(counts(8))),
+    ));
     bench.press("enter");
     assert_eq!(begun(&bench), Some(id));
-    bench.send(Msg::Batch(BatchNews::Named(id, "b1".into(), 8)));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Batch(Update::Progress(BatchProgress::Named("b1".into(), 8))),
+    ));
     (bench, id)
 }
 
@@ -110,14 +117,17 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
     bench.press("shift-a enter");
     let (id, _) = counted(&bench);
     assert_eq!(begun(&bench), None);
-    bench.send(Msg::Batch(BatchNews::Counted(BatchId(0), counts(8))));
+    bench.send(Msg::Job(
+        JobId(0),
+        JobEvent::Estimate(Update::Progress(counts(8))),
+    ));
     assert!(
         !bench.model.card.as_ref().unwrap().is_counted(),
         "an old count is dropped"
     );
     let mut refused = counts(8);
     refused.refused = Some("a key is needed: set LAB_KEY".into());
-    bench.send(Msg::Batch(BatchNews::Counted(id, refused)));
+    bench.send(Msg::Job(id, JobEvent::Estimate(Update::Progress(refused))));
     bench.press("enter");
     assert_eq!(begun(&bench), None);
     assert!(
@@ -125,7 +135,10 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
             .frame(100, 30)
             .contains("a key is needed: set LAB_KEY")
     );
-    bench.send(Msg::Batch(BatchNews::Counted(id, counts(8))));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Estimate(Update::Progress(counts(8))),
+    ));
     let card = bench.frame(100, 30);
     for words in [
         "8 listed",
@@ -137,10 +150,7 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
         assert!(card.contains(words), "{words}: {card}");
     }
     bench.press("esc");
-    assert!(matches!(
-        bench.effects.last(),
-        Some(Effect::Batch(BatchAsk::StopCounting))
-    ));
+    assert!(matches!(bench.effects.last(), Some(Effect::Cancel(_))));
     assert!(bench.model.card.is_none() && begun(&bench).is_none());
 }
 
@@ -149,22 +159,33 @@ fn a_batch_ends_with_one_message() {
     let (mut bench, id) = asking();
     bench.model.toasts.clear();
     for (said, truth) in [(true, true), (false, true), (true, true)] {
-        bench.send(Msg::Batch(BatchNews::Ended(id, ended(said, truth))));
+        bench.send(Msg::Job(
+            id,
+            JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(
+                said, truth,
+            )))),
+        ));
     }
     let header = bench.frame(200, 60).lines().next().unwrap().to_string();
     assert!(header.contains("5 running of 8 · $0.0300"), "{header}");
     for place in 3..7 {
         let why = Err(format!("no answer: fault {place}"));
-        bench.send(Msg::Batch(BatchNews::Ended(id, why)));
+        bench.send(Msg::Job(
+            id,
+            JobEvent::Batch(Update::Progress(BatchProgress::Answered(why))),
+        ));
     }
     let silent = Ended {
         about: None,
         answer: Box::new(no_verdict("lab/small", "I cannot say")),
         truth: Some(true),
     };
-    bench.send(Msg::Batch(BatchNews::Ended(id, Ok(silent))));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Batch(Update::Progress(BatchProgress::Answered(Ok(silent)))),
+    ));
     assert!(bench.model.toasts.is_empty());
-    bench.send(Msg::Batch(BatchNews::Over(id)));
+    bench.send(Msg::Job(id, JobEvent::Batch(Update::Ended(Ok(())))));
     assert_eq!(bench.model.toasts.len(), 1);
     let toast = &bench.model.toasts[0];
     assert_eq!(toast.kind, Notice::Error);
@@ -185,10 +206,13 @@ fn a_batch_ends_with_one_message() {
 #[test]
 fn cancelling_a_batch_begins_nothing_more_and_twice_ends_what_was_sent() {
     let (mut bench, id) = asking();
-    bench.send(Msg::Batch(BatchNews::Ended(id, ended(true, true))));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(true, true)))),
+    ));
     bench.press("shift-j x");
     let stops = |bench: &Bench| {
-        let stop = |e: &&Effect| matches!(e, Effect::Batch(BatchAsk::Stop(other)) if *other == id);
+        let stop = |e: &&Effect| matches!(e, Effect::Cancel(other) if *other == id);
         bench.effects.iter().filter(stop).count()
     };
     assert_eq!(stops(&bench), 1);
@@ -199,7 +223,7 @@ fn cancelling_a_batch_begins_nothing_more_and_twice_ends_what_was_sent() {
     bench.press("esc");
     bench.press("ctrl-c");
     assert_eq!(stops(&bench), 2);
-    bench.send(Msg::Batch(BatchNews::Over(id)));
+    bench.send(Msg::Job(id, JobEvent::Batch(Update::Ended(Ok(())))));
     let state = &bench.model.jobs.all.last().unwrap().state;
     let words = "1 agree, 0 differ, 0 failed, 7 not asked";
     assert_eq!(*state, JobState::Cancelled(words.into()));
@@ -221,7 +245,7 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
     bench.model.uptime = Duration::from_secs(4);
     let mut paid = answer("lab/small", true, 301);
     paid.consumed.cost_usd = Some(0.5);
-    bench.send(Msg::Answered(first, Ok(Box::new(paid))));
+    bench.send(events::answered(first, Ok(Box::new(paid))));
     bench.press("shift-j");
     let list = bench.frame(120, 40);
     for words in [
@@ -239,7 +263,7 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::Abort(id) if *id == second))
+            .any(|e| matches!(e, Effect::Cancel(id) if *id == second))
     );
     let failed = bench.model.answers.columns.iter().all(|c| !c.is_running());
     assert!(failed && bench.frame(120, 40).contains("cancelled"));
@@ -281,7 +305,10 @@ fn an_answer_of_the_store_costs_nothing() {
         origin: crate::store::Origin::Asked,
         sample: 0,
     });
-    bench.send(Msg::Batch(BatchNews::Ended(id, Ok(found))));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Batch(Update::Progress(BatchProgress::Answered(Ok(found)))),
+    ));
     assert_eq!(bench.model.jobs.cost(), (0.0, 0));
     assert_eq!(bench.model.jobs.all.last().unwrap().tally, (1, 0, 0));
 }
@@ -292,14 +319,20 @@ fn the_card_at_80_by_24() {
     bench.model.model = "lab/small".into();
     bench.press("shift-a");
     let (id, _) = counted(&bench);
-    bench.send(Msg::Batch(BatchNews::Counted(id, counts(8))));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Estimate(Update::Progress(counts(8))),
+    ));
     insta::assert_snapshot!(bench.frame(80, 24));
 }
 
 #[test]
 fn tasks_at_80_by_24() {
     let (mut bench, id) = asking();
-    bench.send(Msg::Batch(BatchNews::Ended(id, ended(true, true))));
+    bench.send(Msg::Job(
+        id,
+        JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(true, true)))),
+    ));
     bench.model.toasts.clear();
     bench.press("shift-j");
     insta::assert_snapshot!(bench.frame(80, 24));

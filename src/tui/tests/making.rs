@@ -1,36 +1,36 @@
 //! Generation: started by a key, stopped, seen on the map, in the panel and in the plot, and written.
 
 use super::bench::Bench;
+use super::events;
 use super::generated::generated;
 use crate::formats::commonroad;
 use crate::generation::{Consequence, Progress};
 use crate::scenario::{ContentHash, ObstacleRole, Scenario};
 use crate::tui::loaded::{Generated, Made, VariantRequest, VariantShown, Working};
-use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::{Effect, JobId, JobRequest, Msg};
 use crate::tui::model::{Drives, JobState};
 use crate::tui::screens::variant::VariantScreen;
 use crate::tui::tasks::making::write;
 
 /// The searches that were asked for.
-fn asked(bench: &Bench) -> Vec<(MakeId, VariantRequest)> {
+fn asked(bench: &Bench) -> Vec<(JobId, VariantRequest)> {
     let asks = bench.effects.iter();
     let asks = asks.filter_map(|effect| match effect {
-        Effect::Make(MakeAsk::Begin(id, wish)) => Some((*id, (**wish).clone())),
+        Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
         _ => None,
     });
     asks.collect()
 }
 
 fn stopped(bench: &Bench) -> usize {
-    let stop = |effect: &&Effect| matches!(effect, Effect::Make(MakeAsk::Stop(_)));
+    let stop = |effect: &&Effect| matches!(effect, Effect::Cancel(_));
     bench.effects.iter().filter(stop).count()
 }
 
 /// The last search that was asked for ends.
 pub fn arrive(bench: &mut Bench) {
     let (id, wish) = asked(bench).pop().expect("a search was asked for");
-    bench.send(Msg::Make(MakeNews::Ended(id, generated(&wish))));
+    bench.send(events::generated(id, generated(&wish)));
 }
 
 /// A bundled scenario that is open.
@@ -81,14 +81,14 @@ fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
         driven: 5,
         best: Some(Consequence::NearMiss),
     };
-    bench.send(Msg::Make(MakeNews::Working(id, Working::Driving(3, 90))));
+    bench.send(events::generating(id, Working::Driving(3, 90)));
     assert!(
         bench
             .frame(120, 40)
             .contains("driving the original, step 3/90")
     );
     let searching = Working::Searching(progress, 600);
-    bench.send(Msg::Make(MakeNews::Working(id, searching)));
+    bench.send(events::generating(id, searching));
     let wide = bench.frame(200, 60);
     let words = "generating: motion 210 of 600, 96 refused, 5 driven, best near miss";
     assert!(wide.contains(words), "{wide}");
@@ -193,7 +193,7 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     }
     // What still arrives of it is dropped.
     let (id, _) = asked(&bench).pop().unwrap();
-    bench.send(Msg::Make(MakeNews::Working(id, Working::Proving)));
+    bench.send(events::generating(id, Working::Proving));
     assert_eq!(state(&bench), JobState::Stopping);
     arrive(&mut bench);
     assert!(bench.model.variant().is_none());
@@ -218,14 +218,14 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     let (id, _) = asked(&bench).pop().unwrap();
     let words = "nothing dangerous was found for any obstacle with seed 1";
     let nothing = Generated::Nothing(words.into());
-    bench.send(Msg::Make(MakeNews::Ended(id, Ok(nothing))));
+    bench.send(events::generated(id, Ok(nothing)));
     assert_eq!(said(&bench), format!("{words}; ! tries another seed"));
     assert!(bench.model.maker.under_way.is_none());
     bench.press("!");
     let (id, wish) = asked(&bench).pop().unwrap();
     assert_eq!(wish.seed, 2);
     let why = "no way leads from the start to the goal";
-    bench.send(Msg::Make(MakeNews::Ended(id, Err(why.into()))));
+    bench.send(events::generated(id, Err(why.into())));
     assert_eq!(said(&bench), format!("no variant was made: {why}"));
     bench.press("U");
     assert!(said(&bench).contains("no variant was made; !"));
@@ -332,7 +332,7 @@ fn it_is_written_and_nothing_is_written_over() {
     bench.perform("save-variant");
     let asks = bench.effects.iter().rev();
     let mut asks = asks.filter_map(|effect| match effect {
-        Effect::Make(MakeAsk::Save(made, folder)) => Some((made.clone(), folder.clone())),
+        Effect::SaveVariant(made, folder) => Some((made.clone(), folder.clone())),
         _ => None,
     });
     let (made, into) = asks.next().unwrap();
@@ -353,7 +353,7 @@ fn it_is_written_and_nothing_is_written_over() {
     let again = write(&made, into.as_deref()).unwrap();
     assert_ne!(again, words);
     assert_eq!(count(), 2 * first);
-    bench.send(Msg::Make(MakeNews::Saved(made.clone(), Ok(words))));
+    bench.send(Msg::VariantSaved(made.clone(), Ok(words)));
     bench.press("K");
     assert!(bench.frame(200, 60).contains("the variant is kept"));
     assert!(bench.model.maker.files(&made).is_some());

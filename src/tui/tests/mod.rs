@@ -10,6 +10,7 @@ mod counted;
 mod defaults;
 mod driven;
 mod editing;
+mod events;
 mod everywhere;
 mod frames;
 mod generated;

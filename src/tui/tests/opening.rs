@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::bench::Bench;
 use crate::formats::{EgoSelection, Entry, write_recording};
-use crate::tui::message::{Effect, Msg, OpenId};
+use crate::tui::message::{Effect, JobRequest, Msg, OpenId};
 use crate::tui::model::{Notice, Pane};
 
 #[test]
@@ -143,7 +143,7 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
         bench
             .effects
             .iter()
-            .all(|e| !matches!(e, Effect::Ask { .. }))
+            .all(|e| !matches!(e, Effect::Start(_, JobRequest::Question { .. })))
     );
     assert!(
         bench

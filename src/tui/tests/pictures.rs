@@ -1,11 +1,11 @@
 //! Saving pictures: choices, file names and messages.
 
 use super::bench::Bench;
+use super::events;
 use super::generated::generated;
 use crate::picture::MapExtent;
 use crate::tui::loaded::{PictureJob, PictureKind};
-use crate::tui::message::making::{MakeAsk, MakeNews};
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::{Effect, JobRequest, Msg};
 use crate::tui::model::Pane;
 use crate::tui::tasks::pictures::{Drawing, save};
 
@@ -72,10 +72,10 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     bench.press("/");
     bench.type_text("rightturn");
     bench.press("enter !");
-    let Some(Effect::Make(MakeAsk::Begin(id, wish))) = bench.effects.pop() else {
+    let Some(Effect::Start(id, JobRequest::Generate(wish))) = bench.effects.pop() else {
         panic!("nothing was searched for");
     };
-    bench.send(Msg::Make(MakeNews::Ended(id, generated(&wish))));
+    bench.send(events::generated(id, generated(&wish)));
     bench.frame(200, 60);
     bench.model.focus = Pane::Map;
     let folder = tempfile::tempdir().unwrap();

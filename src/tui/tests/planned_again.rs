@@ -7,28 +7,27 @@ use crate::formats::commonroad::read_solution;
 use crate::planner::Forecast;
 use crate::scenario::Prediction;
 use crate::tui::loaded::{DriveFiles, DriveKey, Opened};
-use crate::tui::message::planning::{PlanAsk, PlanNews};
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
 use crate::tui::screens::cycle::CycleScreen;
 use crate::tui::tasks::drives;
 
 /// How often planning was asked for.
 fn begun(bench: &Bench) -> usize {
-    let begin = |e: &&Effect| matches!(e, Effect::Plan(PlanAsk::Begin(..)));
+    let begin = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Plan(..)));
     bench.effects.iter().filter(begin).count()
 }
 
 /// The last drive that was asked for ends.
 fn arrive(bench: &mut Bench) {
     let last = bench.effects.iter().rev().find_map(|effect| match effect {
-        Effect::Plan(PlanAsk::Begin(id, entry, _, forecast)) => {
+        Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
             Some((*id, entry.clone(), *forecast))
         }
         _ => None,
     });
     let (id, entry, forecast) = last.expect("planning was asked for");
     let ended = planned(&entry, forecast).map(Box::new);
-    bench.send(Msg::Plan(PlanNews::Ended(id, ended)));
+    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(ended))));
 }
 
 /// The first bundled scenario, its ego planned.
@@ -250,19 +249,13 @@ fn the_panel_says_where_the_drive_is() {
     bench.perform("save-drive");
     assert!(bench.model.screens.is_top::<CycleScreen>());
     let asked = bench.effects.iter().rev().find_map(|effect| match effect {
-        Effect::Plan(PlanAsk::Save(files)) => Some(files.key),
+        Effect::SaveDrive(files) => Some(files.key),
         _ => None,
     });
     let key: DriveKey = asked.expect("writing was asked for");
-    bench.send(Msg::Plan(PlanNews::Saved(
-        key,
-        Ok("a.csv and b.xml".into()),
-    )));
+    bench.send(Msg::DriveSaved(key, Ok("a.csv and b.xml".into())));
     assert_eq!(said(&bench), "saved as a.csv and b.xml");
     assert!(bench.frame(200, 60).contains("in a.csv and b.xml"));
-    bench.send(Msg::Plan(PlanNews::Saved(
-        key,
-        Err("the disk is full".into()),
-    )));
+    bench.send(Msg::DriveSaved(key, Err("the disk is full".into())));
     assert!(said(&bench).contains("not written: the disk is full"));
 }

@@ -9,17 +9,16 @@ use crate::planner::{self, Forecast};
 use crate::scenario::EgoSource;
 use crate::simulation::{Outcome, Settings};
 use crate::tui::loaded::CycleShown;
-use crate::tui::message::planning::{PlanAsk, PlanId, PlanNews};
-use crate::tui::message::{Effect, Msg, OpenId};
+use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, OpenId, Update};
 use crate::tui::model::{Drives, JobState, Model};
 use crate::tui::screens::cycle::CycleScreen;
 use crate::workflow::{MissingEgo, PlanEvent, prepare};
 
 /// The drive that was asked for last.
-fn asked(bench: &Bench) -> (PlanId, Entry, Forecast) {
+fn asked(bench: &Bench) -> (JobId, Entry, Forecast) {
     let asks = bench.effects.iter().rev();
     let mut asks = asks.filter_map(|effect| match effect {
-        Effect::Plan(PlanAsk::Begin(id, entry, _, forecast)) => {
+        Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
             Some((*id, entry.clone(), *forecast))
         }
         _ => None,
@@ -27,26 +26,22 @@ fn asked(bench: &Bench) -> (PlanId, Entry, Forecast) {
     asks.next().expect("planning was asked for")
 }
 
-fn count(bench: &Bench, wanted: impl Fn(&PlanAsk) -> bool) -> usize {
-    let asks = bench.effects.iter();
-    let asks = asks.filter(|e| matches!(e, Effect::Plan(ask) if wanted(ask)));
-    asks.count()
-}
-
 fn begun(bench: &Bench) -> usize {
-    count(bench, |ask| matches!(ask, PlanAsk::Begin(..)))
+    let begin = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Plan(..)));
+    bench.effects.iter().filter(begin).count()
 }
 
 fn stopped(bench: &Bench) -> usize {
-    count(bench, |ask| matches!(ask, PlanAsk::Stop(_)))
+    let cancel = |e: &&Effect| matches!(e, Effect::Cancel(_));
+    bench.effects.iter().filter(cancel).count()
 }
 
 /// What was asked for is driven to its end.
 fn arrive(bench: &mut Bench) {
     let (id, entry, forecast) = asked(bench);
     let opened = planned(&entry, forecast).map(Box::new);
-    bench.send(Msg::Plan(PlanNews::Planned(id, 3, 100)));
-    bench.send(Msg::Plan(PlanNews::Ended(id, opened)));
+    bench.send(Msg::Job(id, JobEvent::Plan(Update::Progress((3, 100)))));
+    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(opened))));
 }
 
 /// A bundled scenario whose ego the planner drove.
@@ -90,7 +85,7 @@ fn a_key_lets_the_planner_drive_and_another_goes_back() {
     bench.press("W");
     let (id, _, forecast) = asked(&bench);
     assert_eq!(forecast, Forecast::Lane);
-    bench.send(Msg::Plan(PlanNews::Planned(id, 7, 100)));
+    bench.send(Msg::Job(id, JobEvent::Plan(Update::Progress((7, 100)))));
     assert!(bench.frame(120, 40).contains("planning 7/100"));
     assert!(
         !is_planned(&bench.model),
@@ -187,7 +182,7 @@ fn who_does_not_want_a_planned_ego_gets_none_and_a_failure_is_told_once() {
     bench.press("W");
     let (id, ..) = asked(&bench);
     let why = "no way leads from the start to the goal";
-    bench.send(Msg::Plan(PlanNews::Ended(id, Err(why.into()))));
+    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(Err(why.into())))));
     passes(&mut bench, 900);
     assert_eq!(begun(&bench), 2);
     assert!(bench.model.toasts.iter().any(|t| t.text.contains(why)));

@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use crate::prompts::Library;
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::{Effect, JobRequest, Msg};
 use crate::tui::model::{Notice, PromptView};
 
 fn rendered(bench: &Bench) -> String {
@@ -58,7 +58,7 @@ fn the_prompt_follows_every_key_and_the_draft_is_what_is_asked() {
     bench.press("esc r");
     assert!(bench.model.prompt.is_draft());
     let question = bench.effects.iter().find_map(|e| match e {
-        Effect::Ask { question, .. } => Some(question),
+        Effect::Start(_, JobRequest::Question { question, .. }) => Some(question),
         _ => None,
     });
     assert!(question.unwrap().prompt.system.starts_with("Dear model!"));
@@ -88,7 +88,7 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
         bench
             .effects
             .iter()
-            .all(|e| !matches!(e, Effect::Ask { .. })),
+            .all(|e| !matches!(e, Effect::Start(_, JobRequest::Question { .. }))),
         "a broken template is not sent"
     );
     assert_eq!(bench.model.toasts.last().unwrap().kind, Notice::Error);
@@ -181,7 +181,7 @@ fn broken_front_matter_is_named_and_the_built_in_judge_does_not_care() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::Ask { .. }))
+            .any(|e| matches!(e, Effect::Start(_, JobRequest::Question { .. })))
     );
 }
 

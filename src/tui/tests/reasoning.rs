@@ -2,10 +2,10 @@
 
 use super::answers::asking;
 use super::bench::{Bench, answer, no_verdict};
+use super::events;
 use crate::evaluation::{Event, Judged, Missing};
 use crate::llm::Chunk;
 use crate::store::RunId;
-use crate::tui::message::Msg;
 
 const DIVIDER: &str = "── answer ──";
 
@@ -26,17 +26,20 @@ fn place(lines: &[String], words: &str) -> Option<usize> {
 fn a_line_divides_the_reasoning_from_the_answer() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(
+    bench.send(events::piece(
         id,
         Event::Chunk(Chunk::Reasoning("thinking hard".into())),
     ));
-    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so it is".into()))));
+    bench.send(events::piece(
+        id,
+        Event::Chunk(Chunk::Text("so it is".into())),
+    ));
     let lines = pane(&bench);
     let at = |words| place(&lines, words).unwrap_or_else(|| panic!("{words}: {lines:#?}"));
     assert_eq!(at("thinking hard"), at("── reasoning ──") + 1, "{lines:#?}");
     assert_eq!(at(DIVIDER), at("thinking hard") + 2, "{lines:#?}");
     assert_eq!(at("so it is"), at(DIVIDER) + 1, "{lines:#?}");
-    bench.send(Msg::Answered(
+    bench.send(events::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -51,7 +54,10 @@ fn a_line_divides_the_reasoning_from_the_answer() {
 fn an_answer_without_reasoning_needs_no_line() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so it is".into()))));
+    bench.send(events::piece(
+        id,
+        Event::Chunk(Chunk::Text("so it is".into())),
+    ));
     let lines = pane(&bench);
     assert!(place(&lines, "so it is").is_some(), "{lines:#?}");
     assert_eq!(place(&lines, DIVIDER), None, "{lines:#?}");
@@ -64,14 +70,17 @@ fn what_is_waited_for_is_said_until_something_comes() {
     let on_its_way = "the question is on its way…";
     assert!(place(&pane(&bench), "waiting 0 s").is_some());
     assert!(place(&pane(&bench), on_its_way).is_some());
-    bench.send(Msg::Asked(id, Event::Awaiting(RunId(7))));
+    bench.send(events::piece(id, Event::Awaiting(RunId(7))));
     let lines = pane(&bench);
     assert!(
         place(&lines, "being asked as run 7").is_some(),
         "{lines:#?}"
     );
     assert_eq!(place(&lines, on_its_way), None, "{lines:#?}");
-    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so it is".into()))));
+    bench.send(events::piece(
+        id,
+        Event::Chunk(Chunk::Text("so it is".into())),
+    ));
     let lines = pane(&bench);
     assert_eq!(place(&lines, "being asked as run 7"), None, "{lines:#?}");
 }
@@ -81,7 +90,7 @@ fn what_never_left_this_machine_is_called_so_with_the_reason() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let refused = "nothing was sent: a key is needed: set LAB_KEY";
-    bench.send(Msg::Answered(id, Err(refused.into())));
+    bench.send(events::answered(id, Err(refused.into())));
     let lines = pane(&bench);
     assert!(lines[0].contains("not sent"), "{lines:#?}");
     assert!(
@@ -90,11 +99,11 @@ fn what_never_left_this_machine_is_called_so_with_the_reason() {
     );
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Kept(RunId(1))));
+    bench.send(events::piece(id, Event::Kept(RunId(1))));
     let mut unsent = no_verdict("lab/small", "");
     unsent.reasoning.clear();
     unsent.judged = Judged::Missing(Missing::NotSent("cannot reach lab".into()));
-    bench.send(Msg::Answered(id, Ok(Box::new(unsent))));
+    bench.send(events::answered(id, Ok(Box::new(unsent))));
     let frame = bench.frame(120, 40);
     assert!(
         frame.contains("nothing was sent: cannot reach lab"),
@@ -114,7 +123,10 @@ fn the_text_goes_to_the_claim_that_is_picked() {
     let filler = "Nothing else matters here.\n\n".repeat(60);
     let last = "At step 59 the gap to obstacle 301 is 7 m.";
     let text = format!("{first}\n\n{filler}{last}\n\n{filler}");
-    bench.send(Msg::Answered(id, Ok(Box::new(no_verdict("lab/a", &text)))));
+    bench.send(events::answered(
+        id,
+        Ok(Box::new(no_verdict("lab/a", &text))),
+    ));
     pane(&bench);
     for (words, keys) in [(first, ")"), (last, ")"), (first, "("), (last, "(")] {
         bench.press(keys);

@@ -10,7 +10,7 @@ use crate::evaluation::Outcome;
 use crate::formats::EgoSelection;
 use crate::metrics::Thresholds;
 use crate::tui::keymap::{Keymap, Preset};
-use crate::tui::message::runs::ResultsNews;
+use crate::tui::message::runs::ResultsEvent;
 use crate::tui::message::{Effect, Msg};
 use crate::tui::screens::results::ResultsScreen;
 use crate::tui::tasks::history::Judging;
@@ -145,7 +145,7 @@ fn an_empty_cell_and_news_of_an_older_reading_change_nothing() {
     let old = kept.bench.model.results.asked;
     press(&mut kept, "esc");
     kept.bench
-        .send(Msg::Results(ResultsNews::Read(old, Err("gone".into()))));
+        .send(Msg::Results(ResultsEvent::Read(old, Err("gone".into()))));
     assert_eq!(kept.bench.model.results.error, None);
     assert_eq!(kept.bench.model.results.rows.len(), 2);
 }

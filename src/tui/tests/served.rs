@@ -7,7 +7,7 @@ use super::asking::server::{Script, Server};
 use super::written::found;
 use crate::store::RunId;
 use crate::tui::loaded::Working;
-use crate::tui::model::{JobState, Model, Notice};
+use crate::tui::model::{JobKind, JobState, Model, Notice};
 use crate::verdict::Motion;
 
 /// An answer as a server streams it.
@@ -119,7 +119,7 @@ async fn what_is_cancelled_is_closed_and_written_down() {
     assert!(matches!(whole.end().await, JobState::Cancelled(_)));
     assert!(server.seen_close().await);
     assert_eq!(whole.states(), ["cancelled"]);
-    assert!(whole.model.variant().is_none() && whole.model.maker.stopping.is_empty());
+    assert!(whole.model.variant().is_none() && !whole.model.jobs.is_stopping(JobKind::Generate));
     // Who leaves in the middle of it pays for nothing that is not written down.
     whole.press("&");
     whole.until("a question", asked).await;

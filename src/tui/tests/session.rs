@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::bench::{Bench, answer};
+use super::events;
 use crate::formats::{Entry, Place, bundled};
 use crate::tui::message::session::Session;
 use crate::tui::message::{Effect, Msg};
@@ -252,7 +253,7 @@ fn three_keys_lead_to_a_first_verdict() {
         assert_eq!(model, "reference/geometry");
         assert!(bench.frame(columns, rows).contains("three keys"));
         let said = answer(&model, true, 301);
-        bench.send(Msg::Answered(id, Ok(Box::new(said))));
+        bench.send(events::answered(id, Ok(Box::new(said))));
         let frame = bench.frame(columns, rows);
         assert!(!frame.contains("three keys"), "{frame}");
     }

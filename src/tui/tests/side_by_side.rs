@@ -2,6 +2,7 @@
 
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer};
+use super::events;
 use crate::evaluation::{Answer, Event};
 use crate::llm::Chunk;
 use crate::store::{Choice, NewRating, RatedAnswer, Rating, RunId};
@@ -137,7 +138,7 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     bench.press("shift-c");
     let place = place_of(&bench, "lab/small");
     bench.model.compare.focus = place;
-    let line = |n: usize| Msg::Asked(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
+    let line = |n: usize| events::piece(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
     (0..60).for_each(|n| bench.send(line(n)));
     assert!(bench.frame(120, 40).contains("line 59"));
     bench.press("up up");

@@ -11,7 +11,7 @@ use crate::generation::{Ground, Progress, VariantGenerator, search_until};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
 use crate::prompts::Library;
-use crate::tui::loaded::{Heard, How, Opened, VariantRequest, Working, Writer};
+use crate::tui::loaded::{GenerationProgress, How, Opened, VariantRequest, Working, Writer};
 use crate::workflow::AttackSource;
 
 /// Any attack on the ego that turns right.
@@ -41,7 +41,7 @@ fn who_cancels_hears_nothing_more() {
         let cancel = Cancel::default();
         let mut heard = Vec::new();
         let mut on_event = |event| {
-            if let Heard::Working(at) = event {
+            if let GenerationProgress::Working(at) = event {
                 heard.push(at);
                 if end(at) {
                     cancel.ask();
@@ -94,7 +94,7 @@ fn who_cancels_is_driven_against_nothing_more() {
         let cancel = Cancel::default();
         let mut heard = Vec::new();
         let mut on_event = |event| {
-            if let Heard::Working(at) = event {
+            if let GenerationProgress::Working(at) = event {
                 heard.push(at);
                 if at == end {
                     cancel.ask();

@@ -2,9 +2,10 @@
 
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
+use super::events;
 use crate::evaluation::{Answer, Judged, Missing, StoredOrigin};
 use crate::store::{Origin, RunId};
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::{Effect, JobRequest, Msg};
 use crate::tui::model::Shown;
 
 #[test]
@@ -12,7 +13,7 @@ fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
     let mut bench = asking();
     bench.press("shift-r");
     let fresh = |bench: &Bench| match bench.effects.last() {
-        Some(Effect::Ask { fresh, .. }) => *fresh,
+        Some(Effect::Start(_, JobRequest::Question { fresh, .. })) => *fresh,
         other => panic!("{other:?}"),
     };
     assert!(fresh(&bench));
@@ -29,13 +30,13 @@ fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
         past: Some(past),
         ..answer("lab/small", true, 301)
     };
-    bench.send(Msg::Answered(id, Ok(Box::new(stored.clone()))));
+    bench.send(events::answered(id, Ok(Box::new(stored.clone()))));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("run 7 of the store, asked 19"), "{frame}");
     let columns = bench.model.answers.columns.len();
     bench.press("r");
     let (id, _) = bench.asked();
-    bench.send(Msg::Answered(id, Ok(Box::new(stored))));
+    bench.send(events::answered(id, Ok(Box::new(stored))));
     assert_eq!(
         bench.model.answers.columns.len(),
         columns,

@@ -2,6 +2,7 @@
 
 use super::answers::stored_of;
 use super::bench::{Bench, answer};
+use super::events;
 use super::listing::surveyed;
 use crate::evaluation::Answer;
 use crate::tui::clock::Lap;
@@ -225,7 +226,7 @@ fn an_answer_that_arrives_is_counted() {
     let (id, _) = bench.asked();
     let effects = update(
         &mut bench.model,
-        Msg::Answered(id, Ok(Box::new(answer("lab/small", false, 302)))),
+        events::answered(id, Ok(Box::new(answer("lab/small", false, 302)))),
     );
     let counted = effects
         .iter()

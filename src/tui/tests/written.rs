@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::driven::coarse;
+use super::events;
 use super::generated::{generated, in_12_ms};
 use super::stopping::right_turn;
 use crate::evaluation::Event;
@@ -20,9 +21,10 @@ use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::scenario::Scene;
 use crate::store::Consumed;
-use crate::tui::loaded::{Authorship, Generated, How, Made, Opened, VariantRequest};
-use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
-use crate::tui::message::{Effect, Msg};
+use crate::tui::loaded::{
+    Authorship, Generated, GenerationProgress, How, Made, Opened, VariantRequest,
+};
+use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use crate::tui::model::{JobState, Model};
 use crate::tui::screens::variant::VariantScreen;
 use crate::verdict::{AttackerChoice, Motion, ObstacleRisk};
@@ -32,17 +34,17 @@ use crate::workflow::{AttackSource, AttackWriter};
 const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";
 
 /// The last wish, and its number.
-fn asked(bench: &Bench) -> (MakeId, VariantRequest) {
+fn asked(bench: &Bench) -> (JobId, VariantRequest) {
     let mut asks = bench.effects.iter().rev();
     let ask = asks.find_map(|effect| match effect {
-        Effect::Make(MakeAsk::Begin(id, wish)) => Some((*id, (**wish).clone())),
+        Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
         _ => None,
     });
     ask.expect("a model was asked")
 }
 
 fn count(bench: &Bench) -> usize {
-    let begun = |e: &&Effect| matches!(e, Effect::Make(MakeAsk::Begin(..)));
+    let begun = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Generate(..)));
     bench.effects.iter().filter(begun).count()
 }
 
@@ -214,7 +216,10 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     );
     assert_eq!(bench.model.jobs.asking(), 1);
     let hear = |bench: &mut Bench, progress| {
-        bench.send(Msg::Make(MakeNews::Heard(id, progress)));
+        bench.send(Msg::Job(
+            id,
+            JobEvent::Generate(Update::Progress(GenerationProgress::Model(progress))),
+        ));
         let frame = bench.frame(200, 60);
         frame.lines().next().unwrap().to_string()
     };
@@ -265,7 +270,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     bench.press("q");
     assert!(said(&bench.model).contains("1 question is running"));
 
-    bench.send(Msg::Make(MakeNews::Ended(id, written(&wish))));
+    bench.send(events::generated(id, written(&wish)));
     assert_eq!(made(&bench).by, "lab/small");
     assert!(bench.model.variant().unwrap().changed);
     assert!(said(&bench.model).starts_with("variant: 305 moves in another way, collision"));
@@ -282,12 +287,12 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
 fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     let mut bench = open();
     bench.press("& esc");
-    let stops = |e: &&Effect| matches!(e, Effect::Make(MakeAsk::Stop(_)));
+    let stops = |e: &&Effect| matches!(e, Effect::Cancel(_));
     assert_eq!(bench.effects.iter().filter(stops).count(), 1);
     let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
     assert_eq!(state(&bench), JobState::Stopping);
     let (id, _) = asked(&bench);
-    bench.send(Msg::Make(MakeNews::Stopped(id)));
+    bench.send(Msg::Job(id, JobEvent::Generate(Update::Cancelled)));
     assert!(matches!(state(&bench), JobState::Cancelled(_)));
     assert!(!bench.frame(80, 24).contains("stopping …"));
     assert_eq!(said(&bench.model), "stopped");
@@ -295,7 +300,7 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     bench.press("&");
     let (id, wish) = asked(&bench);
     assert!(count(&bench) == 2 && !wish.writer.unwrap().fresh);
-    bench.send(Msg::Make(MakeNews::Ended(id, Ok(unwritten("lab/small")))));
+    bench.send(events::generated(id, Ok(unwritten("lab/small"))));
     bench.press("&");
     assert!(asked(&bench).1.writer.unwrap().fresh);
     bench.press("esc");
@@ -329,7 +334,7 @@ fn what_came_to_nothing_can_be_read() {
     bench.press("&");
     let (id, _) = asked(&bench);
     let nothing = unwritten("lab/\u{1b}[31msmall");
-    bench.send(Msg::Make(MakeNews::Ended(id, Ok(nothing))));
+    bench.send(events::generated(id, Ok(nothing)));
     assert!(said(&bench.model).ends_with("K tells all"));
     bench.press("K");
     assert!(bench.model.screens.is_top::<VariantScreen>());
@@ -353,7 +358,7 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         bench.frame(columns, rows);
         bench.press("&");
         let (id, wish) = asked(&bench);
-        bench.send(Msg::Make(MakeNews::Ended(id, written(&wish))));
+        bench.send(events::generated(id, written(&wish)));
         bench.model.toasts.clear();
         bench.press("tab K");
         bench.model.map.layers.planner = false;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::super::action::Action;
-use super::super::message::{AskId, Effect, WindowTruth};
+use super::super::message::{Effect, JobId, JobRequest, Update, WindowTruth};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
-use super::{batch, making};
+use super::{batch, list, making};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::Chunk;
@@ -51,7 +51,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         ));
         return Vec::new();
     };
-    let id = AskId(model.new_id());
+    let id = JobId(model.new_id());
     if asked == judge::MODEL {
         model.answers.asking_reference = Some(id);
         model.answers.show(Shown::Reference);
@@ -70,12 +70,14 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         };
         model.answers.add(column);
     }
-    vec![Effect::Ask {
+    vec![Effect::Start(
         id,
-        question: Box::new(question),
-        model: asked,
-        fresh,
-    }]
+        JobRequest::Question {
+            question: Box::new(question),
+            model: asked,
+            fresh,
+        },
+    )]
 }
 
 /// Asks for the truth about the windows of answers from the store, where that is not known.
@@ -128,10 +130,24 @@ pub fn offer(model: &mut Model, found: Vec<Discovered>) {
     }
 }
 
+/// A piece of an answer, or the whole one; the list counts anew what is stored on its scenario.
+pub fn on_update(model: &mut Model, id: JobId, update: Update<Event, Box<Answer>>) -> Vec<Effect> {
+    match update {
+        Update::Progress(event) => arrived(model, id, event),
+        Update::Ended(result) => {
+            let name = list::name_of(model, id);
+            answered(model, id, result);
+            return name.map_or_else(Vec::new, |name| list::recount(model, &name));
+        }
+        Update::Cancelled => {}
+    }
+    Vec::new()
+}
+
 /// A piece of an answer.
-pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
+fn arrived(model: &mut Model, ask: JobId, event: Event) {
     let Some(column) = model.column_mut(ask) else {
-        return Vec::new();
+        return;
     };
     match event {
         Event::Kept(_) => column.begun = true,
@@ -166,7 +182,6 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
         // The answer that follows carries it.
         Event::Chunk(Chunk::Usage(_) | Chunk::Finished(_)) | Event::Barred(_) => {}
     }
-    Vec::new()
 }
 
 fn seconds(column: &Column) -> f64 {
@@ -186,7 +201,7 @@ pub fn pass(model: &mut Model, seconds: f64) {
 }
 
 /// An answer is complete.
-pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, String>) -> Vec<Effect> {
+fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) {
     if model.answers.asking_reference == Some(ask) {
         model.answers.asking_reference = None;
         match result {
@@ -200,7 +215,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
             }
             Err(error) => model.complain(error),
         }
-        return Vec::new();
+        return;
     }
     if let Some(place) = model
         .answers
@@ -216,10 +231,10 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
             }
             Err(error) => model.complain(error),
         }
-        return Vec::new();
+        return;
     }
     let Some(column) = model.column_mut(ask) else {
-        return Vec::new();
+        return;
     };
     match result {
         Ok(answer) => {
@@ -250,11 +265,10 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
             failed_with(model, ask, error);
         }
     }
-    Vec::new()
 }
 
 /// Says why there is no verdict, unless it is read beside the answer anyway.
-fn failed_with(model: &mut Model, ask: AskId, why: String) {
+fn failed_with(model: &mut Model, ask: JobId, why: String) {
     let read = !model.zoomed || model.focus == Pane::Reasoning;
     match model
         .answers
@@ -290,7 +304,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
     for column in &mut model.answers.columns {
         if column.is_running() {
             column.progress = cancelled();
-            effects.extend(column.ask.map(Effect::Abort));
+            effects.extend(column.ask.map(Effect::Cancel));
         }
     }
     effects.extend(
@@ -298,7 +312,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
             .answers
             .elsewhere
             .drain(..)
-            .map(|(id, _)| Effect::Abort(id)),
+            .map(|(id, _)| Effect::Cancel(id)),
     );
     if !effects.is_empty() {
         model.say("cancelled");
@@ -325,7 +339,7 @@ pub fn close(model: &mut Model) -> Vec<Effect> {
         Shown::Column(place.min(last - 1))
     });
     if column.is_running() {
-        column.ask.map(Effect::Abort).into_iter().collect()
+        column.ask.map(Effect::Cancel).into_iter().collect()
     } else {
         Vec::new()
     }

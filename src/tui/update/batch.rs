@@ -3,8 +3,8 @@
 use super::super::action::Action;
 use std::sync::Arc;
 
-use super::super::message::Effect;
-use super::super::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
+use super::super::message::runs::{Batch, Counts, Ended};
+use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model};
 use super::super::screens::batch::BatchScreen;
 use super::{actions, jobs};
@@ -72,7 +72,7 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         model: asked,
         entries,
     });
-    let id = BatchId(model.new_id());
+    let id = JobId(model.new_id());
     model.card = Some(Card {
         id,
         batch: Arc::clone(&batch),
@@ -80,22 +80,25 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         marked: model.marks.count(&model.list) > 0,
     });
     model.screens.open(BatchScreen);
-    vec![Effect::Batch(BatchAsk::Count(id, batch))]
+    vec![Effect::Start(id, JobRequest::Estimate(batch))]
 }
 
-/// What a batch tells; the list of tasks has heard it already.
-pub fn heard(model: &mut Model, news: BatchNews) -> Vec<Effect> {
-    match news {
-        BatchNews::Counted(id, counts) => {
-            if let Some(card) = model.card.as_mut().filter(|card| card.id == id) {
-                card.counts = counts;
-            }
-        }
-        BatchNews::Ended(_, Ok(ended)) => show(model, ended),
-        BatchNews::Over(id) => over(model, id),
-        BatchNews::Named(..) | BatchNews::Ended(_, Err(_)) => {}
+/// What the questions of the batch on the card take, as far as it is known.
+pub fn estimated(model: &mut Model, update: Update<Counts, Counts>) {
+    if let (Some(card), Update::Progress(counts) | Update::Ended(Ok(counts))) =
+        (&mut model.card, update)
+    {
+        card.counts = counts;
     }
-    Vec::new()
+}
+
+/// What a batch tells; the list of tasks has noted it already.
+pub fn on_update(model: &mut Model, id: JobId, update: Update<BatchProgress, ()>) {
+    match update {
+        Update::Progress(BatchProgress::Answered(Ok(ended))) => show(model, ended),
+        Update::Progress(_) => {}
+        Update::Ended(_) | Update::Cancelled => over(model, id),
+    }
 }
 
 /// An answer about the scenario that is open stands among the others; what is shown stays shown.
@@ -118,9 +121,9 @@ fn show(model: &mut Model, ended: Ended) {
 }
 
 /// One message for the whole batch.
-fn over(model: &mut Model, id: BatchId) {
+fn over(model: &mut Model, id: JobId) {
     let mut all = model.jobs.all.iter().rev();
-    let Some(job) = all.find(|job| job.kind == JobKind::Batch(id)) else {
+    let Some(job) = all.find(|job| job.id == id) else {
         return;
     };
     let why = job
@@ -143,10 +146,9 @@ fn over(model: &mut Model, id: BatchId) {
 /// Lets every batch begin nothing more.
 pub fn stop_all(model: &mut Model) -> Vec<Effect> {
     let running = model.jobs.all.iter().filter(|job| job.is_running());
-    let batches = running.filter_map(|job| match job.kind {
-        JobKind::Batch(id) => Some(id),
-        _ => None,
-    });
+    let batches = running
+        .filter(|job| job.kind == JobKind::Batch)
+        .map(|job| job.id);
     let batches: Vec<_> = batches.collect();
     batches
         .into_iter()

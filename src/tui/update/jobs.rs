@@ -1,10 +1,10 @@
-//! The list of tasks: it hears what goes out and what comes back, and can cancel it.
+//! Jobs: the list of tasks notes what goes out and what comes back, and can cancel it.
+
+use std::time::Duration;
 
 use super::super::action::Action;
-use super::super::message::making::MakeAsk;
-use super::super::message::planning::PlanAsk;
-use super::super::message::runs::{BatchAsk, BatchId, BatchNews, Ended};
-use super::super::message::{AskId, Effect, Msg};
+use super::super::message::runs::Ended;
+use super::super::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::super::model::{Column, Job, JobKind, JobState, Model};
 use super::{answers, batch, making, planning};
 use crate::evaluation::{Answer, Event, Judged};
@@ -16,28 +16,23 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
     let now = model.uptime;
     for effect in effects {
         let job = match effect {
-            Effect::Ask {
-                id,
-                question,
-                model: asked,
-                ..
-            } => {
-                let title = format!("{asked} on {}", question.case.name);
-                let mut job = Job::new(JobKind::Question(*id), title, 1, now);
-                job.state = JobState::Waiting(String::new());
-                job
-            }
-            Effect::Batch(BatchAsk::Begin(id, batch)) => {
-                let count = batch.entries.len();
-                let title = format!("{} on {count} scenarios", batch.model);
-                Job::new(JobKind::Batch(*id), title, count, now)
+            Effect::Start(id, request) => match started(*id, request, now) {
+                Some(job) => job,
+                None => continue,
+            },
+            Effect::Cancel(id) => {
+                if let Some(job) = model.jobs.running_mut(*id) {
+                    cancelled(job, now);
+                }
+                continue;
             }
             Effect::Survey(entries) => {
                 supersede(model, |kind| kind == JobKind::Survey);
+                let id = JobId(model.new_id());
                 let title = "the most dangerous moments of all scenarios".to_string();
-                with_parts(Job::new(JobKind::Survey, title, entries.len(), now))
+                with_parts(Job::new(id, JobKind::Survey, title, entries.len(), now))
             }
-            Effect::SurveyMore(entries) => match model.jobs.running_mut(JobKind::Survey) {
+            Effect::SurveyMore(entries) => match model.jobs.newest_mut(JobKind::Survey) {
                 Some(job) => {
                     job.of += entries.len();
                     let parts = job.parts.len() + entries.len();
@@ -45,9 +40,10 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
                     continue;
                 }
                 None => {
+                    let id = JobId(model.new_id());
                     let first = entries.first().map_or(0, |(place, _)| *place);
                     let title = "the most dangerous moments of more scenarios".to_string();
-                    let mut job = Job::new(JobKind::Survey, title, entries.len(), now);
+                    let mut job = Job::new(id, JobKind::Survey, title, entries.len(), now);
                     // Those before them are not asked for again.
                     job.parts = vec![false; first + entries.len()];
                     job
@@ -55,37 +51,15 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
             },
             Effect::Rank(measure, entries) => {
                 supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
+                let id = JobId(model.new_id());
                 let title = format!("{measure} of all scenarios");
                 with_parts(Job::new(
+                    id,
                     JobKind::Ranking(measure),
                     title,
                     entries.len(),
                     now,
                 ))
-            }
-            Effect::Plan(PlanAsk::Begin(id, entry, _, forecast)) => {
-                let title = format!("the ego of {} planned, {}", entry.name, forecast.name());
-                Job::new(JobKind::Plan(*id), title, 1, now)
-            }
-            Effect::Plan(PlanAsk::Stop(id)) => {
-                if let Some(job) = model.jobs.running_mut(JobKind::Plan(*id)) {
-                    job.end(JobState::Cancelled(String::new()), now);
-                }
-                continue;
-            }
-            Effect::Make(MakeAsk::Begin(id, wish)) => making::job(*id, wish, now),
-            Effect::Make(MakeAsk::Stop(id)) => {
-                if let Some(job) = model.jobs.running_mut(JobKind::Make(*id)) {
-                    job.state = JobState::Stopping;
-                }
-                continue;
-            }
-            Effect::Abort(id) => {
-                if let Some(job) = model.jobs.running_mut(JobKind::Question(*id)) {
-                    let words = "what had arrived is kept".to_string();
-                    job.end(JobState::Cancelled(words), now);
-                }
-                continue;
             }
             _ => continue,
         };
@@ -93,6 +67,42 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
             model.jobs.add(job);
         }
     }
+}
+
+/// What the list says of a job that starts; nothing of an estimate, which has a card of its own.
+fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
+    let (kind, title, parts) = match request {
+        JobRequest::Question {
+            question, model, ..
+        } => {
+            let title = format!("{model} on {}", question.case.name);
+            let mut job = Job::new(id, JobKind::Question, title, 1, now);
+            job.state = JobState::Waiting(String::new());
+            return Some(job);
+        }
+        JobRequest::Plan(entry, _, forecast) => {
+            let title = format!("the ego of {} planned, {}", entry.name, forecast.name());
+            (JobKind::Plan, title, 1)
+        }
+        JobRequest::Generate(request) => return Some(making::job(id, request, now)),
+        JobRequest::Estimate(_) => return None,
+        JobRequest::Batch(batch) => {
+            let count = batch.entries.len();
+            let title = format!("{} on {count} scenarios", batch.model);
+            (JobKind::Batch, title, count)
+        }
+    };
+    Some(Job::new(id, kind, title, parts, now))
+}
+
+/// A job is to end: at once, or once it says so.
+fn cancelled(job: &mut Job, now: Duration) {
+    let words = match job.kind {
+        JobKind::Generate | JobKind::Batch => return job.state = JobState::Stopping,
+        JobKind::Question => "what had arrived is kept",
+        JobKind::Plan | JobKind::Survey | JobKind::Ranking(_) => "",
+    };
+    job.end(JobState::Cancelled(words.into()), now);
 }
 
 fn with_parts(mut job: Job) -> Job {
@@ -110,33 +120,65 @@ fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
     }
 }
 
-/// Takes note of what comes back.
+/// Takes note of what comes back of work on all scenarios.
 pub fn note(model: &mut Model, msg: &Msg) {
-    let now = model.uptime;
     match msg {
-        Msg::Asked(id, event) => {
-            if let Some(job) = model.jobs.running_mut(JobKind::Question(*id)) {
-                piece(job, event);
-            }
-        }
-        Msg::Answered(id, result) => {
-            if let Some(job) = model.jobs.running_mut(JobKind::Question(*id)) {
-                job.tokens = 0;
-                let state = match result {
-                    Ok(answer) => outcome(job, answer),
-                    Err(error) => JobState::Failed(error.clone()),
-                };
-                job.done = 1;
-                job.end(state, now);
-            }
-        }
         Msg::Surveyed(place, _) => part(model, JobKind::Survey, *place),
         Msg::Ranked(measure, place, _) => part(model, JobKind::Ranking(measure), *place),
-        Msg::Batch(news) => of_batch(model, news),
-        Msg::Plan(news) => planning::note(model, news),
-        Msg::Make(news) => making::note(model, news),
         _ => {}
     }
+}
+
+/// Takes an event of a job; one of a job that has ended is dropped.
+pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
+    let now = model.uptime;
+    let stopping = match model.jobs.running_mut(id) {
+        Some(job) => {
+            let stopping = job.state == JobState::Stopping;
+            note_event(job, &event, now);
+            stopping
+        }
+        None if model.card.as_ref().is_some_and(|card| card.id == id) => false,
+        None => return Vec::new(),
+    };
+    match event {
+        JobEvent::Question(update) => return answers::on_update(model, id, update),
+        JobEvent::Plan(update) => return planning::on_update(model, update),
+        JobEvent::Generate(Update::Progress(_)) if stopping => {}
+        JobEvent::Generate(_) if stopping => making::stopped(model),
+        JobEvent::Generate(update) => return making::on_update(model, update),
+        JobEvent::Estimate(update) => batch::estimated(model, update),
+        JobEvent::Batch(update) => batch::on_update(model, id, update),
+    }
+    Vec::new()
+}
+
+/// Notes in the list of tasks how far a job is; an estimate is not listed.
+fn note_event(job: &mut Job, event: &JobEvent, now: Duration) {
+    match event {
+        JobEvent::Question(update) => note_question(job, update, now),
+        JobEvent::Plan(update) => planning::note(job, update, now),
+        JobEvent::Generate(update) => making::note(job, update, now),
+        JobEvent::Estimate(_) => {}
+        JobEvent::Batch(update) => note_batch(job, update, now),
+    }
+}
+
+fn note_question(job: &mut Job, update: &Update<Event, Box<Answer>>, now: Duration) {
+    let state = match update {
+        Update::Progress(event) => return piece(job, event),
+        Update::Ended(Ok(answer)) => {
+            job.tokens = 0;
+            outcome(job, answer)
+        }
+        Update::Ended(Err(error)) => {
+            job.tokens = 0;
+            JobState::Failed(error.clone())
+        }
+        Update::Cancelled => JobState::Cancelled(String::new()),
+    };
+    job.done = 1;
+    job.end(state, now);
 }
 
 fn piece(job: &mut Job, event: &Event) {
@@ -169,7 +211,7 @@ fn outcome(job: &mut Job, answer: &Answer) -> JobState {
 /// One part of work on all scenarios is done.
 fn part(model: &mut Model, kind: JobKind, place: usize) {
     let now = model.uptime;
-    let Some(job) = model.jobs.running_mut(kind) else {
+    let Some(job) = model.jobs.newest_mut(kind) else {
         return;
     };
     if let Some(done) = job.parts.get_mut(place).filter(|done| !**done) {
@@ -181,36 +223,33 @@ fn part(model: &mut Model, kind: JobKind, place: usize) {
     }
 }
 
-fn of_batch(model: &mut Model, news: &BatchNews) {
-    let now = model.uptime;
-    let (BatchNews::Named(id, ..) | BatchNews::Ended(id, ..) | BatchNews::Over(id)) = news else {
-        return;
-    };
-    let Some(job) = model.jobs.running_mut(JobKind::Batch(*id)) else {
-        return;
-    };
-    match news {
-        BatchNews::Named(_, name, questions) => {
+fn note_batch(job: &mut Job, update: &Update<BatchProgress, ()>, now: Duration) {
+    match update {
+        Update::Progress(BatchProgress::Named(name, questions)) => {
             job.batch = Some(name.clone());
             job.of = *questions;
+            return;
         }
-        BatchNews::Ended(_, Ok(ended)) => answered(job, ended),
-        BatchNews::Ended(_, Err(why)) => {
-            job.done += 1;
-            job.tally.2 += 1;
-            job.why.get_or_insert_with(|| why.clone());
-        }
-        _ => {
-            let left = job.of.saturating_sub(job.done);
-            let words = job.outcome();
-            let state = match (left, job.tally.2 == job.done && job.done > 0) {
-                (0, false) => JobState::Done(words),
-                (0, true) => JobState::Failed(words),
-                (left, _) => JobState::Cancelled(format!("{words}, {left} not asked")),
-            };
-            job.end(state, now);
-        }
+        Update::Progress(BatchProgress::Answered(Ok(ended))) => return answered(job, ended),
+        Update::Progress(BatchProgress::Answered(Err(why))) => return failed(job, why),
+        Update::Ended(Err(why)) => failed(job, why),
+        Update::Ended(Ok(())) | Update::Cancelled => {}
     }
+    let left = job.of.saturating_sub(job.done);
+    let words = job.outcome();
+    let state = match (left, job.tally.2 == job.done && job.done > 0) {
+        (0, false) => JobState::Done(words),
+        (0, true) => JobState::Failed(words),
+        (left, _) => JobState::Cancelled(format!("{words}, {left} not asked")),
+    };
+    job.end(state, now);
+}
+
+/// A question of a batch has no answer.
+fn failed(job: &mut Job, why: &str) {
+    job.done += 1;
+    job.tally.2 += 1;
+    job.why.get_or_insert_with(|| why.into());
 }
 
 /// One answer of a batch is here.
@@ -236,12 +275,14 @@ fn answered(job: &mut Job, ended: &Ended) {
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     if action == Action::CancelAllJobs {
         let running = model.jobs.all.iter().filter(|job| job.is_running());
-        let kinds: Vec<_> = running.map(|job| job.kind).collect();
-        let kinds = kinds.into_iter();
-        return kinds.flat_map(|kind| cancel(model, kind)).collect();
+        let jobs: Vec<_> = running.map(|job| (job.id, job.kind)).collect();
+        let jobs = jobs.into_iter();
+        return jobs
+            .flat_map(|(id, kind)| cancel(model, id, kind))
+            .collect();
     }
     match model.jobs.current().filter(|job| job.is_running()) {
-        Some(job) => cancel(model, job.kind),
+        Some(job) => cancel(model, job.id, job.kind),
         None => {
             model.say("that is over");
             Vec::new()
@@ -249,27 +290,24 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     }
 }
 
-fn cancel(model: &mut Model, kind: JobKind) -> Vec<Effect> {
+fn cancel(model: &mut Model, id: JobId, kind: JobKind) -> Vec<Effect> {
+    let stop = match kind {
+        JobKind::Question => return abort(model, id),
+        JobKind::Batch => return stop(model, id),
+        JobKind::Plan => return planning::cancel(model),
+        JobKind::Generate => return making::cancel(model),
+        JobKind::Survey => Effect::StopSurvey,
+        JobKind::Ranking(_) => Effect::StopRanking,
+    };
     let now = model.uptime;
-    match kind {
-        JobKind::Question(id) => abort(model, id),
-        JobKind::Batch(id) => stop(model, id),
-        JobKind::Plan(_) => planning::cancel(model),
-        JobKind::Make(_) => making::cancel(model),
-        JobKind::Survey | JobKind::Ranking(_) => {
-            if let Some(job) = model.jobs.running_mut(kind) {
-                job.end(JobState::Cancelled(String::new()), now);
-            }
-            vec![match kind {
-                JobKind::Survey => Effect::StopSurvey,
-                _ => Effect::StopRanking,
-            }]
-        }
+    if let Some(job) = model.jobs.running_mut(id) {
+        cancelled(job, now);
     }
+    vec![stop]
 }
 
 /// Cancels one question.
-fn abort(model: &mut Model, id: AskId) -> Vec<Effect> {
+fn abort(model: &mut Model, id: JobId) -> Vec<Effect> {
     if let Some(column) = model.column_mut(id).filter(|c| Column::is_running(c)) {
         column.progress = answers::cancelled();
     }
@@ -277,14 +315,11 @@ fn abort(model: &mut Model, id: AskId) -> Vec<Effect> {
     if model.answers.asking_reference == Some(id) {
         model.answers.asking_reference = None;
     }
-    vec![Effect::Abort(id)]
+    vec![Effect::Cancel(id)]
 }
 
 /// Lets a batch begin nothing more; the second time, what it began is cancelled too.
-pub fn stop(model: &mut Model, id: BatchId) -> Vec<Effect> {
-    if let Some(job) = model.jobs.running_mut(JobKind::Batch(id)) {
-        job.state = JobState::Stopping;
-    }
+pub fn stop(model: &mut Model, id: JobId) -> Vec<Effect> {
     batch::stopping(model);
-    vec![Effect::Batch(BatchAsk::Stop(id))]
+    vec![Effect::Cancel(id)]
 }

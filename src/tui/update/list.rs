@@ -1,7 +1,7 @@
 //! The list of scenarios: arriving rows, order and groups, and the user's tags.
 
 use super::super::action::Action;
-use super::super::message::{AskId, Effect};
+use super::super::message::{Effect, JobId};
 use super::super::model::{Line, Model, Pane};
 use super::{open, open_current, session_restore};
 use crate::formats::{Entry, PassedOver, SearchResults};
@@ -136,7 +136,7 @@ pub fn recount(model: &Model, name: &str) -> Vec<Effect> {
 }
 
 /// The scenario that a question is about, by its name.
-pub fn name_of(model: &Model, ask: AskId) -> Option<String> {
+pub fn name_of(model: &Model, ask: JobId) -> Option<String> {
     let mut elsewhere = model.answers.elsewhere.iter();
     let left = elsewhere.find(|(id, _)| *id == ask);
     if let Some((_, name)) = left {

@@ -8,10 +8,11 @@ pub use noted::{job, note};
 use std::sync::Arc;
 
 use super::super::action::Action;
-use super::super::loaded::{Generated, Made, Opened, VariantRequest, VariantShown, Writer};
-use super::super::message::making::{MakeAsk, MakeId, MakeNews};
-use super::super::message::{Effect, OpenId};
-use super::super::model::{Drives, Model, Search, consequence_words, forecast_words};
+use super::super::loaded::{
+    Generated, GenerationProgress, Made, Opened, VariantRequest, VariantShown, Writer,
+};
+use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
+use super::super::model::{Drives, JobKind, Model, Search, consequence_words, forecast_words};
 use super::opening;
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
@@ -105,14 +106,14 @@ fn begin(
     let Some(place) = model.list.opened else {
         return Vec::new();
     };
-    let id = MakeId(model.new_id());
+    let id = JobId(model.new_id());
     model.maker.under_way = Some(Search {
         id,
         place,
         at: None,
         waits: None,
     });
-    let wish = VariantRequest {
+    let request = VariantRequest {
         entry: model.list.rows[place].entry.clone(),
         change,
         forecast: model.driver.forecast,
@@ -121,7 +122,7 @@ fn begin(
         writer,
         folder: model.config.pictures.clone(),
     };
-    vec![Effect::Make(MakeAsk::Begin(id, Box::new(wish)))]
+    vec![Effect::Start(id, JobRequest::Generate(Box::new(request)))]
 }
 
 /// Stops what is under way.
@@ -137,20 +138,15 @@ fn stop(model: &mut Model) -> Vec<Effect> {
     let Some(search) = model.maker.under_way.take() else {
         return Vec::new();
     };
-    model.maker.stopping.push(search.id);
-    vec![Effect::Make(MakeAsk::Stop(search.id))]
+    vec![Effect::Cancel(search.id)]
 }
 
-/// One that was to stop has ended.
-fn ended(model: &mut Model, id: MakeId) {
-    let before = model.maker.stopping.len();
-    model.maker.stopping.retain(|stopping| *stopping != id);
-    if model.maker.stopping.len() < before && model.maker.stopping.is_empty() {
-        let said = model.toasts.iter().any(|toast| toast.text == STOPPING);
-        if said {
-            model.toasts.retain(|toast| toast.text != STOPPING);
-            model.say("stopped");
-        }
+/// A search that was to stop has ended.
+pub fn stopped(model: &mut Model) {
+    let said = model.toasts.iter().any(|toast| toast.text == STOPPING);
+    if said && !model.jobs.is_stopping(JobKind::Generate) {
+        model.toasts.retain(|toast| toast.text != STOPPING);
+        model.say("stopped");
     }
 }
 
@@ -167,26 +163,21 @@ pub fn stop_left(model: &mut Model) -> Vec<Effect> {
     }
 }
 
-/// News of the search that is under way; that of others is dropped.
-pub fn heard(model: &mut Model, news: MakeNews) -> Vec<Effect> {
-    if let MakeNews::Saved(made, result) = news {
-        saved(model, &made, result);
-        return Vec::new();
-    }
-    if let MakeNews::Ended(id, _) | MakeNews::Stopped(id) = &news {
-        ended(model, *id);
-    }
-    let search = model.maker.under_way.as_mut();
-    let Some(search) = search.filter(|search| news.id() == Some(search.id)) else {
-        return Vec::new();
-    };
-    match news {
-        MakeNews::Working(_, at) => {
-            search.at = Some(at);
-            search.waits = None;
+/// How far the search is that is under way, or what came of it.
+pub fn on_update(model: &mut Model, update: Update<GenerationProgress, Generated>) -> Vec<Effect> {
+    match update {
+        Update::Progress(GenerationProgress::Working(at)) => {
+            if let Some(search) = &mut model.maker.under_way {
+                search.at = Some(at);
+                search.waits = None;
+            }
+            Vec::new()
         }
-        MakeNews::Heard(_, progress) => writing::heard(model, &progress),
-        MakeNews::Ended(_, result) => {
+        Update::Progress(GenerationProgress::Model(progress)) => {
+            writing::heard(model, &progress);
+            Vec::new()
+        }
+        Update::Ended(result) => {
             model.maker.under_way = None;
             let mut effects = writing::recount(model);
             match result {
@@ -200,11 +191,10 @@ pub fn heard(model: &mut Model, news: MakeNews) -> Vec<Effect> {
                 }
                 Err(why) => model.complain(format!("no variant was made: {why}")),
             }
-            return effects;
+            effects
         }
-        MakeNews::Saved(..) | MakeNews::Stopped(_) => {}
+        Update::Cancelled => Vec::new(),
     }
-    Vec::new()
 }
 
 fn found(model: &mut Model, original: Box<Opened>, variant: Box<Opened>) -> Vec<Effect> {
@@ -315,7 +305,7 @@ fn save(model: &mut Model) -> Vec<Effect> {
         Some(shown) => {
             let made: Arc<Made> = shown.made.clone();
             let folder = model.config.pictures.clone();
-            vec![Effect::Make(MakeAsk::Save(made, folder))]
+            vec![Effect::SaveVariant(made, folder)]
         }
         None => {
             let why = model.without_variant();
@@ -326,7 +316,7 @@ fn save(model: &mut Model) -> Vec<Effect> {
 }
 
 /// A variant was written, or not.
-fn saved(model: &mut Model, made: &Arc<Made>, result: Result<String, String>) {
+pub fn saved(model: &mut Model, made: &Arc<Made>, result: Result<String, String>) {
     match result {
         Ok(files) => {
             model.maker.saved(made, &files);

@@ -125,13 +125,6 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Thresholds(read) => values::thresholds(model, read),
-        Msg::Asked(ask, event) => answers::arrived(model, ask, event),
-        Msg::Answered(ask, result) => {
-            let name = list::name_of(model, ask);
-            let mut effects = answers::answered(model, ask, result);
-            effects.extend(name.map_or_else(Vec::new, |name| list::recount(model, &name)));
-            effects
-        }
         Msg::Stored(of, stored) => {
             if actions::stored_of(model).as_ref() == Some(&of) {
                 let reopened = reopen::before_stored(model);
@@ -144,17 +137,23 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             }
             Vec::new()
         }
-        Msg::History(news) => {
-            let step = history::hear(model, news);
+        Msg::History(event) => {
+            let step = history::on_event(model, event);
             screens::take(model, None, step)
         }
-        Msg::Results(news) => {
-            let step = results::hear(model, news);
+        Msg::Results(event) => {
+            let step = results::on_event(model, event);
             screens::take(model, None, step)
         }
-        Msg::Batch(news) => batch::heard(model, news),
-        Msg::Plan(news) => planning::heard(model, news),
-        Msg::Make(news) => making::heard(model, news),
+        Msg::Job(id, event) => jobs::on_event(model, id, event),
+        Msg::DriveSaved(key, result) => {
+            planning::saved(model, key, result);
+            Vec::new()
+        }
+        Msg::VariantSaved(made, result) => {
+            making::saved(model, &made, result);
+            Vec::new()
+        }
         Msg::Rated(round, result) => rating::kept(model, round, result),
         Msg::Ratings(result) => {
             rating::read(model, result);

@@ -2,16 +2,20 @@
 
 mod kept;
 
-pub use kept::instead;
+pub use kept::{instead, saved};
+
+use std::time::Duration;
 
 use super::super::action::Action;
 use super::super::loaded::Opened;
-use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
-use super::super::message::{Effect, OpenId};
-use super::super::model::{Camera, Drives, JobKind, JobState, Model, UnderWay, forecast_words};
+use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
+use super::super::model::{Camera, Drives, Job, JobState, Model, UnderWay, forecast_words};
 use super::{making, opening};
 use crate::planner::{Forecast, unavoided};
 use crate::workflow::MissingEgo;
+
+/// Planned steps, and steps at most; then the scenario with the planned ego.
+type PlanUpdate = Update<(usize, usize), Box<Opened>>;
 
 /// Seconds a scenario without an ego stays open before one is planned for it, so that moving through the list does not
 /// plan one for each.
@@ -97,7 +101,7 @@ fn begin(model: &mut Model) -> Vec<Effect> {
 pub fn again(model: &mut Model, place: usize) -> Vec<Effect> {
     let mut effects = stop(model);
     let change = model.opened.as_deref().and_then(|opened| opened.change);
-    let id = PlanId(model.new_id());
+    let id = JobId(model.new_id());
     model.driver.waits = None;
     model.driver.under_way = Some(UnderWay {
         id,
@@ -106,8 +110,8 @@ pub fn again(model: &mut Model, place: usize) -> Vec<Effect> {
         of: 0,
     });
     let entry = model.list.rows[place].entry.clone();
-    let begin = PlanAsk::Begin(id, entry, change, model.driver.forecast);
-    effects.push(Effect::Plan(begin));
+    let request = JobRequest::Plan(entry, change, model.driver.forecast);
+    effects.push(Effect::Start(id, request));
     effects
 }
 
@@ -120,7 +124,7 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
 /// Stops what is under way.
 fn stop(model: &mut Model) -> Vec<Effect> {
     let under_way = model.driver.under_way.take();
-    let stop = |drive: UnderWay| Effect::Plan(PlanAsk::Stop(drive.id));
+    let stop = |drive: UnderWay| Effect::Cancel(drive.id);
     under_way.map(stop).into_iter().collect()
 }
 
@@ -196,32 +200,28 @@ pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
     }
 }
 
-/// News of the drive that is under way; that of others is dropped.
-pub fn heard(model: &mut Model, news: PlanNews) -> Vec<Effect> {
-    let drive = model.driver.under_way.as_mut();
-    let drive = drive.filter(|drive| news.id() == Some(drive.id));
-    match (news, drive) {
-        (PlanNews::Saved(key, result), _) => {
-            kept::saved(model, key, result);
+/// How far the drive is that is under way, or what came of it.
+pub fn on_update(model: &mut Model, update: PlanUpdate) -> Vec<Effect> {
+    match update {
+        Update::Progress((done, of)) => {
+            if let Some(drive) = &mut model.driver.under_way {
+                (drive.done, drive.of) = (done.min(of), of);
+            }
             Vec::new()
         }
-        (_, None) => Vec::new(),
-        (PlanNews::Planned(_, done, of), Some(drive)) => {
-            (drive.done, drive.of) = (done.min(of), of);
-            Vec::new()
-        }
-        (PlanNews::Ended(_, Ok(opened)), _) => {
+        Update::Ended(Ok(opened)) => {
             model.driver.under_way = None;
             model.driver.declined = None;
             model.driver.kept.keep(&opened);
             take(model, opened)
         }
-        (PlanNews::Ended(_, Err(why)), _) => {
+        Update::Ended(Err(why)) => {
             model.driver.under_way = None;
             decline(model);
             model.complain(format!("no ego was planned: {why}"));
             Vec::new()
         }
+        Update::Cancelled => Vec::new(),
     }
 }
 
@@ -270,23 +270,16 @@ fn show_reach(model: &mut Model, reach: f64) {
 }
 
 /// Notes in the list of tasks how far it is.
-pub fn note(model: &mut Model, news: &PlanNews) {
-    let now = model.uptime;
-    let job = news.id().map(JobKind::Plan);
-    let Some(job) = job.and_then(|kind| model.jobs.running_mut(kind)) else {
-        return;
-    };
-    match news {
-        PlanNews::Planned(_, done, of) => {
-            (job.done, job.of) = (*done.min(of), *of);
-        }
-        PlanNews::Ended(_, Ok(opened)) => {
+pub fn note(job: &mut Job, update: &PlanUpdate, now: Duration) {
+    match update {
+        Update::Progress((done, of)) => (job.done, job.of) = (*done.min(of), *of),
+        Update::Ended(Ok(opened)) => {
             let planned = opened.planned.as_ref();
             let words = planned.map_or(String::new(), |p| p.outcome.to_string());
             job.end(JobState::Done(words), now);
         }
-        PlanNews::Ended(_, Err(why)) => job.end(JobState::Failed(why.clone()), now),
-        PlanNews::Saved(..) => {}
+        Update::Ended(Err(why)) => job.end(JobState::Failed(why.clone()), now),
+        Update::Cancelled => job.end(JobState::Cancelled(String::new()), now),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::action::Action;
 use super::super::message::session::{Instead, Opened, Session, View, Where};
-use super::super::message::{Effect, Msg};
+use super::super::message::{Effect, JobEvent, Msg, Update};
 use super::super::model::{Grouping, Model, Order, Pane};
 use super::{clock, open, open_current};
 use crate::formats::Entry;
@@ -258,7 +258,7 @@ pub fn note(model: &mut Model, msg: &Msg) {
         Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_) | Msg::Opened(..)
     );
     model.recall.changed |= by_hand;
-    if let Msg::Answered(_, Ok(answer)) = msg
+    if let Msg::Job(_, JobEvent::Question(Update::Ended(Ok(answer)))) = msg
         && answer.verdict().is_some()
     {
         model.recall.hint = false;

@@ -157,7 +157,7 @@ fn running(model: &Model, width: u16) -> String {
         .iter()
         .filter(|job| job.is_running() && job.asks())
         // How far that one is, is said in another way.
-        .filter(|job| !matches!(job.kind, JobKind::Make(_)));
+        .filter(|job| !matches!(job.kind, JobKind::Generate));
     let mut parts: Vec<String> = Vec::new();
     match asking.clone().count() {
         0 => {}
@@ -180,7 +180,7 @@ fn running(model: &Model, width: u16) -> String {
         if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
             parts.push(fit(&visible(why), WAITS));
         }
-    } else if !model.maker.stopping.is_empty() {
+    } else if model.jobs.is_stopping(JobKind::Generate) {
         parts.push("stopping …".into());
     }
     let (usd, unknown) = model.jobs.cost();

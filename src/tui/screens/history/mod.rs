@@ -1,7 +1,7 @@
 //! The run history: a searchable list, and the selected run beside or below it.
 
 mod draw;
-mod news;
+mod events;
 mod run;
 mod runs;
 mod typing;
@@ -9,13 +9,13 @@ mod typing;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-pub use news::hear;
+pub use events::on_event;
 
 use super::{Screen, Step};
 use crate::store::Edge;
 use crate::tui::action::{Action, Scope};
 use crate::tui::keymap::Key;
-use crate::tui::message::runs::{HistoryAsk, PageId};
+use crate::tui::message::runs::{HistoryCommand, PageId};
 use crate::tui::message::{Effect, Mouse};
 use crate::tui::model::{Model, PAGE, Typing};
 use crate::tui::widgets::hints::{self, Hint, fixed};
@@ -30,7 +30,7 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
     model.history.typing = None;
     model.history.on_details = false;
     model.history.wanted = None;
-    let mut effects = vec![Effect::History(HistoryAsk::Open)];
+    let mut effects = vec![Effect::History(HistoryCommand::Open)];
     effects.extend(read(model, Edge::Newest));
     effects
 }
@@ -39,7 +39,7 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
 pub fn leave(model: &mut Model) -> Vec<Effect> {
     model.history.loading = None;
     model.history.typing = None;
-    vec![Effect::History(HistoryAsk::Close)]
+    vec![Effect::History(HistoryCommand::Close)]
 }
 
 impl Screen for HistoryScreen {
@@ -108,7 +108,7 @@ fn read(model: &mut Model, edge: Edge) -> Vec<Effect> {
     };
     history.asked = id;
     history.loading = Some(edge);
-    let ask = HistoryAsk::Page(id, history.filter.clone(), edge, most);
+    let ask = HistoryCommand::Page(id, history.filter.clone(), edge, most);
     vec![Effect::History(ask)]
 }
 
@@ -200,5 +200,5 @@ fn details(model: &mut Model, again: bool) -> Vec<Effect> {
     };
     let name = &model.history.rows[model.history.selected].scenario;
     let files = model.files_of(name);
-    vec![Effect::History(HistoryAsk::Details(id, files))]
+    vec![Effect::History(HistoryCommand::Details(id, files))]
 }

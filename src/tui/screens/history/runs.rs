@@ -4,7 +4,7 @@ use super::follow;
 use crate::store::RunId;
 use crate::tui::action::Action;
 use crate::tui::message::Effect;
-use crate::tui::message::runs::HistoryAsk;
+use crate::tui::message::runs::HistoryCommand;
 use crate::tui::model::{Model, Typing};
 use crate::tui::screens::Step;
 
@@ -19,7 +19,7 @@ pub fn act(model: &mut Model, action: Action) -> Step {
     match action {
         Action::PinRun => {
             row.pinned = !row.pinned;
-            return Step::Stay(vec![Effect::History(HistoryAsk::Pin(id, row.pinned))]);
+            return Step::Stay(vec![Effect::History(HistoryCommand::Pin(id, row.pinned))]);
         }
         Action::DeleteRun if row.pinned => {
             let key = model.look.key(Action::PinRun);
@@ -33,7 +33,7 @@ pub fn act(model: &mut Model, action: Action) -> Step {
             let word = if deleted { "deleted" } else { "restored" };
             let key = model.look.key(Action::UndoDelete);
             model.say(format!("run {id} {word}; {key} takes that back"));
-            let mut effects = vec![Effect::History(HistoryAsk::Delete(id, deleted))];
+            let mut effects = vec![Effect::History(HistoryCommand::Delete(id, deleted))];
             effects.extend(follow(model));
             return Step::Stay(effects);
         }
@@ -80,5 +80,5 @@ pub fn undo(model: &mut Model) -> Vec<Effect> {
         "is deleted again"
     };
     model.say(format!("run {id} {word}"));
-    vec![Effect::History(HistoryAsk::Delete(id, !deleted))]
+    vec![Effect::History(HistoryCommand::Delete(id, !deleted))]
 }

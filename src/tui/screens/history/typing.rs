@@ -7,7 +7,7 @@ use crate::store::{Edge, Filter, FilterError};
 use crate::tui::action::Action;
 use crate::tui::keymap::{Code, Key, edit_line};
 use crate::tui::message::Effect;
-use crate::tui::message::runs::HistoryAsk;
+use crate::tui::message::runs::HistoryCommand;
 use crate::tui::model::{Model, Typing};
 
 /// A key while something is typed.
@@ -104,7 +104,7 @@ fn entered(model: &mut Model) -> Vec<Effect> {
             if let Some(run) = model.history.details.as_mut().filter(|run| run.id == id) {
                 run.notes.clone_from(&text);
             }
-            vec![Effect::History(HistoryAsk::Note(id, text))]
+            vec![Effect::History(HistoryCommand::Note(id, text))]
         }
         Some(Typing::Export(file)) if file.trim().is_empty() => {
             model.say("no file was named");
@@ -113,7 +113,7 @@ fn entered(model: &mut Model) -> Vec<Effect> {
         Some(Typing::Export(file)) => {
             model.say(format!("writing {file} …"));
             let filter = model.history.filter.clone();
-            let ask = HistoryAsk::Export(filter, PathBuf::from(file.trim()));
+            let ask = HistoryCommand::Export(filter, PathBuf::from(file.trim()));
             vec![Effect::History(ask)]
         }
         Some(Typing::Search) | None => Vec::new(),

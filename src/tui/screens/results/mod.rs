@@ -11,7 +11,7 @@ use ratatui::layout::Rect;
 use super::{Screen, Step};
 use crate::evaluation::Outcome;
 use crate::tui::action::{Action, Scope};
-use crate::tui::message::runs::{PageId, ResultsAsk, ResultsNews};
+use crate::tui::message::runs::{PageId, ResultsCommand, ResultsEvent};
 use crate::tui::message::{Effect, Mouse};
 use crate::tui::model::Model;
 use crate::tui::widgets::hints::{self, Hint};
@@ -75,7 +75,7 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
 fn read(model: &mut Model) -> Vec<Effect> {
     let id = PageId(model.new_id());
     let entries = model.list.rows.iter().map(|row| row.entry.clone());
-    let ask = ResultsAsk::Read(id, model.results.chosen, entries.collect());
+    let ask = ResultsCommand::Read(id, model.results.chosen, entries.collect());
     model.results.asked = id;
     model.results.reading = true;
     vec![Effect::Results(ask)]
@@ -91,7 +91,7 @@ fn back(model: &mut Model) -> Step {
     // A reading still in progress is abandoned.
     model.results.asked = PageId(model.new_id());
     model.results.reading = false;
-    Step::Close(vec![Effect::Results(ResultsAsk::Stop)])
+    Step::Close(vec![Effect::Results(ResultsCommand::Stop)])
 }
 
 /// From the list of what can be counted to the matrix, from a cell to its answers, from an answer to its scenario.
@@ -121,7 +121,7 @@ fn enter(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     };
     results.wanted = Some(run);
-    vec![Effect::Results(ResultsAsk::Run(run))]
+    vec![Effect::Results(ResultsCommand::Run(run))]
 }
 
 /// Moves the selection.
@@ -185,9 +185,9 @@ fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
 }
 
 /// What the store says.
-pub fn hear(model: &mut Model, news: ResultsNews) -> Step {
-    match news {
-        ResultsNews::Read(id, result) if id == model.results.asked => match result {
+pub fn on_event(model: &mut Model, event: ResultsEvent) -> Step {
+    match event {
+        ResultsEvent::Read(id, result) if id == model.results.asked => match result {
             Ok(read) => {
                 model.results.error = None;
                 model.results.take(*read);
@@ -198,7 +198,7 @@ pub fn hear(model: &mut Model, news: ResultsNews) -> Step {
                 model.complain(error);
             }
         },
-        ResultsNews::Run(id, result) if model.results.wanted == Some(id) => {
+        ResultsEvent::Run(id, result) if model.results.wanted == Some(id) => {
             model.results.wanted = None;
             match result {
                 Ok(Some(run)) => {
@@ -211,7 +211,7 @@ pub fn hear(model: &mut Model, news: ResultsNews) -> Step {
                 Err(error) => model.complain(error),
             }
         }
-        ResultsNews::Read(..) | ResultsNews::Run(..) => {}
+        ResultsEvent::Read(..) | ResultsEvent::Run(..) => {}
     }
     Step::stay()
 }

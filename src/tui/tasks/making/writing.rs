@@ -39,9 +39,8 @@ impl Tasks {
     /// Whoever ends the program waits until this is dropped: a request that was cancelled is written down by then.
     pub(in crate::tui::tasks) fn held(&mut self) -> oneshot::Sender<()> {
         let (held, dropped) = oneshot::channel();
-        self.ending.retain(|handle| !handle.is_finished());
         let until = tokio::spawn(async { drop(dropped.await) });
-        self.ending.push(until.abort_handle());
+        self.jobs.wait_for(until.abort_handle());
         held
     }
 }

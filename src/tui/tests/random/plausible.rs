@@ -2,25 +2,28 @@
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
+use std::time::Duration;
 
-use super::super::bench::answer;
+use super::super::bench::{answer, no_verdict};
 use super::super::driven::planned;
 use super::super::generated::generated;
 use super::super::kept::FIRST;
 use super::super::written::unwritten;
 use super::world::{CLAIMS, HOSTILE};
-use crate::evaluation::Answer;
 use crate::evaluation::batch::Estimate;
 use crate::evaluation::generating::Progress as Heard;
+use crate::evaluation::{Answer, Event};
 use crate::formats::{EgoSelection, Entry};
 use crate::generation::Progress;
+use crate::llm::Chunk;
 use crate::metrics::Thresholds;
+use crate::planner::Forecast;
+use crate::scenario::Transform;
 use crate::store::{Choice, RatedAnswer, Rating, RunId};
-use crate::tui::loaded::{Facts, Generated, VariantRequest, Verdicts, Working};
-use crate::tui::message::Msg;
-use crate::tui::message::making::{MakeAsk, MakeNews};
-use crate::tui::message::planning::{PlanAsk, PlanNews};
-use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Ended};
+use crate::tui::loaded::{Facts, Generated, GenerationProgress, VariantRequest, Verdicts, Working};
+use crate::tui::message::runs::{Batch, Counts, Ended};
+use crate::tui::message::{BatchProgress, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::tui::model::JobKind;
 use crate::verdict::Task;
 
 /// The answer of a number.
@@ -57,110 +60,141 @@ pub fn rating() -> Rating {
     }
 }
 
-pub fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
-    let batch = |news| Msg::Batch(news);
-    match ask {
-        BatchAsk::Count(id, asked) => vec![batch(BatchNews::Counted(
-            id,
-            Counts {
-                looked: asked.entries.len().saturating_sub(n % 4 / 3),
-                unlabelled: n % 2,
-                estimate: Estimate {
-                    requests: n as u64 % 9,
-                    stored: n as u64 % 2,
-                    unaskable: 1,
-                    why: vec![(HOSTILE.into(), 1)],
-                    usd: 0.1,
-                    unbounded: n as u64 % 9,
-                    million: 2.0,
-                    ..Estimate::default()
-                },
-                refused: n.is_multiple_of(5).then(|| HOSTILE.into()),
-                at_once: 4,
-                ..Counts::default()
-            },
-        ))],
-        BatchAsk::Begin(id, asked) => {
-            let mut msgs = vec![batch(BatchNews::Named(
-                id,
-                format!("b{n}"),
-                asked.entries.len(),
-            ))];
-            for place in 0..asked.entries.len() {
-                msgs.push(batch(BatchNews::Ended(
-                    id,
-                    match place % 4 {
-                        0 => Err(format!("the server is gone {HOSTILE}")),
-                        _ => Ok(Ended {
-                            about: None,
-                            answer: Box::new(stored(place)),
-                            truth: Some(true),
-                        }),
-                    },
-                )));
-            }
-            if !n.is_multiple_of(3) {
-                msgs.push(batch(BatchNews::Over(id)));
-            }
-            msgs
-        }
-        BatchAsk::Stop(id) => vec![batch(BatchNews::Over(id))],
-        BatchAsk::StopCounting => Vec::new(),
-    }
+/// What a job tells, as far as it comes.
+pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
+    let events = match request {
+        JobRequest::Question { model, .. } => question(&model, n),
+        JobRequest::Plan(entry, change, forecast) => plan(&entry, change, forecast, n),
+        JobRequest::Generate(request) => generate(*request, n),
+        JobRequest::Estimate(batch) => vec![estimate(&batch, n)],
+        JobRequest::Batch(batch) => ask(&batch, n),
+    };
+    events
+        .into_iter()
+        .map(|event| Msg::Job(id, event))
+        .collect()
+}
+
+/// What a job tells that was cancelled.
+pub fn cancelled(id: JobId, kind: Option<JobKind>) -> Vec<Msg> {
+    let event = match kind {
+        Some(JobKind::Batch) => JobEvent::Batch(Update::Ended(Ok(()))),
+        Some(JobKind::Generate) => JobEvent::Generate(Update::Cancelled),
+        _ => return Vec::new(),
+    };
+    vec![Msg::Job(id, event)]
+}
+
+/// What comes of a question: pieces, and mostly the end.
+fn question(model: &str, n: usize) -> Vec<JobEvent> {
+    let whole = match n % 4 {
+        0 => Err(format!("the store is full {HOSTILE}")),
+        1 => Ok(Box::new(no_verdict(model, HOSTILE))),
+        _ => Ok(Box::new(stored(n))),
+    };
+    let pieces = [
+        Event::Kept(RunId(1000 + n as i64)),
+        Event::Chunk(Chunk::Note(format!("seed is not sent {HOSTILE}"))),
+        Event::Chunk(Chunk::Started {
+            model: Some(format!("other {HOSTILE}")),
+        }),
+        Event::Chunk(Chunk::Reasoning(format!("thinking {HOSTILE}"))),
+        Event::Chunk(Chunk::Retrying {
+            attempt: 2,
+            wait: Duration::from_secs(2),
+            why: HOSTILE.into(),
+        }),
+        Event::Chunk(Chunk::Text(CLAIMS.into())),
+    ];
+    let pieces = pieces.into_iter().take(1 + n % 7).map(Update::Progress);
+    // Some never end.
+    let ended = (!n.is_multiple_of(5)).then_some(Update::Ended(whole));
+    pieces.chain(ended).map(JobEvent::Question).collect()
+}
+
+fn estimate(batch: &Batch, n: usize) -> JobEvent {
+    JobEvent::Estimate(Update::Progress(Counts {
+        looked: batch.entries.len().saturating_sub(n % 4 / 3),
+        unlabelled: n % 2,
+        estimate: Estimate {
+            requests: n as u64 % 9,
+            stored: n as u64 % 2,
+            unaskable: 1,
+            why: vec![(HOSTILE.into(), 1)],
+            usd: 0.1,
+            unbounded: n as u64 % 9,
+            million: 2.0,
+            ..Estimate::default()
+        },
+        refused: n.is_multiple_of(5).then(|| HOSTILE.into()),
+        at_once: 4,
+        ..Counts::default()
+    }))
+}
+
+fn ask(batch: &Batch, n: usize) -> Vec<JobEvent> {
+    let answered = |place: usize| match place % 4 {
+        0 => Err(format!("the server is gone {HOSTILE}")),
+        _ => Ok(Ended {
+            about: None,
+            answer: Box::new(stored(place)),
+            truth: Some(true),
+        }),
+    };
+    let count = batch.entries.len();
+    let mut progress = vec![BatchProgress::Named(format!("b{n}"), count)];
+    progress.extend((0..count).map(|place| BatchProgress::Answered(answered(place))));
+    let progress = progress.into_iter().map(Update::Progress);
+    let ended = (!n.is_multiple_of(3)).then_some(Update::Ended(Ok(())));
+    progress.chain(ended).map(JobEvent::Batch).collect()
 }
 
 /// The planner drives to the end, fails, or is never heard of again.
-pub fn plan(ask: PlanAsk, n: usize) -> Vec<Msg> {
-    let PlanAsk::Begin(id, entry, change, forecast) = ask else {
-        return Vec::new();
-    };
+fn plan(entry: &Entry, change: Option<Transform>, forecast: Forecast, n: usize) -> Vec<JobEvent> {
     let ended = match n % 4 {
         0 => Err(format!("no way leads there {HOSTILE}")),
         // Changed scenes contain no drive here.
         _ if change.is_some() => return Vec::new(),
-        _ => planned(&entry, forecast),
+        _ => planned(entry, forecast),
     };
-    let news = [
-        PlanNews::Planned(id, 1, 100),
-        PlanNews::Ended(id, ended.map(Box::new)),
+    let updates = [
+        Update::Progress((1, 100)),
+        Update::Ended(ended.map(Box::new)),
     ];
-    news.into_iter()
-        .take(1 + usize::from(!n.is_multiple_of(5)))
-        .map(Msg::Plan)
-        .collect()
+    let updates = updates
+        .into_iter()
+        .take(1 + usize::from(!n.is_multiple_of(5)));
+    updates.map(JobEvent::Plan).collect()
 }
 
-pub fn make(ask: MakeAsk, n: usize) -> Vec<Msg> {
-    let (id, wish) = match ask {
-        MakeAsk::Begin(id, wish) => (id, wish),
-        MakeAsk::Stop(id) => return vec![Msg::Make(MakeNews::Stopped(id))],
-        MakeAsk::Save(..) => return Vec::new(),
-    };
+fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
     let progress = Progress {
         tried: n,
         ..Progress::default()
     };
     let ended = match n % 4 {
         0 => Err(format!("nothing can be tried {HOSTILE}")),
-        1 | 2 if wish.writer.is_some() => Ok(unwritten(HOSTILE)),
+        1 | 2 if request.writer.is_some() => Ok(unwritten(HOSTILE)),
         // Only of one scenario, unchanged: a search takes long.
-        1 if wish.entry.name.contains("RightTurn") && wish.change.is_none() => {
-            let wish = VariantRequest {
+        1 if request.entry.name.contains("RightTurn") && request.change.is_none() => {
+            generated(&VariantRequest {
                 only: None,
                 seed: 1,
-                ..*wish
-            };
-            generated(&wish)
+                ..request
+            })
         }
         _ => Ok(Generated::Nothing(HOSTILE.into())),
     };
-    let news = [
-        MakeNews::Working(id, Working::Driving(1, n)),
-        MakeNews::Working(id, Working::Searching(progress, 600)),
-        MakeNews::Heard(id, Heard::Choosing),
-        MakeNews::Ended(id, ended),
+    let updates = [
+        Update::Progress(GenerationProgress::Working(Working::Driving(1, n))),
+        Update::Progress(GenerationProgress::Working(Working::Searching(
+            progress, 600,
+        ))),
+        Update::Progress(GenerationProgress::Model(Heard::Choosing)),
+        Update::Ended(ended),
     ];
-    news.into_iter().take(1 + n % 4).map(Msg::Make).collect()
+    let updates = updates.into_iter().take(1 + n % 4);
+    updates.map(JobEvent::Generate).collect()
 }
 
 pub fn facts(entry: &Entry) -> Result<Facts, String> {

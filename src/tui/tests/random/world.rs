@@ -10,20 +10,18 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
-use super::super::bench::{no_verdict, opened};
+use super::super::bench::opened;
 use super::super::kept::{FIRST, Kept};
-use super::plausible::{batch, facts, make, plan, rating, stored};
+use super::plausible::{cancelled, facts, job, rating, stored};
 use super::{ESCAPES, Input, sound};
-use crate::evaluation::Event;
 use crate::formats::{EgoSelection, Entry, bundled};
-use crate::llm::{Chunk, Dialect, Discovered};
+use crate::llm::{Dialect, Discovered};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::Keys;
-use crate::store::RunId;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
 use crate::tui::loaded::{Measured, Opened, Source, judged, plotted};
-use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::tui::message::{Effect, Mouse, Msg, Reloaded};
 use crate::tui::model::PromptPane;
 use crate::tui::theme::Theme;
@@ -209,7 +207,7 @@ impl World {
     fn hear(&mut self, news: News) {
         let msg = match news {
             News::Complaint => Msg::Complaint(format!("the disk is full {HOSTILE}")),
-            News::Changed => Msg::History(HistoryNews::Changed),
+            News::Changed => Msg::History(HistoryEvent::Changed),
             News::Discovered => Msg::Discovered(vec![Discovered {
                 id: format!("ollama/tiny{}", self.done % 3),
                 dialect: Dialect::Ollama,
@@ -309,9 +307,8 @@ impl World {
                 };
                 vec![Msg::Rated(round, kept)]
             }
-            Effect::Ask { id, model, .. } => self.answers(id, &model, n),
-            Effect::History(HistoryAsk::Export(..)) => {
-                vec![Msg::History(HistoryNews::Exported(Ok(
+            Effect::History(HistoryCommand::Export(..)) => {
+                vec![Msg::History(HistoryEvent::Exported(Ok(
                     "3 runs written".into()
                 )))]
             }
@@ -322,9 +319,12 @@ impl World {
                     .extend(std::mem::take(&mut self.kept.bench.effects));
                 Vec::new()
             }
-            Effect::Batch(ask) => batch(ask, n),
-            Effect::Plan(ask) => plan(ask, n),
-            Effect::Make(ask) => make(ask, n),
+            Effect::Start(id, request) => job(id, request, n),
+            Effect::Cancel(id) => {
+                let mut jobs = self.kept.bench.model.jobs.all.iter();
+                let kind = jobs.find(|job| job.id == id).map(|job| job.kind);
+                cancelled(id, kind)
+            }
             Effect::EditOutside(sent) => vec![Msg::EditedOutside(
                 sent.clone(),
                 match n % 2 {
@@ -341,46 +341,5 @@ impl World {
             Effect::Picture(_) => vec![Msg::Pictured(Ok("picture.svg".into()))],
             _ => Vec::new(),
         }
-    }
-
-    /// What comes of a question: pieces, the end, or a piece now and the rest after other things.
-    fn answers(&mut self, id: crate::tui::message::AskId, model: &str, n: usize) -> Vec<Msg> {
-        let whole = match n % 4 {
-            0 => Err(format!("the store is full {HOSTILE}")),
-            1 => Ok(Box::new(no_verdict(model, HOSTILE))),
-            _ => Ok(Box::new(stored(n))),
-        };
-        let mut msgs = vec![
-            Msg::Asked(id, Event::Kept(RunId(1000 + n as i64))),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Note(format!("seed is not sent {HOSTILE}"))),
-            ),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Started {
-                    model: Some(format!("other {HOSTILE}")),
-                }),
-            ),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Reasoning(format!("thinking {HOSTILE}"))),
-            ),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Retrying {
-                    attempt: 2,
-                    wait: Duration::from_secs(2),
-                    why: HOSTILE.into(),
-                }),
-            ),
-            Msg::Asked(id, Event::Chunk(Chunk::Text(CLAIMS.into()))),
-        ];
-        msgs.truncate(1 + n % 7);
-        // Some never end.
-        if !n.is_multiple_of(5) {
-            msgs.push(Msg::Answered(id, whole));
-        }
-        msgs
     }
 }

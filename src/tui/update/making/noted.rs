@@ -2,64 +2,56 @@
 
 use std::time::Duration;
 
-use super::super::super::loaded::{Generated, VariantRequest, Working};
-use super::super::super::message::making::{MakeId, MakeNews};
-use super::super::super::model::{Job, JobKind, JobState, Model, consequence_words};
+use super::super::super::loaded::{Generated, GenerationProgress, VariantRequest, Working};
+use super::super::super::message::{JobId, Update};
+use super::super::super::model::{Job, JobKind, JobState, consequence_words};
 use super::writing;
 
-/// Work on a wish, for the list of tasks.
-pub fn job(id: MakeId, wish: &VariantRequest, now: Duration) -> Job {
-    let name = &wish.entry.name;
-    match &wish.writer {
+/// A job for the list of tasks.
+pub fn job(id: JobId, request: &VariantRequest, now: Duration) -> Job {
+    let name = &request.entry.name;
+    match &request.writer {
         Some(writer) => writing::job(id, name, &writer.model, now),
         None => {
-            let title = format!("{name} made dangerous, seed {}", wish.seed);
-            Job::new(JobKind::Make(id), title, 1, now)
+            let title = format!("{name} made dangerous, seed {}", request.seed);
+            Job::new(id, JobKind::Generate, title, 1, now)
         }
     }
 }
 
 /// Notes in the list of tasks how far it is.
-pub fn note(model: &mut Model, news: &MakeNews) {
-    let now = model.uptime;
-    let job = news.id().map(JobKind::Make);
-    let Some(job) = job.and_then(|kind| model.jobs.running_mut(kind)) else {
-        return;
-    };
-    match news {
-        MakeNews::Working(_, Working::Searching(progress, of)) => {
+pub fn note(job: &mut Job, update: &Update<GenerationProgress, Generated>, now: Duration) {
+    let stopping = job.state == JobState::Stopping;
+    let result = match update {
+        Update::Progress(GenerationProgress::Working(Working::Searching(progress, of))) => {
             (job.done, job.of) = (progress.tried.min(*of), *of);
+            return;
         }
-        MakeNews::Working(..) if job.state != JobState::Stopping => job.state = JobState::Running,
-        MakeNews::Working(..) => {}
-        MakeNews::Heard(_, progress) => writing::note(job, progress),
-        MakeNews::Saved(..) => {}
-        // What it has found comes too late.
-        MakeNews::Stopped(_) | MakeNews::Ended(..) if job.state == JobState::Stopping => {
-            job.end(JobState::Cancelled(String::new()), now);
+        Update::Progress(GenerationProgress::Working(_)) if stopping => return,
+        Update::Progress(GenerationProgress::Working(_)) => return job.state = JobState::Running,
+        Update::Progress(GenerationProgress::Model(progress)) => {
+            return writing::note(job, progress);
         }
-        MakeNews::Stopped(_) => job.end(JobState::Cancelled(String::new()), now),
-        MakeNews::Ended(_, Ok(Generated::Unwritten(words, wrote))) => {
-            job.end(
-                match wrote.failed() {
-                    true => JobState::Failed(words.clone()),
-                    false => JobState::Done(words.clone()),
-                },
-                now,
-            );
+        // What a stopped search has found comes too late.
+        Update::Ended(result) if !stopping => result,
+        Update::Ended(_) | Update::Cancelled => {
+            return job.end(JobState::Cancelled(String::new()), now);
         }
-        MakeNews::Ended(_, Ok(Generated::Found { variant, .. })) => {
+    };
+    let state = match result {
+        Ok(Generated::Unwritten(words, wrote)) if wrote.failed() => JobState::Failed(words.clone()),
+        Ok(Generated::Unwritten(words, _) | Generated::Nothing(words)) => {
+            JobState::Done(words.clone())
+        }
+        Ok(Generated::Found { variant, .. }) => {
             let shown = variant.variant.as_ref();
             let effect = shown.map(|shown| &shown.made.effect);
-            let words = effect.map_or(String::new(), |effect| {
+            JobState::Done(effect.map_or(String::new(), |effect| {
                 let what = consequence_words(&effect.consequence);
                 format!("{what}, attacker {}", effect.attacker)
-            });
-            job.end(JobState::Done(words), now);
+            }))
         }
-        MakeNews::Ended(_, Ok(Generated::Nothing(words))) => {
-            job.end(JobState::Done(words.clone()), now);
-        }
-        MakeNews::Ended(_, Err(why)) => job.end(JobState::Failed(why.clone()), now),
-    }
+        Err(why) => JobState::Failed(why.clone()),
+    };
+    job.end(state, now);
 }

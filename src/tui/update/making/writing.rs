@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use super::super::super::action::Action;
 use super::super::super::loaded::{Authorship, Working, Writer, Writing};
-use super::super::super::message::Effect;
-use super::super::super::message::making::MakeId;
+use super::super::super::message::{Effect, JobId};
 use super::super::super::model::{Job, JobKind, JobState, Model, forecast_words};
 use super::super::list;
 use super::{begin as begin_with, cancel, ready, show};
@@ -144,10 +143,10 @@ fn opened_name(model: &Model) -> String {
 }
 
 /// Work of a model, for the list of tasks.
-pub fn job(id: MakeId, name: &str, asked: &str, now: Duration) -> Job {
+pub fn job(id: JobId, name: &str, asked: &str, now: Duration) -> Job {
     let title = format!("{name} made dangerous by {asked}");
     let conversations = usize::try_from(SAMPLES).unwrap_or(1);
-    Job::new(JobKind::Make(id), title, conversations, now).asking()
+    Job::new(id, JobKind::Generate, title, conversations, now).asking()
 }
 
 /// Takes note of what it takes.

@@ -2,7 +2,6 @@
 
 use super::super::super::action::Action;
 use super::super::super::loaded::{DriveFiles, DriveKey, Opened};
-use super::super::super::message::planning::PlanAsk;
 use super::super::super::message::{Effect, OpenId};
 use super::super::super::model::Model;
 use super::{show_reach, take};
@@ -98,7 +97,7 @@ pub fn save(model: &mut Model) -> Vec<Effect> {
         })
     });
     match files {
-        Some(files) => vec![Effect::Plan(PlanAsk::Save(Box::new(files)))],
+        Some(files) => vec![Effect::SaveDrive(Box::new(files))],
         None => {
             let why = model.unplanned();
             model.say(format!("nothing to write: {why}"));

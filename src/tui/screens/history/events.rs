@@ -3,15 +3,15 @@
 use super::{HistoryScreen, details, read, runs};
 use crate::store::Edge;
 use crate::tui::message::Effect;
-use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::tui::model::Model;
 use crate::tui::screens::Step;
 
 /// What the store says.
-pub fn hear(model: &mut Model, news: HistoryNews) -> Step {
+pub fn on_event(model: &mut Model, event: HistoryEvent) -> Step {
     let open = model.screens.find::<HistoryScreen>().is_some();
-    match news {
-        HistoryNews::Page(id, edge, result) if open && id == model.history.asked => {
+    match event {
+        HistoryEvent::Page(id, edge, result) if open && id == model.history.asked => {
             model.history.loading = None;
             match result {
                 Ok(page) => {
@@ -32,38 +32,38 @@ pub fn hear(model: &mut Model, news: HistoryNews) -> Step {
             let whole = matches!(edge, Edge::Newest | Edge::From(_));
             if whole || model.history.total.is_none() {
                 let filter = model.history.filter.clone();
-                let count = HistoryAsk::Count(filter);
+                let count = HistoryCommand::Count(filter);
                 effects.push(Effect::History(count));
             }
             return Step::Stay(effects);
         }
-        HistoryNews::Counted(filter, count) if filter == model.history.filter => {
+        HistoryEvent::Counted(filter, count) if filter == model.history.filter => {
             model.history.total = Some(count);
         }
-        HistoryNews::Details(id, Ok(run)) if model.history.wanted == Some(id) => {
+        HistoryEvent::Details(id, Ok(run)) if model.history.wanted == Some(id) => {
             model.history.details = run;
             let then = model.history.then.take_if(|(then, _)| *then == id);
             if let Some((_, action)) = then.filter(|_| open) {
                 return runs::act(model, action);
             }
         }
-        HistoryNews::Details(id, Err(error)) if model.history.wanted == Some(id) => {
+        HistoryEvent::Details(id, Err(error)) if model.history.wanted == Some(id) => {
             model.complain(error);
         }
-        HistoryNews::Truth(id, truth) if model.history.wanted == Some(id) => {
+        HistoryEvent::Truth(id, truth) if model.history.wanted == Some(id) => {
             model.history.truth = Some((id, truth));
         }
-        HistoryNews::Changed if open => return Step::Stay(changed(model)),
-        HistoryNews::Done(id, Err(error)) => {
+        HistoryEvent::Changed if open => return Step::Stay(changed(model)),
+        HistoryEvent::Done(id, Err(error)) => {
             model.history.undo.retain(|(undone, _)| *undone != id);
             model.complain(error);
             if open {
                 return Step::Stay(changed(model));
             }
         }
-        HistoryNews::Done(_, Ok(())) if open => return Step::Stay(changed(model)),
-        HistoryNews::Exported(Ok(words)) => model.tell(words),
-        HistoryNews::Exported(Err(why)) => model.complain(why),
+        HistoryEvent::Done(_, Ok(())) if open => return Step::Stay(changed(model)),
+        HistoryEvent::Exported(Ok(words)) => model.tell(words),
+        HistoryEvent::Exported(Err(why)) => model.complain(why),
         _ => {}
     }
     Step::stay()

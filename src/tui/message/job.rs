@@ -1,0 +1,71 @@
+//! Jobs in the background: one id, one command, and one kind of update for all of them.
+
+use std::sync::Arc;
+
+use super::runs::{Batch, Counts, Ended};
+use crate::evaluation::{Answer, Event, Question};
+use crate::formats::Entry;
+use crate::planner::Forecast;
+use crate::scenario::Transform;
+use crate::tui::loaded::{Generated, GenerationProgress, Opened, VariantRequest};
+
+/// Numbers the jobs; an event of one that has ended is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct JobId(pub u64);
+
+/// The work of a job.
+#[derive(Debug)]
+pub enum JobRequest {
+    /// Ask a model.
+    Question {
+        /// What is asked.
+        question: Box<Question>,
+        /// Who is asked, `provider/model`.
+        model: String,
+        /// Whether it is asked anew where the store has its answer.
+        fresh: bool,
+    },
+    /// Plan the ego of a scenario, after a change of its scene if there is one, under a forecast.
+    Plan(Entry, Option<Transform>, Forecast),
+    /// Make a scenario dangerous.
+    Generate(Box<VariantRequest>),
+    /// Prepare all questions of a batch to know what they take; nothing is asked.
+    Estimate(Arc<Batch>),
+    /// Ask the questions of the batch that was estimated under the same id.
+    Batch(Arc<Batch>),
+}
+
+/// What a job tells, by its kind.
+#[derive(Debug)]
+pub enum JobEvent {
+    /// Pieces of an answer; then the whole answer, or why the store refused.
+    Question(Update<Event, Box<Answer>>),
+    /// Planned steps, and steps at most; then the scenario with the planned ego.
+    Plan(Update<(usize, usize), Box<Opened>>),
+    /// Making a scenario dangerous.
+    Generate(Update<GenerationProgress, Generated>),
+    /// What a batch takes, as far as it is known.
+    Estimate(Update<Counts, Counts>),
+    /// Asking the questions of a batch.
+    Batch(Update<BatchProgress, ()>),
+}
+
+/// How far a job is; the last one tells its outcome.
+#[derive(Debug)]
+pub enum Update<P, T> {
+    /// It goes on.
+    Progress(P),
+    /// It has ended: what came of it, or why it failed.
+    Ended(Result<T, String>),
+    /// It was cancelled, and has ended.
+    Cancelled,
+}
+
+/// How far a batch is.
+#[derive(Debug)]
+pub enum BatchProgress {
+    /// The store knows it by this name, and it has so many questions to ask.
+    Named(String, usize),
+    /// A question was answered, or why not.
+    Answered(Result<Ended, String>),
+}

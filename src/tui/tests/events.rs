@@ -1,0 +1,26 @@
+//! Events of jobs, as they arrive.
+
+use crate::evaluation::{Answer, Event};
+use crate::tui::loaded::{Generated, GenerationProgress, Working};
+use crate::tui::message::{JobEvent, JobId, Msg, Update};
+
+/// A piece of an answer.
+pub fn piece(id: JobId, event: Event) -> Msg {
+    Msg::Job(id, JobEvent::Question(Update::Progress(event)))
+}
+
+/// A whole answer.
+pub fn answered(id: JobId, result: Result<Box<Answer>, String>) -> Msg {
+    Msg::Job(id, JobEvent::Question(Update::Ended(result)))
+}
+
+/// How far the generation of a variant is.
+pub fn generating(id: JobId, at: Working) -> Msg {
+    let progress = Update::Progress(GenerationProgress::Working(at));
+    Msg::Job(id, JobEvent::Generate(progress))
+}
+
+/// What came of the generation of a variant.
+pub fn generated(id: JobId, result: Result<Generated, String>) -> Msg {
+    Msg::Job(id, JobEvent::Generate(Update::Ended(result)))
+}
