@@ -141,14 +141,6 @@ impl ReferencePath {
         Ok((here, stretch))
     }
 
-    /// The coordinates of a motion; the nearest point of the whole path is taken.
-    ///
-    /// # Errors
-    /// Those of [`Self::project`].
-    pub fn to_frenet(&self, motion: &PlaneMotion) -> Result<FrenetMotion, FrenetError> {
-        self.motion_at(self.project(&motion.position)?, motion)
-    }
-
     /// The coordinates of a motion whose position has the coordinates `at`.
     ///
     /// # Errors

@@ -110,13 +110,6 @@ impl Series {
             .unwrap_or(Reading::None(NoValue::Absent))
     }
 
-    /// The smallest value of a measure at one step, and whose it is.
-    #[must_use]
-    pub fn lowest_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {
-        let values = self.values_at(measure, step);
-        values.min_by(|a, b| a.1.total_cmp(&b.1))
-    }
-
     /// The most dangerous value of a measure at one step, and whose it is; of a measure that only describes, the lowest.
     #[must_use]
     pub fn most_dangerous_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {

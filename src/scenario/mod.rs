@@ -38,8 +38,7 @@ pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use road::{
-    Destination, Direction, DrivableArea, Driven, Lane, LaneGraph, Leg, MergeLimits, MergedLanes,
-    Route, RouteError, Side,
+    Destination, Direction, DrivableArea, Driven, Lane, LaneGraph, Leg, Route, RouteError, Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use signs::SignMeaning;

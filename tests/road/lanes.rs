@@ -1,7 +1,7 @@
 //! Lanelets under points and boxes, lanes, merged lanes, the drivable area, and broken networks.
 
 use nearmiss::geometry::{Footprint, Point, Pose, Shape};
-use nearmiss::scenario::{Lane, LaneletNetwork, MergeLimits, RoadUser};
+use nearmiss::scenario::{Lane, LaneletNetwork, RoadUser};
 
 use crate::built::*;
 
@@ -85,64 +85,6 @@ fn centre_lines_and_widths_of_all_kinds_of_borders() {
     assert!((Lane::of(&wedge).unwrap().length() - 1.5).abs() < 1e-9);
     let spot = between(7, line(&[(1., 1.), (1., 1.)]), line(&[(1., 1.), (1., 1.)]));
     assert!(Lane::of(&spot).is_none());
-}
-
-#[test]
-fn merged_lanes_have_each_joint_once_and_end() {
-    let network = two_lanes();
-    let merged = network.merged_lanes(11, &MergeLimits::default()).unwrap();
-    assert!(merged.complete && merged.lanes.len() == 1);
-    let lane = &merged.lanes[0];
-    assert_eq!(lane.lanelets, [11, 21]);
-    assert_eq!((lane.left.len(), lane.right.len()), (3, 3));
-    assert!((lane.length() - 200.0).abs() < 1e-6);
-    // Cycles are gone round once.
-    let ring = roundabout();
-    let merged = ring
-        .merged_lanes(
-            4,
-            &MergeLimits {
-                reach: 1e9,
-                lanes: 64,
-            },
-        )
-        .unwrap();
-    assert!(merged.complete);
-    let mut ways: Vec<_> = merged.lanes.iter().map(|l| l.lanelets.clone()).collect();
-    ways.sort();
-    assert!(
-        ways.contains(&vec![9, 4, 1, 8]) && ways.contains(&vec![9, 4, 1, 2, 3]),
-        "{ways:?}"
-    );
-    for way in &ways {
-        let mut once = way.clone();
-        once.sort_unstable();
-        once.dedup();
-        assert_eq!(once.len(), way.len(), "{way:?}");
-    }
-    // A ladder of forks has a million ways; it is cut, and that is said.
-    let mut lanelets = Vec::new();
-    let mut on = Vec::new();
-    for n in 0..20 {
-        let x = 10.0 * n as f64;
-        lanelets.extend([
-            lanelet(2 * n, &[(x, 0.), (x + 10., 0.)]),
-            lanelet(2 * n + 1, &[(x, 1.), (x + 10., 1.)]),
-        ]);
-        on.extend([(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| (2 * n + a, 2 * n + 2 + b)));
-    }
-    let ladder = network_of(lanelets, &on);
-    let cut = ladder
-        .merged_lanes(
-            0,
-            &MergeLimits {
-                reach: 1e9,
-                lanes: 50,
-            },
-        )
-        .unwrap();
-    assert!(!cut.complete && cut.lanes.len() == 50);
-    assert!(network.merged_lanes(77, &MergeLimits::default()).is_none());
 }
 
 fn network_of(lanelets: Vec<nearmiss::scenario::Lanelet>, on: &[(i64, i64)]) -> LaneletNetwork {
@@ -270,7 +212,6 @@ fn broken_networks_are_survived() {
         let _ = graph.route_along([here, Pose::new(y, x, 0.0)]);
         for id in [1, 2, 3, 4, 5, 99] {
             let _ = graph.route(&problem(here, vec![to_lanelet(id), to_region(x, y)]));
-            let _ = network.merged_lanes(id, &MergeLimits::default());
         }
     }
     assert!(network.lanelets_at(&Point::new(25.0, 0.0)).contains(&5));

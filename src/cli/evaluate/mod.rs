@@ -43,8 +43,8 @@ pub struct Evaluate {
     task: Vec<Task>,
     /// What is true: `auto` for the exact geometry of the whole recordings, `layout` for the folders collision_scenarios
     /// and normal_scenarios with their annotations, or CSV files with the columns `scenario` and `label` (or
-    /// `obstacle_id`, `none` where nobody collides), separated by commas [default: auto; for language models layout where
-    /// there are such folders].
+    /// `obstacle_id`, `none` where no obstacle collides), separated by commas [default: auto; for language models layout
+    /// where there are such folders].
     #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout")]
     truth: Vec<PathBuf>,
     /// Where the windows of collisions end: seconds before the first overlap of the bodies, or `end` for two steps

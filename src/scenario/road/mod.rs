@@ -9,7 +9,6 @@ mod graph;
 mod index;
 mod lane;
 mod matching;
-mod merge;
 mod reference;
 mod route;
 
@@ -18,7 +17,6 @@ pub use error::RouteError;
 pub use graph::{Direction, Driven, LaneGraph, Side};
 pub(super) use index::Index;
 pub use lane::Lane;
-pub use merge::{MergeLimits, MergedLanes};
 pub use route::{Destination, Leg, Route};
 
 /// Costs and distances that differ by less are alike, metres: rounding must not choose between them.

@@ -23,7 +23,7 @@ use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::verdict::{Task, Verdict};
 use crate::workflow::{OpenRequest, open};
 
-/// How often it is looked whether somebody wrote to the store, while the history is open.
+/// Interval between checks for new runs in the store, while the history is open.
 const LOOK: Duration = Duration::from_millis(400);
 
 /// Reads for the history while it is open; ends when it is dropped.

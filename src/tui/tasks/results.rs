@@ -162,7 +162,7 @@ fn everything(
 /// Questions about one scene, and the files that may be its scenario.
 type Scene<'a> = (Vec<&'a Entry>, Vec<&'a StoredOutcome>);
 
-/// One question of each kind that nobody has judged, by scenes.
+/// One question of each kind without a ground truth, by scenes.
 fn unknown<'a>(
     models: &[&'a StoredOutcome],
     entries: &'a [Entry],

@@ -36,7 +36,7 @@ impl Tasks {
         })
     }
 
-    /// Whoever ends the program waits until this is dropped: a request that was cancelled is written down by then.
+    /// The end of the program waits until this is dropped: a cancelled request is written down by then.
     pub(in crate::tui::tasks) fn held(&mut self) -> oneshot::Sender<()> {
         let (held, dropped) = oneshot::channel();
         let until = tokio::spawn(async { drop(dropped.await) });
