@@ -63,8 +63,8 @@ fn cut(item: &Item, page: &Area, near: f64) -> Option<Vec<Item>> {
                 }));
             }
             if let Some(stroke) = stroke.as_ref().filter(|_| usual) {
-                let cut = rings.iter().flat_map(|ring| ring.cut(stroke, &bounds));
-                items.extend(cut);
+                let pieces = rings.iter().flat_map(|ring| ring.cut(stroke, &bounds));
+                items.extend(strokes(pieces.collect(), stroke));
             }
             Some(items)
         }
@@ -158,9 +158,16 @@ fn segments(points: &[Point], closed: bool) -> Vec<Segment> {
     path
 }
 
+/// A part of a line.
+struct Piece {
+    points: Vec<Point>,
+    /// How far along the whole line its first point is, points.
+    start: f64,
+}
+
 impl Ring {
-    /// The pieces of its line within `bounds`, each with the dashes that it has there.
-    fn cut(&self, stroke: &Stroke, bounds: &Bounds) -> Vec<Item> {
+    /// The pieces of its line within `bounds`.
+    fn cut(&self, stroke: &Stroke, bounds: &Bounds) -> Vec<Piece> {
         let inside = |p: &Point| *p == within_at(p, p, 0.0, bounds);
         let mut points = self.points.clone();
         if self.closed {
@@ -169,10 +176,8 @@ impl Ring {
             points.rotate_left(hidden.filter(|_| stroke.dashes.is_empty()).unwrap_or(0));
             points.extend(points.first().copied());
         }
-        let period: f64 = stroke.dashes.iter().sum();
         let mut done = 0.0;
-        // Points, and how far along the line the first of them is.
-        let mut pieces: Vec<(Vec<Point>, f64)> = Vec::new();
+        let mut pieces: Vec<Piece> = Vec::new();
         let mut goes_on = false;
         for pair in points.windows(2) {
             let (from, to) = (&pair[0], &pair[1]);
@@ -181,10 +186,13 @@ impl Ring {
                 Some((enters, leaves)) => {
                     if !(goes_on && enters == 0.0) {
                         let first = within_at(from, to, enters, bounds);
-                        pieces.push((vec![first], done + enters * length));
+                        pieces.push(Piece {
+                            points: vec![first],
+                            start: done + enters * length,
+                        });
                     }
-                    if let Some((piece, _)) = pieces.last_mut() {
-                        piece.push(within_at(from, to, leaves, bounds));
+                    if let Some(piece) = pieces.last_mut() {
+                        piece.points.push(within_at(from, to, leaves, bounds));
                     }
                     goes_on = leaves == 1.0;
                 }
@@ -192,19 +200,39 @@ impl Ring {
             }
             done += length;
         }
-        let item = |(points, begins): (Vec<Point>, f64)| {
-            let phase = (begins + stroke.phase).rem_euclid(period);
-            Item::Path {
-                path: segments(&points, false),
-                fill: None,
-                stroke: Some(Stroke {
-                    phase: if phase.is_finite() { phase } else { 0.0 },
-                    ..stroke.clone()
-                }),
-            }
-        };
-        pieces.into_iter().map(item).collect()
+        pieces
     }
+}
+
+/// Paints pieces of a line. Without dashes they are one path: where pieces cover each other, separate ones would be
+/// painted twice, which shows at soft edges and through transparent colours.
+fn strokes(pieces: Vec<Piece>, stroke: &Stroke) -> Vec<Item> {
+    let item = |path: Vec<Segment>, phase: f64| Item::Path {
+        path,
+        fill: None,
+        stroke: Some(Stroke {
+            phase,
+            ..stroke.clone()
+        }),
+    };
+    if stroke.dashes.is_empty() {
+        let paths = pieces.iter().flat_map(|p| segments(&p.points, false));
+        let path: Vec<Segment> = paths.collect();
+        return if path.is_empty() {
+            Vec::new()
+        } else {
+            vec![item(path, stroke.phase)]
+        };
+    }
+    let period: f64 = stroke.dashes.iter().sum();
+    let phase = |start: f64| {
+        let phase = (start + stroke.phase).rem_euclid(period);
+        if phase.is_finite() { phase } else { 0.0 }
+    };
+    pieces
+        .iter()
+        .map(|p| item(segments(&p.points, false), phase(p.start)))
+        .collect()
 }
 
 #[cfg(test)]

@@ -33,11 +33,21 @@ fn items(points: &[Spot], width: f64) -> Vec<Item> {
     picture.items
 }
 
-/// The largest share of the page that differs clearly.
+/// The share of pixels that are clearly different from every pixel around the same place of the other picture. The
+/// rasteriser shifts very thin lines by up to half a pixel depending on how long they are; what is missing shows.
 fn difference(a: &Pixmap, b: &Pixmap) -> f64 {
-    let pairs = a.pixels().iter().zip(b.pixels());
-    let differing = pairs.filter(|(a, b)| a.red().abs_diff(b.red()) > 40);
-    differing.count() as f64 / a.pixels().len() as f64
+    let one_way = |a: &Pixmap, b: &Pixmap| {
+        let (width, height) = (a.width(), a.height());
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let missing = places.filter(|&(x, y)| {
+            let red = a.pixel(x, y).unwrap().red();
+            let mut around = (y.saturating_sub(1)..=(y + 1).min(height - 1))
+                .flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |x| (x, y)));
+            around.all(|(x, y)| b.pixel(x, y).unwrap().red().abs_diff(red) > 40)
+        });
+        missing.count() as f64 / a.pixels().len() as f64
+    };
+    one_way(a, b).max(one_way(b, a))
 }
 
 fn far() -> impl Strategy<Value = f64> {
@@ -64,7 +74,7 @@ proptest! {
             let whole = pixels(&picture(vec![item.clone()]), 72.0).unwrap();
             let after = pixels(&picture(cut), 72.0).unwrap();
             let differs = difference(&whole, &after);
-            prop_assert!(differs < 0.01, "{differs} of the page: {item:?}");
+            prop_assert!(differs < 0.005, "{differs} of the page: {item:?}");
         }
     }
 
