@@ -6,11 +6,11 @@
 use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use nearmiss::description::Frame;
 use nearmiss::evaluation::batch::{Matrix, RequestSettings, Spec, TruthSource};
 use nearmiss::formats::{EgoSelection, bundled};
 use nearmiss::prompts::Techniques;
 use nearmiss::store::{Ending, NewItem, NewRun, Origin, Run, RunId, RunState, Store};
-use nearmiss::text::Frame;
 use nearmiss::tui::stage::Stage;
 use nearmiss::verdict::{ObstacleRisk, ParsedAnswer, Task, Verdict};
 

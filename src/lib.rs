@@ -6,19 +6,19 @@
 //! # How data flows
 //!
 //! ```text
-//! formats ─► scenario ──► metrics ──► text ──► prompts ──► llm ──► verdict ──┐
-//!               │            │                                              ▼
-//!               │            ├──► judge: the right answer ────────────► evaluation ──► store
-//!               │            ├──► picture: figures                          ▲          reports
-//!               ▼            ▼                                              │
-//!            planner ──► simulation ──► generation: dangerous variants ─────┘
+//! formats ─► scenario ─► metrics ─► description ─► prompts ─► llm ─► verdict ─┐
+//!               │           │                                                 ▼
+//!               │           ├──► judge: the right answer ───────────────► evaluation ─► store
+//!               │           ├──► render: maps, plots, figures                 ▲         reports
+//!               ▼           ▼                                                 │
+//!            planner ─► simulation ─► generation: dangerous variants ─────────┘
 //!
 //!  workflow: open, ask, batch, plan and generate, once for cli and tui; settings tell what
 //!  the user wants; geometry and system lie beneath
 //! ```
 //!
 //! [`formats`] reads a file; it becomes a [`scenario::Scenario`], and with an ego a [`scenario::Scene`], on which everything else works.
-//! [`metrics`] reads numbers off it and [`text`] puts a window of it into words; [`prompts`] wraps the words into
+//! [`metrics`] reads numbers off it and [`description`] puts a window of it into words; [`prompts`] wraps the words into
 //! messages, [`llm`] sends them, and [`verdict`] reads the answer. [`judge`] answers the same questions from
 //! geometry. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in the [`store`].
 //! [`workflow`] is what the program does, once for its two faces, [`cli`] and [`tui`], which do not know each other;
@@ -32,7 +32,7 @@
 //! | [`formats`] | Which files are there, what do they say, and where is the ego? |
 //! | [`scenario`] | What is on the road, who is where at a step, what is doubtful? |
 //! | [`metrics`] | How dangerous is an obstacle at a step, and by which definition? |
-//! | [`text`] | How is a window of a scene put into words, and where does each number in them come from? |
+//! | [`description`] | How is a window of a scene put into words, and where does each number in them come from? |
 //! | [`prompts`] | Which template is used, what does it become, what bounds it? |
 //! | [`llm`] | How is a provider asked, what does it cost, what may not leak, what went wrong? |
 //! | [`verdict`] | What does an answer say, as data, even where its form is off? |
@@ -43,7 +43,7 @@
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
 //! | [`workflow`] | How is a scenario opened, asked about, planned or attacked, with which events on the way? |
-//! | [`picture`] | How does it look on paper: SVG, PNG, GIF? |
+//! | [`render`] | How does it look on paper: SVG, PNG, GIF? |
 //! | [`settings`] | What does the user want, and from which file and line? |
 //! | [`system`] | What does the operating system say, in plain words; how are files written whole, and in which line is a mistake? |
 //! | [`cli`] | What does a command do, and with which status does it end? |
@@ -67,6 +67,8 @@
 
 /// The command line: one file a subcommand.
 pub mod cli;
+/// Scenes in words.
+pub mod description;
 pub mod docs;
 /// One case from end to end.
 pub mod evaluation;
@@ -82,12 +84,12 @@ pub mod judge;
 pub mod llm;
 /// Safety measures, their registry, series and the risk score.
 pub mod metrics;
-/// Figures of scenes, plots and screens: SVG, PNG, GIF.
-pub mod picture;
 /// A sampling-based motion planner.
 pub mod planner;
 /// Prompt templates and how they are filled.
 pub mod prompts;
+/// Figures of scenes, plots and screens: SVG, PNG, GIF.
+pub mod render;
 /// Scenarios and scenes.
 pub mod scenario;
 /// What the user wants: folders, configuration, themes, tags.
@@ -98,8 +100,6 @@ pub mod simulation;
 pub mod store;
 /// The operating system: what it says, in plain words, and files that users name.
 pub mod system;
-/// Scenes in words.
-pub mod text;
 /// The workbench in the terminal.
 pub mod tui;
 /// What judges say, as structured data.

@@ -14,6 +14,7 @@ mod support;
 use std::sync::Arc;
 use std::time::Duration;
 
+use nearmiss::description::Frame;
 use nearmiss::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
 use nearmiss::evaluation::remote::{Progress, RemoteError, Submitted, cancel, collect, submit};
 use nearmiss::evaluation::{ModelJudge, PromptConfig, Question, RunOptions};
@@ -22,7 +23,6 @@ use nearmiss::llm::{Client, Dialect, Endpoint, Parameters, Price, PriceEntry, Pr
 use nearmiss::metrics::Thresholds;
 use nearmiss::prompts::{Library, Techniques};
 use nearmiss::store::{Filter, HandedState, ProviderBatchId, Run, RunState, Store};
-use nearmiss::text::Frame;
 use nearmiss::verdict::Task;
 use support::batches::{Fate, Provider};
 

@@ -15,9 +15,9 @@ mod whole;
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use nearmiss::description::{Description, Value};
 use nearmiss::formats::bundled;
 use nearmiss::scenario::Scene;
-use nearmiss::text::{Description, Value};
 
 /// The bundled scenario with this name and its recorded ego.
 fn scene(name: &str) -> Scene {

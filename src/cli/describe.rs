@@ -3,9 +3,9 @@
 use super::open::{ScenarioArguments, configuration, frame, user_thresholds};
 use super::span::Span;
 use super::{Failure, Outcome, output};
+use crate::description::{self, DescriptionError, Frame};
 use crate::metrics::Context;
 use crate::prompts::{Defaults, estimate_tokens};
-use crate::text::{self, Frame, TextError};
 
 /// Arguments of `describe`.
 #[derive(Debug, clap::Args)]
@@ -33,7 +33,7 @@ pub fn run(arguments: &Describe) -> Outcome {
     let window = arguments.span.window(&scene, None, decided.history)?;
     let thresholds = user_thresholds(&folders)?;
     let context = Context::under(&scene, &thresholds);
-    let described = text::describe_in(&context, arguments.frame, &window, &decided.options);
+    let described = description::describe_in(&context, arguments.frame, &window, &decided.options);
     let described = described.map_err(|error| Failure::input(advised(&error)))?;
     if arguments.trace {
         output::json(&serde_json::json!({
@@ -55,11 +55,11 @@ pub fn run(arguments: &Describe) -> Outcome {
 }
 
 /// An error with what to do on the command line.
-pub fn advised(error: &TextError) -> String {
+pub fn advised(error: &DescriptionError) -> String {
     let advice = match error {
-        TextError::NoObstacle => " with --obstacle ID; `nearmiss inspect` lists them",
-        TextError::UnknownObstacle { .. } => "",
-        TextError::NotThere { .. } => "; choose other steps with --at and --history",
+        DescriptionError::NoObstacle => " with --obstacle ID; `nearmiss inspect` lists them",
+        DescriptionError::UnknownObstacle { .. } => "",
+        DescriptionError::NotThere { .. } => "; choose other steps with --at and --history",
     };
     format!("{error}{advice}")
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Failure, Outcome, output};
-use crate::picture::ScreenPainter;
+use crate::render::ScreenPainter;
 use crate::settings::Folders;
 use crate::system::Terminal;
 

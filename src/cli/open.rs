@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
+use crate::description::Frame;
 use crate::formats::{
     EgoError, EgoSelection, Entry, LibraryError, Place, bundled, find, not_standard_input,
 };
@@ -12,7 +13,6 @@ use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
-use crate::text::Frame;
 use crate::verdict::Task;
 use crate::workflow::{OpenError, OpenRequest, OpenedScene, open};
 

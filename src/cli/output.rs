@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::Failure;
-pub use crate::text::{escaped_json as escaped, escaped_xml};
+pub use crate::description::{escaped_json as escaped, escaped_xml};
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
 pub fn text(text: &str) -> Result<(), Failure> {
@@ -80,7 +80,7 @@ pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {
-    crate::text::visible(text).into_owned()
+    crate::description::visible(text).into_owned()
 }
 
 /// The system's own error in one of the table's: a closed pipe is still known as one.

@@ -6,10 +6,10 @@ use super::describe::advised;
 use super::open::{ScenarioArguments, configuration, frame, task, techniques, user_thresholds};
 use super::span::Span;
 use super::{Failure, Outcome, output};
+use crate::description::Frame;
 use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
 use crate::prompts::{Instead, Library, Problem, Techniques};
 use crate::settings::{Config, Folders};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// What is asked, about what, and how: shared by `prompt` and `ask`.

@@ -1,11 +1,11 @@
 //! The steps of a scene to look at, and how to describe them.
 
 use super::Failure;
+use crate::description::Form;
 use crate::evaluation::Settings;
 use crate::prompts::{MOST_DECIMALS, Techniques};
 use crate::scenario::{Scene, Window};
 use crate::settings::Config;
-use crate::text::Form;
 use crate::verdict::Task;
 
 /// Which steps are looked at, and how they are described.

@@ -1,8 +1,8 @@
 //! The default frame of a description: the same for the command line and the workbench, so that both
 //! ask the same and find each other's answers.
 
+use crate::description::Frame;
 use crate::prompts::Library;
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Of an attacker the metrics, of the rest the ego frame, where the task has it; else the first that it has.

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::question::{Case, CaseError, prepare};
 use super::settings::Settings;
+use crate::description::Frame;
 use crate::formats::bundled;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, RenderError, Techniques};
 use crate::scenario::{Scene, Window};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Renders the template in a file for a bundled scenario, with every combination of techniques and contact.

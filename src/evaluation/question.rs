@@ -4,12 +4,12 @@ use super::prompt_summary::how;
 use std::sync::Arc;
 
 use super::values::Values;
+use crate::description::{self, Frame, Options, Span};
 use crate::judge::judge_under;
 use crate::llm::{Message, Role};
 use crate::metrics::{Context, Thresholds};
 use crate::prompts::{self, Library, Prompt, Techniques, Template};
 use crate::scenario::{Scene, Window};
-use crate::text::{self, Frame, Options, Span};
 use crate::verdict::{self, Task, Verdict};
 
 /// The task, the scene and its description.
@@ -71,7 +71,7 @@ pub enum CaseError {
     },
     /// The scene cannot be described.
     #[error(transparent)]
-    Text(#[from] text::TextError),
+    Text(#[from] description::DescriptionError),
     /// The draft is no template.
     #[error("{}", error.in_file(file))]
     Draft {
@@ -108,7 +108,7 @@ pub fn prepare(
         None => template(library, case.task, case.frame)?,
     };
     let context = Context::under(&case.scene, &case.thresholds);
-    let described = text::describe_in(&context, case.frame, &case.window, &case.options)?;
+    let described = description::describe_in(&context, case.frame, &case.window, &case.options)?;
     let values = Values::new(&case, &described.text, &verdict::schema(case.task));
     let prompt = prompts::render(file, &template.source, library.fragments(), values)?;
     Ok(Question {

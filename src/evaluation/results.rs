@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use super::recorded::accused;
 use super::statistics::{Interval, f1_interval};
 use super::{AnswerStatus, Confusion, PromptConfig, Scored};
+use crate::description::Frame;
 use crate::prompts::Techniques;
 use crate::store::{RunId, RunState, StoredOutcome};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Outcome of one question, compared with the ground truth.

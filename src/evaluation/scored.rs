@@ -1,9 +1,9 @@
 //! Answers with their ground truth: the input of every figure in a report.
 
 use super::Label;
+use crate::description::Frame;
 use crate::prompts::Techniques;
 use crate::store::{Consumed, RunId};
-use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
 /// A prompt configuration: a row of a table.

@@ -1,7 +1,7 @@
 //! Settings of a case: from the user, else the template, else the defaults.
 
+use crate::description::{Form, Options};
 use crate::prompts::{Defaults, Techniques, Wording};
-use crate::text::{Form, Options};
 
 /// The user's settings; `None` leaves the decision to the template.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -71,6 +71,7 @@ use super::loaded::{Opened, Source};
 use super::message::{JobId, OpenId};
 use super::screens::Screens;
 use super::theme::Theme;
+use crate::description::Frame;
 use crate::evaluation::{Decided, Settings};
 use crate::judge;
 use crate::llm::Offer;
@@ -79,7 +80,6 @@ use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window};
 use crate::settings::Config;
 use crate::store::{Run, RunId};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// The state of the workbench.

@@ -13,8 +13,8 @@ use super::theme::Theme;
 use super::update::{self, update};
 use super::views;
 use crate::metrics::Thresholds;
-use crate::picture::{Cell, Color, Palette, Screen, ScreenRequest};
 use crate::prompts::Library;
+use crate::render::{Cell, Color, Palette, Screen, ScreenRequest};
 use crate::settings::{Config, Folders};
 
 /// Draws the workbench with a scenario, and returns the step shown.

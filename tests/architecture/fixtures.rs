@@ -49,7 +49,7 @@ fn forbidden_arrows_between_modules_are_found() {
             "scenario/mod.rs",
             "use crate::{geometry::Point, metrics::{risk::{Risk}, Series}};",
         ),
-        ("metrics/risk.rs", "use super::super::text::Frame;"),
+        ("metrics/risk.rs", "use super::super::description::Frame;"),
         (
             "metrics/risk.rs",
             "mod deep { fn f() -> super::super::super::judge::Judgement {} }",
@@ -64,15 +64,15 @@ fn forbidden_arrows_between_modules_are_found() {
         ("surprise/mod.rs", "use crate::geometry::Point;"),
         ("main.rs", "use nearmiss::geometry::Point;"),
         (
-            "text/mod.rs",
+            "description/mod.rs",
             "#[cfg(test)] mod tests { use crate::llm::Chunk; } use crate::llm::Chunk;",
         ),
         (
-            "text/mod.rs",
+            "description/mod.rs",
             "#[cfg(test)] use crate::llm::{Chunk}; use crate::llm::Chunk;",
         ),
         (
-            "text/mod.rs",
+            "description/mod.rs",
             "const C: char = '\"'; use crate::llm::Chunk; const D: char = '\"';",
         ),
     ] {
@@ -129,7 +129,7 @@ fn outside_crates_stay_at_home() {
         ("evaluation/case.rs", "use reqwest::Url;"),
         ("scenario/library.rs", "use quick_xml::Reader;"),
         ("evaluation/case.rs", "fn f(c: &rusqlite::Connection) {}"),
-        ("text/mod.rs", "use minijinja::Environment;"),
+        ("description/mod.rs", "use minijinja::Environment;"),
         ("metrics/distance.rs", "use parry2d_f64::query;"),
     ] {
         refused(path, text);

@@ -10,7 +10,7 @@ const DOMAIN: [&str; 14] = [
     "scenario",
     "formats",
     "metrics",
-    "text",
+    "description",
     "prompts",
     "llm",
     "verdict",
@@ -19,7 +19,7 @@ const DOMAIN: [&str; 14] = [
     "simulation",
     "generation",
     "store",
-    "picture",
+    "render",
 ];
 
 /// Top-level modules and what each may import beside itself; a module that is not here fails.
@@ -31,14 +31,14 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "scenario" => &["geometry"],
         "formats" => &["scenario", "geometry"],
         "metrics" | "planner" => &["scenario", "geometry"],
-        "text" => &["metrics", "scenario", "geometry"],
+        "description" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
         // Drives are written as solutions, variants as scenarios.
         "simulation" => &["planner", "metrics", "formats", "scenario", "geometry"],
         "generation" => &[
             "simulation",
             "planner",
-            "text",
+            "description",
             "metrics",
             "verdict",
             "formats",
@@ -47,7 +47,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         ],
         "store" => &["verdict"],
         // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both their colours.
-        "picture" => &["metrics", "formats", "scenario", "geometry", "settings"],
+        "render" => &["metrics", "formats", "scenario", "geometry", "settings"],
         "evaluation" => &DOMAIN,
         "workflow" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
         // The manual is printed by a command.
@@ -79,10 +79,10 @@ const HOMES: [(&str, &[&str]); 17] = [
     ("petgraph", &["scenario/road/"]),
     ("parquet", &["cli/metrics/", "cli/export/"]),
     ("indicatif", &["cli/"]),
-    ("tiny_skia", &["picture/"]),
-    ("png", &["picture/"]),
-    ("gif", &["picture/"]),
-    ("noto_sans_mono_bitmap", &["picture/glyphs.rs"]),
+    ("tiny_skia", &["render/"]),
+    ("png", &["render/"]),
+    ("gif", &["render/"]),
+    ("noto_sans_mono_bitmap", &["render/glyphs.rs"]),
 ];
 
 /// What the parts of the terminal may import of each other; parts that are not here are free.

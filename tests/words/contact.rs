@@ -1,8 +1,8 @@
 //! That bodies touch is said only where that is wanted; gaps, distances and scores tell it in any case.
 
+use nearmiss::description::{Form, Frame, Options, describe};
 use nearmiss::prompts::Library;
 use nearmiss::scenario::Window;
-use nearmiss::text::{Form, Frame, Options, describe};
 
 use crate::scene;
 use crate::templates::with_contact;

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use nearmiss::description::{Form, Frame, Options, describe};
 use nearmiss::formats::bundled;
 use nearmiss::geometry::Point;
 use nearmiss::scenario::{
     Motion, Obstacle, ObstacleParts, Position, Prediction, Sample, Scenario, Scene, State, Track,
     Window,
 };
-use nearmiss::text::{Form, Frame, Options, describe};
 
 use crate::scene;
 

@@ -2,9 +2,9 @@
 
 use std::sync::LazyLock;
 
+use nearmiss::description::{DescriptionError, Form, Frame, Options, Value, describe};
 use nearmiss::formats::bundled;
 use nearmiss::scenario::{Scene, Window};
-use nearmiss::text::{Form, Frame, Options, TextError, Value, describe};
 use proptest::prelude::*;
 
 use crate::{check_spans, scene};
@@ -77,9 +77,9 @@ proptest! {
                 });
                 prop_assert!(finite);
             }
-            Err(TextError::NoObstacle) => prop_assert!(frame == Frame::Trajectory),
-            Err(TextError::UnknownObstacle { id, .. }) => prop_assert!(!all.contains(&id)),
-            Err(TextError::NotThere { .. }) => prop_assert!(frame == Frame::Trajectory),
+            Err(DescriptionError::NoObstacle) => prop_assert!(frame == Frame::Trajectory),
+            Err(DescriptionError::UnknownObstacle { id, .. }) => prop_assert!(!all.contains(&id)),
+            Err(DescriptionError::NotThere { .. }) => prop_assert!(frame == Frame::Trajectory),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Every shipped template, filled with every combination of techniques, and its examples.
 
+use nearmiss::description::{Form, Frame, Options, describe};
 use nearmiss::evaluation::dry_render;
 use nearmiss::prompts::{Library, Prompt, answer_form, answer_keys, render};
 use nearmiss::scenario::Window;
-use nearmiss::text::{Form, Frame, Options, describe};
 use nearmiss::verdict::{self, ParsedAnswer, Task};
 use serde_json::{Value, json};
 

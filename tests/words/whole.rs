@@ -1,8 +1,8 @@
 //! Whole descriptions, as they are read, and what the traces of single numbers say.
 
+use nearmiss::description::{DescriptionError, Form, Frame, Options, Subject, Value, describe};
 use nearmiss::metrics::{Encounter, measure};
 use nearmiss::scenario::Window;
-use nearmiss::text::{Form, Frame, Options, Subject, TextError, Value, describe};
 
 use crate::{check_spans, scene};
 
@@ -112,9 +112,9 @@ fn a_trajectory_needs_an_obstacle_that_is_there() {
         };
         describe(&scene, Frame::Trajectory, &window, &options)
     };
-    assert_eq!(with(None), Err(TextError::NoObstacle));
+    assert_eq!(with(None), Err(DescriptionError::NoObstacle));
     match with(Some(-5)) {
-        Err(TextError::UnknownObstacle { id: -5, known }) => assert!(known.contains("301")),
+        Err(DescriptionError::UnknownObstacle { id: -5, known }) => assert!(known.contains("301")),
         other => panic!("{other:?}"),
     }
     assert!(with(Some(CAR)).is_ok());

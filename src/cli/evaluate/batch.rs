@@ -9,6 +9,7 @@ use super::{Evaluate, Format};
 use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
+use crate::description::Frame;
 use crate::evaluation::batch::{Matrix, More, RequestSettings, Shard};
 use crate::evaluation::{Lead, default_frame};
 use crate::formats::EgoSelection;
@@ -16,7 +17,6 @@ use crate::llm::{Effort, Endpoint};
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
 use crate::store::BatchId;
-use crate::text::Frame;
 use crate::verdict::Task;
 use crate::workflow::batch::{BatchError, BatchPlan, BatchRequest, BatchRun};
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::cli::Failure;
 use crate::cli::open::EgoChoice;
 use crate::metrics::{MEASURES, Measure, measure};
-use crate::picture::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
+use crate::render::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]

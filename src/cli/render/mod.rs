@@ -18,7 +18,7 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Thresholds;
-use crate::picture::{
+use crate::render::{
     Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenRequest,
     Subject, animate,
 };

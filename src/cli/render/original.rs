@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::cli::open::entry;
 use crate::cli::{Failure, output};
 use crate::formats::{Entry, Place, bundled, commonroad};
-use crate::picture::Variation;
+use crate::render::Variation;
 use crate::scenario::Scenario;
 use crate::system;
 

@@ -7,7 +7,7 @@ use super::Render;
 use crate::cli::Failure;
 use crate::formats::Entry;
 use crate::formats::commonroad::{NewFile, SaveError};
-use crate::picture::Format;
+use crate::render::Format;
 
 /// Where pictures go, and how they are written.
 pub struct Target {

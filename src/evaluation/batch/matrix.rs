@@ -2,12 +2,12 @@
 
 use super::question_builder::Ask;
 use super::variant::Variant;
+use crate::description::Frame;
 use crate::evaluation::{Lead, PromptConfig, Settings};
 use crate::judge;
 use crate::llm::{Effort, Parameters};
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// All questions about every scenario.

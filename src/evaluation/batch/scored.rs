@@ -5,13 +5,13 @@ use rayon::prelude::*;
 use super::question_builder::obstacle;
 use super::truth::Truth;
 use super::variant::Variant;
+use crate::description::Frame;
 use crate::evaluation::{AnswerStatus, Label, LabelError, Lead, PromptConfig, Scored};
 use crate::formats::Entry;
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
 use crate::store::{BatchId, Consumed, Item, ItemState, NewItem, NewestAnswer, Store, StoreError};
-use crate::text::Frame;
 use crate::verdict::{self, Task, Verdict};
 
 /// The answers of a batch, those about its scenes as they are and with the first lead apart from the others.

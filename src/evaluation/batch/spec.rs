@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 use super::matrix::{Matrix, RequestSettings};
 use super::question_builder::QuestionBuilder;
 use super::truth::TruthSource;
+use crate::description::Frame;
 use crate::evaluation::{Lead, default_frame, template};
 use crate::formats::EgoSelection;
 use crate::llm::Effort;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Everything that determines what a batch asks.

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::*;
+use crate::description::Frame;
 use crate::evaluation::{Label, Lead, PromptConfig};
 use crate::formats::{EgoSelection, Entry};
 use crate::judge;
 use crate::llm::Effort;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
-use crate::text::Frame;
 use crate::verdict::Task;
 
 fn techniques(words: &str) -> Techniques {

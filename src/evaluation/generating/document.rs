@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::Authored;
+use crate::description::visible;
 use crate::generation::{Attack, refusal};
-use crate::text::visible;
 
 impl Authored {
     /// Its choice and its reasons, what it wrote about the attack that was taken, if one was, and what all of it took.

@@ -25,12 +25,12 @@ use super::defaults::default_frame;
 use super::judges::Judge;
 use super::question::{Case, CaseError, Question, prepare, template};
 use super::settings::Settings;
+use crate::description::Frame;
 use crate::generation::{Ground, Refusal};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Scene, Window};
 use crate::store::{Consumed, Store, StoreError};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// The authoring model, and its request settings.

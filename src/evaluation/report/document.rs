@@ -1,6 +1,6 @@
 //! A report independent of its format: headings, paragraphs, tables and figures.
 
-use crate::text::visible;
+use crate::description::visible;
 
 /// A whole report.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -5,9 +5,9 @@ use serde::Deserialize;
 use super::super::statistics::{Interval, part_of, wilson};
 use super::super::{Confusion, PromptConfig, Scored};
 use super::{About, Cell, Report};
+use crate::description::Frame;
 use crate::judge;
 use crate::prompts::Techniques;
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// A row of one of the paper's tables, as printed.

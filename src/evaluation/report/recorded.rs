@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use super::super::published::{HISTORY, chosen, scenarios};
 use super::super::recorded::{Loss, Problem, Recorded, find, truth};
 use super::super::{AnswerStatus, Label, Labelled, Labels, Lead, PromptConfig, Scored};
+use crate::description::Frame;
 use crate::formats::Entry;
 use crate::judge;
 use crate::scenario::{Scene, Window};
 use crate::store::Consumed;
-use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
 /// The built-in judge's verdicts on both tasks, as far as it can be asked.

@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use super::super::{AnswerStatus, Label, Labels, PromptConfig, Scored};
 use super::consumption::count;
+use crate::description::Frame;
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
 use crate::store::{Key, Outcome, RunId, RunState, SecondaryRuns};
-use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
 /// Ground truth from several sources: the first that covers a scenario counts.

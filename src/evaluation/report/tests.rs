@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
+use crate::description::Frame;
 use crate::evaluation::{AnswerStatus, Label};
 use crate::prompts::Techniques;
 use crate::store::Consumed;
-use crate::text::Frame;
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
 fn verdict(task: Task, dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::VariantShown;
 use crate::metrics::Thresholds;
-use crate::picture::{Format, Look, Screen, Variation};
+use crate::render::{Format, Look, Screen, Variation};
 use crate::scenario::{Scenario, Scene};
 
 /// Subject of a picture.

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::description::Frame;
 use crate::evaluation::batch::{Counting, Estimate, Offer, RequestSettings};
 use crate::evaluation::{Answer, Results};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::store::{Edge, Filter, Page, Run, RunId};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Numbers the lists of runs that are asked for; what an old one gives is dropped.

@@ -1,9 +1,9 @@
 //! The compared answers, one column each, beside the built-in judge.
 
+use crate::description::Frame;
 use crate::evaluation::{Answer, Judged, Missing};
 use crate::judge::Judgement;
 use crate::store::RunId;
-use crate::text::Frame;
 use crate::tui::message::JobId;
 use crate::verdict::Verdict;
 

@@ -5,8 +5,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use super::{Model, Shown};
+use crate::description::visible;
 use crate::evaluation::claims::{Checked, Judgement};
-use crate::text::visible;
 
 /// Claims that are known, by what they were found in.
 #[derive(Debug, Default)]

@@ -4,10 +4,10 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::editor::{Editor, Find};
 use super::prices::Prices;
+use crate::description::Frame;
 use crate::evaluation::Question;
 use crate::prompts::{Library, Template};
 use crate::settings::Keys;
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Views of the prompt pane.

@@ -1,10 +1,10 @@
 //! The current question, rendered again whenever one of its inputs changes.
 
 use super::{Model, PromptView};
+use crate::description::Frame;
 use crate::evaluation::{Case, CaseError, prepare};
 use crate::prompts::{Library, TemplateError};
 use crate::system::activity::{self, Subject, trying};
-use crate::text::Frame;
 use crate::tui::action::Action;
 use crate::verdict::Task;
 

@@ -6,8 +6,8 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
 use super::Screen;
+use crate::description::visible;
 use crate::scenario::{Severity, in_short};
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;

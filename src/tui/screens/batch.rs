@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
+use crate::description::visible;
 use crate::judge;
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::keymap::Key;
 use crate::tui::message::{Effect, JobRequest};

@@ -6,8 +6,8 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use super::{Screen, Step, moves_scene};
+use crate::description::visible;
 use crate::planner::{Emergency, unavoided};
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, Planned};
 use crate::tui::model::{Model, forecast_words};

@@ -6,7 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
 use super::{Screen, Step, moves_scene};
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::action::Action;
 use crate::tui::message::Effect;
 use crate::tui::model::{Detail, Model, as_text};

@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::action::{Action, Scope};
 use crate::tui::model::{Job, JobKind, JobState, Model};
 use crate::tui::widgets::hints::{self, Hint};

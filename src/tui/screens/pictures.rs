@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::{self, Choice};
-use crate::picture::{FigureContent, Format, Look, MapExtent};
+use crate::render::{FigureContent, Format, Look, MapExtent};
 use crate::tui::loaded::{PictureJob, PictureKind};
 use crate::tui::message::Effect;
 use crate::tui::model::{Model, Pane, Picker, matching};

@@ -8,7 +8,7 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use super::{Screen, Step, WHEEL};
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::action::{Action, Scope};
 use crate::tui::loaded::Source;
 use crate::tui::message::{Effect, Mouse};

@@ -7,8 +7,8 @@ use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
+use crate::description::visible;
 use crate::settings::Tags;
-use crate::text::visible;
 use crate::tui::keymap::{Code, Key, edit_line, first_line};
 use crate::tui::message::Effect;
 use crate::tui::model::Model;

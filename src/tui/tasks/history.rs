@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::Tasks;
+use crate::description::escaped_json;
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{self, judge_under};
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Transform, Window};
 use crate::store::{Filter, Interrupter, Run, Store};
 use crate::system::{self, NewFile, SaveError};
-use crate::text::escaped_json;
 use crate::tui::loaded::obstacle_taken;
 use crate::tui::message::Msg;
 use crate::tui::message::runs::{HistoryCommand, HistoryEvent};

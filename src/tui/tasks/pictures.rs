@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::loaded::{PictureJob, PictureKind, VariantShown};
 use crate::formats::commonroad::{NewFile, SaveError};
-use crate::picture::{Figure, Format, Picture, Provenance, Subject, animate};
+use crate::render::{Figure, Format, Picture, Provenance, Subject, animate};
 
 /// Pictures that are being drawn. What is stopped leaves nothing behind.
 #[derive(Debug, Default)]

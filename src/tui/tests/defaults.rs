@@ -1,7 +1,7 @@
 //! Defaults of a question: the same as on the command line.
 
 use super::bench::Bench;
-use crate::text::Frame;
+use crate::description::Frame;
 use crate::verdict::Task;
 
 /// Goes on to a task.

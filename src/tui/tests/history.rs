@@ -236,7 +236,7 @@ fn the_listed_runs_are_exported_once() {
         .collect();
     assert_eq!(runs.len(), 3);
     assert!(runs.iter().any(|run| run.answer == hidden), "it is whole");
-    let obeyed = |c: char| c != '\n' && (c.is_control() || crate::text::disguises(c));
+    let obeyed = |c: char| c != '\n' && (c.is_control() || crate::description::disguises(c));
     assert!(!written.contains(obeyed), "and nothing in it is obeyed");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     assert!(

@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use super::events;
 use super::generated::generated;
-use crate::picture::MapExtent;
+use crate::render::MapExtent;
 use crate::tui::loaded::{PictureJob, PictureKind};
 use crate::tui::message::{Effect, JobRequest, Msg};
 use crate::tui::model::Pane;

@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
 use super::{AUTO, Depth, Named, ROLES, Theme, ansi, color};
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::user_file::first;
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal.

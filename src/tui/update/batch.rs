@@ -8,10 +8,10 @@ use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model};
 use super::super::screens::batch::BatchScreen;
 use super::{actions, jobs};
+use crate::description::Frame;
 use crate::evaluation::batch::RequestSettings;
 use crate::judge;
 use crate::llm::Effort;
-use crate::text::Frame;
 
 /// Marks the selected scenario, or takes its mark away.
 pub fn mark(model: &mut Model) {

@@ -4,7 +4,7 @@ use super::super::action::Action;
 use super::super::message::Effect;
 use super::super::model::Model;
 use super::{map, open, open_again, planning};
-use crate::text::Frame;
+use crate::description::Frame;
 
 pub fn pick(model: &mut Model, by: isize) {
     let Some(opened) = &model.opened else { return };

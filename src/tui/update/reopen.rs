@@ -6,11 +6,11 @@ use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Shown};
 use super::super::screens::history::{self, HistoryScreen};
 use super::{answers, open_changed};
+use crate::description::Frame;
 use crate::evaluation::Answer;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
 use crate::store::Run;
-use crate::text::Frame;
 
 /// Opens the scenario of a run, if it is to be found.
 pub fn begin(model: &mut Model, run: Run) -> Vec<Effect> {

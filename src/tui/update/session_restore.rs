@@ -5,13 +5,13 @@ use super::super::message::session::{Instead, Opened, Session, View, Where};
 use super::super::message::{Effect, JobEvent, Msg, Update};
 use super::super::model::{Grouping, Model, Order, Pane};
 use super::{clock, open, open_current};
+use crate::description::Frame;
 use crate::formats::Entry;
 use crate::geometry::{Point, Vector};
 use crate::judge;
 use crate::metrics::measure;
 use crate::prompts::Techniques;
 use crate::system::activity;
-use crate::text::Frame;
 use crate::verdict::Task;
 
 /// The current session.

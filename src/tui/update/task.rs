@@ -10,7 +10,7 @@ pub fn next(model: &mut Model) {
     let now = all.iter().position(|t| *t == model.task).unwrap_or(0);
     let after = (1..all.len()).map(|n| all[(now + n) % all.len()]);
     for task in after {
-        let has = |frame: &crate::text::Frame| {
+        let has = |frame: &crate::description::Frame| {
             let found = model.library.find(task.name(), frame.name());
             found.is_some()
         };

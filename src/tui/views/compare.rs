@@ -100,7 +100,7 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
         (Some(_), Some(error)) => {
             format!(
                 "{}; {next} goes to the next scenario",
-                crate::text::visible(error)
+                crate::description::visible(error)
             )
         }
         (Some(blind), None) if blind.waiting => {

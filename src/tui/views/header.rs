@@ -6,11 +6,11 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
+use crate::description::visible;
 use crate::generation::Consequence;
 use crate::judge;
 use crate::scenario::EgoSource;
 use crate::simulation::Outcome;
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::loaded::{Opened, VariantShown};
 use crate::tui::model::{JobKind, Model, consequence_words, working_words};

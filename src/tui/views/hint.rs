@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 use unicode_width::UnicodeWidthStr;
 
+use crate::description::visible;
 use crate::judge;
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::layout::Parts;
 use crate::tui::model::{Model, Pane, Shown};

@@ -207,7 +207,7 @@ fn write(
 
 fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let words = match (&model.open_error, model.opening.is_some()) {
-        (Some(error), _) => crate::text::visible(error).into_owned(),
+        (Some(error), _) => crate::description::visible(error).into_owned(),
         (None, true) => "opening…".into(),
         (None, false) => "no scenario is open".into(),
     };

@@ -13,7 +13,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::metrics::{Measure, Series};
-use crate::picture::Ticks;
+use crate::render::Ticks;
 use crate::tui::loaded::Opened;
 use crate::tui::model::{Model, Pane};
 use crate::tui::widgets::frame;

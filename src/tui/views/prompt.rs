@@ -11,7 +11,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::action::Action;
 use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView, Readings};
 use crate::tui::widgets::reading::{Marks, Reading};

@@ -145,7 +145,7 @@ fn answer<'a>(model: &Model, column: &Column, text: Option<Part<'a>>) -> Vec<Par
     let dim = Style::new().fg(theme.dim);
     let mut parts = Vec::new();
     let in_color = |words: &str, color| {
-        let words = crate::text::visible(words).into_owned();
+        let words = crate::description::visible(words).into_owned();
         let text = Text::styled(words, Style::new().fg(color));
         let style = text.style;
         text.lines

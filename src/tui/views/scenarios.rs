@@ -11,8 +11,8 @@ use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
 use self::columns::{Column, cell, fitting};
+use crate::description::visible;
 use crate::metrics::Headline;
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::model::{
     Extent, Group, Grouping, Line as Shown, Matching, Model, Order, Pane, Row,

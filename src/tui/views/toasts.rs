@@ -7,7 +7,7 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::layout::Parts;
 use crate::tui::model::{Model, Notice, Pane, Toast};
 

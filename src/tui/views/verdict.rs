@@ -81,7 +81,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let dim = Style::new().fg(model.theme.dim);
         let error = model.open_error.clone();
         let words = error.unwrap_or_else(|| model.without_ego());
-        let text = Text::styled(crate::text::visible(&words).into_owned(), dim);
+        let text = Text::styled(crate::description::visible(&words).into_owned(), dim);
         scroll::text(
             f,
             inner,
@@ -216,7 +216,7 @@ fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
 /// The comment of the built-in judge or the shown answer.
 fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
     let theme = &model.theme;
-    let words = |s: &str| crate::text::visible(s).into_owned();
+    let words = |s: &str| crate::description::visible(s).into_owned();
     match model.answers.column() {
         None => {
             let mut text = Text::default();
@@ -245,7 +245,7 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
 fn of_column(model: &Model) -> Text<'static> {
     let theme = &model.theme;
     let warning = Style::new().fg(theme.warning);
-    let words = |s: &str| crate::text::visible(s).into_owned();
+    let words = |s: &str| crate::description::visible(s).into_owned();
     let mut text = Text::default();
     match model.answers.column() {
         None => {}

@@ -17,7 +17,7 @@ use syntect::highlighting::{
 };
 use syntect::parsing::{ParseState, ScopeStack, SyntaxReference, SyntaxSet};
 
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::theme::Theme;
 
 pub use answer::AnswerPainter;

@@ -9,8 +9,8 @@ use unicode_width::UnicodeWidthStr;
 
 use super::window;
 use super::words::{fit, pad};
+use crate::description::visible;
 use crate::metrics::Measure;
-use crate::text::visible;
 use crate::tui::model::{Model, Picker};
 
 /// Lines below the list in which a cut row stands whole.

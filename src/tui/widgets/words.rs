@@ -3,7 +3,7 @@
 use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
-use crate::text::visible;
+use crate::description::visible;
 
 /// `text` on one line, safe to show, cut to `width` columns with an ellipsis.
 #[must_use]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Selection;
+use crate::description::Frame;
 use crate::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
 use crate::evaluation::{Lead, PromptConfig, Question};
 use crate::formats::{EgoSelection, Entry, bundled};
@@ -10,7 +11,6 @@ use crate::judge::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Transform, Window};
-use crate::text::Frame;
 use crate::verdict::Task;
 
 #[test]

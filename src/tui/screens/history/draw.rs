@@ -8,9 +8,9 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::run;
+use crate::description::visible;
 use crate::judge;
 use crate::store::{Filter, Summary};
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::model::{COUNTED, HistoryDrawn, Model, Typing};
 use crate::tui::widgets::words::{date, fit, fit_end, pad, thousands};

@@ -4,9 +4,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use serde_json::Value;
 
+use crate::description::visible;
 use crate::judge;
 use crate::store::{Origin, Run};
-use crate::text::visible;
 use crate::tui::model::Model;
 use crate::tui::widgets::words::{date, duration, thousands};
 

@@ -8,8 +8,8 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use super::draw::{self, HEADS, NAMES, asked};
+use crate::description::visible;
 use crate::evaluation::{Counted, Outcome};
-use crate::text::visible;
 use crate::tui::model::{Model, ResultsDrawn};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::pad;

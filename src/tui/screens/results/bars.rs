@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
+use crate::description::visible;
 use crate::evaluation::Results;
-use crate::text::visible;
 use crate::tui::model::Model;
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::pad;

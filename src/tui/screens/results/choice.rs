@@ -6,8 +6,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
+use crate::description::visible;
 use crate::evaluation::batch::Offer;
-use crate::text::visible;
 use crate::tui::model::{Model, ResultsDrawn};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::{date, fit, pad, thousands};

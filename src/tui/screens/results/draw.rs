@@ -8,9 +8,9 @@ use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::{answers, bars, choice};
+use crate::description::visible;
 use crate::evaluation::batch::Counting;
 use crate::evaluation::{Confusion, Outcome, PromptConfig, Results};
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::model::{Model, ResultsDrawn, ResultsView};
 use crate::tui::theme::Theme;

@@ -3,8 +3,8 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
 
+use crate::description::visible;
 use crate::metrics::{LIMITS, MEASURES, Thresholds};
-use crate::text::visible;
 use crate::tui::model::Model;
 use crate::tui::widgets::row;
 use crate::tui::widgets::words::quantity;

@@ -3,10 +3,10 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
+use crate::description::visible;
 use crate::evaluation::generating::{Choice, ChosenBy, Source, Spent};
 use crate::generation::attacker::Candidate;
 use crate::generation::{Attack, Refusal, summed};
-use crate::text::visible;
 use crate::tui::loaded::{Authorship, Made};
 use crate::tui::model::{Model, consequence_words};
 use crate::tui::widgets::lines::Lines;

@@ -10,9 +10,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 
 use super::{Screen, Step, moves_scene};
+use crate::description::visible;
 use crate::generation::{Certificate, Consequence, Reason};
 use crate::scenario::Motion as State;
-use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::loaded::{Made, VariantShown};
 use crate::tui::model::{Model, consequence_words};

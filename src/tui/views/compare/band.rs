@@ -112,7 +112,7 @@ pub fn marking(f: &mut Frame<'_>, screen: Rect, model: &Model) {
             Line::styled(format!("{sign}{reason}"), style)
         })
         .collect();
-    let typed = crate::text::visible(&marking.text).into_owned();
+    let typed = crate::description::visible(&marking.text).into_owned();
     lines.push(Line::from(vec![
         Span::styled("and: ", Style::new().fg(theme.dim)),
         Span::styled(format!("{typed}▏"), theme.base()),

@@ -31,7 +31,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
     let mut add = |name, value: String, color, counts| {
         fields.push(Field {
             name,
-            value: crate::text::visible(&value).into_owned(),
+            value: crate::description::visible(&value).into_owned(),
             color,
             counts,
         });
@@ -241,7 +241,10 @@ pub fn outcome(model: &Model, place: usize) -> Option<Line<'static>> {
         spans.push(Span::styled(format!(" {words} "), style));
     }
     if let Some(reason) = mark {
-        let words = format!(" x {} ", crate::text::visible(&reason).replace('\n', " "));
+        let words = format!(
+            " x {} ",
+            crate::description::visible(&reason).replace('\n', " ")
+        );
         spans.push(Span::styled(words, Style::new().fg(theme.danger)));
     }
     (!spans.is_empty()).then(|| Line::from(spans))

@@ -4,9 +4,9 @@ use ratatui::style::{Color, Modifier, Style};
 
 use super::Projection;
 use super::label_placer::{Body, LabelPlacer};
+use crate::description::visible;
 use crate::geometry::Point;
 use crate::scenario::{Sign, SignMeaning, SignalColor};
-use crate::text::visible;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 

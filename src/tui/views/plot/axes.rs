@@ -6,7 +6,7 @@ use ratatui::style::{Color, Style};
 use ratatui::text::Span;
 use unicode_width::UnicodeWidthStr;
 
-use crate::picture::Ticks;
+use crate::render::Ticks;
 
 /// Rows that a plot needs for a line along its lower end.
 const ROWS_WITH_LINE: u16 = 8;

@@ -10,7 +10,7 @@ use ratatui::widgets::canvas::{Canvas, Points};
 
 use super::{axes, stroke};
 use crate::generation::RiskCurve;
-use crate::picture::Ticks;
+use crate::render::Ticks;
 use crate::scenario::Track;
 use crate::tui::loaded::{Opened, Planned};
 use crate::tui::model::{Drives, Model, Pane};

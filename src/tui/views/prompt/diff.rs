@@ -3,7 +3,7 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::model::Model;
 
 pub fn text(model: &Model) -> Text<'static> {

@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::{body, editor, numbers};
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::model::{EntryLine, Model, Pane, PromptView};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::{fit, fit_end};

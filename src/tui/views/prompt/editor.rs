@@ -8,7 +8,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::model::{Editor, EntryLine, HEAVY, Model, rows, width_of};
 use crate::tui::theme::ROLES;
 use crate::tui::widgets::highlight::{self, template};

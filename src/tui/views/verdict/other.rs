@@ -3,7 +3,7 @@
 use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 
-use crate::text::visible;
+use crate::description::visible;
 use crate::tui::model::Model;
 use crate::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
 

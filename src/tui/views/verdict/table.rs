@@ -225,7 +225,7 @@ impl<'a> Table<'a> {
                 other => other,
             };
             let style = Style::new().fg(self.model.theme.dim);
-            self.cell(row, &crate::text::visible(words), style);
+            self.cell(row, &crate::description::visible(words), style);
         }
     }
 

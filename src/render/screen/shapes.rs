@@ -1,6 +1,6 @@
 //! Signs that fill their cell as shapes: boxes, blocks, Braille, arrows; fonts leave gaps between them.
 
-use crate::picture::display::{Area, Segment, Spot, circle};
+use crate::render::display::{Area, Segment, Spot, circle};
 
 /// A sign.
 #[derive(Default)]

@@ -2,8 +2,8 @@
 
 use super::Map;
 use crate::geometry::{Footprint, Point};
-use crate::picture::Color;
-use crate::picture::display::{Area, Picture, Spot, Stroke};
+use crate::render::Color;
+use crate::render::display::{Area, Picture, Spot, Stroke};
 use crate::scenario::{Motion, ObstacleRole, ObstacleType, Track};
 
 /// Seconds of the past that obstacles leave behind.

@@ -3,9 +3,9 @@
 
 use super::Map;
 use super::bodies::{rings, spots};
-use crate::picture::Color;
-use crate::picture::display::{Area, Picture, Stroke};
-use crate::picture::view::Variation;
+use crate::render::Color;
+use crate::render::display::{Area, Picture, Stroke};
+use crate::render::view::Variation;
 
 /// Both ways from where they part.
 pub fn ways(map: &Map<'_>, picture: &mut Picture) {

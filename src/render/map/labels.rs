@@ -2,8 +2,8 @@
 
 use super::Map;
 use super::bodies::rings;
-use crate::picture::Color;
-use crate::picture::display::{Area, Picture, Stroke, Text};
+use crate::render::Color;
+use crate::render::display::{Area, Picture, Stroke, Text};
 
 /// Obstacles named at most, beside those that are pointed out.
 const MOST: usize = 9;
@@ -190,6 +190,6 @@ fn write(map: &Map<'_>, picture: &mut Picture, label: &Label, area: Area, lead: 
     }
     let at = (area.x + area.width / 2.0, area.y + map.letters * 0.76);
     let text = Text::new(at, label.words.clone(), map.letters, label.color).in_bold(label.bold);
-    let text = text.anchored(crate::picture::display::Anchor::Middle);
+    let text = text.anchored(crate::render::display::Anchor::Middle);
     picture.text(text.with_halo(map.palette.background));
 }

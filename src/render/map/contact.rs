@@ -2,7 +2,7 @@
 
 use super::Map;
 use super::bodies::rings;
-use crate::picture::display::{Area, Picture, Spot, Stroke};
+use crate::render::display::{Area, Picture, Spot, Stroke};
 
 /// Marks every contact; gives what the marks cover.
 pub fn draw(map: &Map<'_>, picture: &mut Picture) -> Vec<Area> {

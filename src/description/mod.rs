@@ -65,7 +65,7 @@ impl Frame {
 
 /// Why a scene cannot be described.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum TextError {
+pub enum DescriptionError {
     /// The trajectory frame is about one obstacle, and none is named.
     #[error("the trajectory frame describes one obstacle: choose which")]
     NoObstacle,
@@ -98,7 +98,7 @@ pub fn describe(
     frame: Frame,
     window: &Window,
     options: &Options,
-) -> Result<Description, TextError> {
+) -> Result<Description, DescriptionError> {
     describe_in(&Context::new(scene), frame, window, options)
 }
 
@@ -111,7 +111,7 @@ pub fn describe_in(
     frame: Frame,
     window: &Window,
     options: &Options,
-) -> Result<Description, TextError> {
+) -> Result<Description, DescriptionError> {
     let scene = context.scene();
     let chosen = options.obstacle.map(|id| participant(scene, id));
     let chosen = chosen.transpose()?;
@@ -122,9 +122,9 @@ pub fn describe_in(
         Frame::Ego => ego_centric::describe(w, scene, window, options),
         Frame::Metrics => safety_metrics::describe(w, context, window, options),
         Frame::Trajectory => {
-            let who = chosen.ok_or(TextError::NoObstacle)?;
+            let who = chosen.ok_or(DescriptionError::NoObstacle)?;
             if !options.steps(window).iter().any(|&s| who.at(s).is_some()) {
-                return Err(TextError::NotThere {
+                return Err(DescriptionError::NotThere {
                     id: who.obstacle.id,
                     first: window.first(),
                     last: window.last(),
@@ -136,7 +136,7 @@ pub fn describe_in(
     Ok(writer.finish())
 }
 
-fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, TextError> {
+fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, DescriptionError> {
     let found = scene.participants().find(|p| p.obstacle.id == id);
     found.ok_or_else(|| {
         let all: Vec<i64> = scene.participants().map(|p| p.obstacle.id).collect();
@@ -146,7 +146,7 @@ fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, TextError> {
             13.. => known.push("…".into()),
             _ => {}
         }
-        TextError::UnknownObstacle {
+        DescriptionError::UnknownObstacle {
             id,
             known: known.join(", "),
         }

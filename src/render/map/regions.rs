@@ -2,8 +2,8 @@
 
 use super::Map;
 use crate::geometry::{Bounds, Shape};
-use crate::picture::Color;
-use crate::picture::display::{Picture, Stroke};
+use crate::render::Color;
+use crate::render::display::{Picture, Stroke};
 use crate::scenario::{ObstacleRole, Position, Prediction};
 
 /// Goals: lanelets and regions, tinted, with a dashed edge.

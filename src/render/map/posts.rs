@@ -2,8 +2,8 @@
 
 use super::Map;
 use crate::geometry::Point;
-use crate::picture::Color;
-use crate::picture::display::{Anchor, Area, Picture, Spot, Stroke, Text};
+use crate::render::Color;
+use crate::render::display::{Anchor, Area, Picture, Spot, Stroke, Text};
 use crate::scenario::{Sign, SignElement, SignalColor, TrafficLight};
 
 /// On a map that is wider than this, metres, posts would lie over each other.

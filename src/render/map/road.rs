@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::Map;
 use crate::geometry::{Point, Polyline};
-use crate::picture::display::{Picture, Spot, Stroke};
+use crate::render::display::{Picture, Spot, Stroke};
 use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking};
 
 /// Dash and gap of a dashed line, metres.
