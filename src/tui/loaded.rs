@@ -28,7 +28,7 @@ use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
 };
 use crate::scenario::{Scenario, Scene, Severity, Transform, Window};
-use crate::verdict::{Task, Verdict};
+use crate::verdict::Task;
 use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 
 /// The obstacle that is the ego, as the store writes an ego; `None` if its motion comes from a file.
@@ -209,23 +209,6 @@ pub fn worst_of(
         .map(|&id| series.row(measure.id, id));
     let values = rows.flatten().filter_map(|r| r.value());
     values.min_by(|a, b| measure.danger.compare(*a, *b))
-}
-
-/// The built-in judge's verdicts on windows of a scene, given by their first and last steps.
-#[must_use]
-pub fn judged(
-    scene: &Scene,
-    task: Task,
-    windows: Vec<(i64, i64)>,
-    thresholds: &Thresholds,
-) -> Vec<((i64, i64), Verdict)> {
-    let judge = |(first, last): (i64, i64)| {
-        let steps = last.saturating_sub(first).saturating_add(1);
-        let window = Window::ending_at(scene, last, usize::try_from(steps).unwrap_or(1));
-        let judgement = judge_under(scene, task, &window, thresholds);
-        ((first, last), judgement.verdict)
-    };
-    windows.into_iter().map(judge).collect()
 }
 
 /// A measure over a scene, for the plot.

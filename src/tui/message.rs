@@ -1,9 +1,11 @@
 //! Messages that `update` receives and effects that it returns, both plain data.
 
+mod computation;
 mod job;
 pub mod runs;
 pub mod session;
 
+pub use computation::{Computation, Computed, MeasureId, SeriesId, WindowJudgement};
 pub use job::{BatchProgress, JobEvent, JobId, JobRequest, Update};
 
 use std::path::PathBuf;
@@ -13,17 +15,17 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::{Key, Keymap};
-use super::loaded::{DriveFiles, DriveKey, Facts, Made, Measured, Opened, PictureJob, Source};
+use super::loaded::{DriveFiles, DriveKey, Facts, Made, Opened, PictureJob, Source};
 use super::theme::Named;
 use crate::evaluation::Answer;
 use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::llm::Discovered;
-use crate::metrics::{Measure, Series, Thresholds};
+use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Scene, Transform};
+use crate::scenario::Transform;
 use crate::settings::{Config, Tags};
 use crate::store::{NewRating, Rating};
-use crate::verdict::{Task, Verdict};
+use crate::verdict::Task;
 
 /// A message to `update`.
 #[derive(Debug)]
@@ -56,12 +58,8 @@ pub enum Msg {
     Ranked(&'static str, usize, Option<f64>),
     /// A scenario was opened.
     Opened(OpenId, Result<Box<Opened>, String>),
-    /// Every measure of an obstacle was computed.
-    Measured(MeasureId, Box<Measured>),
-    /// The values of the plotted measure over a scene.
-    Plotted(SeriesId, Box<Series>),
-    /// The built-in judge's verdicts on windows of a scene.
-    Judged(Arc<Scene>, Task, Vec<WindowTruth>),
+    /// A value of the open scene was computed.
+    Computed(Computed),
     /// The user's thresholds were read, or why they cannot be used.
     Thresholds(Result<Arc<Thresholds>, String>),
     /// Earlier answers on the same thing.
@@ -132,17 +130,6 @@ pub struct StoredOf {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct OpenId(pub u64);
 
-/// Numbers the requests for every measure; what an old one gives is dropped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct MeasureId(pub u64);
-
-/// Numbers the requests for what is plotted; what an old one gives is dropped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct SeriesId(pub u64);
-
-/// The first and last step of a window, and what the built-in judge says about it.
-pub type WindowTruth = ((i64, i64), Verdict);
-
 /// Mouse events, with positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mouse {
@@ -194,12 +181,8 @@ pub enum Effect {
     Open(OpenId, Entry, Option<i64>),
     /// The same, after a change of the scene.
     OpenChanged(OpenId, Entry, Option<i64>, Transform),
-    /// Work out every measure of an obstacle, if one is picked, and of the scene.
-    Measure(MeasureId, Arc<Scene>, Option<i64>, Arc<Thresholds>),
-    /// Work out a measure over a scene, to be plotted.
-    Plot(SeriesId, Arc<Scene>, &'static Measure, Arc<Thresholds>),
-    /// Let the built-in judge say what is true of windows of a scene, by their first and last steps.
-    Judge(Arc<Scene>, Task, Vec<(i64, i64)>, Arc<Thresholds>),
+    /// Compute a value of the open scene.
+    Compute(Computation),
     /// Read the user's thresholds again.
     ReadThresholds,
     /// Measure with these thresholds from now on.

@@ -10,7 +10,7 @@ mod editor;
 mod generation;
 mod history;
 mod jobs;
-mod judged;
+mod judgements;
 mod kept;
 mod list;
 mod look;
@@ -36,7 +36,7 @@ use std::time::Duration;
 pub use answers::{Answers, Column, Progress, Shown, parts};
 pub use batch::{Card, Marks};
 pub use camera::Camera;
-pub use claims::{Claims, counted};
+pub use claims::{Claims, Document, counted};
 pub use compare::{
     Blind, Compare, Keeping, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
     REASONS, shuffle,
@@ -46,10 +46,13 @@ pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
-pub use judged::Judged;
+pub use judgements::Judgements;
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
 pub use look::{Glyphs, Look, themes_shown};
-pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};
+pub use map::{
+    Detail, End, Foreseen, Foresight, Future, Layers, Measurement, On, PathRequest, Tape, Tools,
+    as_text,
+};
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
 pub use picker::{
@@ -126,7 +129,7 @@ pub struct Model {
     /// Every measure of the picked obstacle, while displayed.
     pub values: Values,
     /// The built-in judge's cached verdicts.
-    pub judged: Judged,
+    pub judgements: Judgements,
     /// From where on values are dangerous, and what measures take for granted.
     pub thresholds: Arc<Thresholds>,
     /// The task.
@@ -223,7 +226,7 @@ impl Model {
             heat: Heat::default(),
             seek: None,
             values: Values::default(),
-            judged: Judged::default(),
+            judgements: Judgements::default(),
             thresholds: Arc::new(Thresholds::shipped().clone()),
             task: Task::Collision,
             frame: Frame::Ego,

@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::style::{Color as Ink, Modifier};
 
 use super::action::Action;
-use super::loaded::{Opened, plotted};
+use super::loaded::Opened;
 use super::message::{Effect, Msg};
 use super::model::Model;
 use super::theme::Theme;
@@ -45,12 +45,10 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
                 let opened = read(&entry, wanted, &thresholds)?;
                 Msg::Opened(id, Ok(Box::new(opened)))
             }
-            Effect::Plot(id, scene, measure, thresholds) => {
-                Msg::Plotted(id, Box::new(plotted(&scene, measure, &thresholds)))
-            }
             _ => continue,
         };
-        todo.extend(update(&mut model, msg));
+        let effects = update(&mut model, msg);
+        todo.extend(update::compute_now(&mut model, effects));
     }
     if let Some(id) = wanted.obstacle {
         let known = model
@@ -73,6 +71,7 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     }
     model.toasts.clear();
     model.refresh();
+    update::compute_missing(&mut model);
     Ok((paint(&model)?, model.clock.step()))
 }
 

@@ -7,13 +7,13 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::keymap::Key;
-use super::loaded::{Opened, plotted};
+use super::loaded::Opened;
 use super::message::runs::ResultsCommand;
 use super::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::model::Model;
 use super::tasks::history::Judging;
 use super::theme::Theme;
-use super::update::update;
+use super::update::{compute_now, update};
 use super::{tasks, views, widgets};
 use crate::evaluation::{Answer, Event, Judged, Missing, default_planning};
 use crate::formats::{EgoSelection, Entry};
@@ -60,16 +60,9 @@ impl Stage {
     }
 
     fn send(&mut self, msg: Msg) -> Vec<Effect> {
-        let mut effects = update(&mut self.model, msg);
-        // The plot is complete in every frame.
-        let plots = effects.extract_if(.., |effect| matches!(effect, Effect::Plot(..)));
-        for effect in plots.collect::<Vec<_>>() {
-            if let Effect::Plot(id, scene, measure, thresholds) = effect {
-                let series = Box::new(plotted(&scene, measure, &thresholds));
-                effects.extend(update(&mut self.model, Msg::Plotted(id, series)));
-            }
-        }
-        effects
+        let effects = update(&mut self.model, msg);
+        // Every frame is complete.
+        compute_now(&mut self.model, effects)
     }
 
     /// These scenarios too are found, whether or not they can be read.

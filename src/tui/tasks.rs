@@ -133,14 +133,8 @@ impl Tasks {
             Effect::OpenChanged(id, entry, obstacle, change) => {
                 self.open(id, entry, obstacle, Some(change));
             }
-            Effect::Measure(id, scene, obstacle, thresholds) => {
-                self.measure(id, scene, obstacle, thresholds);
-            }
-            Effect::Plot(id, scene, measure, thresholds) => {
-                self.plot(id, scene, measure, thresholds);
-            }
-            Effect::Judge(scene, task, windows, thresholds) => {
-                self.judge_windows(scene, task, windows, thresholds);
+            Effect::Compute(computation) => {
+                self.background(move || Msg::Computed(computation.run()));
             }
             Effect::ReadThresholds => {
                 let path = self.folders.thresholds();

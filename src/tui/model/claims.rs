@@ -11,8 +11,8 @@ use crate::evaluation::claims::{Checked, Judgement};
 /// Claims that are known, by what they were found in.
 #[derive(Debug, Default)]
 pub struct Claims {
-    /// The newest last.
-    known: Vec<(u64, Vec<Checked>)>,
+    /// The newest last; `None` while they are being checked.
+    known: Vec<(u64, Option<Vec<Checked>>)>,
     /// The picked one: in which text, and which of its claims.
     pub picked: Option<(u64, usize)>,
     /// Answers that were read lately, beside what they were made of; the newest last.
@@ -70,25 +70,39 @@ const ANSWER: &str = "── answer ──";
 const REASONING: &str = "── reasoning ──";
 
 impl Claims {
-    /// The claims of a text, in its order; none where they were not looked for.
+    /// The claims of a text, in its order; none until they were checked.
     #[must_use]
     pub fn of(&self, key: u64) -> &[Checked] {
         let found = self.known.iter().find(|(known, _)| *known == key);
-        found.map_or(&[], |(_, claims)| claims)
+        found
+            .and_then(|(_, claims)| claims.as_deref())
+            .unwrap_or(&[])
     }
 
-    /// Whether they were looked for.
+    /// Whether they were checked.
     #[must_use]
     pub fn is_known(&self, key: u64) -> bool {
-        self.known.iter().any(|(known, _)| *known == key)
+        let known = |(known, claims): &(u64, Option<_>)| *known == key && claims.is_some();
+        self.known.iter().any(known)
     }
 
-    /// Takes the claims of a text.
-    pub fn take(&mut self, key: u64, claims: Vec<Checked>) {
+    /// Notes that the claims of a text are being checked; whether that was not requested before.
+    pub fn request(&mut self, key: u64) -> bool {
+        if self.known.iter().any(|(known, _)| *known == key) {
+            return false;
+        }
         if self.known.len() >= MOST {
             self.known.remove(0);
         }
-        self.known.push((key, claims));
+        self.known.push((key, None));
+        true
+    }
+
+    /// Takes the claims of a text that were requested.
+    pub fn take(&mut self, key: u64, claims: Vec<Checked>) {
+        if let Some((_, place)) = self.known.iter_mut().find(|(known, _)| *known == key) {
+            *place = Some(claims);
+        }
     }
 
     /// The picked claim of a text, by its place.

@@ -8,7 +8,7 @@ mod tape;
 use ratatui::layout::Position;
 
 pub use details::{Detail, as_text};
-pub use foresight::Foresight;
+pub use foresight::{Foresight, Future, PathRequest};
 pub use layers::{Foreseen, Layers};
 pub use tape::{End, Measurement, On, Tape};
 

@@ -38,19 +38,15 @@ impl Model {
     /// Works out again what depends on the scene, the window, the template and the switches:
     /// the prompt and the built-in judge's verdict.
     pub fn refresh(&mut self) {
-        let (Some(opened), Some(window)) = (&self.opened, self.window()) else {
+        let (Some(opened), Some(_)) = (&self.opened, self.window()) else {
             self.prompt.question = None;
             self.answers.reference = None;
             return;
         };
-        let Some(scene) = opened.scene.clone() else {
+        if opened.scene.is_none() {
             return;
-        };
-        self.answers.reference = match self.task {
-            Task::Collision => opened.collision.clone(),
-            Task::Safety => Some(self.judged.safety(&scene, &window, &self.thresholds)),
-            Task::Attacker | Task::Trajectory => None,
-        };
+        }
+        self.take_reference();
         self.prompt.shipped_tokens = None;
         self.refill();
     }

@@ -13,7 +13,7 @@ use crate::prompts::Library;
 use crate::settings::Config;
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
-use crate::tui::loaded::{Measured, Opened, judged, plotted};
+use crate::tui::loaded::Opened;
 use crate::tui::message::{Effect, JobId, JobRequest, Msg};
 use crate::tui::model::Model;
 use crate::tui::theme::Theme;
@@ -72,18 +72,7 @@ impl Bench {
                     let opened = Opened::changed(&entry, &ego, &thresholds, Some(change));
                     self.send(Msg::Opened(id, opened.map(Box::new)));
                 }
-                Effect::Measure(id, scene, obstacle, thresholds) => {
-                    let measured = Measured::of(&scene, obstacle, &thresholds);
-                    self.send(Msg::Measured(id, Box::new(measured)));
-                }
-                Effect::Plot(id, scene, measure, thresholds) => {
-                    let series = plotted(&scene, measure, &thresholds);
-                    self.send(Msg::Plotted(id, Box::new(series)));
-                }
-                Effect::Judge(scene, task, windows, thresholds) => {
-                    let truths = judged(&scene, task, windows, &thresholds);
-                    self.send(Msg::Judged(scene, task, truths));
-                }
+                Effect::Compute(computation) => self.send(Msg::Computed(computation.run())),
                 Effect::ReadSource(place, entry) => {
                     let source = crate::tui::loaded::Source::read(&entry);
                     self.send(Msg::Source(place, source.map(Box::new)));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::bench::Bench;
 use crate::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
 use crate::tui::loaded::Measured;
-use crate::tui::message::{Effect, MeasureId, Msg};
+use crate::tui::message::{Computed, Effect, MeasureId, Msg};
 
 /// The first scenario shortly before its contact.
 fn looking() -> Bench {
@@ -105,17 +105,17 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
     assert!(known);
     let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();
     let late = Measured::of(&scene, None, Thresholds::shipped());
-    bench.send(Msg::Measured(id, Box::new(late)));
+    bench.send(Msg::Computed(Computed::Measured(id, Box::new(late))));
     assert!(
         bench.model.values.of(bench.model.picked).is_some(),
         "too late"
     );
     bench.model.values.found = None;
     assert!(bench.frame(80, 24).contains("measuring"));
-    bench.send(Msg::Measured(
+    bench.send(Msg::Computed(Computed::Measured(
         MeasureId(0),
         Box::new(Measured::of(&scene, None, Thresholds::shipped())),
-    ));
+    )));
     assert!(bench.model.values.found.is_none(), "never asked for");
 }
 

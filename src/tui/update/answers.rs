@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::super::action::Action;
-use super::super::message::{Effect, JobId, JobRequest, Update, WindowTruth};
+use super::super::message::{Computation, Effect, JobId, JobRequest, Update, WindowJudgement};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
 use super::{batch, list, making};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::Chunk;
 use crate::llm::{Discovered, Offer};
+use crate::metrics::Thresholds;
 use crate::scenario::Scene;
 use crate::verdict::Task;
 
@@ -80,12 +81,13 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     )]
 }
 
-/// Asks for the truth about the windows of answers from the store, where that is not known.
-pub fn request_truths(model: &mut Model) -> Option<Effect> {
+/// Judgements to request for answers without a truth: those from the store, and those that were asked before the
+/// built-in judge was ready.
+pub fn missing_truths(model: &mut Model) -> Option<Computation> {
     let scene = model.opened.as_ref()?.scene.clone()?;
     let mut windows = Vec::new();
     for column in &mut model.answers.columns {
-        if column.ask.is_none()
+        if (column.ask.is_none() || model.task == Task::Safety)
             && column.truth.is_none()
             && !column.judging
             && let Some(steps) = column.steps
@@ -97,22 +99,31 @@ pub fn request_truths(model: &mut Model) -> Option<Effect> {
     windows.sort_unstable();
     windows.dedup();
     let thresholds = model.thresholds.clone();
-    (!windows.is_empty()).then_some(Effect::Judge(scene, model.task, windows, thresholds))
+    (!windows.is_empty()).then_some(Computation::Judge(scene, model.task, windows, thresholds))
 }
 
-/// The truth about windows of a scene and task; what is no longer open or asked is dropped.
-pub fn judged(model: &mut Model, scene: &Arc<Scene>, task: Task, verdicts: &[WindowTruth]) {
+/// Takes judgements of windows; those of a scene or task that is no longer open are dropped.
+pub fn judged(
+    model: &mut Model,
+    (scene, task): (&Arc<Scene>, Task),
+    thresholds: &Arc<Thresholds>,
+    found: &[WindowJudgement],
+) {
     let open = model.opened.as_ref().and_then(|o| o.scene.as_ref());
     if task != model.task || !open.is_some_and(|open| Arc::ptr_eq(open, scene)) {
         return;
     }
     for column in model.answers.columns.iter_mut().filter(|c| c.judging) {
-        let same = verdicts
-            .iter()
-            .find(|(steps, _)| Some(*steps) == column.steps);
-        if let Some((_, verdict)) = same {
-            column.truth = Some(verdict.clone());
+        let same = found.iter().find(|(steps, _)| Some(*steps) == column.steps);
+        if let Some((_, judgement)) = same {
+            column.truth = Some(judgement.verdict.clone());
             column.judging = false;
+        }
+    }
+    if task == Task::Safety {
+        model.judgements.take(scene, thresholds, found);
+        if model.answers.reference.is_none() {
+            model.take_reference();
         }
     }
 }

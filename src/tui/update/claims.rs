@@ -1,11 +1,12 @@
 //! Claims: extracted once an answer is complete, and stepped through one by one.
 
+use super::super::message::Computation;
 use super::super::model::{Column, Model, Pane, Shown};
 use super::clock;
-use crate::evaluation::claims::{Subject, checked};
 
-/// Looks for the claims of the answers that are on the screen, where that was not done.
-pub fn settle(model: &mut Model) {
+/// Requests the claims of the complete answers on the screen, once for each.
+pub fn request(model: &mut Model) -> Vec<Computation> {
+    let mut missing = Vec::new();
     let seen = if model.compare.open {
         model.compare.shown.clone()
     } else {
@@ -23,17 +24,16 @@ pub fn settle(model: &mut Model) {
         let Some(document) = model.document(shown) else {
             continue;
         };
-        if !document.whole || model.claims.is_known(document.key) {
+        if !document.whole {
             continue;
         }
-        let Some(scene) = model.scene() else { continue };
-        let subject = Subject {
-            scene,
-            window: document.window,
-        };
-        let found = checked(&document.text, &subject);
-        model.claims.take(document.key, found);
+        let scene = model.opened.as_ref().and_then(|o| o.scene.clone());
+        let Some(scene) = scene else { continue };
+        if model.claims.request(document.key) {
+            missing.push(Computation::Claims(document, scene));
+        }
     }
+    missing
 }
 
 /// Picks the next claim of the reasoning, or the one before, and scrolls to it.
@@ -56,10 +56,12 @@ pub fn go(model: &mut Model, shown: Shown, forward: bool) -> Option<usize> {
     let document = model.document(shown)?;
     let claims = model.claims.of(document.key);
     if claims.is_empty() {
-        model.say(if document.whole {
-            "no claims about obstacles were found in this answer"
-        } else {
-            "the answer is still arriving"
+        model.say(match document.whole {
+            true if model.claims.is_known(document.key) => {
+                "no claims about obstacles were found in this answer"
+            }
+            true => "the claims of this answer are being checked",
+            false => "the answer is still arriving",
         });
         return None;
     }

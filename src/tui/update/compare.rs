@@ -21,7 +21,7 @@ pub fn open(model: &mut Model) {
     {
         *first = now;
     }
-    if model.answers.reference.is_some() {
+    if model.has_reference() {
         shown.push(Shown::Reference);
     }
     if shown.is_empty() {
@@ -162,7 +162,7 @@ fn everything(model: &Model) -> Vec<Shown> {
     let mut all: Vec<Shown> = (0..model.answers.columns.len())
         .map(Shown::Column)
         .collect();
-    if model.answers.reference.is_some() {
+    if model.has_reference() {
         all.push(Shown::Reference);
     }
     all

@@ -3,6 +3,7 @@
 use ratatui::layout::Position;
 
 use super::super::action::{Action, Scope};
+use super::super::message::Computation;
 use super::super::model::{End, Foreseen, Foresight, Model, On, Pane, Tape};
 use crate::geometry::{Point, Pose};
 
@@ -12,18 +13,19 @@ const STRIDE: f64 = 2.0;
 /// An end of the tape sticks to a body that is within this many cells.
 const STICKS: f64 = 1.0;
 
-/// Works out what is drawn into the future, if it changed.
-pub fn settle(model: &mut Model) {
+/// Requests the predicted paths that are shown, if they changed.
+pub fn request(model: &mut Model) -> Option<Computation> {
     let whose = model.map.layers.paths;
     if whose == Foreseen::Off {
         model.map.foresight = Foresight::default();
-        return;
+        return None;
     }
     let history = model.decided().history;
     let scene = model.opened.as_ref().and_then(|o| o.scene.as_ref());
     let step = model.clock.step();
     let wanted = (whose, model.picked);
-    model.map.foresight.look(scene, step, history, wanted);
+    let request = model.map.foresight.request(scene, step, history, wanted);
+    request.map(Computation::Paths)
 }
 
 /// Cycles the shown paths: none, the picked obstacle's, those of all near the ego.

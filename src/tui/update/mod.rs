@@ -6,6 +6,7 @@ mod batch;
 mod claims;
 mod clock;
 mod compare;
+mod computed;
 mod editing;
 mod jobs;
 mod keys;
@@ -29,6 +30,7 @@ mod timeline;
 mod values;
 
 pub use actions::perform;
+pub use computed::{compute_missing, compute_now};
 use opening::{open, open_again, open_changed, open_current, opened, show_stored};
 
 use super::action::Action;
@@ -67,14 +69,11 @@ fn note(model: &mut Model, msg: &Msg) {
 /// Makes what is shown true again, whatever the message changed.
 fn settle(model: &mut Model) {
     compare::settle(model);
-    claims::settle(model);
-    map::settle(model);
 }
 
 /// Asks for what the model lacks and stops what it needs no longer.
 fn request_missing(model: &mut Model) -> Vec<Effect> {
-    let mut effects: Vec<Effect> = plot::request(model).into_iter().collect();
-    effects.extend(answers::request_truths(model));
+    let mut effects = computed::request(model);
     effects.extend(planning::request(model));
     effects.extend(making::stop_left(model));
     effects.extend(Screens::follow(model));
@@ -112,16 +111,8 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Opened(id, result) => opened(model, id, result),
-        Msg::Measured(id, found) => {
-            values::measured(model, id, found);
-            Vec::new()
-        }
-        Msg::Plotted(id, series) => {
-            model.plot.take(id, series);
-            Vec::new()
-        }
-        Msg::Judged(scene, task, truths) => {
-            answers::judged(model, &scene, task, &truths);
+        Msg::Computed(value) => {
+            computed::take(model, value);
             Vec::new()
         }
         Msg::Thresholds(read) => values::thresholds(model, read),

@@ -1,11 +1,11 @@
 //! The plot: requests its values in the background, and marks obstacles for it.
 
 use super::super::action::Action;
-use super::super::message::{Effect, SeriesId};
+use super::super::message::{Computation, SeriesId};
 use super::super::model::Model;
 
-/// Asks for the plotted values, where another measure, scene or thresholds are plotted than before.
-pub fn request(model: &mut Model) -> Option<Effect> {
+/// Requests the plotted values, where another measure, scene or thresholds are plotted than before.
+pub fn request(model: &mut Model) -> Option<Computation> {
     let scene = model.opened.as_ref().and_then(|o| o.scene.clone());
     let Some(scene) = scene else {
         model.plot.clear();
@@ -18,7 +18,7 @@ pub fn request(model: &mut Model) -> Option<Effect> {
     let id = SeriesId(model.new_id());
     model.plot.wait(id, scene.clone(), thresholds.clone());
     let measure = model.plot.measure;
-    Some(Effect::Plot(id, scene, measure, thresholds))
+    Some(Computation::Plot(id, scene, measure, thresholds))
 }
 
 /// Marks the picked obstacle for the plot, or takes the mark away.

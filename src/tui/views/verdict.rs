@@ -77,7 +77,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         );
         return;
     }
-    let Some(reference) = &answers.reference else {
+    let reference = answers.reference.as_ref();
+    if !model.has_reference() {
         let dim = Style::new().fg(model.theme.dim);
         let error = model.open_error.clone();
         let words = error.unwrap_or_else(|| model.without_ego());
@@ -91,7 +92,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             Some(answers.verdict_top),
         );
         return;
-    };
+    }
+    let verdict = reference.map(|r| &r.verdict);
     let seen = seen(answers, room);
     let width = usize::from(inner.width).saturating_sub(LABEL + 1) / (seen.len() + 1);
     let rows = Row::of(
@@ -110,10 +112,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let heads = heads::heads(&ids, width.saturating_sub(1));
     for (i, head) in seen.zip(&heads) {
         let column = &answers.columns[i];
-        let truth = column.truth_or(Some(&reference.verdict));
+        let truth = column.truth_or(verdict);
         table.column(column, head, truth, answers.shown == Shown::Column(i));
     }
-    table.reference(answers, &reference.verdict);
+    table.reference(answers, verdict);
     let mut text = Text::from(table.lines());
     text.push_line("");
     text.extend(comment(model, reference));
@@ -214,16 +216,14 @@ fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
 }
 
 /// The comment of the built-in judge or the shown answer.
-fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
+fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static> {
     let theme = &model.theme;
     let words = |s: &str| crate::description::visible(s).into_owned();
     match model.answers.column() {
         None => {
             let mut text = Text::default();
-            text.extend(Text::styled(
-                words(&reference.verdict.justification),
-                theme.base(),
-            ));
+            let justification = reference.map_or("judging…", |r| &r.verdict.justification);
+            text.extend(Text::styled(words(justification), theme.base()));
             if model.answers.columns.is_empty() {
                 let key = |action| model.look.key(action);
                 let hint = format!(

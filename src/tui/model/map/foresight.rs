@@ -29,9 +29,9 @@ pub struct Future {
     pub straight: Vec<Point>,
 }
 
-/// The request, from which everything else follows.
+/// A request for paths, from which everything else follows.
 #[derive(Debug, Clone)]
-struct Asked {
+pub struct PathRequest {
     scene: Arc<Scene>,
     step: i64,
     history: usize,
@@ -39,18 +39,24 @@ struct Asked {
     picked: Option<i64>,
 }
 
-impl Asked {
+impl PathRequest {
     fn is(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.scene, &other.scene)
             && (self.step, self.history, self.whose) == (other.step, other.history, other.whose)
             && (self.picked == other.picked || self.whose == Foreseen::Near)
+    }
+
+    /// Predicts the paths, as the built-in judge does.
+    #[must_use]
+    pub fn predict(&self) -> Vec<Future> {
+        futures(self)
     }
 }
 
 /// The paths into the future at one step.
 #[derive(Debug, Default)]
 pub struct Foresight {
-    asked: Option<Asked>,
+    requested: Option<PathRequest>,
     /// Whose paths are drawn, with them.
     pub futures: Vec<Future>,
 }
@@ -59,34 +65,51 @@ impl Foresight {
     /// How far ahead the paths go, seconds: as far as the built-in judge looks.
     pub const HORIZON: f64 = Criterion::REFERENCE.horizon;
 
-    /// Works the paths out, unless they are known.
-    pub fn look(
+    /// A request for the paths that are to be shown, unless it was made before. Paths of the step before stay until the
+    /// new ones arrive; those of another scene or selection go.
+    pub fn request(
         &mut self,
         scene: Option<&Arc<Scene>>,
         step: i64,
         history: usize,
         (whose, picked): (Foreseen, Option<i64>),
-    ) {
+    ) -> Option<PathRequest> {
         let Some(scene) = scene.filter(|_| whose != Foreseen::Off) else {
             *self = Self::default();
-            return;
+            return None;
         };
-        let asked = Asked {
+        let request = PathRequest {
             scene: scene.clone(),
             step,
             history,
             whose,
             picked,
         };
-        if self.asked.as_ref().is_some_and(|known| known.is(&asked)) {
-            return;
+        if let Some(before) = &self.requested {
+            if before.is(&request) {
+                return None;
+            }
+            let moved = PathRequest {
+                step: before.step,
+                ..request.clone()
+            };
+            if !before.is(&moved) {
+                self.futures.clear();
+            }
         }
-        self.futures = futures(&asked);
-        self.asked = Some(asked);
+        self.requested = Some(request.clone());
+        Some(request)
+    }
+
+    /// Takes paths, if nothing newer was requested.
+    pub fn take(&mut self, request: &PathRequest, futures: Vec<Future>) {
+        if self.requested.as_ref().is_some_and(|now| now.is(request)) {
+            self.futures = futures;
+        }
     }
 }
 
-fn futures(asked: &Asked) -> Vec<Future> {
+fn futures(asked: &PathRequest) -> Vec<Future> {
     let window = Window::ending_at(&asked.scene, asked.step, asked.history);
     let past = ObservedHistory::of(&asked.scene, &window);
     let mut predictor = Predictor::new(&past, Criterion::REFERENCE.model);

@@ -11,7 +11,7 @@ use super::{Screen, Step, moves_scene};
 use crate::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
 use crate::tui::action::Action;
 use crate::tui::loaded::Measured;
-use crate::tui::message::{Effect, MeasureId};
+use crate::tui::message::{Computation, Effect, MeasureId};
 use crate::tui::model::Model;
 use crate::tui::widgets::hints::{self, Hint};
 use crate::tui::widgets::words::quantity;
@@ -93,7 +93,12 @@ fn measure_picked(model: &mut Model) -> Option<Effect> {
     let id = MeasureId(model.new_id());
     model.values.asked = Some((id, model.picked));
     let thresholds = model.thresholds.clone();
-    Some(Effect::Measure(id, scene, model.picked, thresholds))
+    Some(Effect::Compute(Computation::Measure(
+        id,
+        scene,
+        model.picked,
+        thresholds,
+    )))
 }
 
 fn text(model: &Model, width: usize) -> Text<'static> {

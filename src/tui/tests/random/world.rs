@@ -20,9 +20,9 @@ use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::Keys;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
-use crate::tui::loaded::{Measured, Opened, Source, judged, plotted};
+use crate::tui::loaded::{Opened, Source};
 use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
-use crate::tui::message::{Effect, Mouse, Msg, Reloaded};
+use crate::tui::message::{Computation, Effect, Mouse, Msg, Reloaded};
 use crate::tui::model::PromptPane;
 use crate::tui::theme::Theme;
 use crate::tui::update::update;
@@ -266,21 +266,8 @@ impl World {
                 let opened = Opened::changed(&entry, &ego, thresholds, Some(change));
                 vec![Msg::Opened(id, opened.map(Box::new))]
             }
-            Effect::Measure(id, scene, obstacle, _) => match n % 3 {
-                0 => vec![Msg::Measured(
-                    id,
-                    Box::new(Measured::of(&scene, obstacle, thresholds)),
-                )],
-                _ => Vec::new(),
-            },
-            Effect::Plot(id, scene, measure, thresholds) => {
-                let series = plotted(&scene, measure, &thresholds);
-                vec![Msg::Plotted(id, Box::new(series))]
-            }
-            Effect::Judge(scene, task, windows, thresholds) => {
-                let truths = judged(&scene, task, windows, &thresholds);
-                vec![Msg::Judged(scene, task, truths)]
-            }
+            Effect::Compute(Computation::Measure(..)) if !n.is_multiple_of(3) => Vec::new(),
+            Effect::Compute(computation) => vec![Msg::Computed(computation.run())],
             Effect::ReadSource(place, entry) => {
                 vec![Msg::Source(place, Source::read(&entry).map(Box::new))]
             }

@@ -135,8 +135,22 @@ impl<'a> Table<'a> {
     }
 
     /// The built-in judge, about the window at the current step.
-    pub fn reference(&mut self, answers: &Answers, verdict: &Verdict) {
+    pub fn reference(&mut self, answers: &Answers, verdict: Option<&Verdict>) {
         self.head(BUILT_IN, answers.shown == Shown::Reference);
+        let Some(verdict) = verdict else {
+            let dim = Style::new().fg(self.model.theme.dim);
+            for row in [
+                Row::Says,
+                Row::Who,
+                Row::Risk,
+                Row::Steps,
+                Row::Tokens,
+                Row::Time,
+            ] {
+                self.cell(row, "…", dim);
+            }
+            return;
+        };
         let base = self.model.theme.base();
         let color = if verdict.dangerous {
             self.model.theme.danger
