@@ -17,6 +17,7 @@ mod generated;
 mod held;
 mod history;
 mod jobs;
+mod judging;
 mod keeping;
 mod kept;
 mod listing;
