@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::document;
 use super::driven::Driven;
-use super::places::{named_rightly, no_second_copies, refused, writable};
-use crate::cli::metrics::{Target, file_of};
-use crate::cli::{Failure, output};
+use super::places::{named_rightly, no_second_copies, writable};
+use crate::cli::Failure;
+use crate::cli::output::{self, Target, file_of, refused};
 use crate::formats::commonroad::{self, SaveError, save};
 use crate::formats::{Entry, Place, write_recording};
 use crate::scenario::VehicleModel;
@@ -196,8 +196,9 @@ impl Targets<'_> {
     pub fn write(&mut self, entry: &Entry, driven: &Driven) -> Result<(), Failure> {
         if let Some(log) = &mut self.log {
             for cycle in &driven.drive.cycles {
-                let line = output::escaped(&document::cycle(driven, cycle).to_string());
-                writeln!(log, "{line}").map_err(|e| Failure::system("--log", &e))?;
+                let line = output::json_line(&document::cycle(driven, cycle))?;
+                log.write_all(line.as_bytes())
+                    .map_err(|e| Failure::system("--log", &e))?;
             }
         }
         let files = self.files;
@@ -225,11 +226,7 @@ impl Targets<'_> {
 
     /// Puts the log in its place.
     pub fn finish(self) -> Result<(), Failure> {
-        let Some(mut log) = self.log else {
-            return Ok(());
-        };
-        log.flush().map_err(|e| Failure::system("--log", &e))?;
-        log.finish()
+        self.log.map_or(Ok(()), Target::finish)
     }
 }
 
