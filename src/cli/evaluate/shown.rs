@@ -35,6 +35,24 @@ const FIELDS: [&str; 18] = [
     "f1",
 ];
 
+/// Titles of the columns that say how was asked.
+pub const WAY: [&str; 4] = ["task", "frame", "techniques", "model"];
+
+/// The columns [`WAY`] for names of models of this width.
+pub fn way_columns(width: usize) -> [Align; 4] {
+    [9, 9, 10, width].map(Left)
+}
+
+/// The cells of the columns [`WAY`].
+pub fn way_cells(way: &PromptConfig) -> [String; 4] {
+    [
+        way.task.name().to_string(),
+        way.frame.map_or("–", |frame| frame.name()).to_string(),
+        way.techniques.map_or_else(|| "–".into(), technique),
+        way.model.clone(),
+    ]
+}
+
 impl Rows {
     /// Counts the answers of a batch.
     pub fn of(scored: &[Scored]) -> Self {
@@ -91,37 +109,30 @@ impl Rows {
         let unlabelled = self.0.iter().any(|(_, cell)| cell.unlabelled > 0);
         let another = self.0.iter().any(|(_, cell)| cell.wrong_obstacle > 0);
         let columns = [
-            ("task", Left(9), true),
-            ("frame", Left(9), true),
-            ("techniques", Left(10), true),
-            ("model", Left(width), true),
-            ("n", Right(5), true),
-            ("tp", Right(5), true),
-            ("fp", Right(5), true),
-            ("fn", Right(5), true),
-            ("tn", Right(5), true),
-            ("unparsed", Right(8), true),
-            ("failed", Right(6), true),
-            ("not asked", Right(9), unasked),
-            ("no truth", Right(8), unlabelled),
+            ("n", 5, true),
+            ("tp", 5, true),
+            ("fp", 5, true),
+            ("fn", 5, true),
+            ("tn", 5, true),
+            ("unparsed", 8, true),
+            ("failed", 6, true),
+            ("not asked", 9, unasked),
+            ("no truth", 8, unlabelled),
             // Of the false negatives those that say yes.
-            ("named another", Right(13), another),
-            ("precision", Right(9), true),
-            ("recall", Right(6), true),
-            ("F1", Right(6), true),
+            ("named another", 13, another),
+            ("precision", 9, true),
+            ("recall", 6, true),
+            ("F1", 6, true),
         ];
-        let shown = |place: &usize| columns[*place].2;
-        let places: Vec<usize> = (0..columns.len()).filter(shown).collect();
-        let aligned: Vec<Align> = places.iter().map(|i| columns[*i].1).collect();
-        let titles: Vec<&str> = places.iter().map(|i| columns[*i].0).collect();
+        let shown = columns.iter().filter(|(.., shown)| *shown);
+        let widths = shown.clone().map(|(_, width, _)| Right(*width));
+        let titles = shown.map(|(title, ..)| *title);
+        let aligned: Vec<Align> = way_columns(width).into_iter().chain(widths).collect();
+        let titles: Vec<&str> = WAY.into_iter().chain(titles).collect();
         let mut text = output::line(" ", &aligned, &titles);
         for (_, cell) in &self.0 {
-            let (way, c) = (&cell.way, &cell.confusion);
-            let cells = [
-                way.task.name().to_string(),
-                way.frame.map_or("–", |frame| frame.name()).to_string(),
-                way.techniques.map_or_else(|| "–".into(), technique),
-                way.model.clone(),
+            let c = &cell.confusion;
+            let figures = [
                 cell.n.to_string(),
                 c.true_positives.to_string(),
                 c.false_positives.to_string(),
@@ -136,7 +147,9 @@ impl Rows {
                 share(c.recall()),
                 share(c.f1()),
             ];
-            let cells: Vec<&String> = places.iter().map(|i| &cells[*i]).collect();
+            let figures = figures.into_iter().zip(columns);
+            let figures = figures.filter_map(|(figure, (.., shown))| shown.then_some(figure));
+            let cells: Vec<String> = way_cells(&cell.way).into_iter().chain(figures).collect();
             text += &output::line(" ", &aligned, &cells);
         }
         text

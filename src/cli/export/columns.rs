@@ -4,77 +4,42 @@ use crate::cli::output::{Cell, Column, Kind, Row, Table};
 use crate::store::Run;
 
 /// Every column, in order, those of a kind together; the store's own schema says what they mean.
-const COLUMNS: &[(Kind, &[&str])] = &[
-    (Kind::Integer, &["id", "created_ms", "updated_ms"]),
+const COLUMNS: &[(Kind, &str)] = &[
+    (Kind::Integer, "id created_ms updated_ms"),
     (
         Kind::Text,
-        &[
-            "origin",
-            "source",
-            "scenario",
-            "scenario_hash",
-            "ego",
-            "task",
-            "frame",
-            "techniques",
-        ],
+        "origin source scenario scenario_hash ego task frame techniques",
     ),
-    (Kind::Integer, &["window_first", "window_last"]),
+    (Kind::Integer, "window_first window_last"),
     (
         Kind::Text,
-        &[
-            "model",
-            "model_returned",
-            "provider",
-            "dialect",
-            "endpoint",
-            "address",
-            "template",
-            "template_version",
-            "template_hash",
-            "key",
-        ],
+        "model model_returned provider dialect endpoint address template template_version template_hash \
+         key",
     ),
-    (Kind::Integer, &["sample"]),
-    (Kind::Text, &["batch", "state"]),
-    (Kind::Truth, &["dangerous"]),
+    (Kind::Integer, "sample"),
+    (Kind::Text, "batch state"),
+    (Kind::Truth, "dangerous"),
     (
         Kind::Text,
-        &[
-            "justification",
-            "verdict",
-            "reading",
-            "answer",
-            "reasoning",
-            "finish",
-            "error",
-        ],
+        "justification verdict reading answer reasoning finish error",
     ),
     (
         Kind::Integer,
-        &[
-            "input_tokens",
-            "output_tokens",
-            "reasoning_tokens",
-            "cached_tokens",
-        ],
+        "input_tokens output_tokens reasoning_tokens cached_tokens",
     ),
-    (Kind::Float, &["cost_usd"]),
-    (Kind::Text, &["price_source"]),
-    (Kind::Integer, &["first_chunk_ms", "duration_ms"]),
-    (
-        Kind::Text,
-        &["messages", "parameters", "answer_schema", "notes"],
-    ),
-    (Kind::Truth, &["pinned"]),
-    (Kind::Integer, &["deleted_ms"]),
+    (Kind::Float, "cost_usd"),
+    (Kind::Text, "price_source"),
+    (Kind::Integer, "first_chunk_ms duration_ms"),
+    (Kind::Text, "messages parameters answer_schema notes"),
+    (Kind::Truth, "pinned"),
+    (Kind::Integer, "deleted_ms"),
 ];
 
 fn columns() -> impl Iterator<Item = Column> {
-    let named = COLUMNS
-        .iter()
-        .flat_map(|(kind, names)| names.iter().map(|name| (*kind, *name)));
-    named.map(|(kind, name)| Column::new(name, kind, "", "").optional())
+    COLUMNS.iter().flat_map(|(kind, names)| {
+        let names = names.split(' ');
+        names.map(|name| Column::new(name, *kind, "", "").optional())
+    })
 }
 
 /// The table of runs, in row groups of a few hundred, as answers are long.

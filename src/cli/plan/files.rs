@@ -1,6 +1,6 @@
 //! Output files of planning: the ego's motion, a CommonRoad solution, the scenario, and a log of all cycles.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -8,6 +8,7 @@ use super::document;
 use super::driven::Driven;
 use super::places::{named_rightly, no_second_copies, writable};
 use crate::cli::Failure;
+use crate::cli::open::clash;
 use crate::cli::output::{self, Target, file_of, refused};
 use crate::formats::commonroad::{self, SaveError, save};
 use crate::formats::{Entry, Place, write_recording};
@@ -273,12 +274,4 @@ impl Files {
 
 fn same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
-/// Two scenarios of the same name.
-fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
-    let mut seen = HashMap::new();
-    entries
-        .iter()
-        .find_map(|entry| Some((seen.insert(&entry.name, entry)?, entry)))
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Render;
 use crate::cli::Failure;
+use crate::cli::open::clash;
 use crate::cli::output::Target;
 use crate::formats::Entry;
 use crate::render::Format;
@@ -90,11 +91,7 @@ impl Destination {
     }
 
     fn without_clash(self, entries: &[Entry]) -> Result<Self, Failure> {
-        let mut seen = std::collections::HashMap::new();
-        let clash = entries
-            .iter()
-            .find_map(|e| Some((seen.insert(&e.name, e)?, e)));
-        match clash {
+        match clash(entries) {
             Some((a, b)) => Err(Failure::input(format!(
                 "{} and {} would both be drawn as {}; draw them into folders of their own",
                 a.display(),
