@@ -295,6 +295,7 @@ fn words(batch: &ProviderBatch, progress: &Progress) -> String {
 }
 
 fn list(store: &Store, as_json: bool) -> Outcome {
+    use output::Align::{Left, Right};
     let all = store.provider_batches().map_err(Failure::input)?;
     if as_json {
         return all
@@ -305,22 +306,31 @@ fn list(store: &Store, as_json: bool) -> Outcome {
         output::say("nearmiss: no batch was ever handed to a provider");
         return Ok(());
     }
-    let widest = all.iter().map(|b| b.model.chars().count()).max();
-    let width = widest.unwrap_or(0).max("model".len());
-    let mut table = format!(
-        "{:>5}  {:<16}  {:<10}  {:>11}  {:<width$}  provider's id\n",
-        "batch", "sent", "state", "results", "model"
-    );
-    for batch in &all {
-        let results = format!("{}/{}", batch.done, batch.requests);
-        let remote_id = batch.remote_id.as_deref().unwrap_or("not known");
-        table.push_str(&format!(
-            "{:>5}  {:<16}  {:<10}  {results:>11}  {:<width$}  {remote_id}\n",
+    let titles = [
+        "batch",
+        "sent",
+        "state",
+        "results",
+        "model",
+        "provider's id",
+    ]
+    .map(String::from);
+    let rows = all.iter().map(|batch| {
+        [
             batch.id.to_string(),
             time::local(batch.submitted_ms),
-            batch.state.name(),
-            batch.model
-        ));
+            batch.state.name().into(),
+            format!("{}/{}", batch.done, batch.requests),
+            batch.model.clone(),
+            batch.remote_id.as_deref().unwrap_or("not known").into(),
+        ]
+    });
+    let widest = all.iter().map(|b| b.model.chars().count()).max();
+    let width = widest.unwrap_or(0).max("model".len());
+    let columns = [Right(5), Left(16), Left(10), Right(11), Left(width)];
+    let mut table = output::line("  ", &columns, &titles);
+    for (batch, row) in all.iter().zip(rows) {
+        table += &output::line("  ", &columns, &row);
         if let Some(problem) = batch.problem.clone().or_else(|| lost(batch)) {
             table.push_str(&format!("       {problem}\n"));
         }

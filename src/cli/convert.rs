@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::open::found;
+use super::open::{clash, found};
 use super::{Failure, Outcome, output};
 use crate::formats::Entry;
 use crate::formats::commonroad::{conform, save, write};
@@ -76,14 +76,6 @@ pub fn run(arguments: &Convert) -> Outcome {
             entries.len()
         ))),
     }
-}
-
-/// Two scenarios of the same name.
-fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
-    let mut seen = std::collections::HashMap::new();
-    entries
-        .iter()
-        .find_map(|entry| Some((seen.insert(&entry.name, entry)?, entry)))
 }
 
 /// Writes one scenario; says whether it fits the schema.

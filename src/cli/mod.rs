@@ -22,7 +22,6 @@ mod metrics;
 mod models;
 mod open;
 mod output;
-mod parted;
 mod plan;
 mod print_config;
 mod progress;

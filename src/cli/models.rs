@@ -165,20 +165,7 @@ fn table(listed: &[Listed], found: &[Discovered], today: Date) -> String {
             remarks.join("; "),
         ]);
     }
-    let wide = |column: usize| {
-        let widths = rows.iter().map(|cells| cells[column].chars().count());
-        widths.max().unwrap_or(0)
-    };
-    let widths: [usize; 5] = std::array::from_fn(wide);
-    let lines = rows.iter().map(|cells| {
-        let padded = cells.iter().zip(widths).map(|(cell, width)| {
-            let gap = width - cell.chars().count();
-            format!("{cell}{}", " ".repeat(gap))
-        });
-        let line = padded.collect::<Vec<_>>().join("  ");
-        format!("{line}  {}", cells[5]).trim_end().to_string() + "\n"
-    });
-    let mut text: String = lines.collect();
+    let mut text: String = output::table_lines(&rows, &[]).collect();
     if !sources.0.is_empty() {
         text +=
             "\nprices are what these places said on that day; yours in config.toml come first\n";

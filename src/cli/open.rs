@@ -1,5 +1,6 @@
 //! Shared by commands: opening a scenario with its ego, and names of frames, tasks and techniques.
 
+use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -150,6 +151,14 @@ const LIKE: f64 = 0.8;
 
 /// More files that were passed over are not named each.
 const NAMED: usize = 20;
+
+/// Two scenarios of the same name, which would be written to the same file.
+pub fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
+    let mut seen = HashMap::new();
+    entries
+        .iter()
+        .find_map(|entry| Some((seen.insert(&entry.name, entry)?, entry)))
+}
 
 /// The scenarios at `paths`. What was passed over is said.
 pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {

@@ -213,7 +213,7 @@ fn list(library: &Library, as_json: bool) -> Outcome {
             row[6] = problem.path.display().to_string();
             row
         }));
-        output::text(&aligned(&rows))?;
+        output::text(&output::table_lines(&rows, &[]).collect::<String>())?;
         for problem in &problems {
             output::say(&format!("nearmiss: {problem}"));
         }
@@ -225,28 +225,6 @@ fn list(library: &Library, as_json: bool) -> Outcome {
             status: 1,
         }),
     }
-}
-
-fn aligned(rows: &[[String; 7]]) -> String {
-    let rows: Vec<_> = rows
-        .iter()
-        .map(|row| row.each_ref().map(|cell| output::visible(cell)))
-        .collect();
-    let width = |column: usize| {
-        let widths = rows.iter().map(|row| row[column].chars().count());
-        widths.max().unwrap_or(0)
-    };
-    let widths: [usize; 7] = std::array::from_fn(width);
-    let mut text = String::new();
-    for row in &rows {
-        let cells = row.iter().zip(widths);
-        let cells: Vec<String> = cells
-            .map(|(cell, width)| format!("{cell:width$}"))
-            .collect();
-        text.push_str(cells.join("  ").trim_end());
-        text.push('\n');
-    }
-    text
 }
 
 fn diff(library: &Library, name: &str) -> Outcome {

@@ -1,14 +1,10 @@
 //! `nearmiss ratings`: people's ratings of answers side by side, summed up or as a file.
 
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-
-use serde_json::json;
-
 use super::filters::store_to_read;
-use super::metrics::{Target, file_of, no_format};
-use super::output::of_csv;
-use super::{Failure, Outcome, output, time};
+use super::output::{
+    self, Align, Cell, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter,
+};
+use super::{Failure, Outcome, time};
 use crate::evaluation::{By, Standing, Standings};
 use crate::store::{Choice, Rating};
 
@@ -45,12 +41,8 @@ struct Export {
     /// How they are written [default: as the ending of FILE says, else jsonl].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// A file to write to, instead of standard output, which is - too.
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Replace the file if it is there already.
-    #[arg(long, requires = "output")]
-    overwrite: bool,
+    #[command(flatten)]
+    output: OutputFile,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -95,23 +87,30 @@ fn summary(arguments: &Ratings) -> Outcome {
 
 fn table(standings: &Standings) -> String {
     let wide = standings.rows.iter().map(|r| r.name.chars().count()).max();
-    let wide = wide.unwrap_or(0).max(6);
-    let mut text = format!(
-        "{:wide$}  {:>5} {:>5} {:>5} {:>5} {:>6} {:>5}  strength (95 %)\n",
-        "", "shown", "games", "wins", "ties", "losses", "wrong"
-    );
+    let mut columns = [Align::Right(5); 8];
+    columns[0] = Align::Left(wide.unwrap_or(0).max(6) + 1);
+    columns[5] = Align::Right(6);
+    columns[7] = Align::Left(0);
+    let line = |cells: [&str; 8]| output::line(" ", &columns, &cells);
+    let mut text = line([
+        "",
+        "shown",
+        "games",
+        "wins",
+        "ties",
+        "losses",
+        "wrong",
+        " strength (95 %)",
+    ]);
     for row in &standings.rows {
-        text.push_str(&format!(
-            "{:wide$}  {:>5} {:>5} {:>5} {:>5} {:>6} {:>5}  {}\n",
-            row.name,
-            row.shown,
-            row.games,
-            row.wins,
-            row.ties,
-            row.losses,
-            row.wrong,
-            strength(row)
-        ));
+        let counts = [
+            row.shown, row.games, row.wins, row.ties, row.losses, row.wrong,
+        ];
+        let [shown, games, wins, ties, losses, wrong] = counts.map(|n| n.to_string());
+        let strength = format!(" {}", strength(row));
+        text += &line([
+            &row.name, &shown, &games, &wins, &ties, &losses, &wrong, &strength,
+        ]);
     }
     text
 }
@@ -125,29 +124,38 @@ fn strength(row: &Standing) -> String {
     }
 }
 
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, Format)] = &[
+    ("jsonl", Format::Jsonl),
+    ("ndjson", Format::Jsonl),
+    ("json", Format::Jsonl),
+    ("csv", Format::Csv),
+];
+
 fn export(wanted: &Export) -> Outcome {
-    let file = file_of(wanted.output.as_deref());
-    let format = match (wanted.format, file) {
-        (Some(format), _) => format,
-        (None, None) => Format::Jsonl,
-        (None, Some(file)) => {
-            of_name(file).ok_or_else(|| no_format(file, ".jsonl, .ndjson, .json and .csv"))?
-        }
+    let file = wanted.output.file();
+    let known = ".jsonl, .ndjson, .json and .csv";
+    let format = match output::format_of(wanted.format, file, Format::Jsonl, (ENDINGS, known))? {
+        Format::Jsonl => output::Format::Json,
+        Format::Csv => output::Format::Csv,
     };
     let ratings = ratings()?;
-    let target = Target::begin(file, wanted.overwrite)?;
-    let written = match format {
-        Format::Jsonl => lines(target, &ratings),
-        Format::Csv => rows(target, &ratings),
-    };
-    match (written, file) {
-        (Ok(target), _) => target.finish()?,
-        // The reader of the pipe has seen enough.
-        (Err(error), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
-        (Err(error), None) => return Err(Failure::system("standard output", &error)),
-        (Err(error), Some(path)) => {
-            return Err(Failure::system(path.display(), &error));
+    let target = wanted.output.begin()?;
+    let columns = COLUMNS.map(|(name, kind)| Column::new(name, kind, "", ""));
+    let table = Table::new("ratings", columns.into());
+    let all = match format {
+        output::Format::Json => {
+            let lines = ratings.iter().map(|r| output::json_line(&r.to_record()));
+            Encoded::Text(lines.collect::<Result<String, _>>()?.into_bytes())
         }
+        _ => table.encode(format, ratings.iter().flat_map(rows).collect()),
+    };
+    let done = TableWriter::begin(target, format, &table).and_then(|mut writer| {
+        writer.write(all)?;
+        writer.finish()
+    });
+    if let Some(target) = output::written(file, done)? {
+        target.finish()?;
     }
     if file.is_some() {
         output::say(&format!("{} ratings exported", ratings.len()));
@@ -155,76 +163,52 @@ fn export(wanted: &Export) -> Outcome {
     Ok(())
 }
 
-fn of_name(file: &Path) -> Option<Format> {
-    match file.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-        "jsonl" | "ndjson" | "json" => Some(Format::Jsonl),
-        "csv" => Some(Format::Csv),
-        _ => None,
-    }
-}
-
-fn lines(mut target: Target, ratings: &[Rating]) -> io::Result<Target> {
-    for rating in ratings {
-        let line = output::escaped(&rating.to_record().to_string());
-        target.write_all(line.as_bytes())?;
-        target.write_all(b"\n")?;
-    }
-    target.flush()?;
-    Ok(target)
-}
-
 /// The columns of the table, a row an answer.
-const COLUMNS: [&str; 16] = [
-    "rating",
-    "created_ms",
-    "day",
-    "person",
-    "scenario",
-    "task",
-    "blind",
-    "seed",
-    "choice",
-    "notes",
-    "place",
-    "run",
-    "model",
-    "prompt",
-    "best",
-    "wrong_because",
+const COLUMNS: [(&str, Kind); 16] = [
+    ("rating", Kind::Integer),
+    ("created_ms", Kind::Integer),
+    ("day", Kind::Text),
+    ("person", Kind::Text),
+    ("scenario", Kind::Text),
+    ("task", Kind::Text),
+    ("blind", Kind::Truth),
+    ("seed", Kind::Integer),
+    ("choice", Kind::Text),
+    ("notes", Kind::Text),
+    ("place", Kind::Integer),
+    ("run", Kind::Integer),
+    ("model", Kind::Text),
+    ("prompt", Kind::Text),
+    ("best", Kind::Truth),
+    ("wrong_because", Kind::Text),
 ];
 
-fn rows(target: Target, ratings: &[Rating]) -> io::Result<Target> {
-    let mut writer = csv::Writer::from_writer(target);
-    writer.write_record(COLUMNS).map_err(of_csv)?;
-    for rating in ratings {
-        for (place, answer) in rating.answers.iter().enumerate() {
-            let reason = answer.reason.as_deref().unwrap_or("wrong");
-            let cells = [
-                rating.id.to_string(),
-                rating.created_ms.to_string(),
-                time::local(rating.created_ms),
-                rating.person.clone(),
-                rating.scenario.clone(),
-                rating.task.name().to_string(),
-                json!(rating.blind).to_string(),
-                rating.seed.to_string(),
-                rating.choice.word().to_string(),
-                rating.notes.clone(),
-                place.to_string(),
-                answer.run.map_or(String::new(), |run| run.to_string()),
-                answer.model.clone(),
-                answer.prompt.clone(),
-                json!(rating.choice == Choice::Best(place)).to_string(),
-                if answer.wrong {
-                    reason.to_string()
-                } else {
-                    String::new()
-                },
-            ];
-            let cells = cells.map(|cell| output::visible(&cell));
-            writer.write_record(cells).map_err(of_csv)?;
-        }
-    }
-    writer.flush()?;
-    writer.into_inner().map_err(csv::IntoInnerError::into_error)
+fn rows(rating: &Rating) -> impl Iterator<Item = Row> {
+    let answers = rating.answers.iter().enumerate();
+    answers.map(|(place, answer)| {
+        let reason = answer.reason.as_deref().unwrap_or("wrong");
+        vec![
+            Cell::Integer(rating.id),
+            Cell::Integer(rating.created_ms),
+            time::local(rating.created_ms).into(),
+            rating.person.clone().into(),
+            rating.scenario.clone().into(),
+            rating.task.name().into(),
+            Cell::Truth(rating.blind),
+            Cell::Integer(rating.seed),
+            rating.choice.word().into(),
+            rating.notes.clone().into(),
+            Cell::Integer(place as i64),
+            answer
+                .run
+                .map_or(Cell::None(""), |run| Cell::Integer(run.0)),
+            answer.model.clone().into(),
+            answer.prompt.clone().into(),
+            Cell::Truth(rating.choice == Choice::Best(place)),
+            match answer.wrong {
+                true => reason.to_string().into(),
+                false => Cell::None(""),
+            },
+        ]
+    })
 }

@@ -2,10 +2,14 @@
 
 use std::borrow::Cow;
 
+use serde::Serialize;
+use serde::ser::SerializeStruct;
+
 use super::{Point, Pose, SemiTrailer, Truck, Vector};
 
 /// A region fixed to an object, in the object's own frame (x forward, y left, metres).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Shape {
     /// A box; `length` along its own x, `width` along its own y.
     Rectangle {
@@ -33,19 +37,28 @@ pub enum Shape {
         /// The corners in order.
         vertices: Vec<Point>,
     },
-    /// A truck, or the tractor of a semi-trailer truck: one box.
-    Truck(Truck),
     /// A tractor with a trailer that turns about the hitch: two boxes.
     SemiTrailerTruck {
         /// In front.
         tractor: Truck,
-        /// Behind.
-        trailer: SemiTrailer,
         /// Turn of the trailer against the tractor, radians, counter-clockwise.
         hitch_angle: f64,
+        /// Behind.
+        trailer: SemiTrailer,
     },
+    /// A truck, or the tractor of a semi-trailer truck: one box.
+    #[serde(untagged)]
+    Truck(Truck),
     /// The union of several shapes.
+    #[serde(untagged, serialize_with = "group")]
     Group(Vec<Shape>),
+}
+
+fn group<S: serde::Serializer>(shapes: &[Shape], to: S) -> Result<S::Ok, S::Error> {
+    let mut group = to.serialize_struct("Group", 2)?;
+    group.serialize_field("kind", "group")?;
+    group.serialize_field("shapes", shapes)?;
+    group.end()
 }
 
 /// The frame of a rectangle's own centre in the object's frame.

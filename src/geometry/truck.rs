@@ -4,7 +4,8 @@ use super::shape::positive;
 use super::{Point, Pose, Shape, ShapeError};
 
 /// A truck or a tractor. Lengths in metres, along the vehicle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(tag = "kind", rename = "truck")]
 pub struct Truck {
     /// From end to end.
     pub length: f64,
@@ -24,7 +25,7 @@ pub struct Truck {
 }
 
 /// The trailer of a semi-trailer truck. Lengths in metres, along the trailer.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct SemiTrailer {
     /// From end to end.
     pub length: f64,

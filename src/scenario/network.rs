@@ -86,29 +86,33 @@ pub struct Adjacent {
 }
 
 /// A line to stop at.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StopLine {
     /// Its ends; without them it lies at the end of the lanelet.
     pub points: Option<(Point, Point)>,
     /// What is painted there.
+    #[serde(rename = "line_marking")]
     pub marking: LineMarking,
     /// Signs it belongs to.
+    #[serde(rename = "traffic_signs")]
     pub signs: Vec<i64>,
     /// Lights it belongs to.
+    #[serde(rename = "traffic_lights")]
     pub lights: Vec<i64>,
 }
 
 /// A traffic sign.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sign {
     /// Unique in the scenario.
     pub id: i64,
-    /// What it says; a post may carry several.
-    pub elements: Vec<SignElement>,
     /// Where it stands.
     pub position: Option<Point>,
     /// Whether it stands only in the map, not on the road.
+    #[serde(rename = "virtual")]
     pub is_virtual: bool,
+    /// What it says; a post may carry several.
+    pub elements: Vec<SignElement>,
 }
 
 /// One sign on a post.
@@ -122,20 +126,21 @@ pub struct SignElement {
 }
 
 /// A traffic light.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrafficLight {
     /// Unique in the scenario.
     pub id: i64,
-    /// Its phases, repeated for ever.
-    pub cycle: Vec<LightPhase>,
-    /// Time steps before the first phase begins.
-    pub offset: i64,
     /// Where it stands.
     pub position: Option<Point>,
-    /// Whom it is for.
-    pub direction: Option<TrafficDirection>,
     /// Whether it is switched on.
     pub active: bool,
+    /// Whom it is for.
+    pub direction: Option<TrafficDirection>,
+    /// Time steps before the first phase begins.
+    #[serde(rename = "time_offset")]
+    pub offset: i64,
+    /// Its phases, repeated for ever.
+    pub cycle: Vec<LightPhase>,
 }
 
 /// One phase of a traffic light.

@@ -1,5 +1,7 @@
 //! Everyone and everything on the road but the ego.
 
+use serde::{Serialize, Serializer};
+
 use super::{
     ObstacleRole, ObstacleType, Position, Quantity, Sample, Signal, State, StateField, Steps, Track,
 };
@@ -47,12 +49,18 @@ pub struct ObstacleParts {
 }
 
 /// What an obstacle signals at a time; what is not said is not known.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SignalState {
     /// When.
+    #[serde(rename = "time_step")]
     pub time: Steps,
     /// The signals that are said, on or off, in the file's order.
+    #[serde(serialize_with = "by_name")]
     pub signals: Vec<(Signal, bool)>,
+}
+
+fn by_name<S: Serializer>(signals: &[(Signal, bool)], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(signals.iter().copied())
 }
 
 /// What an obstacle does after its first state.
@@ -67,11 +75,13 @@ pub enum Prediction {
 }
 
 /// A region of the world that an obstacle may cover for a while.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Occupancy {
     /// When.
+    #[serde(rename = "time_step")]
     pub time: Steps,
     /// Where, in world coordinates.
+    #[serde(rename = "shape")]
     pub region: Shape,
 }
 

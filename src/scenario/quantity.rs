@@ -1,10 +1,14 @@
 //! States as files give them: numbers that may be intervals, positions that may be regions.
 
+use serde::{Serialize, Serializer};
+use serde_json::json;
+
 use super::StateField;
 use crate::geometry::{Point, Shape, Vector};
 
 /// A number, exact or known to lie in an interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Quantity {
     /// The number.
     Exact(f64),
@@ -24,12 +28,19 @@ impl Quantity {
 }
 
 /// A time step or a span of them, ends included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(into = "(i64, i64)")]
 pub struct Steps {
     /// First.
     pub from: i64,
     /// Last; the same as the first for an exact time.
     pub to: i64,
+}
+
+impl From<Steps> for (i64, i64) {
+    fn from(steps: Steps) -> Self {
+        (steps.from, steps.to)
+    }
 }
 
 impl Steps {
@@ -44,14 +55,26 @@ impl Steps {
 }
 
 /// Where something is, exactly or not.
-#[derive(Debug, Clone, PartialEq)]
+/// In JSON an object with its `kind`; shapes are in world coordinates.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Position {
     /// Here.
+    #[serde(serialize_with = "point")]
     Point(Point),
     /// Somewhere in this region of the world.
     Region(Shape),
     /// Somewhere on these lanelets.
+    #[serde(serialize_with = "lanelets")]
     Lanelets(Vec<i64>),
+}
+
+fn point<S: Serializer>(point: &Point, to: S) -> Result<S::Ok, S::Error> {
+    json!({ "kind": "point", "x": point.x, "y": point.y }).serialize(to)
+}
+
+fn lanelets<S: Serializer>(ids: &[i64], to: S) -> Result<S::Ok, S::Error> {
+    json!({ "kind": "lanelets", "lanelets": ids }).serialize(to)
 }
 
 /// One state of an obstacle, a planning problem or a goal.

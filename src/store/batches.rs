@@ -1,14 +1,16 @@
 //! Batches: their questions, stored before anything is sent, so that a batch can be resumed.
 
-use rusqlite::{OptionalExtension, Row, params};
+use rusqlite::{OptionalExtension, params};
+use serde::Deserialize;
 
 use super::database::now_ms;
 use super::items::{STATE, insert};
+use super::rows::from_row;
 use super::{NewItem, Store, StoreError};
 use crate::verdict::Task;
 
 /// Identifies a batch; people call it `b7`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
 pub struct BatchId(pub i64);
 
 impl std::fmt::Display for BatchId {
@@ -30,7 +32,7 @@ impl std::str::FromStr for BatchId {
 }
 
 /// A batch, without its questions.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct Batch {
     /// Its number.
     pub id: BatchId,
@@ -45,7 +47,7 @@ pub struct Batch {
 }
 
 /// Progress of a batch: its scenarios, and its questions by state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 pub struct Progress {
     /// Scenarios that are asked about.
     pub scenarios: u64,
@@ -70,16 +72,6 @@ impl Progress {
 }
 
 const COLUMNS: &str = "id, created_ms, updated_ms, spec, shard";
-
-fn batch(row: &Row<'_>) -> Result<Batch, rusqlite::Error> {
-    Ok(Batch {
-        id: BatchId(row.get("id")?),
-        created_ms: row.get("created_ms")?,
-        updated_ms: row.get("updated_ms")?,
-        spec: row.get("spec")?,
-        shard: row.get("shard")?,
-    })
-}
 
 impl Store {
     /// Writes down a batch and its questions, in their order; afterwards they are on the disk.
@@ -136,7 +128,7 @@ impl Store {
     pub fn batch(&self, id: BatchId) -> Result<Option<Batch>, StoreError> {
         let connection = self.lock();
         let sql = format!("SELECT {COLUMNS} FROM batches WHERE id = ?1");
-        Ok(connection.query_row(&sql, [id.0], batch).optional()?)
+        Ok(connection.query_row(&sql, [id.0], from_row).optional()?)
     }
 
     /// The batch that was begun last.
@@ -146,7 +138,7 @@ impl Store {
     pub fn last_batch(&self) -> Result<Option<Batch>, StoreError> {
         let connection = self.lock();
         let sql = format!("SELECT {COLUMNS} FROM batches ORDER BY id DESC LIMIT 1");
-        Ok(connection.query_row(&sql, [], batch).optional()?)
+        Ok(connection.query_row(&sql, [], from_row).optional()?)
     }
 
     /// Every batch and how far it is, the newest first.
@@ -164,17 +156,7 @@ impl Store {
                  ON asked.batch = batches.id GROUP BY batches.id ORDER BY id DESC"
         );
         let mut statement = connection.prepare(&sql)?;
-        let rows = statement.query_map([], |row| {
-            let progress = Progress {
-                scenarios: row.get("scenarios")?,
-                waiting: row.get("waiting")?,
-                answered: row.get("answered")?,
-                truncated: row.get("truncated")?,
-                failed: row.get("failed")?,
-                unaskable: row.get("unaskable")?,
-            };
-            Ok((batch(row)?, progress))
-        })?;
+        let rows = statement.query_map([], |row| Ok((from_row(row)?, from_row(row)?)))?;
         Ok(rows.collect::<Result<_, _>>()?)
     }
 }

@@ -1,10 +1,12 @@
 //! Outcomes of all yes-or-no questions in one query, for overall figures.
 
+use serde::Deserialize;
+
 use super::{RunId, RunState, Store, StoreError, rows};
 use crate::verdict::Task;
 
 /// Outcome of a question, without its texts.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct StoredOutcome {
     /// The run's number.
     pub run: RunId,
@@ -31,6 +33,7 @@ pub struct StoredOutcome {
     /// Yes or no; `None` if no verdict was parsed.
     pub dangerous: Option<bool>,
     /// For a yes to the safety task: the obstacles it names, with their risk scores.
+    #[serde(deserialize_with = "named")]
     pub named: Vec<(i64, u8)>,
 }
 
@@ -42,9 +45,9 @@ impl Store {
     pub fn decisions(&self) -> Result<Vec<StoredOutcome>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
-            "SELECT id, scenario_hash, scenario, ego, task, frame, techniques, model, sample,
+            "SELECT id AS run, scenario_hash, scenario, ego, task, frame, techniques, model, sample,
                  window_first, window_last, state, dangerous,
-                 CASE WHEN task = 'safety' AND dangerous = 1 THEN verdict END AS naming
+                 CASE WHEN task = 'safety' AND dangerous = 1 THEN verdict END AS named
              FROM runs
              WHERE deleted_ms IS NULL AND task IN (?1, ?2) AND state NOT IN (?3, ?4)
              ORDER BY created_ms DESC, id DESC",
@@ -52,36 +55,19 @@ impl Store {
         let [first, second] = Task::VERDICTS.map(Task::name);
         let left_out = [RunState::Running.name(), RunState::Cancelled.name()];
         let wanted = [first, second, left_out[0], left_out[1]];
-        let found = statement.query_map(wanted, |row| {
-            let window: (Option<i64>, Option<i64>) =
-                (row.get("window_first")?, row.get("window_last")?);
-            Ok(StoredOutcome {
-                run: RunId(row.get("id")?),
-                scenario_hash: row.get("scenario_hash")?,
-                scenario: row.get("scenario")?,
-                ego: row.get("ego")?,
-                task: rows::word(row, "task", Task::parse)?,
-                frame: row.get("frame")?,
-                techniques: row.get("techniques")?,
-                model: row.get("model")?,
-                sample: row.get("sample")?,
-                window: window.0.zip(window.1),
-                state: rows::word(row, "state", RunState::parse)?,
-                dangerous: row.get("dangerous")?,
-                named: named(row.get::<_, Option<String>>("naming")?.as_deref()),
-            })
-        })?;
+        let found = statement.query_map(wanted, rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
 }
 
 /// The obstacles of a stored verdict, with their scores.
-fn named(verdict: Option<&str>) -> Vec<(i64, u8)> {
-    let read = verdict.and_then(|json| serde_json::from_str::<serde_json::Value>(json).ok());
+fn named<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Vec<(i64, u8)>, D::Error> {
+    let verdict = Option::<String>::deserialize(from)?;
+    let read = verdict.and_then(|json| serde_json::from_str::<serde_json::Value>(&json).ok());
     let all = read.as_ref().and_then(|v| v["obstacles"].as_array());
     let one = |o: &serde_json::Value| {
         let score = u8::try_from(o["risk_score"].as_u64()?).ok()?;
         Some((o["id"].as_i64()?, score))
     };
-    all.into_iter().flatten().filter_map(one).collect()
+    Ok(all.into_iter().flatten().filter_map(one).collect())
 }

@@ -1,14 +1,15 @@
 //! Batch items: each question's state, and its newest complete answers.
 
 use rusqlite::{Connection, Row, params};
+use serde::Deserialize;
 
 use super::list::MOST_SHOWN;
-use super::rows::word;
-use super::{BatchId, Consumed, Key, RunId, Store, StoreError};
+use super::run::names;
+use super::{BatchId, Consumed, Key, RunId, Store, StoreError, key, rows};
 use crate::verdict::Task;
 
 /// A question to ask.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct NewItem {
     /// The scenario's file, or the name of a bundled one.
     pub path: String,
@@ -33,12 +34,15 @@ pub struct NewItem {
     /// What is changed about the scene, such as `mirror`; `None` if it is as it is.
     pub transform: Option<String>,
     /// The key of the request; `None` if none is sent.
+    #[serde(deserialize_with = "key::kept")]
     pub key: Option<Key>,
     /// What is true; `None` if it is unknown.
+    #[serde(deserialize_with = "rows::truth")]
     pub collides: Option<bool>,
     /// The obstacle the ego collides with, if the ground truth names one.
     pub obstacle: Option<i64>,
     /// Why it cannot be asked; `None` if it can.
+    #[serde(skip)]
     pub unaskable: Option<String>,
 }
 
@@ -57,40 +61,19 @@ pub enum ItemState {
     Unaskable,
 }
 
-impl ItemState {
-    const ALL: [Self; 5] = [
-        Self::Waiting,
-        Self::Answered,
-        Self::Truncated,
-        Self::Failed,
-        Self::Unaskable,
-    ];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Waiting => "waiting",
-            Self::Answered => "answered",
-            Self::Truncated => "truncated",
-            Self::Failed => "failed",
-            Self::Unaskable => "unaskable",
-        }
-    }
-
-    fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-}
+names!(ItemState, Waiting => "waiting", Answered => "answered", Truncated => "truncated", Failed => "failed",
+    Unaskable => "unaskable");
 
 /// A question of a batch.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct Item {
     /// Its place in the batch, from 0.
     pub place: u64,
     /// The question.
+    #[serde(flatten)]
     pub asked: NewItem,
     /// Where it stands.
+    #[serde(rename = "now")]
     pub state: ItemState,
     /// The last run that was made for it.
     pub run: Option<RunId>,
@@ -163,32 +146,10 @@ pub(super) fn insert(
 }
 
 fn item(row: &Row<'_>) -> Result<Item, rusqlite::Error> {
-    let state = word(row, "now", ItemState::parse)?;
-    let error: Option<String> = row.get("error")?;
-    let key: Option<String> = row.get("key")?;
-    Ok(Item {
-        place: row.get("place")?,
-        asked: NewItem {
-            path: row.get("path")?,
-            scenario: row.get("scenario")?,
-            scenario_hash: row.get("scenario_hash")?,
-            ego: row.get("ego")?,
-            task: word(row, "task", Task::parse)?,
-            frame: row.get("frame")?,
-            techniques: row.get("techniques")?,
-            model: row.get("model")?,
-            sample: row.get("sample")?,
-            lead: row.get("lead")?,
-            transform: row.get("transform")?,
-            key: key.as_deref().and_then(Key::parse),
-            collides: row.get("collides")?,
-            obstacle: row.get("obstacle")?,
-            unaskable: error.clone().filter(|_| state == ItemState::Unaskable),
-        },
-        state,
-        run: row.get::<_, Option<i64>>("run")?.map(RunId),
-        error,
-    })
+    let mut item: Item = rows::from_row(row)?;
+    let unaskable = item.state == ItemState::Unaskable;
+    item.asked.unaskable = item.error.clone().filter(|_| unaskable);
+    Ok(item)
 }
 
 impl Store {
@@ -321,15 +282,7 @@ impl Store {
                         let text = row.get_ref("text")?.as_str()?;
                         text[..text.floor_char_boundary(MOST_SHOWN)].to_owned()
                     },
-                    consumed: Consumed {
-                        input_tokens: row.get("input_tokens")?,
-                        output_tokens: row.get("output_tokens")?,
-                        reasoning_tokens: row.get("reasoning_tokens")?,
-                        cached_tokens: row.get("cached_tokens")?,
-                        cost_usd: row.get("cost_usd")?,
-                        first_chunk_ms: row.get("first_chunk_ms")?,
-                        duration_ms: row.get("duration_ms")?,
-                    },
+                    consumed: rows::from_row(row)?,
                 }),
             };
             Ok((item(row)?, found))

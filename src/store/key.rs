@@ -1,10 +1,11 @@
 //! Request keys: SHA-256 over canonical JSON.
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 /// Identifies a request by everything that is in it.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct Key(String);
 
 impl Key {
@@ -31,6 +32,12 @@ impl Key {
     pub fn as_str(&self) -> &str {
         &self.0
     }
+}
+
+/// A key as it was kept, if it can be one.
+pub(super) fn kept<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<Key>, D::Error> {
+    let text = Option::<String>::deserialize(from)?;
+    Ok(text.and_then(|text| Key::parse(&text)))
 }
 
 fn write(value: &Value, out: &mut String) {

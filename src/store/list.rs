@@ -1,8 +1,8 @@
 //! Finds runs: one by number, those on a scenario, and lists by filters and words.
 
 use rusqlite::types::Value;
-use rusqlite::{Connection, OptionalExtension, Row, params, params_from_iter};
-use serde::Serialize;
+use rusqlite::{Connection, OptionalExtension, params, params_from_iter};
+use serde::{Deserialize, Serialize};
 
 use super::{Filter, Run, RunId, Store, StoreError, rows};
 use crate::verdict::Task;
@@ -18,7 +18,7 @@ const MOST_TOGETHER: usize = 16 << 20;
 const LITTLE: usize = 64 << 10;
 
 /// A run in a list.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Its number.
     pub run: i64,
@@ -56,7 +56,7 @@ pub struct Summary {
 
 /// The columns of a summary, but for the excerpt.
 pub(super) const COLUMNS: &str =
-    "runs.id, created_ms, origin, state, runs.scenario, task, frame, techniques, model, sample,
+    "runs.id AS run, created_ms, origin, state, runs.scenario AS scenario, task, frame, techniques, model, sample,
     dangerous, cost_usd, most_usd, output_tokens, pinned";
 
 /// A place where the words that are searched for occur.
@@ -149,7 +149,7 @@ impl Store {
         );
         let connection = self.lock();
         let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), summary)?;
+        let found = statement.query_map(params_from_iter(values), rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
 
@@ -182,26 +182,4 @@ fn shown(connection: &Connection, id: RunId, most: usize) -> Result<Option<Run>,
     let mut statement = connection.prepare_cached("SELECT * FROM runs WHERE id = ?1")?;
     let found = statement.query_row([id.0], |row| rows::shown(row, most));
     Ok(found.optional()?)
-}
-
-/// A row of the columns [`COLUMNS`].
-pub(super) fn summary(row: &Row<'_>) -> Result<Summary, rusqlite::Error> {
-    Ok(Summary {
-        run: row.get("id")?,
-        created_ms: row.get("created_ms")?,
-        origin: row.get("origin")?,
-        state: row.get("state")?,
-        scenario: row.get("scenario")?,
-        task: row.get("task")?,
-        frame: row.get("frame")?,
-        techniques: row.get("techniques")?,
-        model: row.get("model")?,
-        sample: row.get("sample")?,
-        dangerous: row.get("dangerous")?,
-        cost_usd: row.get("cost_usd")?,
-        most_usd: row.get("most_usd")?,
-        output_tokens: row.get("output_tokens")?,
-        pinned: row.get("pinned")?,
-        excerpt: row.get("excerpt")?,
-    })
 }

@@ -6,7 +6,7 @@ use rusqlite::{OptionalExtension, Transaction, params};
 
 use super::database::now_ms;
 use super::items::insert;
-use super::write::{insert_new, insert_rest, there};
+use super::write::{insert_whole, there};
 use super::{Batch, BatchId, Item, ItemState, Run, RunId, RunState, Store, StoreError};
 
 /// Counts of merged rows.
@@ -158,9 +158,7 @@ fn add(transaction: &Transaction<'_>, run: &Run) -> Result<(RunId, bool), StoreE
     if let Some(id) = there(transaction, run)? {
         return Ok((id, false));
     }
-    let id = insert_new(transaction, &run.question, run.created_ms)?;
-    insert_rest(transaction, id, run)?;
-    Ok((id, true))
+    Ok((insert_whole(transaction, run)?, true))
 }
 
 #[cfg(test)]

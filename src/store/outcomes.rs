@@ -1,16 +1,18 @@
 //! Outcomes of many runs, without their texts: the input of reports.
 
 use rusqlite::params_from_iter;
+use serde::Deserialize;
 
-use super::{Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, rows};
+use super::{Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, key, rows};
 use crate::verdict::Task;
 
 /// Outcome of one run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Outcome {
     /// Its number.
     pub run: RunId,
     /// The key of the request; `None` if none was sent.
+    #[serde(deserialize_with = "key::kept")]
     pub key: Option<Key>,
     /// Name of the scenario.
     pub scenario: String,
@@ -43,6 +45,7 @@ pub struct Outcome {
     /// Why there is no answer.
     pub error: Option<String>,
     /// What it consumed.
+    #[serde(flatten)]
     pub consumed: Consumed,
 }
 
@@ -54,45 +57,14 @@ impl Store {
     pub fn outcomes(&self, filter: &Filter) -> Result<Vec<Outcome>, StoreError> {
         let (condition, values) = filter.condition();
         let sql = format!(
-            "SELECT runs.id AS id, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
+            "SELECT runs.id AS run, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
                  window_first, window_last, model, sample, state, verdict, reading, error, input_tokens, output_tokens,
                  reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key
              FROM {condition} ORDER BY created_ms, runs.id"
         );
         let connection = self.lock();
         let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), |row| {
-            Ok(Outcome {
-                run: RunId(row.get(0)?),
-                key: row
-                    .get::<_, Option<String>>(24)?
-                    .and_then(|key| Key::parse(&key)),
-                scenario: row.get(1)?,
-                scenario_hash: row.get(2)?,
-                ego: row.get(3)?,
-                origin: rows::word(row, "origin", Origin::parse)?,
-                source: row.get(5)?,
-                task: rows::word(row, "task", Task::parse)?,
-                frame: row.get(7)?,
-                techniques: row.get(8)?,
-                window: row.get::<_, Option<i64>>(9)?.zip(row.get(10)?),
-                model: row.get(11)?,
-                sample: row.get(12)?,
-                state: rows::word(row, "state", RunState::parse)?,
-                verdict: row.get(14)?,
-                reading: row.get(15)?,
-                error: row.get(16)?,
-                consumed: Consumed {
-                    input_tokens: row.get(17)?,
-                    output_tokens: row.get(18)?,
-                    reasoning_tokens: row.get(19)?,
-                    cached_tokens: row.get(20)?,
-                    cost_usd: row.get(21)?,
-                    first_chunk_ms: row.get(22)?,
-                    duration_ms: row.get(23)?,
-                },
-            })
-        })?;
+        let found = statement.query_map(params_from_iter(values), rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
 

@@ -3,8 +3,8 @@
 use rusqlite::types::Value;
 use rusqlite::{InterruptHandle, params_from_iter};
 
-use super::list::{COLUMNS, EXCERPT, summary};
-use super::{Filter, Run, Store, StoreError, Summary};
+use super::list::{COLUMNS, EXCERPT};
+use super::{Filter, Run, Store, StoreError, Summary, rows};
 
 /// A place in a list of runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,7 +110,7 @@ impl Store {
         );
         let connection = self.lock();
         let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), summary)?;
+        let found = statement.query_map(params_from_iter(values), rows::from_row)?;
         let mut rows = found.collect::<Result<Vec<_>, _>>()?;
         let more = rows.len() > most;
         rows.truncate(most);

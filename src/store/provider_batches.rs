@@ -1,13 +1,16 @@
 //! Batches submitted to providers: their questions, provider ids and collected results.
 
-use rusqlite::{OptionalExtension, Row, Transaction, params};
+use rusqlite::{OptionalExtension, Transaction, params};
+use serde::Deserialize;
 
 use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
-use super::{Claim, Ending, Key, NewRun, Piece, RunId, Store, StoreError, rows, write};
+use super::rows::from_row;
+use super::run::names;
+use super::{Claim, Ending, Key, NewRun, Piece, RunId, Store, StoreError, write};
 
 /// Identifies a batch in its store; the provider uses a separate id.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
 pub struct ProviderBatchId(pub i64);
 
 impl std::fmt::Display for ProviderBatchId {
@@ -37,37 +40,10 @@ pub enum HandedState {
     NotSent,
 }
 
+names!(HandedState, Submitting => "submitting", Submitted => "submitted", Cancelling => "cancelling",
+    Ended => "ended", Cancelled => "cancelled", Expired => "expired", Failed => "failed", NotSent => "not_sent");
+
 impl HandedState {
-    const ALL: [Self; 8] = [
-        Self::Submitting,
-        Self::Submitted,
-        Self::Cancelling,
-        Self::Ended,
-        Self::Cancelled,
-        Self::Expired,
-        Self::Failed,
-        Self::NotSent,
-    ];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Submitting => "submitting",
-            Self::Submitted => "submitted",
-            Self::Cancelling => "cancelling",
-            Self::Ended => "ended",
-            Self::Cancelled => "cancelled",
-            Self::Expired => "expired",
-            Self::Failed => "failed",
-            Self::NotSent => "not_sent",
-        }
-    }
-
-    fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|state| state.name() == name)
-    }
-
     /// Whether the provider may still return something.
     #[must_use]
     pub fn is_open(self) -> bool {
@@ -97,7 +73,7 @@ pub struct Opened {
 }
 
 /// A batch as it is kept.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct ProviderBatch {
     /// Its number.
     pub id: ProviderBatchId,
@@ -124,7 +100,7 @@ pub struct ProviderBatch {
 }
 
 /// A question of a batch whose result is not in the store yet.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct Handed {
     /// Its run.
     pub run: RunId,
@@ -134,7 +110,7 @@ pub struct Handed {
 
 const LISTED: &str = "SELECT *,
     (SELECT count(*) FROM provider_requests WHERE batch = provider_batches.id) AS requests,
-    (SELECT coalesce(sum(done), 0) FROM provider_requests WHERE batch = provider_batches.id) AS taken
+    (SELECT coalesce(sum(done), 0) FROM provider_requests WHERE batch = provider_batches.id) AS done
     FROM provider_batches";
 
 impl Store {
@@ -301,7 +277,7 @@ impl Store {
     pub fn provider_batches(&self) -> Result<Vec<ProviderBatch>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(&format!("{LISTED} ORDER BY id DESC"))?;
-        let found = statement.query_map([], batch)?;
+        let found = statement.query_map([], from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
 
@@ -312,7 +288,7 @@ impl Store {
     pub fn provider_batch(&self, id: ProviderBatchId) -> Result<Option<ProviderBatch>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(&format!("{LISTED} WHERE id = ?1"))?;
-        Ok(statement.query_row([id.0], batch).optional()?)
+        Ok(statement.query_row([id.0], from_row).optional()?)
     }
 }
 
@@ -349,29 +325,8 @@ fn open_requests(
     let sql =
         "SELECT run, custom_id FROM provider_requests WHERE batch = ?1 AND done = 0 ORDER BY run";
     let mut statement = transaction.prepare_cached(sql)?;
-    let found = statement.query_map([batch.0], |row| {
-        Ok(Handed {
-            run: RunId(row.get(0)?),
-            custom_id: row.get(1)?,
-        })
-    })?;
+    let found = statement.query_map([batch.0], from_row)?;
     Ok(found.collect::<Result<_, _>>()?)
-}
-
-fn batch(row: &Row<'_>) -> Result<ProviderBatch, rusqlite::Error> {
-    Ok(ProviderBatch {
-        id: ProviderBatchId(row.get("id")?),
-        tag: row.get("tag")?,
-        created_ms: row.get("created_ms")?,
-        submitted_ms: row.get("submitted_ms")?,
-        model: row.get("model")?,
-        address: row.get("address")?,
-        remote_id: row.get("remote_id")?,
-        state: rows::word(row, "state", HandedState::parse)?,
-        problem: row.get("problem")?,
-        requests: row.get("requests")?,
-        done: row.get("taken")?,
-    })
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Ratings: people's judgements of answers side by side.
 
-use rusqlite::{Row, params};
-use serde::Serialize;
+use rusqlite::params;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::database::now_ms;
-use super::{RunId, Store, StoreError, rows};
+use super::rows::from_row;
+use super::{RunId, Store, StoreError};
 use crate::verdict::Task;
 
 /// A person's choice.
@@ -32,10 +33,9 @@ impl Choice {
 }
 
 /// An answer as it was shown in a rating.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RatedAnswer {
     /// Its run; `None` if it is in none.
-    #[serde(serialize_with = "number")]
     pub run: Option<RunId>,
     /// Who was asked, `provider/model`.
     pub model: String,
@@ -47,8 +47,16 @@ pub struct RatedAnswer {
     pub reason: Option<String>,
 }
 
-fn number<S: serde::Serializer>(run: &Option<RunId>, to: S) -> Result<S::Ok, S::Error> {
-    run.map(|r| r.0).serialize(to)
+/// Which one is best stands with the answers.
+fn choice<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Choice, D::Error> {
+    match String::deserialize(from)?.as_str() {
+        "tie" => Ok(Choice::Tie),
+        "none" => Ok(Choice::AllWrong),
+        "best" => Ok(Choice::Best(0)),
+        word => Err(serde::de::Error::custom(format!(
+            "choice `{word}` is not known to this version"
+        ))),
+    }
 }
 
 /// A rating before it is stored.
@@ -73,7 +81,7 @@ pub struct NewRating {
 }
 
 /// A rating as it is kept.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Rating {
     /// Its number.
     pub id: i64,
@@ -90,10 +98,12 @@ pub struct Rating {
     /// Seed of the shuffled order.
     pub seed: i64,
     /// What was chosen.
+    #[serde(deserialize_with = "choice")]
     pub choice: Choice,
     /// What the person wrote.
     pub notes: String,
     /// The answers, in the order in which they were shown.
+    #[serde(skip)]
     pub answers: Vec<RatedAnswer>,
 }
 
@@ -158,20 +168,13 @@ impl Store {
         let connection = self.lock();
         let mut statement =
             connection.prepare_cached("SELECT * FROM ratings ORDER BY created_ms, id")?;
-        let found = statement.query_map([], of_row)?;
+        let found = statement.query_map([], from_row)?;
         let mut ratings: Vec<Rating> = found.collect::<Result<_, _>>()?;
         let mut statement =
             connection.prepare_cached("SELECT * FROM rated WHERE rating = ?1 ORDER BY place")?;
         for rating in &mut ratings {
             let answers = statement.query_map([rating.id], |row| {
-                let answer = RatedAnswer {
-                    run: row.get::<_, Option<i64>>("run")?.map(RunId),
-                    model: row.get("model")?,
-                    prompt: row.get("prompt")?,
-                    wrong: row.get("wrong")?,
-                    reason: row.get("reason")?,
-                };
-                Ok((answer, row.get::<_, bool>("best")?))
+                Ok((from_row(row)?, row.get::<_, bool>("best")?))
             })?;
             for (place, found) in answers.enumerate() {
                 let (answer, best) = found?;
@@ -207,27 +210,6 @@ fn answers(
         )?;
     }
     Ok(())
-}
-
-fn of_row(row: &Row<'_>) -> Result<Rating, rusqlite::Error> {
-    Ok(Rating {
-        id: row.get("id")?,
-        created_ms: row.get("created_ms")?,
-        person: row.get("person")?,
-        scenario: row.get("scenario")?,
-        task: rows::word(row, "task", Task::parse)?,
-        blind: row.get("blind")?,
-        seed: row.get("seed")?,
-        // Which one is best stands with the answers.
-        choice: rows::word(row, "choice", |word| match word {
-            "tie" => Some(Choice::Tie),
-            "none" => Some(Choice::AllWrong),
-            "best" => Some(Choice::Best(0)),
-            _ => None,
-        })?,
-        notes: row.get("notes")?,
-        answers: Vec::new(),
-    })
 }
 
 impl Rating {

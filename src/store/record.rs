@@ -1,9 +1,10 @@
 //! Runs as JSON, one object each: complete, and identical when read back.
 
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde::Deserialize;
+use serde::de::Error as _;
+use serde_json::{Map, Value};
 
-use super::{Consumed, Ending, Key, NewRun, Origin, Run, RunId, RunState};
+use super::{Origin, Run, RunState};
 use crate::verdict::Task;
 
 /// Why a line is no valid run.
@@ -34,115 +35,34 @@ pub enum RecordError {
 /// The form of the records.
 const FORM: u32 = 2;
 
-/// All columns of a run; `nearmiss_run` says that this is one, and in which form.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Record {
-    nearmiss_run: u32,
-    #[serde(default)]
-    id: i64,
-    key: Option<String>,
-    sample: u32,
-    batch: Option<String>,
-    origin: String,
-    source: Option<String>,
-    created_ms: i64,
-    updated_ms: i64,
-    scenario: String,
-    scenario_hash: Option<String>,
-    ego: String,
-    task: String,
-    frame: String,
-    techniques: String,
-    window: Option<(i64, i64)>,
-    model: String,
-    model_returned: Option<String>,
-    provider: String,
-    dialect: Option<String>,
-    endpoint: String,
-    address: Option<String>,
-    template: String,
-    template_version: Option<String>,
-    template_hash: String,
-    messages: Value,
-    parameters: Value,
-    answer_schema: Option<Value>,
-    state: String,
-    answer: String,
-    reasoning: String,
-    finish: Option<String>,
-    verdict: Option<Value>,
-    reading: Option<String>,
-    error: Option<String>,
-    input_tokens: Option<u64>,
-    output_tokens: Option<u64>,
-    reasoning_tokens: Option<u64>,
-    cached_tokens: Option<u64>,
-    cost_usd: Option<f64>,
-    price_source: Option<String>,
-    first_chunk_ms: Option<u64>,
-    duration_ms: Option<u64>,
-    notes: String,
-    pinned: bool,
-    deleted_ms: Option<i64>,
-}
+/// The fields of a record behind `nearmiss_run`, in the order of the columns of `runs`.
+const FIELDS: &str = "id key sample batch origin source created_ms updated_ms scenario scenario_hash ego task frame \
+    techniques window model model_returned provider dialect endpoint address template template_version template_hash \
+    messages parameters answer_schema state answer reasoning finish verdict reading error input_tokens output_tokens \
+    reasoning_tokens cached_tokens cost_usd price_source first_chunk_ms duration_ms notes pinned deleted_ms";
+
+/// Those that are JSON inside JSON, and text in the store.
+const DOCUMENTS: [&str; 4] = ["messages", "parameters", "answer_schema", "verdict"];
 
 impl Run {
-    /// The run as one JSON object.
+    /// The run as one JSON object; `nearmiss_run` says that this is one, and in which form.
     #[must_use]
     pub fn to_record(&self) -> Value {
-        let (question, ending, consumed) = (&self.question, &self.ending, &self.ending.consumed);
-        // Text that is no JSON stays text, and so comes back as it was.
-        let json = |text: &str| serde_json::from_str(text).unwrap_or_else(|_| Value::from(text));
-        let record = Record {
-            nearmiss_run: FORM,
-            id: self.id.0,
-            key: self.key.as_ref().map(|key| key.as_str().to_string()),
-            sample: question.sample,
-            batch: question.batch.clone(),
-            origin: self.origin.name().into(),
-            source: self.source.clone(),
-            created_ms: self.created_ms,
-            updated_ms: self.updated_ms,
-            scenario: question.scenario.clone(),
-            scenario_hash: question.scenario_hash.clone(),
-            ego: question.ego.clone(),
-            task: question.task.name().into(),
-            frame: question.frame.clone(),
-            techniques: question.techniques.clone(),
-            window: question.window,
-            model: question.model.clone(),
-            model_returned: ending.model_returned.clone(),
-            provider: question.provider.clone(),
-            dialect: question.dialect.clone(),
-            endpoint: question.endpoint.clone(),
-            address: question.address.clone(),
-            template: question.template.clone(),
-            template_version: question.template_version.clone(),
-            template_hash: question.template_hash.clone(),
-            messages: json(&question.messages),
-            parameters: json(&question.parameters),
-            answer_schema: question.answer_schema.as_deref().map(json),
-            state: ending.state.name().into(),
-            answer: self.answer.clone(),
-            reasoning: self.reasoning.clone(),
-            finish: ending.finish.clone(),
-            verdict: self.verdict_json.as_deref().map(json),
-            reading: ending.reading.clone(),
-            error: ending.error.clone(),
-            input_tokens: consumed.input_tokens,
-            output_tokens: consumed.output_tokens,
-            reasoning_tokens: consumed.reasoning_tokens,
-            cached_tokens: consumed.cached_tokens,
-            cost_usd: consumed.cost_usd,
-            price_source: ending.price_source.clone(),
-            first_chunk_ms: consumed.first_chunk_ms,
-            duration_ms: consumed.duration_ms,
-            notes: self.notes.clone(),
-            pinned: self.pinned,
-            deleted_ms: self.deleted_ms,
-        };
-        serde_json::to_value(record).unwrap_or_default()
+        let mut fields = serde_json::to_value(self).unwrap_or_default();
+        for name in DOCUMENTS {
+            // Text that is no JSON stays text, and so comes back as it was.
+            let document = fields[name].as_str().map(serde_json::from_str);
+            if let Some(Ok(document)) = document {
+                fields[name] = document;
+            }
+        }
+        let mut record = Map::from_iter([("nearmiss_run".to_string(), FORM.into())]);
+        record.extend(
+            FIELDS
+                .split(' ')
+                .map(|name| (name.to_string(), fields[name].take())),
+        );
+        Value::Object(record)
     }
 
     /// A run from a line that [`Run::to_record`] wrote, in this store or another. A run asked elsewhere counts as
@@ -159,100 +79,53 @@ impl Run {
         if form.nearmiss_run > FORM {
             return Err(RecordError::Newer(form.nearmiss_run));
         }
-        let record: Record = serde_json::from_str(line)?;
-        let origin = match known("origin", &record.origin, Origin::parse)? {
-            Origin::Asked => Origin::Replayed,
-            other => other,
-        };
-        let state = known("state", &record.state, RunState::parse)?;
-        if state == RunState::Running {
+        let mut record: Map<String, Value> = serde_json::from_str(line)?;
+        record.remove("nearmiss_run");
+        let known = |name: &str| FIELDS.split(' ').any(|field| field == name);
+        if let Some(name) = record.keys().find(|name| !known(name)) {
+            return Err(serde_json::Error::custom(format!("unknown field `{name}`")).into());
+        }
+        check_word(&record, "origin", |word| Origin::parse(word).is_some())?;
+        check_word(&record, "state", |word| RunState::parse(word).is_some())?;
+        check_word(&record, "task", |word| Task::parse(word).is_some())?;
+        let has_key = record.get("key").is_some_and(Value::is_string);
+        for name in DOCUMENTS {
+            match record.get_mut(name) {
+                None | Some(Value::Null) => {}
+                Some(Value::String(_)) if name != "verdict" => {}
+                Some(document) => *document = document.to_string().into(),
+            }
+        }
+        let mut run = Self::deserialize(Value::Object(record))?.with_verdict();
+        if run.origin == Origin::Asked {
+            run.origin = Origin::Replayed;
+        }
+        if run.ending.state == RunState::Running {
             return Err(RecordError::Running);
         }
-        let text = |value: Value| match value {
-            Value::String(text) => text,
-            other => other.to_string(),
-        };
-        let question = NewRun {
-            sample: record.sample,
-            batch: record.batch,
-            scenario: record.scenario,
-            scenario_hash: record.scenario_hash,
-            ego: record.ego,
-            task: known("task", &record.task, Task::parse)?,
-            frame: record.frame,
-            techniques: record.techniques,
-            window: record.window,
-            model: record.model,
-            provider: record.provider,
-            dialect: record.dialect,
-            endpoint: record.endpoint,
-            address: record.address,
-            template: record.template,
-            template_version: record.template_version,
-            template_hash: record.template_hash,
-            messages: text(record.messages),
-            parameters: text(record.parameters),
-            answer_schema: record.answer_schema.map(text),
-        };
-        let key = record
-            .key
-            .as_deref()
-            .map(|text| Key::parse(text).ok_or(RecordError::Key));
-        let key = key.transpose()?;
         // The key of a recorded answer is made of more than the request, which is not known.
-        let own = question.key();
-        if (origin != Origin::Recorded && own != key)
-            || (origin == Origin::Recorded && own.is_some())
-        {
-            return Err(RecordError::Key);
+        let own = run.question.key();
+        let fits = match run.origin {
+            Origin::Recorded => own.is_none(),
+            _ => own == run.key,
+        };
+        match fits && has_key == run.key.is_some() {
+            true => Ok(run),
+            false => Err(RecordError::Key),
         }
-        let verdict_json = record.verdict.map(|verdict| verdict.to_string());
-        let verdict = verdict_json
-            .as_deref()
-            .and_then(|json| serde_json::from_str(json).ok());
-        Ok(Self {
-            id: RunId(record.id),
-            created_ms: record.created_ms,
-            updated_ms: record.updated_ms,
-            key,
-            origin,
-            source: record.source,
-            question,
-            answer: record.answer,
-            reasoning: record.reasoning,
-            ending: Ending {
-                state,
-                model_returned: record.model_returned,
-                finish: record.finish,
-                verdict,
-                reading: record.reading,
-                error: record.error,
-                consumed: Consumed {
-                    input_tokens: record.input_tokens,
-                    output_tokens: record.output_tokens,
-                    reasoning_tokens: record.reasoning_tokens,
-                    cached_tokens: record.cached_tokens,
-                    cost_usd: record.cost_usd,
-                    first_chunk_ms: record.first_chunk_ms,
-                    duration_ms: record.duration_ms,
-                },
-                price_source: record.price_source,
-            },
-            verdict_json,
-            notes: record.notes,
-            pinned: record.pinned,
-            deleted_ms: record.deleted_ms,
-        })
     }
 }
 
-fn known<T>(
+fn check_word(
+    record: &Map<String, Value>,
     field: &'static str,
-    word: &str,
-    parse: impl FnOnce(&str) -> Option<T>,
-) -> Result<T, RecordError> {
-    parse(word).ok_or_else(|| RecordError::Word {
-        field,
-        word: word.to_string(),
-    })
+    is_known: impl FnOnce(&str) -> bool,
+) -> Result<(), RecordError> {
+    match record.get(field).and_then(Value::as_str) {
+        Some(word) if !is_known(word) => Err(RecordError::Word {
+            field,
+            word: word.to_string(),
+        }),
+        _ => Ok(()),
+    }
 }

@@ -1,17 +1,19 @@
-//! Converts database rows to runs.
+//! Rows of the database as values, and values as rows: a field is the column of the same name.
+//!
+//! A field `window` is the columns `window_first` and `window_last`.
 
-use rusqlite::types::Type;
-use rusqlite::{Connection, Error, Row};
+use rusqlite::types::{Type, Value, ValueRef};
+use rusqlite::{Connection, Error, Row, ToSql, params_from_iter};
+use serde::de::value::{Error as Mistake, SeqDeserializer};
+use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, Error as _, MapAccess, Visitor};
+use serde::de::{IntoDeserializer, value::MapAccessDeserializer};
+use serde::{Serialize, forward_to_deserialize_any};
 
-use super::{Consumed, Ending, Key, NewRun, Origin, Run, RunId, RunState, StoreError};
-use crate::verdict::Task;
+use super::{Run, RunId, StoreError};
 
 /// A run with at most so much of its texts as people look at, as [`run`].
 pub fn shown(row: &Row<'_>, most: usize) -> Result<Run, Error> {
-    let mut shown = of(row, |name| {
-        let text = row.get_ref(name)?.as_str()?;
-        Ok(text[..text.floor_char_boundary(most)].to_owned())
-    })?;
+    let mut shown = read_run(row, most)?;
     for (name, text) in [
         ("answer", &mut shown.answer),
         ("reasoning", &mut shown.reasoning),
@@ -29,89 +31,211 @@ pub fn shown(row: &Row<'_>, most: usize) -> Result<Run, Error> {
 
 /// A run, without the pieces that have not been put together.
 pub fn run(row: &Row<'_>) -> Result<Run, Error> {
-    of(row, |name| row.get(name))
+    read_run(row, usize::MAX)
 }
 
-/// A run whose answer and reasoning are read in some way.
-fn of(row: &Row<'_>, long: impl Fn(&str) -> Result<String, Error>) -> Result<Run, Error> {
-    let text = |name: &str| row.get::<_, String>(name);
-    let verdict: Option<String> = row.get("verdict")?;
-    let window = (row.get("window_first")?, row.get("window_last")?);
-    Ok(Run {
-        id: RunId(row.get("id")?),
-        created_ms: row.get("created_ms")?,
-        updated_ms: row.get("updated_ms")?,
-        key: row
-            .get::<_, Option<String>>("key")?
-            .and_then(|key| Key::parse(&key)),
-        origin: word(row, "origin", Origin::parse)?,
-        source: row.get("source")?,
-        question: NewRun {
-            sample: row.get("sample")?,
-            batch: row.get("batch")?,
-            scenario: text("scenario")?,
-            scenario_hash: row.get("scenario_hash")?,
-            ego: text("ego")?,
-            task: word(row, "task", Task::parse)?,
-            frame: text("frame")?,
-            techniques: text("techniques")?,
-            window: match window {
-                (Some(first), Some(last)) => Some((first, last)),
-                _ => None,
-            },
-            model: text("model")?,
-            provider: text("provider")?,
-            dialect: row.get("dialect")?,
-            endpoint: text("endpoint")?,
-            address: row.get("address")?,
-            template: text("template")?,
-            template_version: row.get("template_version")?,
-            template_hash: text("template_hash")?,
-            messages: text("messages")?,
-            parameters: text("parameters")?,
-            answer_schema: row.get("answer_schema")?,
-        },
-        answer: long("answer")?,
-        reasoning: long("reasoning")?,
-        ending: Ending {
-            state: word(row, "state", RunState::parse)?,
-            model_returned: row.get("model_returned")?,
-            finish: row.get("finish")?,
-            verdict: verdict
-                .as_deref()
-                .and_then(|json| serde_json::from_str(json).ok()),
-            reading: row.get("reading")?,
-            error: row.get("error")?,
-            consumed: Consumed {
-                input_tokens: row.get("input_tokens")?,
-                output_tokens: row.get("output_tokens")?,
-                reasoning_tokens: row.get("reasoning_tokens")?,
-                cached_tokens: row.get("cached_tokens")?,
-                cost_usd: row.get("cost_usd")?,
-                first_chunk_ms: row.get("first_chunk_ms")?,
-                duration_ms: row.get("duration_ms")?,
-            },
-            price_source: row.get("price_source")?,
-        },
-        verdict_json: verdict,
-        notes: text("notes")?,
-        pinned: row.get("pinned")?,
-        deleted_ms: row.get("deleted_ms")?,
-    })
+fn read_run(row: &Row<'_>, most: usize) -> Result<Run, Error> {
+    read::<Run>(row, most).map(Run::with_verdict)
 }
 
-/// A word of a fixed list; one that the program does not know is an error, not another word.
-pub fn word<T>(
-    row: &Row<'_>,
-    column: &str,
-    parse: impl FnOnce(&str) -> Option<T>,
-) -> Result<T, Error> {
-    let text: String = row.get(column)?;
-    parse(&text).ok_or_else(|| {
-        let place = row.as_ref().column_index(column).unwrap_or_default();
-        let why = format!("{column} `{text}` is not known to this version");
-        Error::FromSqlConversionFailure(place, Type::Text, why.into())
-    })
+/// A value made of the columns of a row that it has fields for.
+pub fn from_row<T: DeserializeOwned>(row: &Row<'_>) -> Result<T, Error> {
+    read(row, usize::MAX)
+}
+
+/// The same with at most so much of an answer's text and reasoning.
+fn read<T: DeserializeOwned>(row: &Row<'_>, most: usize) -> Result<T, Error> {
+    let next = 0;
+    let columns = RowColumns { row, most, next };
+    T::deserialize(MapAccessDeserializer::new(columns))
+        .map_err(|mistake| Error::FromSqlConversionFailure(0, Type::Text, mistake.into()))
+}
+
+/// A truth value as the database has them, for a part of a value that is read with [`from_row`].
+pub fn truth<'de, D: Deserializer<'de>>(from: D) -> Result<Option<bool>, D::Error> {
+    let number: Option<i64> = serde::Deserialize::deserialize(from)?;
+    Ok(number.map(|number| number != 0))
+}
+
+/// The columns of a row as the entries of a map.
+struct RowColumns<'a, 'stmt> {
+    row: &'a Row<'stmt>,
+    most: usize,
+    next: usize,
+}
+
+impl RowColumns<'_, '_> {
+    fn name(&self, place: usize) -> Result<&str, Mistake> {
+        let statement = self.row.as_ref();
+        statement.column_name(place).map_err(Mistake::custom)
+    }
+}
+
+impl<'de> MapAccess<'de> for RowColumns<'_, '_> {
+    type Error = Mistake;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Mistake> {
+        if self.next >= self.row.as_ref().column_count() {
+            return Ok(None);
+        }
+        let name = match self.name(self.next)? {
+            "window_first" => "window",
+            name => name,
+        };
+        let key = seed.deserialize(IntoDeserializer::<Mistake>::into_deserializer(name))?;
+        self.next += 1;
+        Ok(Some(key))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Mistake> {
+        let name = self.name(self.next - 1)?;
+        let column = |name: &str| self.row.get_ref(name).map_err(Mistake::custom);
+        let value = match (name, column(name)?) {
+            ("window_first", ValueRef::Integer(first)) => match column("window_last")? {
+                ValueRef::Integer(last) => Cell::Pair([first, last]),
+                _ => Cell::Value(ValueRef::Null),
+            },
+            ("answer" | "reasoning", ValueRef::Text(text)) => {
+                let text = std::str::from_utf8(text).map_err(Mistake::custom)?;
+                Cell::Value(text[..text.floor_char_boundary(self.most)].into())
+            }
+            (_, value) => Cell::Value(value),
+        };
+        seed.deserialize(value)
+    }
+}
+
+/// What is in a column.
+enum Cell<'a> {
+    Value(ValueRef<'a>),
+    Pair([i64; 2]),
+}
+
+impl<'de> Deserializer<'de> for Cell<'_> {
+    type Error = Mistake;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+        match self {
+            Self::Value(ValueRef::Null) => visitor.visit_none(),
+            Self::Value(ValueRef::Integer(number)) => visitor.visit_i64(number),
+            Self::Value(ValueRef::Real(number)) => visitor.visit_f64(number),
+            Self::Value(ValueRef::Text(text)) => {
+                visitor.visit_str(std::str::from_utf8(text).map_err(Mistake::custom)?)
+            }
+            Self::Value(ValueRef::Blob(bytes)) => visitor.visit_bytes(bytes),
+            Self::Pair(pair) => visitor.visit_seq(SeqDeserializer::new(pair.into_iter())),
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+        match self {
+            Self::Value(ValueRef::Null) => visitor.visit_none(),
+            some => visitor.visit_some(some),
+        }
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+        match self {
+            Self::Value(ValueRef::Integer(truth)) => visitor.visit_bool(truth != 0),
+            other => other.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Mistake> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Mistake> {
+        let word: String = serde::Deserialize::deserialize(self)?;
+        word.into_deserializer()
+            .deserialize_enum(name, variants, visitor)
+    }
+
+    forward_to_deserialize_any! {
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map struct identifier ignored_any
+    }
+}
+
+/// Values to write, by the names of their columns.
+#[derive(Debug, Default)]
+pub struct Columns(Vec<(String, Value)>);
+
+impl Columns {
+    /// The fields of a value. A count that SQLite cannot hold is not known: no number is worth losing an answer.
+    ///
+    /// # Errors
+    /// The value has no fields.
+    pub fn of(value: &impl Serialize) -> Result<Self, StoreError> {
+        use serde_json::Value as Json;
+        let fields: serde_json::Map<String, Json> =
+            serde_json::from_value(serde_json::to_value(value)?)?;
+        let mut columns = Self::default();
+        for (name, value) in fields {
+            if name == "window" {
+                columns = columns.with("window_first", value.get(0).and_then(Json::as_i64));
+                columns = columns.with("window_last", value.get(1).and_then(Json::as_i64));
+                continue;
+            }
+            let value = match value {
+                Json::String(text) => Value::Text(text),
+                Json::Bool(truth) => Value::from(truth),
+                Json::Number(number) if number.is_f64() => Value::from(number.as_f64()),
+                other => Value::from(other.as_i64()),
+            };
+            columns.0.push((name, value));
+        }
+        Ok(columns)
+    }
+
+    /// The same with this value, in the place of one of this name.
+    pub fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
+        self.0.retain(|(known, _)| known != name);
+        self.0.push((name.into(), value.into()));
+        self
+    }
+
+    /// The same without a column.
+    pub fn without(mut self, name: &str) -> Self {
+        self.0.retain(|(known, _)| known != name);
+        self
+    }
+
+    /// Inserts them as a run.
+    pub fn insert(self, connection: &Connection) -> Result<RunId, Error> {
+        let names: Vec<&str> = self.0.iter().map(|(name, _)| name.as_str()).collect();
+        let places = vec!["?"; names.len()].join(", ");
+        let sql = format!("INSERT INTO runs ({}) VALUES ({places})", names.join(", "));
+        let mut statement = connection.prepare_cached(&sql)?;
+        statement.execute(params_from_iter(self.0.iter().map(|(_, value)| value)))?;
+        Ok(RunId(connection.last_insert_rowid()))
+    }
+
+    /// Writes them into a run.
+    pub fn update(self, connection: &Connection, run: RunId) -> Result<(), Error> {
+        let names: Vec<String> = self
+            .0
+            .iter()
+            .map(|(name, _)| format!("{name} = ?"))
+            .collect();
+        let sql = format!("UPDATE runs SET {} WHERE id = ?", names.join(", "));
+        let values = self.0.iter().map(|(_, value)| value as &dyn ToSql);
+        let mut statement = connection.prepare_cached(&sql)?;
+        statement.execute(params_from_iter(values.chain([&run.0 as &dyn ToSql])))?;
+        Ok(())
+    }
 }
 
 /// The texts of the pieces that have not been put together: answer and reasoning.

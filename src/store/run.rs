@@ -1,12 +1,15 @@
 //! The stored data of a run.
 
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::Key;
+use super::{Key, key};
 use crate::verdict::{ParsedAnswer, Task};
 
 /// Identifies a run in its store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default, Serialize, Deserialize,
+)]
 pub struct RunId(pub i64);
 
 impl std::fmt::Display for RunId {
@@ -16,7 +19,7 @@ impl std::fmt::Display for RunId {
 }
 
 /// Data known before a judge is asked.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NewRun {
     /// Which of several answers to the same request this is, from 0.
     pub sample: u32,
@@ -143,15 +146,30 @@ macro_rules! names {
                 Self::ALL.iter().copied().find(|one| one.name() == name)
             }
         }
+
+        impl serde::Serialize for $type {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $type {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let word: String = serde::Deserialize::deserialize(deserializer)?;
+                let unknown = || format!("`{word}` is not known to this version");
+                Self::parse(&word).ok_or_else(|| serde::de::Error::custom(unknown()))
+            }
+        }
     };
 }
+pub(super) use names;
 
 names!(Origin, Asked => "asked", Recorded => "recorded", Replayed => "replayed");
 names!(RunState, Running => "running", Interrupted => "interrupted", Answered => "answered",
     Truncated => "truncated", Failed => "failed", Cancelled => "cancelled");
 
 /// Consumption of an answer, where known.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Consumed {
     /// Tokens of the question.
     pub input_tokens: Option<u64>,
@@ -170,7 +188,7 @@ pub struct Consumed {
 }
 
 /// Data known when a run ends.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ending {
     /// Where it stands now.
     pub state: RunState,
@@ -179,12 +197,14 @@ pub struct Ending {
     /// Why the model stopped.
     pub finish: Option<String>,
     /// What it says.
+    #[serde(skip)]
     pub verdict: Option<ParsedAnswer>,
     /// How the verdict was read, or why there is none.
     pub reading: Option<String>,
     /// Why there is no answer.
     pub error: Option<String>,
     /// What it consumed.
+    #[serde(flatten)]
     pub consumed: Consumed,
     /// Where the cost comes from.
     pub price_source: Option<String>,
@@ -207,30 +227,35 @@ impl Ending {
     }
 }
 
-/// A run as it is kept.
-#[derive(Debug, Clone, PartialEq)]
+/// A run as it is kept. In JSON and in the database its fields, and those of its parts, are the columns of `runs`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// Its number.
+    #[serde(default)]
     pub id: RunId,
     /// When it began, milliseconds since 1970, UTC; of a recorded one, when it was read.
     pub created_ms: i64,
     /// When it was last changed.
     pub updated_ms: i64,
     /// The key that it was kept under, see [`NewRun::key`].
+    #[serde(default, deserialize_with = "key::kept")]
     pub key: Option<Key>,
     /// Where its answer comes from.
     pub origin: Origin,
     /// The file that a recorded answer was read from.
     pub source: Option<String>,
     /// The question and its judge.
+    #[serde(flatten)]
     pub question: NewRun,
     /// The answer's text.
     pub answer: String,
     /// The reasoning's text.
     pub reasoning: String,
     /// How it ended, or where it stands.
+    #[serde(flatten)]
     pub ending: Ending,
     /// The verdict as it is kept, for programs that know more than [`Ending::verdict`] can say.
+    #[serde(rename = "verdict")]
     pub verdict_json: Option<String>,
     /// What a person wrote about it.
     pub notes: String,
@@ -238,4 +263,13 @@ pub struct Run {
     pub pinned: bool,
     /// When it was deleted; it can be restored.
     pub deleted_ms: Option<i64>,
+}
+
+impl Run {
+    /// The same with its verdict read from [`Run::verdict_json`].
+    pub(super) fn with_verdict(mut self) -> Self {
+        let json = self.verdict_json.as_deref();
+        self.ending.verdict = json.and_then(|json| serde_json::from_str(json).ok());
+        self
+    }
 }

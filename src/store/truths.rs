@@ -1,9 +1,10 @@
 //! Ground truths that batches store for their runs.
 
+use super::rows::from_row;
 use super::{BatchId, RunId, Store, StoreError};
 
 /// Label of a run's scenario, from its batch.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Deserialize)]
 pub struct RunLabel {
     /// The run.
     pub run: RunId,
@@ -28,14 +29,7 @@ impl Store {
              WHERE collides IS NOT NULL AND transform IS NULL
              ORDER BY items.run, coalesce(runs.batch = 'b' || items.batch, 0) DESC, items.batch",
         )?;
-        let rows = statement.query_map([], |row| {
-            Ok(RunLabel {
-                run: RunId(row.get(0)?),
-                batch: BatchId(row.get(1)?),
-                collides: row.get(2)?,
-                obstacle: row.get(3)?,
-            })
-        })?;
+        let rows = statement.query_map([], from_row)?;
         let mut told: Vec<RunLabel> = rows.collect::<Result<_, _>>()?;
         told.dedup_by_key(|one| one.run);
         Ok(told)

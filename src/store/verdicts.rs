@@ -1,12 +1,13 @@
 //! Verdicts of all stored answers in one query, for lists of many scenarios.
 
 use rusqlite::params;
+use serde::Deserialize;
 
 use super::{Origin, Store, StoreError, rows};
 use crate::verdict::Task;
 
 /// Verdict of a stored answer.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct StoredVerdict {
     /// SHA-256 of the scenario's file; `None` if only its name is known.
     pub scenario_hash: Option<String>,
@@ -50,21 +51,7 @@ impl Store {
         );
         let mut statement = connection.prepare_cached(&sql)?;
         let (hash, name) = of.unzip();
-        let found = statement.query_map(params![but, hash, name], |row| {
-            let window = (row.get("window_first")?, row.get("window_last")?);
-            Ok(StoredVerdict {
-                scenario_hash: row.get("scenario_hash")?,
-                scenario: row.get("scenario")?,
-                ego: row.get("ego")?,
-                origin: rows::word(row, "origin", Origin::parse)?,
-                task: rows::word(row, "task", Task::parse)?,
-                window: match window {
-                    (Some(first), Some(last)) => Some((first, last)),
-                    _ => None,
-                },
-                dangerous: row.get("dangerous")?,
-            })
-        })?;
+        let found = statement.query_map(params![but, hash, name], rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
 }

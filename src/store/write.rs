@@ -4,7 +4,8 @@ use rusqlite::{Connection, OptionalExtension, params};
 
 use super::claim::renew;
 use super::database::now_ms;
-use super::{Ending, NewRun, Origin, Piece, Run, RunId, Store, StoreError, rows};
+use super::rows::{self, Columns};
+use super::{Ending, NewRun, Origin, Piece, Run, RunId, RunState, Store, StoreError};
 
 impl Store {
     /// Adds pieces of the answer, in one transaction, and renews the claim.
@@ -55,8 +56,7 @@ impl Store {
                 if there(transaction, run)?.is_some() {
                     continue;
                 }
-                let id = insert_new(transaction, &run.question, run.created_ms)?;
-                insert_rest(transaction, id, run)?;
+                insert_whole(transaction, run)?;
                 added += 1;
             }
             Ok(added)
@@ -123,7 +123,9 @@ pub(super) fn conclude(
         .transpose()?;
     insert(transaction, run, pieces)?;
     let (answer, reasoning) = rows::pieces(transaction, run)?;
-    end(transaction, run, ending, now_ms())?;
+    // Without its texts and its verdict: those are written together, as they are searched together.
+    let columns = Columns::of(ending)?.with("updated_ms", now_ms());
+    columns.update(transaction, run)?;
     transaction.execute(
         "UPDATE runs SET answer = answer || ?2, reasoning = reasoning || ?3, verdict = ?4 WHERE id = ?1",
         params![run.0, answer, reasoning, verdict],
@@ -186,105 +188,17 @@ pub(super) fn insert_new(
     run: &NewRun,
     created_ms: i64,
 ) -> Result<RunId, StoreError> {
-    let key = run.key();
-    connection
-        .prepare_cached(
-            "INSERT INTO runs (created_ms, updated_ms, key, sample, batch, scenario, scenario_hash, ego, task, frame,
-                 techniques, window_first, window_last, model, provider, dialect, endpoint, address, template,
-                 template_version, template_hash, messages, parameters, answer_schema, state)
-             VALUES (?1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20,
-                 ?21, ?22, ?23, 'running')",
-        )?
-        .execute(params![
-            created_ms,
-            key.as_ref().map(super::Key::as_str),
-            run.sample,
-            run.batch,
-            run.scenario,
-            run.scenario_hash,
-            run.ego,
-            run.task.name(),
-            run.frame,
-            run.techniques,
-            run.window.map(|(first, _)| first),
-            run.window.map(|(_, last)| last),
-            run.model,
-            run.provider,
-            run.dialect,
-            run.endpoint,
-            run.address,
-            run.template,
-            run.template_version,
-            run.template_hash,
-            run.messages,
-            run.parameters,
-            run.answer_schema,
-        ])?;
-    Ok(RunId(connection.last_insert_rowid()))
+    let columns = Columns::of(run)?
+        .with("created_ms", created_ms)
+        .with("updated_ms", created_ms)
+        .with("key", run.key().map(|key| key.as_str().to_string()))
+        .with("state", RunState::Running.name().to_string());
+    Ok(columns.insert(connection)?)
 }
 
-/// How a run ended, without its texts and its verdict: those are written together, as they are searched together.
-fn end(
-    connection: &Connection,
-    run: RunId,
-    ending: &Ending,
-    updated_ms: i64,
-) -> Result<(), StoreError> {
-    let consumed = &ending.consumed;
-    connection
-        .prepare_cached(
-            "UPDATE runs SET updated_ms = ?2, state = ?3, model_returned = ?4, finish = ?5, reading = ?6, error = ?7,
-                 input_tokens = ?8, output_tokens = ?9, reasoning_tokens = ?10, cached_tokens = ?11, cost_usd = ?12,
-                 price_source = ?13, first_chunk_ms = ?14, duration_ms = ?15
-             WHERE id = ?1",
-        )?
-        .execute(params![
-            run.0,
-            updated_ms,
-            ending.state.name(),
-            ending.model_returned,
-            ending.finish,
-            ending.reading,
-            ending.error,
-            storable(consumed.input_tokens),
-            storable(consumed.output_tokens),
-            storable(consumed.reasoning_tokens),
-            storable(consumed.cached_tokens),
-            consumed.cost_usd.filter(|usd| usd.is_finite()),
-            ending.price_source,
-            storable(consumed.first_chunk_ms),
-            storable(consumed.duration_ms),
-        ])?;
-    Ok(())
-}
-
-/// A count as SQLite has them. No number is worth losing an answer: what does not fit is not known.
-fn storable(count: Option<u64>) -> Option<i64> {
-    count.and_then(|count| i64::try_from(count).ok())
-}
-
-/// Everything of a run beside its question.
-pub(super) fn insert_rest(connection: &Connection, id: RunId, run: &Run) -> Result<(), StoreError> {
-    end(connection, id, &run.ending, run.updated_ms)?;
-    connection
-        .prepare_cached(
-            "UPDATE runs SET key = ?2, origin = ?3, source = ?4, answer = ?5, reasoning = ?6, verdict = ?7, notes = ?8,
-                 pinned = ?9, deleted_ms = ?10
-             WHERE id = ?1",
-        )?
-        .execute(params![
-            id.0,
-            run.key.as_ref().map(super::Key::as_str),
-            run.origin.name(),
-            run.source,
-            run.answer,
-            run.reasoning,
-            run.verdict_json,
-            run.notes,
-            run.pinned,
-            run.deleted_ms,
-        ])?;
-    Ok(())
+/// Inserts a whole run; its number is given anew.
+pub(super) fn insert_whole(connection: &Connection, run: &Run) -> Result<RunId, StoreError> {
+    Ok(Columns::of(run)?.without("id").insert(connection)?)
 }
 
 /// Moves the pieces of a run into it.

@@ -77,7 +77,7 @@ const HOMES: [(&str, &[&str]); 17] = [
     ("rstar", &["geometry/", "scenario/road/"]),
     ("i_overlay", &["geometry/"]),
     ("petgraph", &["scenario/road/"]),
-    ("parquet", &["cli/metrics/", "cli/export/"]),
+    ("parquet", &["cli/output/"]),
     ("indicatif", &["cli/"]),
     ("tiny_skia", &["render/"]),
     ("png", &["render/"]),

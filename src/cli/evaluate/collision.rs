@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
+use super::{Batch, Evaluate, Format, Truth, batch, number, share};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::{Confusion, Label};
 use crate::formats::Entry;
@@ -72,20 +72,17 @@ fn write(arguments: &Evaluate, truth: &Truth, batch: &Batch<Said>) -> Outcome {
             output::text(&text)
         }
         Format::Csv => {
-            let mut rows = vec![
-                ["scenario", "label", "judge", "agrees"]
-                    .map(String::from)
-                    .to_vec(),
-            ];
-            for j in &batch.judged {
-                rows.push(vec![
-                    output::visible(&j.name),
+            let head = ["scenario", "label", "judge", "agrees"].map(String::from);
+            let rows = batch.judged.iter().map(|j| {
+                let agrees = !differs(j.label, j.result);
+                [
+                    j.name.clone(),
                     label(j.label),
                     said(j.result),
-                    (!differs(j.label, j.result)).to_string(),
-                ]);
-            }
-            output::text(&csv(&rows)?)
+                    agrees.to_string(),
+                ]
+            });
+            output::csv(std::iter::once(head).chain(rows))
         }
         Format::Json => {
             let other = other.iter().map(

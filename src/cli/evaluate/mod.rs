@@ -343,13 +343,3 @@ fn number(count: usize, thing: &str) -> String {
 fn share(value: Option<f64>) -> String {
     value.map_or_else(|| "–".into(), |v| format!("{v:.3}"))
 }
-
-/// One line of CSV for a row of cells.
-fn csv(rows: &[Vec<String>]) -> Result<String, Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.write_record(row).map_err(Failure::input)?;
-    }
-    let bytes = writer.into_inner().map_err(|e| Failure::input(e.error()))?;
-    String::from_utf8(bytes).map_err(Failure::input)
-}

@@ -103,7 +103,7 @@ pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
         varied.add_to(&mut document);
         output::json(&document)?;
     } else if table.csv {
-        output::text(&rows.csv()?)?;
+        rows.write_csv()?;
     } else {
         output::text(&(rows.table() + &varied.tables()))?;
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
+use super::{Batch, Evaluate, Format, Truth, batch, number, share};
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Outcome, output};
 use crate::evaluation::{
@@ -35,7 +35,7 @@ pub(super) fn run(
         let rows = rows(&setting, &batch);
         match arguments.format {
             Format::Table => output::text(&table(&setting, truth, &batch, &rows))?,
-            Format::Csv => output::text(&csv(&cells(&setting, &rows))?)?,
+            Format::Csv => output::csv(cells(&setting, &rows))?,
             Format::Json => output::json(&document(&setting, truth, &batch, &rows))?,
         }
     }

@@ -3,13 +3,15 @@
 use serde_json::{Map, Value, json};
 
 use super::share;
-use crate::cli::{Failure, output};
-use crate::evaluation::report::{Cell, Half, Report, technique};
+use crate::cli::Outcome;
+use crate::cli::output::Align::{self, Left, Right};
+use crate::cli::output::{self, Cell, Kind};
+use crate::evaluation::report::{self, Half, Report, technique};
 use crate::evaluation::{PromptConfig, Scored};
 use crate::store::BatchId;
 
 /// The rows of a batch's table: for each way of asking all of its answers, and which half of the data they are about.
-pub struct Rows(Vec<(Half, Cell)>);
+pub struct Rows(Vec<(Half, report::Cell)>);
 
 /// What a row says; `report` says more.
 const FIELDS: [&str; 18] = [
@@ -32,6 +34,24 @@ const FIELDS: [&str; 18] = [
     "recall",
     "f1",
 ];
+
+/// Titles of the columns that say how was asked.
+pub const WAY: [&str; 4] = ["task", "frame", "techniques", "model"];
+
+/// The columns [`WAY`] for names of models of this width.
+pub fn way_columns(width: usize) -> [Align; 4] {
+    [9, 9, 10, width].map(Left)
+}
+
+/// The cells of the columns [`WAY`].
+pub fn way_cells(way: &PromptConfig) -> [String; 4] {
+    [
+        way.task.name().to_string(),
+        way.frame.map_or("–", |frame| frame.name()).to_string(),
+        way.techniques.map_or_else(|| "–".into(), technique),
+        way.model.clone(),
+    ]
+}
 
 impl Rows {
     /// Counts the answers of a batch.
@@ -69,18 +89,15 @@ impl Rows {
         })
     }
 
-    /// As CSV.
-    pub fn csv(&self) -> Result<String, Failure> {
-        let mut rows = vec![FIELDS.map(String::from).to_vec()];
-        for object in self.objects() {
-            let cell = |name: &&str| match &object[*name] {
-                Value::Null => String::new(),
-                Value::String(text) => output::visible(text),
-                other => other.to_string(),
-            };
-            rows.push(FIELDS.iter().map(cell).collect());
-        }
-        super::csv(&rows)
+    /// Writes them as CSV.
+    pub fn write_csv(&self) -> Outcome {
+        let head = FIELDS.map(String::from).to_vec();
+        let rows = self.objects().map(|object| {
+            let cells = FIELDS.iter().map(|name| Cell::from_json(&object[*name]));
+            let texts = cells.map(|cell| cell.text(Kind::Float).unwrap_or_default().into_owned());
+            texts.collect()
+        });
+        output::csv(std::iter::once(head).chain(rows))
     }
 
     /// For people.
@@ -91,62 +108,50 @@ impl Rows {
         let unasked = self.0.iter().any(|(_, cell)| cell.unasked > 0);
         let unlabelled = self.0.iter().any(|(_, cell)| cell.unlabelled > 0);
         let another = self.0.iter().any(|(_, cell)| cell.wrong_obstacle > 0);
-        let more = |asked: &str, labelled: &str| {
-            let mut words = String::new();
-            if unasked {
-                words += &format!(" {asked:>9}");
-            }
-            if unlabelled {
-                words += &format!(" {labelled:>8}");
-            }
-            words
-        };
-        // Of the false negatives those that say yes.
-        let named = |words: &str| match another {
-            true => format!(" {words:>13}"),
-            false => String::new(),
-        };
-        let mut text = format!(
-            "{:<9} {:<9} {:<10} {:<width$} {:>5} {:>5} {:>5} {:>5} {:>5} {:>8} {:>6}{}{} {:>9} {:>6} {:>6}\n",
-            "task",
-            "frame",
-            "techniques",
-            "model",
-            "n",
-            "tp",
-            "fp",
-            "fn",
-            "tn",
-            "unparsed",
-            "failed",
-            more("not asked", "no truth"),
-            named("named another"),
-            "precision",
-            "recall",
-            "F1"
-        );
+        let columns = [
+            ("n", 5, true),
+            ("tp", 5, true),
+            ("fp", 5, true),
+            ("fn", 5, true),
+            ("tn", 5, true),
+            ("unparsed", 8, true),
+            ("failed", 6, true),
+            ("not asked", 9, unasked),
+            ("no truth", 8, unlabelled),
+            // Of the false negatives those that say yes.
+            ("named another", 13, another),
+            ("precision", 9, true),
+            ("recall", 6, true),
+            ("F1", 6, true),
+        ];
+        let shown = columns.iter().filter(|(.., shown)| *shown);
+        let widths = shown.clone().map(|(_, width, _)| Right(*width));
+        let titles = shown.map(|(title, ..)| *title);
+        let aligned: Vec<Align> = way_columns(width).into_iter().chain(widths).collect();
+        let titles: Vec<&str> = WAY.into_iter().chain(titles).collect();
+        let mut text = output::line(" ", &aligned, &titles);
         for (_, cell) in &self.0 {
-            let (way, c) = (&cell.way, &cell.confusion);
-            text.push_str(&format!(
-                "{:<9} {:<9} {:<10} {:<width$} {:>5} {:>5} {:>5} {:>5} {:>5} {:>8} {:>6}{}{} {:>9} {:>6} {:>6}\n",
-                way.task.name(),
-                way.frame.map_or("–", |frame| frame.name()),
-                way.techniques.map_or_else(|| "–".into(), technique),
-                way.model,
-                cell.n,
-                c.true_positives,
-                c.false_positives,
-                c.false_negatives,
-                c.true_negatives,
-                cell.unparsed,
-                cell.failed,
-                more(&cell.unasked.to_string(), &cell.unlabelled.to_string()),
-                named(&cell.wrong_obstacle.to_string()),
+            let c = &cell.confusion;
+            let figures = [
+                cell.n.to_string(),
+                c.true_positives.to_string(),
+                c.false_positives.to_string(),
+                c.false_negatives.to_string(),
+                c.true_negatives.to_string(),
+                cell.unparsed.to_string(),
+                cell.failed.to_string(),
+                cell.unasked.to_string(),
+                cell.unlabelled.to_string(),
+                cell.wrong_obstacle.to_string(),
                 share(cell.precision()),
                 share(c.recall()),
-                share(cell.f1()),
-            ));
+                share(c.f1()),
+            ];
+            let figures = figures.into_iter().zip(columns);
+            let figures = figures.filter_map(|(figure, (.., shown))| shown.then_some(figure));
+            let cells: Vec<String> = way_cells(&cell.way).into_iter().chain(figures).collect();
+            text += &output::line(" ", &aligned, &cells);
         }
-        output::visible(&text)
+        text
     }
 }

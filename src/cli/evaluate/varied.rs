@@ -3,10 +3,40 @@
 use serde_json::Value;
 
 use super::share;
+use super::shown::{WAY, way_cells, way_columns};
 use crate::cli::output;
+use crate::cli::output::Align::{Left, Right};
+use crate::evaluation::Share;
 use crate::evaluation::batch::Answers;
-use crate::evaluation::report::{self, technique};
-use crate::evaluation::{PromptConfig, Share};
+use crate::evaluation::report;
+
+/// Titles of the columns behind [`WAY`].
+const CHANGED: [&str; 8] = [
+    "change",
+    "n",
+    "flips",
+    "rate",
+    "95 %",
+    "renamed",
+    "none",
+    "same words",
+];
+
+/// Titles of the columns behind [`WAY`].
+const LEADS: [&str; 12] = [
+    "lead",
+    "n",
+    "said yes",
+    "rate",
+    "95 %",
+    "named",
+    "rate",
+    "95 %",
+    "false alarms",
+    "unparsed",
+    "failed",
+    "not asked",
+];
 
 /// Results of a batch with changed scenes or several leads, beside its table.
 pub struct Varied(report::Varied);
@@ -32,55 +62,58 @@ impl Varied {
         let width = width.unwrap_or(0).max("model".len());
         let mut text = String::new();
         if !self.0.invariance.is_empty() {
-            text.push_str(&format!(
-                "\nthe same scenes changed, which changes nothing about them; flips: yes became no, or no yes\n{} {:<20} {:>5} {:>5} {:>6} {:>13} {:>7} {:>6} {:>10}\n",
-                heads(width), "change", "n", "flips", "rate", "95 %", "renamed", "none", "same words"
-            ));
-        }
-        for row in &self.0.invariance {
-            text.push_str(&format!(
-                "{} {:<20} {:>5} {:>5} {:>6} {:>13} {:>7} {:>6} {:>10}\n",
-                cells(&row.way, width),
-                row.transform.to_string(),
-                row.flipped.of,
-                row.flipped.hits,
-                share(row.flipped.value()),
-                match row.flipped.of == 0 && row.same_words > 0 {
-                    true => "same words".into(),
-                    false => interval(&row.flipped),
-                },
-                row.renamed.hits,
-                row.without_verdict,
-                row.same_words,
-            ));
+            text += "\nthe same scenes changed, which changes nothing about them; flips: yes became no, or no yes\n";
+            let widths = [5, 5, 6, 13, 7, 6, 10].map(Right);
+            let columns = [&way_columns(width)[..], &[Left(20)], &widths].concat();
+            text += &output::line(" ", &columns, &[&WAY[..], &CHANGED].concat());
+            for row in &self.0.invariance {
+                let flipped = &row.flipped;
+                let figures = [
+                    row.transform.to_string(),
+                    flipped.of.to_string(),
+                    flipped.hits.to_string(),
+                    share(flipped.value()),
+                    match flipped.of == 0 && row.same_words > 0 {
+                        true => "same words".into(),
+                        false => interval(flipped),
+                    },
+                    row.renamed.hits.to_string(),
+                    row.without_verdict.to_string(),
+                    row.same_words.to_string(),
+                ];
+                text += &output::line(
+                    " ",
+                    &columns,
+                    &[&way_cells(&row.way)[..], &figures].concat(),
+                );
+            }
         }
         if self.0.invariance.iter().any(|row| row.same_words > 0) {
             text.push_str(report::SAME_WORDS);
             text.push('\n');
         }
         if !self.0.leads.is_empty() {
-            text.push_str(&format!(
-                "\nscenarios that collide, by seconds from the end of the window to the collision\n{} {:>6} {:>5} {:>8} {:>6} {:>13} {:>9} {:>6} {:>13} {:>12} {:>8} {:>6} {:>9}\n",
-                heads(width), "lead", "n", "said yes", "rate", "95 %", "named", "rate", "95 %", "false alarms", "unparsed", "failed", "not asked"
-            ));
-        }
-        for (lead, way, point) in &self.0.leads {
-            text.push_str(&format!(
-                "{} {:>6} {:>5} {:>8} {:>6} {:>13} {:>9} {:>6} {:>13} {:>12} {:>8} {:>6} {:>9}\n",
-                cells(way, width),
-                lead.to_string(),
-                point.yes.of,
-                point.yes.hits,
-                share(point.yes.value()),
-                interval(&point.yes),
-                of(&point.named),
-                share(point.named.value()),
-                interval(&point.named),
-                of(&point.false_alarms),
-                point.unparsed,
-                point.failed,
-                point.unasked,
-            ));
+            text += "\nscenarios that collide, by seconds from the end of the window to the collision\n";
+            let widths = [6, 5, 8, 6, 13, 9, 6, 13, 12, 8, 6, 9].map(Right);
+            let columns = [&way_columns(width)[..], &widths].concat();
+            text += &output::line(" ", &columns, &[&WAY[..], &LEADS].concat());
+            for (lead, way, point) in &self.0.leads {
+                let figures = [
+                    lead.to_string(),
+                    point.yes.of.to_string(),
+                    point.yes.hits.to_string(),
+                    share(point.yes.value()),
+                    interval(&point.yes),
+                    of(&point.named),
+                    share(point.named.value()),
+                    interval(&point.named),
+                    of(&point.false_alarms),
+                    point.unparsed.to_string(),
+                    point.failed.to_string(),
+                    point.unasked.to_string(),
+                ];
+                text += &output::line(" ", &columns, &[&way_cells(way)[..], &figures].concat());
+            }
         }
         if !self.0.leads.is_empty() {
             text.push_str(&self.0.about_leads().join("\n"));
@@ -95,23 +128,6 @@ fn of(share: &Share) -> String {
         0 => "–".into(),
         all => format!("{} of {all}", share.hits),
     }
-}
-
-fn heads(width: usize) -> String {
-    format!(
-        "{:<9} {:<9} {:<10} {:<width$}",
-        "task", "frame", "techniques", "model"
-    )
-}
-
-fn cells(way: &PromptConfig, width: usize) -> String {
-    format!(
-        "{:<9} {:<9} {:<10} {:<width$}",
-        way.task.name(),
-        way.frame.map_or("–", |frame| frame.name()),
-        way.techniques.map_or_else(|| "–".into(), technique),
-        way.model,
-    )
 }
 
 fn interval(of: &Share) -> String {

@@ -2,6 +2,7 @@
 
 use super::line::Figures;
 use crate::cli::output;
+use crate::cli::output::Align::{Left, Right};
 use crate::formats::Entry;
 
 /// Longer names push the columns behind them.
@@ -75,21 +76,20 @@ impl Table {
     }
 
     fn line(&self, scenario: &str, cells: &[&str; 8]) -> String {
-        let [
-            outcome,
-            drive,
-            attacker,
-            manoeuvre,
-            risk,
-            avoidable,
-            seconds,
-            written,
-        ] = cells;
-        let width = self.width;
-        let line = format!(
-            "{scenario:<width$}  {outcome:<9}  {drive:<10}  {attacker:>8}  {manoeuvre:<13}  {risk:<7}  {avoidable:<10}  {seconds:>5}  {written}"
-        );
-        format!("{}\n", line.trim_end())
+        let columns = [
+            Left(self.width),
+            Left(9),
+            Left(10),
+            Right(8),
+            Left(13),
+            Left(7),
+            Left(10),
+            Right(5),
+        ];
+        let cells: Vec<&str> = std::iter::once(scenario)
+            .chain(cells.iter().copied())
+            .collect();
+        output::line("  ", &columns, &cells)
     }
 }
 

@@ -4,7 +4,6 @@ mod document;
 mod obstacles;
 mod planning;
 mod road;
-mod shapes;
 mod solution;
 mod states;
 mod summary;

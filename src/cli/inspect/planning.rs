@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::document::all;
-use super::states::{initial_state, position, quantity};
+use super::states::initial_state;
 use crate::scenario::{Goal, PlanningProblem};
 
 pub fn problem(problem: &PlanningProblem) -> Value {
@@ -17,10 +17,10 @@ pub fn problem(problem: &PlanningProblem) -> Value {
 /// `positions` are alternatives; `lanelets` are those among them.
 fn goal(goal: &Goal) -> Value {
     json!({
-        "time_step": [goal.time.from, goal.time.to],
-        "positions": all(&goal.positions, position),
+        "time_step": goal.time,
+        "positions": goal.positions,
         "lanelets": goal.lanelets(),
-        "velocity": goal.velocity.map(quantity),
-        "orientation": goal.orientation.map(quantity),
+        "velocity": goal.velocity,
+        "orientation": goal.orientation,
     })
 }

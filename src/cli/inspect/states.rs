@@ -2,29 +2,13 @@
 
 use serde_json::{Value, json};
 
-use super::shapes::shape;
-use crate::scenario::{Position, Quantity, State};
-
-pub fn quantity(quantity: Quantity) -> Value {
-    match quantity {
-        Quantity::Exact(value) => json!(value),
-        Quantity::Interval(from, to) => json!([from, to]),
-    }
-}
-
-/// A position as an object with its `kind`: a point, a shape in world coordinates, or lanelets.
-pub fn position(position: &Position) -> Value {
-    match position {
-        Position::Point(p) => json!({ "kind": "point", "x": p.x, "y": p.y }),
-        Position::Region(region) => shape(region),
-        Position::Lanelets(ids) => json!({ "kind": "lanelets", "lanelets": ids }),
-    }
-}
+use crate::scenario::{Quantity, State};
 
 /// A state with `x` and `y`, or with the `position` in which it is uncertain where it is; `time_step` is the first,
 /// and `time_interval` is there where it is uncertain when.
 pub fn state(state: &State) -> Value {
     let mut value = json!({ "time_step": state.time.from });
+    let quantity = |quantity: Quantity| json!(quantity);
     let mut put = |name: &str, v: Option<Value>| {
         if let Some(v) = v {
             value[name] = v;
@@ -34,8 +18,8 @@ pub fn state(state: &State) -> Value {
     put("x", point.map(|p| json!(p.x)));
     put("y", point.map(|p| json!(p.y)));
     let uncertain = state.position.as_ref().filter(|_| point.is_none());
-    put("position", uncertain.map(position));
-    let interval = (time.to != time.from).then(|| json!([time.from, time.to]));
+    put("position", uncertain.map(|position| json!(position)));
+    let interval = (time.to != time.from).then(|| json!(time));
     put("time_interval", interval);
     let direction = state.point_mass_velocity().map(|v| json!(v.y.atan2(v.x)));
     put("orientation", state.orientation.map(quantity).or(direction));

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::shapes::point;
 use crate::scenario::{Lanelet, LaneletNetwork, Sign, TrafficLight};
 
 /// References to signs and lights: lanelet ids by the id referred to.
@@ -47,30 +47,30 @@ fn note(into: &mut HashMap<i64, Vec<i64>>, lanelet: &Lanelet, ids: &[i64]) {
     }
 }
 
-fn referring(to: &HashMap<i64, Vec<i64>>, id: i64) -> &[i64] {
-    to.get(&id).map_or(&[], Vec::as_slice)
+/// A sign or light with the lanelets that refer to it.
+#[derive(Serialize)]
+struct Referred<'a, T> {
+    #[serde(flatten)]
+    itself: &'a T,
+    lanelets: Vec<i64>,
+    stop_lines: Vec<i64>,
+}
+
+impl Referring {
+    fn with<T: Serialize>(&self, itself: &T, id: i64) -> Value {
+        let ids = |to: &HashMap<i64, Vec<i64>>| to.get(&id).cloned().unwrap_or_default();
+        json!(Referred {
+            itself,
+            lanelets: ids(&self.lanelets),
+            stop_lines: ids(&self.stop_lines),
+        })
+    }
 }
 
 pub fn sign(sign: &Sign, references: &References) -> Value {
-    json!({
-        "id": sign.id,
-        "position": sign.position.as_ref().map(point),
-        "virtual": sign.is_virtual,
-        "elements": sign.elements,
-        "lanelets": referring(&references.signs.lanelets, sign.id),
-        "stop_lines": referring(&references.signs.stop_lines, sign.id),
-    })
+    references.signs.with(sign, sign.id)
 }
 
 pub fn light(light: &TrafficLight, references: &References) -> Value {
-    json!({
-        "id": light.id,
-        "position": light.position.as_ref().map(point),
-        "active": light.active,
-        "direction": light.direction,
-        "time_offset": light.offset,
-        "cycle": light.cycle,
-        "lanelets": referring(&references.lights.lanelets, light.id),
-        "stop_lines": referring(&references.lights.stop_lines, light.id),
-    })
+    references.lights.with(light, light.id)
 }

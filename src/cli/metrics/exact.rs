@@ -1,66 +1,41 @@
 //! The table of the exact convention: every measure, between real bodies.
 
-use super::table::{Cell, Column, Form, Kind, Sheet, Values};
+use crate::cli::output::{Cell, Column, Kind, Row};
 use crate::metrics::{Context, MEASURES, Reading, Thresholds};
 use crate::scenario::Scene;
 
 /// Leading columns of every row: scenario and time.
 pub const WHEN: [Column; 3] = [
-    Column {
-        name: "scenario",
-        kind: Kind::Text,
-        unit: "",
-        source: "the file's name without its ending",
-    },
-    Column {
-        name: "timestep",
-        kind: Kind::Integer,
-        unit: "",
-        source: "time step of the scenario",
-    },
-    Column {
-        name: "time",
-        kind: Kind::Number {
-            form: Form::Shortest,
-            lacking: false,
-        },
-        unit: "s",
-        source: "time since time step 0",
-    },
+    Column::new(
+        "scenario",
+        Kind::Text,
+        "",
+        "the file's name without its ending",
+    ),
+    Column::new("timestep", Kind::Integer, "", "time step of the scenario"),
+    Column::new("time", Kind::Number, "s", "time since time step 0"),
 ];
 
 const WHO: [Column; 2] = [
-    Column {
-        name: "obstacle_id",
-        kind: Kind::Integer,
-        unit: "",
-        source: "id in the scenario",
-    },
-    Column {
-        name: "relative_direction",
-        kind: Kind::Text,
-        unit: "",
-        source: "where the obstacle is, seen from the ego's body",
-    },
+    Column::new("obstacle_id", Kind::Integer, "", "id in the scenario"),
+    Column::new(
+        "relative_direction",
+        Kind::Text,
+        "",
+        "where the obstacle is, seen from the ego's body",
+    ),
 ];
 
 pub fn columns() -> Vec<Column> {
-    let measures = MEASURES.iter().map(|measure| Column {
-        name: measure.id,
-        kind: Kind::Number {
-            form: Form::Shortest,
-            lacking: true,
-        },
-        unit: measure.unit,
-        source: measure.source,
-    });
+    let measures = MEASURES
+        .iter()
+        .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
     WHEN.into_iter().chain(WHO).chain(measures).collect()
 }
 
 /// Every measure of every obstacle whose centre is within `radius` metres of the ego's, at every step of the ego.
-pub fn sheet(name: String, scene: &Scene, radius: Option<f64>, thresholds: &Thresholds) -> Sheet {
-    let (mut steps, mut times, mut ids, mut directions) = (vec![], vec![], vec![], vec![]);
-    let mut measures: Vec<Vec<Cell>> = vec![Vec::new(); MEASURES.len()];
+pub fn rows(name: &str, scene: &Scene, radius: Option<f64>, thresholds: &Thresholds) -> Vec<Row> {
+    let mut rows = Vec::new();
     let context = Context::under(scene, thresholds);
     for step in context.steps() {
         for (place, participant) in context.participants().iter().enumerate() {
@@ -71,30 +46,25 @@ pub fn sheet(name: String, scene: &Scene, radius: Option<f64>, thresholds: &Thre
             if radius.is_some_and(|radius| apart.x.hypot(apart.y) > radius) {
                 continue;
             }
-            steps.push(step);
-            times.push(Cell::finite(rounded(scene.time_of(step))));
-            ids.push(participant.obstacle.id);
-            directions.push(encounter.relation().direction.name());
-            for (measure, cells) in MEASURES.iter().zip(&mut measures) {
-                cells.push(cell((measure.compute)(&encounter)));
-            }
+            let who = [
+                Cell::Integer(participant.obstacle.id),
+                encounter.relation().direction.name().into(),
+            ];
+            let measures = MEASURES.iter().map(|m| cell((m.compute)(&encounter)));
+            let head = when(name, scene, step).into_iter().chain(who);
+            rows.push(head.chain(measures).collect());
         }
     }
-    let head = [
-        Values::Same(name),
-        Values::Integer(steps),
-        Values::Number(times),
-        Values::Integer(ids),
-        Values::Text(directions),
-    ];
-    let rows = measures.first().map_or(0, Vec::len);
-    let values = head
-        .into_iter()
-        .chain(measures.into_iter().map(Values::Number));
-    Sheet {
-        rows,
-        values: values.collect(),
-    }
+    rows
+}
+
+/// The cells of the columns [`WHEN`].
+pub fn when(name: &str, scene: &Scene, step: i64) -> [Cell; 3] {
+    [
+        name.to_owned().into(),
+        Cell::Integer(step),
+        Cell::finite(rounded(scene.time_of(step))),
+    ]
 }
 
 /// A measure's reading as a cell.
@@ -106,7 +76,7 @@ pub fn cell(reading: Reading) -> Cell {
 }
 
 /// Micrometres and microseconds are beyond what the files carry.
-pub fn rounded(value: f64) -> f64 {
+fn rounded(value: f64) -> f64 {
     let millionths = value * 1e6;
     if millionths.is_finite() {
         millionths.round() / 1e6 + 0.0

@@ -2,8 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::target::Format;
-use super::{Metrics, Rows, measured};
+use super::{Format, Metrics, Rows, measured};
 use crate::cli::{Failure, Outcome, output};
 use crate::metrics::{Danger, MEASURES, SCENE_MEASURES, Threshold, Thresholds};
 
@@ -23,7 +22,7 @@ pub(super) fn run(arguments: &Metrics, format: Format) -> Outcome {
     let lines = lines(rows, &thresholds)?;
     match (arguments.format, format) {
         (None, _) => output::text(&output::visible(&table(&lines))),
-        (Some(_), Format::Csv) => output::text(&csv(&lines)?),
+        (Some(_), Format::Csv) => csv(&lines),
         (Some(_), Format::Json) => output::json(&lines.iter().map(Line::json).collect::<Vec<_>>()),
         (Some(_), Format::Parquet) => Err(Failure::input("--list is written as csv or json")),
     }
@@ -136,23 +135,13 @@ fn table(lines: &[Line<'_>]) -> String {
     text
 }
 
-fn csv(lines: &[Line<'_>]) -> Result<String, Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let head = ["id", "name", "unit", "dangerous", "thresholds", "source"];
-    writer.write_record(head).map_err(Failure::input)?;
-    for line in lines {
-        let thresholds = line.thresholds();
-        let direction = direction(line.danger);
-        let row = [
-            line.id,
-            line.name,
-            line.unit,
-            direction,
-            &thresholds,
-            line.source,
-        ];
-        writer.write_record(row).map_err(Failure::input)?;
-    }
-    let bytes = writer.into_inner().map_err(|e| Failure::input(e.error()))?;
-    String::from_utf8(bytes).map_err(Failure::input)
+fn csv(lines: &[Line<'_>]) -> Outcome {
+    let head = ["id", "name", "unit", "dangerous", "thresholds", "source"].map(String::from);
+    let rows = lines.iter().map(|line| {
+        let (direction, thresholds) = (direction(line.danger).into(), line.thresholds());
+        let [id, name, unit, source] =
+            [line.id, line.name, line.unit, line.source].map(String::from);
+        [id, name, unit, direction, thresholds, source]
+    });
+    output::csv(std::iter::once(head).chain(rows))
 }

@@ -1,31 +1,27 @@
 //! `nearmiss metrics`: every measure of every obstacle or whole scene, at every step, as a table.
 
-mod columnar;
 mod exact;
 mod list;
 mod paper;
 mod scene;
-mod table;
-mod target;
-mod text;
 
 use std::io;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+
+use serde_json::{Value, json};
 
 use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
+use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
 use super::progress::Progress;
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::scenario::Scene;
 use crate::settings::Folders;
-use table::{Column, Sheet, Table};
-use target::{Encoded, Format, TableWriter};
-pub use target::{Target, file_of, no_format};
 
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]
@@ -58,12 +54,54 @@ pub struct Metrics {
     /// How the table is written [default: as the ending of FILE says, else csv].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// A file to write to, instead of standard output, which is - too.
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Replace the file if it is there already.
-    #[arg(long, requires = "output")]
-    overwrite: bool,
+    #[command(flatten)]
+    output: OutputFile,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Comma-separated, with a header.
+    Csv,
+    /// One JSON object a line.
+    Json,
+    /// Apache Parquet, with units and sources as metadata; into a file only.
+    Parquet,
+}
+
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, Format)] = &[
+    ("csv", Format::Csv),
+    ("json", Format::Json),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("parquet", Format::Parquet),
+];
+
+impl Format {
+    /// The format that was asked for, or that the file's name asks for; both must agree.
+    fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
+        let named = file.and_then(|file| Some((file, output::format_of_name(file, ENDINGS)?)));
+        if let (Some(asked), Some((file, named))) = (asked, named)
+            && asked != named
+        {
+            return Err(Failure::input(format!(
+                "--format {} does not go with the name {}, which is that of {}; leave --format out or name another file",
+                asked.of_table().name(),
+                file.display(),
+                named.of_table().name()
+            )));
+        }
+        let known = ".csv, .json, .jsonl, .ndjson and .parquet";
+        output::format_of(asked, file, Self::Csv, (ENDINGS, known))
+    }
+
+    fn of_table(self) -> output::Format {
+        match self {
+            Self::Csv => output::Format::Csv,
+            Self::Json => output::Format::Json,
+            Self::Parquet => output::Format::Parquet,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -107,17 +145,17 @@ struct Plan<'a> {
     arguments: &'a Metrics,
     rows: Rows,
     thresholds: Thresholds,
-    format: Format,
+    format: output::Format,
     table: Table,
 }
 
 impl Plan<'_> {
-    fn sheet(&self, name: String, scene: &Scene) -> Result<Sheet, String> {
+    fn rows(&self, name: &str, scene: &Scene) -> Result<Vec<Row>, String> {
         let radius = self.arguments.radius;
         match self.rows {
-            Rows::Exact => Ok(exact::sheet(name, scene, radius, &self.thresholds)),
-            Rows::Scene => Ok(scene::sheet(name, scene, &self.thresholds)),
-            Rows::Paper => paper::sheet(name, scene, radius),
+            Rows::Exact => Ok(exact::rows(name, scene, radius, &self.thresholds)),
+            Rows::Scene => Ok(scene::rows(name, scene, &self.thresholds)),
+            Rows::Paper => paper::rows(name, scene, radius),
         }
     }
 }
@@ -159,41 +197,52 @@ fn radius(word: &str) -> Result<f64, String> {
         .ok_or_else(|| "a positive number of metres is needed".into())
 }
 
+/// The table, with the meaning of its columns.
+fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
+    let mut table = Table::new("measures", rows.columns());
+    let columns = table.columns.iter();
+    let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
+    table.metadata = vec![
+        ("version", env!("CARGO_PKG_VERSION").into()),
+        ("convention", arguments.convention.name().into()),
+        ("columns", columns.collect::<Value>().to_string()),
+    ];
+    if !matches!(rows, Rows::Paper) {
+        let changes = thresholds.changes();
+        let changes: Value = changes.iter().map(ToString::to_string).collect();
+        table
+            .metadata
+            .push(("thresholds_changed", changes.to_string()));
+    }
+    match arguments.reasons {
+        true => table.with_reasons(),
+        false => table,
+    }
+}
+
 /// Runs `metrics`.
 pub fn run(arguments: &Metrics) -> Outcome {
-    let file = target::file_of(arguments.output.as_deref());
+    let file = arguments.output.file();
     let format = Format::chosen(arguments.format, file)?;
     if arguments.list {
         return list::run(arguments, format);
     }
-    if format == Format::Parquet && file.is_none() {
-        return Err(Failure::input(
-            "Parquet is not for terminals and pipes: name a file with -o FILE",
-        ));
-    }
+    let format = format.of_table();
+    format.check(file)?;
     let (rows, thresholds) = measured(arguments)?;
     let entries = found(&arguments.paths)?;
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
-    let table = Table::new(
-        arguments.convention.name(),
-        rows.columns(),
-        arguments.reasons,
-    );
     let plan = Plan {
         arguments,
         rows,
-        table: match rows {
-            Rows::Paper => table,
-            Rows::Exact | Rows::Scene => table.under(&thresholds),
-        },
+        table: table(arguments, rows, &thresholds),
         thresholds,
         format,
     };
     let mut job = Job {
-        table: plan.table.clone(),
-        format,
-        target: Some(Target::begin(file, arguments.overwrite)?),
+        plan: &plan,
+        target: Some(arguments.output.begin()?),
         writer: None,
         failed: 0,
     };
@@ -228,19 +277,10 @@ pub fn run(arguments: &Metrics) -> Outcome {
             status: INTERRUPTED,
         });
     }
-    let written = written.and_then(|()| job.finish());
-    match (written, file) {
-        // The reader of the pipe has seen enough.
-        (Err(error), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
-        (Err(error), None) => return Err(Failure::system("standard output", &error)),
-        (Err(error), Some(path)) => {
-            return Err(Failure::system(path.display(), &error));
-        }
-        (Ok(target), _) if job.failed < entries.len() => {
-            target.map_or(Ok(()), Target::finish)?;
-        }
-        // A file without a single scenario in it is not kept.
-        (Ok(_), _) => {}
+    let done = output::written(file, written.and_then(|()| job.finish()))?;
+    // A file without a single scenario in it is not kept.
+    if let Some(target) = done.flatten().filter(|_| job.failed < entries.len()) {
+        target.finish()?;
     }
     match job.failed {
         0 => Ok(()),
@@ -263,30 +303,30 @@ fn measure(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Encoded, Fail
     };
     let name = output::visible(&entry.name);
     let rows = plan
-        .sheet(name, &scene)
-        .map(|sheet| plan.format.encode(&plan.table, sheet))
+        .rows(&name, &scene)
+        .map(|rows| plan.table.encode(plan.format, rows))
         .map_err(|why| Failure::input(format!("{}: {why}", entry.display())));
     (doubts, rows)
 }
 
 /// The table in the making.
-struct Job {
-    table: Table,
-    format: Format,
+struct Job<'a> {
+    plan: &'a Plan<'a>,
     /// Until the first scenario is measured, so that a table of nothing has no header either.
     target: Option<Target>,
     writer: Option<TableWriter>,
     failed: usize,
 }
 
-impl Job {
+impl Job<'_> {
     fn take(&mut self, rows: Result<Encoded, Failure>) -> io::Result<()> {
         let Ok(rows) = rows else {
             self.failed += 1;
             return Ok(());
         };
         if let Some(target) = self.target.take() {
-            self.writer = Some(TableWriter::begin(target, self.format, &self.table)?);
+            let Plan { format, table, .. } = self.plan;
+            self.writer = Some(TableWriter::begin(target, *format, table)?);
         }
         match &mut self.writer {
             Some(writer) => writer.write(rows),

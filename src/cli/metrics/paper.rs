@@ -1,18 +1,8 @@
 //! The table of the paper's convention: published columns in their order, the risk score, and identifying columns.
 
-use super::table::{Cell, Column, Form, Kind, Sheet, Values};
-use crate::metrics::paper::{Relation, Row, rows};
+use crate::cli::output::{self, Cell, Column, Kind};
+use crate::metrics::paper::{Relation, Row, rows as measured};
 use crate::scenario::Scene;
-
-const TWO_DECIMALS: Kind = Kind::Number {
-    form: Form::WithPoint,
-    lacking: false,
-};
-
-const TIME: Kind = Kind::Number {
-    form: Form::WithPoint,
-    lacking: true,
-};
 
 /// A column and its values in the rows of a scenario.
 struct PaperColumn {
@@ -38,16 +28,10 @@ const fn column(
     let kind = match values {
         Get::Scenario | Get::Text(_) => Kind::Text,
         Get::Integer(_) => Kind::Integer,
-        Get::Number(_) => TWO_DECIMALS,
-        Get::Time(_) => TIME,
+        Get::Number(_) | Get::Time(_) => Kind::Float,
     };
     PaperColumn {
-        column: Column {
-            name,
-            kind,
-            unit,
-            source,
-        },
+        column: Column::new(name, kind, unit, source),
         values,
     }
 }
@@ -177,23 +161,28 @@ const COLUMNS: &[PaperColumn] = &[
 ];
 
 pub fn columns() -> Vec<Column> {
-    COLUMNS.iter().map(|c| c.column.clone()).collect()
+    let columns = COLUMNS.iter().map(|c| match c.values {
+        Get::Time(_) => c.column.clone().optional(),
+        _ => c.column.clone(),
+    });
+    columns.collect()
 }
 
 /// The rows of the obstacles whose centre is within `radius` metres of the ego's.
-pub fn sheet(name: String, scene: &Scene, radius: Option<f64>) -> Result<Sheet, String> {
-    let mut rows = rows(scene).map_err(|error| error.to_string())?;
+pub fn rows(name: &str, scene: &Scene, radius: Option<f64>) -> Result<Vec<output::Row>, String> {
+    let mut rows = measured(scene).map_err(|error| error.to_string())?;
     rows.retain(|row| radius.is_none_or(|radius| row.distance <= radius));
-    let time = |time: Option<f64>| time.map_or(Cell::Infinite("not approaching"), Cell::finite);
-    let values = COLUMNS.iter().map(|c| match c.values {
-        Get::Scenario => Values::Same(name.clone()),
-        Get::Text(get) => Values::Text(rows.iter().map(get).collect()),
-        Get::Integer(get) => Values::Integer(rows.iter().map(get).collect()),
-        Get::Number(get) => Values::Number(rows.iter().map(|r| Cell::finite(get(r))).collect()),
-        Get::Time(get) => Values::Number(rows.iter().map(|r| time(get(&r.relation))).collect()),
-    });
-    Ok(Sheet {
-        rows: rows.len(),
-        values: values.collect(),
-    })
+    let cells = |row: &Row| -> output::Row {
+        let cells = COLUMNS.iter().map(|c| match c.values {
+            Get::Scenario => name.to_owned().into(),
+            Get::Text(get) => get(row).into(),
+            Get::Integer(get) => Cell::Integer(get(row)),
+            Get::Number(get) => Cell::finite(get(row)),
+            Get::Time(get) => {
+                get(&row.relation).map_or(Cell::Infinite("not approaching"), Cell::finite)
+            }
+        });
+        cells.collect()
+    };
+    Ok(rows.iter().map(cells).collect())
 }

@@ -1,14 +1,15 @@
 //! Output files of planning: the ego's motion, a CommonRoad solution, the scenario, and a log of all cycles.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::document;
 use super::driven::Driven;
-use super::places::{named_rightly, no_second_copies, refused, writable};
-use crate::cli::metrics::{Target, file_of};
-use crate::cli::{Failure, output};
+use super::places::{named_rightly, no_second_copies, writable};
+use crate::cli::Failure;
+use crate::cli::open::clash;
+use crate::cli::output::{self, Target, file_of, refused};
 use crate::formats::commonroad::{self, SaveError, save};
 use crate::formats::{Entry, Place, write_recording};
 use crate::scenario::VehicleModel;
@@ -196,8 +197,9 @@ impl Targets<'_> {
     pub fn write(&mut self, entry: &Entry, driven: &Driven) -> Result<(), Failure> {
         if let Some(log) = &mut self.log {
             for cycle in &driven.drive.cycles {
-                let line = output::escaped(&document::cycle(driven, cycle).to_string());
-                writeln!(log, "{line}").map_err(|e| Failure::system("--log", &e))?;
+                let line = output::json_line(&document::cycle(driven, cycle))?;
+                log.write_all(line.as_bytes())
+                    .map_err(|e| Failure::system("--log", &e))?;
             }
         }
         let files = self.files;
@@ -225,11 +227,7 @@ impl Targets<'_> {
 
     /// Puts the log in its place.
     pub fn finish(self) -> Result<(), Failure> {
-        let Some(mut log) = self.log else {
-            return Ok(());
-        };
-        log.flush().map_err(|e| Failure::system("--log", &e))?;
-        log.finish()
+        self.log.map_or(Ok(()), Target::finish)
     }
 }
 
@@ -276,12 +274,4 @@ impl Files {
 
 fn same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
-/// Two scenarios of the same name.
-fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
-    let mut seen = HashMap::new();
-    entries
-        .iter()
-        .find_map(|entry| Some((seen.insert(&entry.name, entry)?, entry)))
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::Failure;
+use crate::cli::output::refused;
 use crate::formats::commonroad::{NewFile, SaveError};
 use crate::formats::{Entry, Place};
 
@@ -32,15 +33,6 @@ pub fn writable(flag: &str, path: &Path, overwrite: bool) -> Result<(), Failure>
         )),
         _ => Failure::input(format!("{flag} {error}")),
     })
-}
-
-/// An error of saving, with what to do on the command line.
-pub fn refused(error: &SaveError) -> Failure {
-    let hint = match error {
-        SaveError::Exists(_) => " (--overwrite)",
-        _ => "",
-    };
-    Failure::input(format!("{error}{hint}"))
 }
 
 /// Refuses copies of scenarios in a folder where the same scenarios are found: each would be there twice.

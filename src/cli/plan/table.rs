@@ -1,6 +1,8 @@
 //! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
 
 use super::driven::{Driven, median};
+use crate::cli::output::Align::{Left, Right};
+use crate::cli::output::line;
 use crate::planner::Emergency;
 use crate::simulation::ContactSide;
 
@@ -87,12 +89,19 @@ impl Table {
     }
 
     fn line(&self, scenario: &str, cells: &[&str; 7]) -> String {
-        let [outcome, with, sides, steps, cycles, ms, emergency] = cells;
-        let width = self.width;
-        let line = format!(
-            "{scenario:<width$}  {outcome:<10}  {with:>8}  {sides:<26}  {steps:>5}  {cycles:>6}  {ms:>8}  {emergency}"
-        );
-        format!("{}\n", line.trim_end())
+        let columns = [
+            Left(self.width),
+            Left(10),
+            Right(8),
+            Left(26),
+            Right(5),
+            Right(6),
+            Right(8),
+        ];
+        let cells: Vec<&str> = std::iter::once(scenario)
+            .chain(cells.iter().copied())
+            .collect();
+        line("  ", &columns, &cells)
     }
 
     /// How many ended how, on one line; `missed` were not driven.

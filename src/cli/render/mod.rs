@@ -1,15 +1,15 @@
 //! `nearmiss render`: figures of scenes, plots and the workbench, for papers.
 
 mod arguments;
+mod destination;
 mod original;
-mod target;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use arguments::Render;
 use arguments::RenderContent;
+use destination::Destination;
 use original::Original;
-use target::Target;
 
 use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
@@ -29,7 +29,7 @@ struct Job<'a> {
     thresholds: Thresholds,
     palette: Palette,
     ego: EgoSelection,
-    target: Target,
+    target: Destination,
     dpi: f64,
     painter: ScreenPainter,
     stop: &'a AtomicBool,
@@ -38,7 +38,7 @@ struct Job<'a> {
 /// Runs `render`; `painter` draws screens of the workbench.
 pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
     let entries = found(&arguments.paths)?;
-    let target = Target::new(arguments, &entries)?;
+    let target = Destination::new(arguments, &entries)?;
     let (folders, config) = configuration()?;
     let stop = interrupted(true);
     let theme = arguments.theme(config.theme.as_deref());

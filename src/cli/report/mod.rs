@@ -5,12 +5,11 @@ mod of_folder;
 mod of_store;
 mod truth;
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::filters::Filters;
-use super::metrics::{Target, file_of, no_format};
-use super::{Failure, Outcome, output};
+use super::output::{self, Target, file_of};
+use super::{Failure, Outcome};
 use crate::evaluation::report::{Document, Paper, Report};
 use crate::store::Filter;
 
@@ -73,32 +72,16 @@ enum Format {
     Html,
 }
 
-impl Format {
-    fn of_name(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "md" | "markdown" => Some(Self::Md),
-            "tex" => Some(Self::Latex),
-            "csv" => Some(Self::Csv),
-            "json" => Some(Self::Json),
-            "html" | "htm" => Some(Self::Html),
-            _ => None,
-        }
-    }
-
-    fn chosen(arguments: &ReportArguments, file: Option<&Path>) -> Result<Self, Failure> {
-        match (arguments.json, arguments.format, file) {
-            (true, ..) => Ok(Self::Json),
-            (_, Some(format), _) => Ok(format),
-            (.., None) => Ok(Self::Md),
-            (.., Some(file)) => match Self::of_name(file) {
-                Some(format) => Ok(format),
-                // That is said where the file is begun.
-                None if file.is_dir() => Ok(Self::Md),
-                None => Err(no_format(file, ".md, .tex, .csv, .json and .html")),
-            },
-        }
-    }
-}
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, Format)] = &[
+    ("md", Format::Md),
+    ("markdown", Format::Md),
+    ("tex", Format::Latex),
+    ("csv", Format::Csv),
+    ("json", Format::Json),
+    ("html", Format::Html),
+    ("htm", Format::Html),
+];
 
 /// A report, of the one kind or the other.
 enum AnyReport {
@@ -109,7 +92,9 @@ enum AnyReport {
 /// Runs `report`.
 pub fn run(arguments: &ReportArguments) -> Outcome {
     let file = file_of(arguments.output.as_deref());
-    let format = Format::chosen(arguments, file)?;
+    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
+    let known = ".md, .tex, .csv, .json and .html";
+    let format = output::format_of(asked, file, Format::Md, (ENDINGS, known))?;
     let of_folder = arguments.paper.is_some() || arguments.folder.is_some();
     if of_folder && arguments.filters.filter(None) != Filter::default() {
         return Err(Failure::input(
@@ -134,26 +119,14 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         (None, None) => (of_store::made(arguments)?, 0),
     };
     let text = made.text(format)?;
-    let mut target = Target::begin(file, arguments.overwrite)?;
+    let target = Target::begin(file, arguments.overwrite)?;
     // Both can be begun, or neither is written.
-    let pairs = match &arguments.pairs {
-        None => None,
-        Some(name) => {
-            let target = Target::begin(file_of(Some(name)), arguments.overwrite)?;
-            Some((name, target))
-        }
-    };
-    let written = target
-        .write_all(text.as_bytes())
-        .and_then(|()| target.flush());
-    match written {
-        Err(error) if file.is_none() && error.kind() == std::io::ErrorKind::BrokenPipe => {}
-        Err(error) => {
-            let name = file.map_or_else(|| "standard output".into(), |f| f.display().to_string());
-            return Err(Failure::system(name, &error));
-        }
-        Ok(()) => target.finish()?,
-    }
+    let pairs = arguments
+        .pairs
+        .as_deref()
+        .map(|name| Target::begin(file_of(Some(name)), arguments.overwrite));
+    let pairs = pairs.transpose()?;
+    target.save(text.as_bytes())?;
     if format == Format::Csv && !made.report().varied.is_empty() {
         output::say(
             "nearmiss: the tables of changed scenes and leads are not in this table; the other formats have them",
@@ -161,14 +134,12 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     }
     match pairs {
         None => made.hint_at_pairs(format),
-        Some((file, mut target)) => {
-            let text = made.report().pairs_csv().map_err(Failure::input)?;
-            let written = target.write_all(text.as_bytes());
-            written
-                .and_then(|()| target.flush())
-                .map_err(|error| Failure::system(file.display().to_string(), &error))?;
-            target.finish()?;
-        }
+        Some(target) => target.save(
+            made.report()
+                .pairs_csv()
+                .map_err(Failure::input)?
+                .as_bytes(),
+        )?,
     }
     match lost {
         0 => Ok(()),

@@ -14,32 +14,17 @@ pub(super) fn table(runs: &[Summary]) -> String {
     if runs.is_empty() {
         return String::new();
     }
-    let cells: Vec<[String; 10]> = std::iter::once(TITLES.map(String::from))
-        .chain(runs.iter().map(row))
-        .map(|row| row.map(|cell| output::visible(&cell)))
-        .collect();
-    let width = |column: usize| {
-        let widths = cells.iter().map(|row| row[column].chars().count());
-        widths.max().unwrap_or(0)
-    };
-    let widths: [usize; 10] = std::array::from_fn(width);
-    let mut text = String::new();
-    for (i, row) in cells.iter().enumerate() {
-        let mut line = String::new();
-        for (place, (cell, width)) in row.iter().zip(widths).enumerate() {
-            // Numbers end where their column does.
-            line += &match place {
-                0 | 8 => format!("{cell:>width$}  "),
-                _ => format!("{cell:width$}  "),
-            };
-        }
-        text += line.trim_end();
-        text.push('\n');
-        let excerpt = i.checked_sub(1).and_then(|i| runs[i].excerpt.as_deref());
-        if let Some(excerpt) = excerpt {
+    let titles = std::iter::once(TITLES.map(String::from));
+    let rows: Vec<[String; 10]> = titles.chain(runs.iter().map(row)).collect();
+    let indent = rows.iter().map(|row| row[0].len()).max().unwrap_or(0);
+    // Numbers end where their column does.
+    let mut lines = output::table_lines(&rows, &[0, 8]);
+    let mut text = lines.next().unwrap_or_default();
+    for (line, run) in lines.zip(runs) {
+        text += &line;
+        if let Some(excerpt) = &run.excerpt {
             let words: Vec<_> = excerpt.split_whitespace().collect();
-            let indent = " ".repeat(widths[0]);
-            text += &output::visible(&format!("{indent}  {}\n", words.join(" ")));
+            text += &output::visible(&format!("{:indent$}  {}\n", "", words.join(" ")));
         }
     }
     text

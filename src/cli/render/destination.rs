@@ -1,16 +1,16 @@
 //! The output of pictures: standard output, a file or a folder, written atomically.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::Render;
 use crate::cli::Failure;
+use crate::cli::open::clash;
+use crate::cli::output::Target;
 use crate::formats::Entry;
-use crate::formats::commonroad::{NewFile, SaveError};
 use crate::render::Format;
 
 /// Where pictures go, and how they are written.
-pub struct Target {
+pub struct Destination {
     place: Place,
     /// How.
     pub format: Format,
@@ -23,13 +23,7 @@ enum Place {
     Folder(PathBuf),
 }
 
-/// A file or standard output that is being written.
-pub enum Begun {
-    Stdout(Vec<u8>),
-    File(NewFile),
-}
-
-impl Target {
+impl Destination {
     /// The one that was asked for.
     pub fn new(arguments: &Render, entries: &[Entry]) -> Result<Self, Failure> {
         let steps = match (arguments.all, arguments.at.len()) {
@@ -97,11 +91,7 @@ impl Target {
     }
 
     fn without_clash(self, entries: &[Entry]) -> Result<Self, Failure> {
-        let mut seen = std::collections::HashMap::new();
-        let clash = entries
-            .iter()
-            .find_map(|e| Some((seen.insert(&e.name, e)?, e)));
-        match clash {
+        match clash(entries) {
             Some((a, b)) => Err(Failure::input(format!(
                 "{} and {} would both be drawn as {}; draw them into folders of their own",
                 a.display(),
@@ -131,67 +121,17 @@ impl Target {
     }
 
     /// Begins the file of a scenario.
-    pub fn begin(&self, entry: &Entry, step: Option<i64>) -> Result<Begun, Failure> {
-        match self.path(entry, step) {
-            None => Ok(Begun::Stdout(Vec::new())),
-            Some(path) => {
-                if let Place::Folder(folder) = &self.place {
-                    // Not before there is something to put into it.
-                    std::fs::create_dir_all(folder)
-                        .map_err(|e| Failure::system(folder.display(), &e))?;
-                }
-                Ok(Begun::File(begin(&path, self.overwrite)?))
-            }
+    pub fn begin(&self, entry: &Entry, step: Option<i64>) -> Result<Target, Failure> {
+        let path = self.path(entry, step);
+        if let (Place::Folder(folder), Some(_)) = (&self.place, &path) {
+            // Not before there is something to put into it.
+            std::fs::create_dir_all(folder).map_err(|e| Failure::system(folder.display(), &e))?;
         }
+        Target::begin_whole(path.as_deref(), self.overwrite)
     }
 
     /// Writes a whole picture.
     pub fn save(&self, entry: &Entry, step: Option<i64>, bytes: &[u8]) -> Result<(), Failure> {
-        let mut begun = self.begin(entry, step)?;
-        begun
-            .write_all(bytes)
-            .map_err(|e| Failure::system(entry.display(), &e))?;
-        begun.finish()
-    }
-}
-
-fn begin(path: &Path, overwrite: bool) -> Result<NewFile, Failure> {
-    NewFile::begin(path, overwrite).map_err(|error| match error {
-        SaveError::Exists(_) => Failure::input(format!("{error} (--overwrite)")),
-        _ => Failure::input(error),
-    })
-}
-
-impl Write for Begun {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        match self {
-            Self::Stdout(all) => all.write(bytes),
-            Self::File(file) => file.write(bytes),
-        }
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        match self {
-            Self::Stdout(_) => Ok(()),
-            Self::File(file) => file.flush(),
-        }
-    }
-}
-
-impl Begun {
-    /// Puts it in its place.
-    pub fn finish(self) -> Result<(), Failure> {
-        match self {
-            Self::File(file) => file.finish().map_err(Failure::input),
-            Self::Stdout(bytes) => {
-                let mut out = std::io::stdout().lock();
-                match out.write_all(&bytes).and_then(|()| out.flush()) {
-                    Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-                        Err(Failure::system("standard output", &e))
-                    }
-                    _ => Ok(()),
-                }
-            }
-        }
+        self.begin(entry, step)?.save(bytes)
     }
 }

@@ -1,8 +1,19 @@
-//! Standard output of headless commands: data only, silent once the reader has closed it.
+//! What commands write: data on standard output or into a file, as text or as a table; words on standard error.
+
+mod parquet;
+mod table;
+mod target;
+mod text;
+mod writer;
 
 use std::io::{self, Write};
 
-use super::Failure;
+use super::{Failure, Outcome};
+pub use table::{Cell, Column, Kind, Row, Table};
+pub use target::{OutputFile, Target, file_of, format_of, format_of_name, refused, written};
+pub use text::{Align, line, lines as table_lines};
+pub use writer::{Encoded, Format, TableWriter};
+
 pub use crate::description::{escaped_json as escaped, escaped_xml};
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
@@ -17,40 +28,6 @@ pub fn heard(text: &str) -> Result<bool, Failure> {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),
         Err(e) => Err(Failure::system("standard output", &e)),
         Ok(()) => Ok(true),
-    }
-}
-
-/// Standard output in whole lines: a program that has to end between two writes leaves no part of a row behind.
-#[derive(Debug, Default)]
-pub struct Lines {
-    waiting: Vec<u8>,
-}
-
-/// So many bytes of lines are written at once.
-const AT_ONCE: usize = 1 << 16;
-
-impl Lines {
-    fn write_out(&mut self, until: usize) -> io::Result<()> {
-        // What could not be written is not tried again: the reader is gone.
-        let lines: Vec<u8> = self.waiting.drain(..until).collect();
-        io::stdout().lock().write_all(&lines)
-    }
-}
-
-impl Write for Lines {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.waiting.extend_from_slice(bytes);
-        if self.waiting.len() >= AT_ONCE
-            && let Some(end) = self.waiting.iter().rposition(|byte| *byte == b'\n')
-        {
-            self.write_out(end + 1)?;
-        }
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.write_out(self.waiting.len())?;
-        io::stdout().flush()
     }
 }
 
@@ -77,16 +54,16 @@ pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
     Ok(line)
 }
 
+/// Writes records of CSV.
+pub fn csv<R>(records: impl IntoIterator<Item = R>) -> Outcome
+where
+    R: IntoIterator<Item: AsRef<str>>,
+{
+    text(&String::from_utf8_lossy(&text::csv(records)))
+}
+
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {
     crate::description::visible(text).into_owned()
-}
-
-/// The system's own error in one of the table's: a closed pipe is still known as one.
-pub fn of_csv(error: csv::Error) -> io::Error {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => io::Error::other(format!("{other:?}")),
-    }
 }

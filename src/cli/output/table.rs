@@ -1,0 +1,187 @@
+//! Tables: typed columns, and rows of cells that each format writes in its own way.
+
+use std::borrow::Cow;
+
+/// A column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    pub name: Cow<'static, str>,
+    pub kind: Kind,
+    /// Whether cells may be without a value.
+    pub optional: bool,
+    /// Of SI; empty where there is none.
+    pub unit: &'static str,
+    /// Where its definition comes from, or what it is.
+    pub source: &'static str,
+}
+
+/// Type of a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Text,
+    Integer,
+    /// In text as short as can be: `3`.
+    Number,
+    /// In text with a point: `3.0`.
+    Float,
+    Truth,
+}
+
+impl Column {
+    /// A column without gaps.
+    pub const fn new(
+        name: &'static str,
+        kind: Kind,
+        unit: &'static str,
+        source: &'static str,
+    ) -> Self {
+        Self {
+            name: Cow::Borrowed(name),
+            kind,
+            optional: false,
+            unit,
+            source,
+        }
+    }
+
+    /// The same with gaps.
+    pub fn optional(self) -> Self {
+        let optional = true;
+        Self { optional, ..self }
+    }
+}
+
+/// A value of a table, or why there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    Text(Cow<'static, str>),
+    Integer(i64),
+    /// Finite.
+    Number(f64),
+    Truth(bool),
+    /// No value, for this reason; empty where none is known.
+    None(&'static str),
+    /// No number, for this reason; formats that know infinity write it.
+    Infinite(&'static str),
+}
+
+/// A cell for each column.
+pub type Row = Vec<Cell>;
+
+impl Cell {
+    /// A number that has to be finite.
+    pub fn finite(value: f64) -> Self {
+        if value.is_finite() {
+            Self::Number(value)
+        } else {
+            Self::None("beyond all numbers")
+        }
+    }
+
+    /// A JSON value; lists and objects stay JSON, as text.
+    pub fn from_json(value: &serde_json::Value) -> Self {
+        use serde_json::Value;
+        match value {
+            Value::Null => Self::None(""),
+            Value::Bool(truth) => Self::Truth(*truth),
+            Value::String(text) => Self::Text(text.clone().into()),
+            Value::Number(number) => match (number.as_i64(), number.as_f64()) {
+                (Some(integer), _) => Self::Integer(integer),
+                (None, Some(number)) => Self::Number(number),
+                (None, None) => Self::Text(number.to_string().into()),
+            },
+            other => Self::Text(other.to_string().into()),
+        }
+    }
+
+    /// As text in a column of this kind; `None` where there is no value.
+    pub fn text(&self, kind: Kind) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::Text(text) => Cow::Borrowed(text),
+            Self::Integer(number) => number.to_string().into(),
+            Self::Number(number) if kind == Kind::Number => number.to_string().into(),
+            Self::Number(number) => serde_json::Value::from(*number).to_string().into(),
+            Self::Truth(truth) => truth.to_string().into(),
+            Self::Infinite(_) => "inf".into(),
+            Self::None(_) => return None,
+        })
+    }
+
+    /// Its number, where it has one that is infinite, too.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(value) => Some(*value),
+            Self::Infinite(_) => Some(f64::INFINITY),
+            _ => None,
+        }
+    }
+
+    /// Why there is no finite number, as a cell.
+    fn reason(&self) -> Self {
+        match self {
+            Self::None(why) | Self::Infinite(why) => Self::Text(Cow::Borrowed(why)),
+            _ => Self::None(""),
+        }
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl From<&'static str> for Cell {
+    fn from(word: &'static str) -> Self {
+        Self::Text(word.into())
+    }
+}
+
+/// The columns of a table, and what formats that describe themselves say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// What its rows are.
+    pub name: &'static str,
+    pub columns: Vec<Column>,
+    /// The columns whose reasons are columns, too, behind all others.
+    reasons: Vec<usize>,
+    /// Keys and values of the file's metadata.
+    pub metadata: Vec<(&'static str, String)>,
+    /// Rows that are kept in memory before they are written as a row group of Parquet.
+    pub group: usize,
+}
+
+impl Table {
+    pub fn new(name: &'static str, columns: Vec<Column>) -> Self {
+        Self {
+            name,
+            columns,
+            reasons: Vec::new(),
+            metadata: Vec::new(),
+            group: 65_536,
+        }
+    }
+
+    /// The same with a column behind the others for each that has gaps: why a value is missing.
+    pub fn with_reasons(mut self) -> Self {
+        for place in 0..self.columns.len() {
+            let column = &self.columns[place];
+            if column.optional {
+                let name = Cow::Owned(format!("{}_reason", column.name));
+                let reason = Column::new("", Kind::Text, "", "").optional();
+                self.columns.push(Column { name, ..reason });
+                self.reasons.push(place);
+            }
+        }
+        self
+    }
+
+    /// The rows with their reasons, where the table has any.
+    pub(super) fn completed(&self, mut rows: Vec<Row>) -> Vec<Row> {
+        for row in &mut rows {
+            let reasons: Row = self.reasons.iter().map(|i| row[*i].reason()).collect();
+            row.extend(reasons);
+        }
+        rows
+    }
+}
