@@ -42,6 +42,7 @@
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
+//! | [`paper`] | What did the authors of "From Words to Collisions" record and print, and does it agree? |
 //! | [`workflow`] | How is a scenario opened, asked about, planned or attacked, with which events on the way? |
 //! | [`render`] | How does it look on paper: SVG, PNG, GIF? |
 //! | [`settings`] | What does the user want, and from which file and line? |
@@ -84,6 +85,8 @@ pub mod judge;
 pub mod llm;
 /// Safety measures, their registry, series and the risk score.
 pub mod metrics;
+/// What is held against the paper "From Words to Collisions".
+pub mod paper;
 /// A sampling-based motion planner.
 pub mod planner;
 /// Prompt templates and how they are filled.

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::recorded::accused;
-use super::{Confusion, Label};
+use super::{Confusion, Label, named_obstacles};
 use crate::judge::{self, Criterion, judge};
 use crate::metrics::Thresholds;
 use crate::scenario::prediction::{Model, ObservedHistory};
@@ -74,7 +73,7 @@ pub struct Answers {
 pub enum Yes {
     /// No obstacle is critical.
     No,
-    /// One is; of a collision whose obstacle is known it names this one, see [`super::recorded::accused`].
+    /// One is; of a collision whose obstacle is known it names this one, see [`super::named_obstacles`].
     Yes,
     /// It names another obstacle than the one that is known to collide: it is counted as a no,
     /// as with language models, see [`super::Scored::positive`].
@@ -176,7 +175,7 @@ impl Setting {
             };
         };
         let named = judge::critical(scene, window, criterion, self.radius, &self.thresholds);
-        match accused(true, named.iter().copied()).contains(&who) {
+        match named_obstacles(true, named.iter().copied()).contains(&who) {
             true => Yes::Yes,
             false if named.is_empty() => Yes::No,
             false => Yes::Another,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::share::{Share, Tally};
-use super::{AnswerStatus, Label, PromptConfig, Scored, recorded};
+use super::{AnswerStatus, Label, PromptConfig, Scored, names_obstacle};
 
 /// An answer, with how long before the collision its window ended.
 #[derive(Debug, Clone, Copy)]
@@ -126,7 +126,7 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
             AnswerStatus::Verdict(verdict) => {
                 counts.yes.count(scenario, verdict.dangerous);
                 if let Some(Label::Collision(Some(obstacle))) = timed.scored.truth {
-                    let named = verdict.dangerous && recorded::names(verdict, obstacle);
+                    let named = verdict.dangerous && names_obstacle(verdict, obstacle);
                     counts.named.count(scenario, named);
                 }
             }

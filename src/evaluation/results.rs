@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use rayon::prelude::*;
 
-use super::recorded::accused;
+use super::named_obstacles;
 use super::statistics::{Interval, f1_interval};
 use super::{AnswerStatus, Confusion, PromptConfig, Scored};
 use crate::description::Frame;
@@ -102,7 +102,8 @@ impl Outcome {
     #[must_use]
     pub fn classify(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
         let names = |known: &GroundTruth| {
-            let named = accused(stored.dangerous == Some(true), stored.named.iter().copied());
+            let named =
+                named_obstacles(stored.dangerous == Some(true), stored.named.iter().copied());
             named.iter().any(|id| known.obstacles.contains(id))
         };
         let right = |known: &GroundTruth| {

@@ -57,7 +57,7 @@ impl Scored {
     /// Whether it says yes; `None` if it holds no verdict.
     ///
     /// In the safety task a yes about a scenario whose truth names an obstacle has to name that obstacle as the danger,
-    /// see [`super::recorded::accused`]; else it is a no.
+    /// see [`named_obstacles`]; else it is a no.
     #[must_use]
     pub fn positive(&self) -> Option<bool> {
         let AnswerStatus::Verdict(verdict) = &self.status else {
@@ -65,7 +65,7 @@ impl Scored {
         };
         Some(match (self.way.task, self.truth) {
             (Task::Safety, Some(Label::Collision(Some(obstacle)))) => {
-                verdict.dangerous && super::recorded::names(verdict, obstacle)
+                verdict.dangerous && names_obstacle(verdict, obstacle)
             }
             _ => verdict.dangerous,
         })
@@ -77,3 +77,33 @@ impl Scored {
         self.truth.map(|label| label.collides())
     }
 }
+
+/// Whether a verdict names an obstacle as the danger; see [`named_obstacles`].
+#[must_use]
+pub fn names_obstacle(verdict: &Verdict, obstacle: i64) -> bool {
+    let scores = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
+    named_obstacles(verdict.dangerous, scores).contains(&obstacle)
+}
+
+/// The obstacles that a verdict with these risk scores names as the danger.
+///
+/// Those that collide or are of extreme risk, the scores 0 and 1: so the paper counts the obstacles that a model found.
+/// Where a yes gives no obstacle so low a score, as for a collision that is predicted for later, those with the lowest one, 2 at
+/// most.
+#[must_use]
+pub fn named_obstacles(
+    dangerous: bool,
+    scores: impl Iterator<Item = (i64, u8)> + Clone,
+) -> Vec<i64> {
+    let lowest = scores.clone().map(|(_, score)| score).min();
+    let most = match lowest {
+        Some(PREDICTED) if dangerous => PREDICTED,
+        _ => EXTREME,
+    };
+    let named = scores.filter(|(_, score)| *score <= most);
+    named.map(|(id, _)| id).collect()
+}
+
+/// The risk scores of extreme risk, and the highest one of a collision that is only predicted.
+const EXTREME: u8 = 1;
+const PREDICTED: u8 = 2;

@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use super::filters::Filters;
 use super::metrics::{Target, file_of, no_format};
 use super::{Failure, Outcome, output};
-use crate::evaluation::report::{Document, Paper, Report};
+use crate::evaluation::report::{Document, Report};
+use crate::paper::Paper;
 use crate::store::Filter;
 
 /// Arguments of `report`.
