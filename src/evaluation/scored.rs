@@ -1,6 +1,6 @@
 //! Answers with their ground truth: the input of every figure in a report.
 
-use super::Label;
+use super::{Confusion, Label};
 use crate::description::Frame;
 use crate::prompts::Techniques;
 use crate::store::{Consumed, RunId};
@@ -71,10 +71,56 @@ impl Scored {
         })
     }
 
+    /// Whether it says yes, whichever obstacle it names; `None` if it holds no verdict.
+    #[must_use]
+    pub fn dangerous(&self) -> Option<bool> {
+        match &self.status {
+            AnswerStatus::Verdict(verdict) => Some(verdict.dangerous),
+            _ => None,
+        }
+    }
+
+    /// The answer of a built-in predictor, which is asked without a prompt.
+    #[must_use]
+    pub fn built_in(scenario: &str, model: &str, truth: Option<Label>, verdict: Verdict) -> Self {
+        Self {
+            scenario: scenario.into(),
+            way: PromptConfig {
+                task: verdict.task,
+                frame: None,
+                techniques: None,
+                model: model.into(),
+            },
+            sample: 0,
+            truth,
+            status: AnswerStatus::Verdict(verdict),
+            reference: None,
+            consumed: Consumed::default(),
+            run: None,
+        }
+    }
+
     /// Whether it is true that it collides.
     #[must_use]
     pub fn is_collision(&self) -> Option<bool> {
         self.truth.map(|label| label.collides())
+    }
+}
+
+impl Confusion {
+    /// Counts the answers for which both `yes` and the truth are known.
+    #[must_use]
+    pub fn of<'a>(
+        scored: impl IntoIterator<Item = &'a Scored>,
+        yes: impl Fn(&Scored) -> Option<bool>,
+    ) -> Self {
+        let mut counts = Self::default();
+        for one in scored {
+            if let (Some(yes), Some(truth)) = (yes(one), one.is_collision()) {
+                counts.count(yes, truth);
+            }
+        }
+        counts
     }
 }
 

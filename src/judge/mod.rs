@@ -6,7 +6,7 @@ mod reasoning;
 mod safety;
 
 pub use collision_prediction::{CollisionPrediction, Criterion};
-pub use safety::critical;
+pub use safety::verdict_by;
 
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};

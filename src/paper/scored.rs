@@ -81,19 +81,8 @@ fn said(answer: &Recorded) -> AnswerStatus {
 
 fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
     Scored {
-        scenario: name.into(),
-        way: PromptConfig {
-            task: verdict.task,
-            frame: None,
-            techniques: None,
-            model: judge::MODEL.into(),
-        },
-        sample: 0,
-        truth,
-        status: AnswerStatus::Verdict(verdict.clone()),
         reference: Some(verdict.clone()),
-        consumed: Consumed::default(),
-        run: None,
+        ..Scored::built_in(name, judge::MODEL, truth, verdict.clone())
     }
 }
 
