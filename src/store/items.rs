@@ -3,7 +3,7 @@
 use rusqlite::{Connection, Row, params};
 
 use super::list::MOST_SHOWN;
-use super::rows::word;
+use super::rows::{consumed, word};
 use super::{BatchId, Consumed, Key, RunId, Store, StoreError};
 use crate::verdict::Task;
 
@@ -321,15 +321,7 @@ impl Store {
                         let text = row.get_ref("text")?.as_str()?;
                         text[..text.floor_char_boundary(MOST_SHOWN)].to_owned()
                     },
-                    consumed: Consumed {
-                        input_tokens: row.get("input_tokens")?,
-                        output_tokens: row.get("output_tokens")?,
-                        reasoning_tokens: row.get("reasoning_tokens")?,
-                        cached_tokens: row.get("cached_tokens")?,
-                        cost_usd: row.get("cost_usd")?,
-                        first_chunk_ms: row.get("first_chunk_ms")?,
-                        duration_ms: row.get("duration_ms")?,
-                    },
+                    consumed: consumed(row)?,
                 }),
             };
             Ok((item(row)?, found))

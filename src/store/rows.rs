@@ -82,21 +82,26 @@ fn of(row: &Row<'_>, long: impl Fn(&str) -> Result<String, Error>) -> Result<Run
                 .and_then(|json| serde_json::from_str(json).ok()),
             reading: row.get("reading")?,
             error: row.get("error")?,
-            consumed: Consumed {
-                input_tokens: row.get("input_tokens")?,
-                output_tokens: row.get("output_tokens")?,
-                reasoning_tokens: row.get("reasoning_tokens")?,
-                cached_tokens: row.get("cached_tokens")?,
-                cost_usd: row.get("cost_usd")?,
-                first_chunk_ms: row.get("first_chunk_ms")?,
-                duration_ms: row.get("duration_ms")?,
-            },
+            consumed: consumed(row)?,
             price_source: row.get("price_source")?,
         },
         verdict_json: verdict,
         notes: text("notes")?,
         pinned: row.get("pinned")?,
         deleted_ms: row.get("deleted_ms")?,
+    })
+}
+
+/// Time, tokens and cost of a run.
+pub fn consumed(row: &Row<'_>) -> Result<Consumed, rusqlite::Error> {
+    Ok(Consumed {
+        input_tokens: row.get("input_tokens")?,
+        output_tokens: row.get("output_tokens")?,
+        reasoning_tokens: row.get("reasoning_tokens")?,
+        cached_tokens: row.get("cached_tokens")?,
+        cost_usd: row.get("cost_usd")?,
+        first_chunk_ms: row.get("first_chunk_ms")?,
+        duration_ms: row.get("duration_ms")?,
     })
 }
 
