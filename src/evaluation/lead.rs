@@ -104,22 +104,6 @@ impl Lead {
             Self::Seconds(_) => self.to_string(),
         }
     }
-
-    /// Describes where the windows of the safety task end; without a lead if none is given.
-    #[must_use]
-    pub fn words(lead: Option<Self>) -> String {
-        match lead {
-            None => {
-                "windows end two steps before the end of every recording, as the paper's scripts had it".into()
-            }
-            Some(Self::Paper) => {
-                "windows end two steps before the end of recordings with a collision; safe ones have their first window".into()
-            }
-            Some(Self::Seconds(seconds)) => {
-                format!("windows end {seconds} s before collisions; safe scenarios have their first window")
-            }
-        }
-    }
 }
 
 /// The word of stores for the end of recordings.

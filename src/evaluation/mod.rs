@@ -55,7 +55,7 @@ pub use invariance::{Invariance, Pair, invariance, pairs};
 pub use judges::{Judge, Judges, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Labelled, Lead};
-pub use lead_curve::{EarliestYes, LeadCurve, LeadPoint, Timed, lead_curves};
+pub use lead_curve::{LeadCurve, LeadPoint, Timed, lead_curves};
 pub use planning::default_planning;
 pub use predictors::{Alarms, Candidate, Predictions, Setting};
 pub use prompt_summary::{how, template_words};
