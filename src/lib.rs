@@ -21,6 +21,7 @@
 //! [`metrics`] reads numbers off it and [`description`] puts a window of it into words; [`prompts`] wraps the words into
 //! messages, [`llm`] sends them, and [`verdict`] reads the answer. [`judge`] answers the same questions from
 //! geometry. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in the [`store`].
+//! [`paper`] compares its results with those of the paper "From Words to Collisions".
 //! [`workflow`] is what the program does, once for its two faces, [`cli`] and [`tui`], which do not know each other;
 //! `src/main.rs` brings them together.
 //!

@@ -1,9 +1,9 @@
 //! Where the windows of the safety task end: a lead before the collision of a labelled scenario.
 
 use super::Label;
-use crate::judge::judge;
+use crate::judge::judge_collision;
+use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
-use crate::verdict::Task;
 
 /// End of the window before a collision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +31,7 @@ impl<'a> Labelled<'a> {
     /// A scene with its exact geometric truth, or with a label that says otherwise.
     #[must_use]
     pub fn new(scene: &'a Scene, label: Option<Label>) -> Self {
-        let whole = Window::ending_at(scene, i64::MAX, 1);
-        let collision = judge(scene, Task::Collision, &whole);
+        let collision = judge_collision(scene, Thresholds::shipped());
         let hit = collision.decisive_step.is_some();
         let who = collision.verdict.obstacles.first().map(|o| o.id);
         Self {

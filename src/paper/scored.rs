@@ -9,6 +9,7 @@ use super::scenes::{label_of_half, of_answers, safety_window, subject};
 use crate::description::Frame;
 use crate::evaluation::{AnswerStatus, Label, Labels, Problem, PromptConfig, Scored, annotations};
 use crate::judge;
+use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
 use crate::store::Consumed;
 use crate::verdict::{Task, Verdict};
@@ -88,11 +89,10 @@ fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
 
 impl Reference {
     fn on(scene: &Scene, collision: bool) -> Self {
-        let ask = |task, window: &Window| judge::judge(scene, task, window).verdict;
-        let whole = Window::ending_at(scene, i64::MAX, 1);
+        let safety = |window: Window| judge::judge(scene, Task::Safety, &window).verdict;
         Self {
-            collision: Some(ask(Task::Collision, &whole)),
-            safety: safety_window(scene, collision).map(|window| ask(Task::Safety, &window)),
+            collision: Some(judge::judge_collision(scene, Thresholds::shipped()).verdict),
+            safety: safety_window(scene, collision).map(safety),
         }
     }
 

@@ -6,9 +6,8 @@ use super::{Evaluate, Format, Truth, built_in, csv, number, outcome, share};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::{AnswerStatus, Confusion, Label, Scored};
 use crate::formats::Entry;
-use crate::judge::{self, judge};
-use crate::scenario::Window;
-use crate::verdict::Task;
+use crate::judge::{self, judge_collision};
+use crate::metrics::Thresholds;
 use crate::workflow::batch::BuiltInAnswers;
 
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
@@ -18,8 +17,7 @@ pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Out
         ));
     }
     let answers = built_in(truth, entries, |entry, case| {
-        let whole = Window::ending_at(case.scene, i64::MAX, 1);
-        let verdict = judge(case.scene, Task::Collision, &whole).verdict;
+        let verdict = judge_collision(case.scene, Thresholds::shipped()).verdict;
         Scored::built_in(&entry.name, judge::MODEL, Some(case.label), verdict)
     })?;
     if !answers.judged.is_empty() {
