@@ -98,7 +98,7 @@ impl Outcome {
     ];
 
     /// Compares a stored outcome with the ground truth. In the safety task a yes about a dangerous scene must name an
-    /// obstacle that is dangerous, see [`accused`]; else it counts as no, as in the paper.
+    /// obstacle that is dangerous, see [`named_obstacles`]; else it counts as no, as in the paper.
     #[must_use]
     pub fn classify(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
         let names = |known: &GroundTruth| {
