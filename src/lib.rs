@@ -21,6 +21,7 @@
 //! [`metrics`] reads numbers off it and [`description`] puts a window of it into words; [`prompts`] wraps the words into
 //! messages, [`llm`] sends them, and [`verdict`] reads the answer. [`judge`] answers the same questions from
 //! geometry. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in the [`store`].
+//! [`paper`] compares its results with those of the paper "From Words to Collisions".
 //! [`workflow`] is what the program does, once for its two faces, [`cli`] and [`tui`], which do not know each other;
 //! `src/main.rs` brings them together.
 //!
@@ -42,6 +43,7 @@
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
+//! | [`paper`] | What did the authors of "From Words to Collisions" record and print, and does it agree? |
 //! | [`workflow`] | How is a scenario opened, asked about, planned or attacked, with which events on the way? |
 //! | [`render`] | How does it look on paper: SVG, PNG, GIF? |
 //! | [`settings`] | What does the user want, and from which file and line? |
@@ -84,6 +86,8 @@ pub mod judge;
 pub mod llm;
 /// Safety measures, their registry, series and the risk score.
 pub mod metrics;
+/// What is held against the paper "From Words to Collisions".
+pub mod paper;
 /// A sampling-based motion planner.
 pub mod planner;
 /// Prompt templates and how they are filled.

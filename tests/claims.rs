@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nearmiss::evaluation::claims::{Basis, Judgement, Subject, checked};
-use nearmiss::evaluation::published;
 use nearmiss::formats::find;
+use nearmiss::paper;
 use nearmiss::scenario::Scene;
 use nearmiss::verdict::Task;
 
@@ -42,7 +42,7 @@ struct Counts {
 fn claims_in_recorded_answers_are_found_and_mostly_hold() {
     let Some(root) = folder() else { return };
     let scenes = scenes(&root);
-    let (runs, _) = published::runs(&root, 0);
+    let (runs, _) = paper::runs(&root, 0);
     let every: Option<usize> = std::env::var("NEARMISS_CLAIMS")
         .ok()
         .and_then(|n| n.parse().ok());

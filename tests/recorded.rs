@@ -9,8 +9,8 @@ mod support;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nearmiss::evaluation::recorded::{Recorded, find, names, truth};
-use nearmiss::evaluation::{Label, Labels};
+use nearmiss::evaluation::{Label, Labels, annotations, names_obstacle};
+use nearmiss::paper::{Recorded, find};
 use nearmiss::verdict::{ParseQuality, ParsedAnswer, Task};
 use serde::Deserialize;
 
@@ -43,7 +43,7 @@ fn answers(root: &Path) -> (Vec<Recorded>, Labels) {
     for problem in &problems {
         println!("{problem}");
     }
-    let (labels, problems) = truth(root);
+    let (labels, problems) = annotations(root);
     assert_eq!(problems, vec![]);
     found.retain(|r| Task::VERDICTS.contains(&r.task) && labels.get(&r.scenario).is_some());
     (found, labels)
@@ -68,7 +68,7 @@ fn the_counts_are_those_expected() {
                 cell.parsed += 1;
                 cell.flagged += i64::from(verdict.dangerous);
                 if let Some(Label::Collision(Some(who))) = labels.get(&recorded.scenario) {
-                    cell.named += i64::from(names(verdict, who));
+                    cell.named += i64::from(names_obstacle(verdict, who));
                 }
             }
         }

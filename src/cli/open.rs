@@ -229,13 +229,24 @@ fn opened(entry: &Entry, wanted: &EgoSelection) -> Result<OpenedScene, Failure> 
         transform: None,
         strict: true,
     };
-    open(&request).map_err(|error| match error {
+    open(&request).map_err(not_opened)
+}
+
+/// Why a scenario cannot be opened, with advice.
+pub fn not_opened(error: OpenError) -> Failure {
+    match error {
         OpenError::Ego(error) => advised(error),
         error => Failure::input(error),
-    })
+    }
 }
 
 fn with_doubts(entry: &Entry, scene: Arc<Scene>) -> Opened {
+    let doubts = doubts(entry, &scene);
+    (scene, doubts)
+}
+
+/// Warnings about a scenario and its ego.
+pub fn doubts(entry: &Entry, scene: &Scene) -> Vec<String> {
     let ego = &scene.ego;
     let doubts = ego.diagnostics.iter();
     let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
@@ -246,8 +257,7 @@ fn with_doubts(entry: &Entry, scene: Arc<Scene>) -> Opened {
         };
         format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
     });
-    let doubts = doubts.chain(left_out(entry, &scene.scenario)).collect();
-    (scene, doubts)
+    doubts.chain(left_out(entry, &scene.scenario)).collect()
 }
 
 /// Describes obstacles without a shape: results ignore them, and may be wrong for that.

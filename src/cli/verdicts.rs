@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use super::open::{found, scene_with};
 use super::{Failure, Outcome, output};
 use crate::formats::{EgoSelection, Entry, bundled};
-use crate::judge::{self, judge};
-use crate::scenario::{Scene, Window};
-use crate::verdict::Task;
+use crate::judge::{self, judge_collision};
+use crate::metrics::Thresholds;
+use crate::scenario::Scene;
 
 /// Whether a user is there to look at a screen and press keys.
 #[must_use]
@@ -85,12 +85,7 @@ fn commands() -> Vec<String> {
 }
 
 fn line(entry: &Entry, scene: &Scene) -> String {
-    let judgement = judge(
-        scene,
-        Task::Collision,
-        &Window::ending_at(scene, i64::MAX, 1),
-    );
-    let verdict = judgement.verdict;
+    let verdict = judge_collision(scene, Thresholds::shipped()).verdict;
     let text = format!(
         "{:<28} {:<13} {}\n",
         entry.name,

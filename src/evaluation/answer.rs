@@ -274,7 +274,7 @@ const STRICT: &str = "strict";
 const REPAIRED: &str = "repaired: ";
 
 /// How an answer was read, as the store keeps it.
-pub(super) fn reading(how: &ParseQuality) -> String {
+pub(crate) fn reading(how: &ParseQuality) -> String {
     match how {
         ParseQuality::Strict => STRICT.into(),
         ParseQuality::Repaired(notes) => format!("{REPAIRED}{}", notes.join("; ")),

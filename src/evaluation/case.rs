@@ -13,7 +13,6 @@ use super::price_words::stated;
 use super::question::Question;
 use super::request::{most_usd, record, request};
 use super::stream_recorder::StreamRecorder;
-use crate::judge;
 use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{ParseQuality, Parsed, Task};
@@ -255,8 +254,7 @@ impl Asking {
     }
 
     fn reference(&mut self, question: &Question) -> Result<(), StoreError> {
-        let case = &question.case;
-        let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
+        let judgement = question.case.judgement();
         let text = serde_json::to_string(&judgement.verdict)?;
         self.piece(Chunk::Reasoning(judgement.reasoning));
         self.piece(Chunk::Text(text));

@@ -141,11 +141,11 @@ fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
     })
 }
 
-/// The obstacles that a verdict names as the paper counts it: see [`super::recorded::names`].
+/// The obstacles that a verdict names as the paper counts it: see [`super::names_obstacle`].
 fn grave(verdict: &Verdict) -> BTreeSet<i64> {
     let all = verdict.obstacles.iter();
     all.map(|o| o.id)
-        .filter(|id| super::recorded::names(verdict, *id))
+        .filter(|id| super::names_obstacle(verdict, *id))
         .collect()
 }
 

@@ -1,9 +1,9 @@
-//! Verdicts by lead time before a collision: how early a prompt configuration detects it, and whether that lasts.
+//! Verdicts by lead time before a collision: how early a prompt configuration detects it.
 
 use std::collections::BTreeMap;
 
 use super::share::{Share, Tally};
-use super::{AnswerStatus, Label, PromptConfig, Scored, recorded};
+use super::{AnswerStatus, Label, PromptConfig, Scored, names_obstacle};
 
 /// An answer, with how long before the collision its window ended.
 #[derive(Debug, Clone, Copy)]
@@ -35,18 +35,6 @@ pub struct LeadPoint {
     pub unasked: u32,
 }
 
-/// How early one scenario's collision was detected in one series of answers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EarliestYes {
-    /// The scenario.
-    pub scenario: String,
-    /// Which of several answers to the same question.
-    pub sample: u32,
-    /// The greatest lead with a yes from which on every verdict nearer to the collision is a yes, too, seconds; nothing
-    /// where the one nearest to it is a no, or there is none. Answers without a verdict say neither, and are passed over.
-    pub earliest: Option<f64>,
-}
-
 /// Verdicts of one prompt configuration at all leads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadCurve {
@@ -54,28 +42,10 @@ pub struct LeadCurve {
     pub way: PromptConfig,
     /// By lead, the longest first.
     pub points: Vec<LeadPoint>,
-    /// By scenario and sample.
-    pub seen: Vec<EarliestYes>,
-}
-
-impl LeadCurve {
-    /// The median of the earliest leads, seconds: half of the series saw it at least so early. Those that never saw it count
-    /// as later than all others, so there is none where they are half or more. Of an even number the lower of the two
-    /// in the middle, which was measured.
-    #[must_use]
-    pub fn median_earliest(&self) -> Option<f64> {
-        let mut leads: Vec<Option<f64>> = self.seen.iter().map(|s| s.earliest).collect();
-        let later = |a: &Option<f64>, b: &Option<f64>| match (a, b) {
-            (Some(a), Some(b)) => a.total_cmp(b),
-            (a, b) => a.is_some().cmp(&b.is_some()),
-        };
-        leads.sort_by(later);
-        *leads.get(leads.len().checked_sub(1)? / 2)?
-    }
 }
 
 /// The curves of answers, by way. Answers about scenarios that are no collision in truth are false alarms of a lead, or
-/// none, and are never seen; those without a truth are left out.
+/// none; those without a truth are left out.
 #[must_use]
 pub fn lead_curves<'a>(answers: impl IntoIterator<Item = Timed<'a>>) -> Vec<LeadCurve> {
     let mut ways: BTreeMap<&PromptConfig, Vec<Timed<'a>>> = BTreeMap::new();
@@ -87,14 +57,8 @@ pub fn lead_curves<'a>(answers: impl IntoIterator<Item = Timed<'a>>) -> Vec<Lead
     let curve = |(way, answers): (&PromptConfig, Vec<Timed<'a>>)| LeadCurve {
         way: way.clone(),
         points: points(&answers),
-        seen: seen(collisions(answers)),
     };
     ways.into_iter().map(curve).collect()
-}
-
-fn collisions(mut answers: Vec<Timed<'_>>) -> Vec<Timed<'_>> {
-    answers.retain(|timed| timed.scored.is_collision() == Some(true));
-    answers
 }
 
 /// Counts at one lead.
@@ -126,7 +90,7 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
             AnswerStatus::Verdict(verdict) => {
                 counts.yes.count(scenario, verdict.dangerous);
                 if let Some(Label::Collision(Some(obstacle))) = timed.scored.truth {
-                    let named = verdict.dangerous && recorded::names(verdict, obstacle);
+                    let named = verdict.dangerous && names_obstacle(verdict, obstacle);
                     counts.named.count(scenario, named);
                 }
             }
@@ -139,32 +103,6 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
         ..counts.point
     };
     points.into_values().rev().map(point).collect()
-}
-
-fn seen(mut answers: Vec<Timed<'_>>) -> Vec<EarliestYes> {
-    answers.sort_by(|a, b| a.lead.total_cmp(&b.lead));
-    let mut series: BTreeMap<(&str, u32), Vec<Timed<'_>>> = BTreeMap::new();
-    for timed in answers {
-        let key = (timed.scored.scenario.as_str(), timed.scored.sample);
-        series.entry(key).or_default().push(timed);
-    }
-    let one = |((scenario, sample), answers): ((&str, u32), Vec<Timed<'_>>)| {
-        let verdicts = answers
-            .iter()
-            .filter_map(|timed| match &timed.scored.status {
-                AnswerStatus::Verdict(verdict) => Some((timed.lead, verdict.dangerous)),
-                AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => {
-                    None
-                }
-            });
-        let yes = verdicts.take_while(|(_, dangerous)| *dangerous);
-        EarliestYes {
-            scenario: scenario.to_string(),
-            sample,
-            earliest: yes.last().map(|(lead, _)| lead),
-        }
-    };
-    series.into_iter().map(one).collect()
 }
 
 #[cfg(test)]
@@ -181,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_counts_yes_and_names_and_tells_from_when_on_it_is_seen() {
+    fn a_curve_counts_yes_and_names_at_each_lead() {
         let truth = Label::Collision(Some(7));
         let answers = [
             // Seen at 3 s, lost at 2 s, seen from 1 s on.
@@ -233,17 +171,5 @@ mod tests {
         let alarms: Vec<_> = alarms.iter().map(|s| (s.hits, s.of)).collect();
         assert_eq!(alarms, [(0, 0), (0, 0), (1, 2), (0, 0)]);
         assert_eq!((curve.points[2].failed, curve.points[2].unparsed), (1, 0));
-        let earliest: Vec<_> = curve.seen.iter().map(|s| s.earliest).collect();
-        assert_eq!(earliest, [Some(1.0), Some(2.0), None]);
-        assert_eq!(curve.median_earliest(), Some(1.0));
-    }
-
-    #[test]
-    fn where_most_never_see_it_there_is_no_median() {
-        let truth = Label::Collision(None);
-        let answers = ["a", "b", "c"].map(|name| about(name, name == "a", &[], truth));
-        let timed = answers.iter().map(|scored| Timed { scored, lead: 1.0 });
-        assert_eq!(lead_curves(timed)[0].median_earliest(), None);
-        assert_eq!(lead_curves([]), []);
     }
 }

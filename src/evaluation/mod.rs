@@ -1,6 +1,7 @@
 //! One case from end to end: a scene is described, put into a prompt, judged, parsed and stored; and the accuracy of
 //! the built-in judge.
 
+pub(crate) mod annotations;
 mod answer;
 /// Questions in bulk, resumable, in the store.
 pub mod batch;
@@ -20,13 +21,10 @@ mod labels;
 mod lead;
 mod lead_curve;
 mod planning;
+mod predictors;
 mod price_words;
 mod prompt_summary;
-/// Recorded answers as runs for the store.
-pub mod published;
 mod question;
-/// Answers that were recorded by others.
-pub mod recorded;
 /// Questions that are handed to a provider as a batch.
 pub mod remote;
 /// Tables of how often answers are right.
@@ -41,10 +39,12 @@ mod standings;
 pub mod statistics;
 mod stream_recorder;
 #[cfg(test)]
-mod tests_scored;
+pub(crate) mod tests_scored;
 mod validate;
 mod values;
 
+pub use annotations::{Loss, Problem, annotations};
+pub(crate) use answer::reading;
 pub use answer::{Answer, Judged, Missing, StoredOrigin};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, RunOptions, can_ask, run};
@@ -54,13 +54,14 @@ pub use dry_render::dry_render;
 pub use invariance::{Invariance, Pair, invariance, pairs};
 pub use judges::{Judge, Judges, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
-pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
-pub use lead_curve::{EarliestYes, LeadCurve, LeadPoint, Timed, lead_curves};
+pub use lead::{Labelled, Lead};
+pub use lead_curve::{LeadCurve, LeadPoint, Timed, lead_curves};
 pub use planning::default_planning;
+pub use predictors::{Alarms, Candidate, Predictions, Setting};
 pub use prompt_summary::{how, template_words};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use results::{Counted, GroundTruth, Outcome, Results, results, with_intervals};
-pub use scored::{AnswerStatus, PromptConfig, Scored};
+pub use scored::{AnswerStatus, PromptConfig, Scored, named_obstacles, names_obstacle};
 pub use settings::{Decided, Settings};
 pub use share::Share;
 pub use standings::{By, Standing, Standings};

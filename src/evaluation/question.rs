@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::values::Values;
 use crate::description::{self, Frame, Options, Span};
-use crate::judge::judge_under;
+use crate::judge::{Judgement, judge_under};
 use crate::llm::{Message, Role};
 use crate::metrics::{Context, Thresholds};
 use crate::prompts::{self, Library, Prompt, Techniques, Template};
@@ -31,6 +31,14 @@ pub struct Case {
     pub options: Options,
     /// Thresholds of the risk scores, in the prompt and for the built-in judge.
     pub thresholds: Arc<Thresholds>,
+}
+
+impl Case {
+    /// What the built-in judge says about it.
+    #[must_use]
+    pub fn judgement(&self) -> Judgement {
+        judge_under(&self.scene, self.task, &self.window, &self.thresholds)
+    }
 }
 
 /// A case with its description and messages.
@@ -204,7 +212,7 @@ impl Question {
         let case = &self.case;
         Task::VERDICTS
             .contains(&case.task)
-            .then(|| judge_under(&case.scene, case.task, &case.window, &case.thresholds).verdict)
+            .then(|| case.judgement().verdict)
     }
 
     /// Roughly how many tokens the messages are.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use rayon::prelude::*;
 
-use super::recorded::accused;
+use super::named_obstacles;
 use super::statistics::{Interval, f1_interval};
 use super::{AnswerStatus, Confusion, PromptConfig, Scored};
 use crate::description::Frame;
@@ -98,11 +98,12 @@ impl Outcome {
     ];
 
     /// Compares a stored outcome with the ground truth. In the safety task a yes about a dangerous scene must name an
-    /// obstacle that is dangerous, see [`accused`]; else it counts as no, as in the paper.
+    /// obstacle that is dangerous, see [`named_obstacles`]; else it counts as no, as in the paper.
     #[must_use]
     pub fn classify(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
         let names = |known: &GroundTruth| {
-            let named = accused(stored.dangerous == Some(true), stored.named.iter().copied());
+            let named =
+                named_obstacles(stored.dangerous == Some(true), stored.named.iter().copied());
             named.iter().any(|id| known.obstacles.contains(id))
         };
         let right = |known: &GroundTruth| {

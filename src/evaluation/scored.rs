@@ -1,6 +1,6 @@
 //! Answers with their ground truth: the input of every figure in a report.
 
-use super::Label;
+use super::{Confusion, Label};
 use crate::description::Frame;
 use crate::prompts::Techniques;
 use crate::store::{Consumed, RunId};
@@ -57,7 +57,7 @@ impl Scored {
     /// Whether it says yes; `None` if it holds no verdict.
     ///
     /// In the safety task a yes about a scenario whose truth names an obstacle has to name that obstacle as the danger,
-    /// see [`super::recorded::accused`]; else it is a no.
+    /// see [`named_obstacles`]; else it is a no.
     #[must_use]
     pub fn positive(&self) -> Option<bool> {
         let AnswerStatus::Verdict(verdict) = &self.status else {
@@ -65,10 +65,39 @@ impl Scored {
         };
         Some(match (self.way.task, self.truth) {
             (Task::Safety, Some(Label::Collision(Some(obstacle)))) => {
-                verdict.dangerous && super::recorded::names(verdict, obstacle)
+                verdict.dangerous && names_obstacle(verdict, obstacle)
             }
             _ => verdict.dangerous,
         })
+    }
+
+    /// Whether it says yes, whichever obstacle it names; `None` if it holds no verdict.
+    #[must_use]
+    pub fn dangerous(&self) -> Option<bool> {
+        match &self.status {
+            AnswerStatus::Verdict(verdict) => Some(verdict.dangerous),
+            _ => None,
+        }
+    }
+
+    /// The answer of a built-in predictor, which is asked without a prompt.
+    #[must_use]
+    pub fn built_in(scenario: &str, model: &str, truth: Option<Label>, verdict: Verdict) -> Self {
+        Self {
+            scenario: scenario.into(),
+            way: PromptConfig {
+                task: verdict.task,
+                frame: None,
+                techniques: None,
+                model: model.into(),
+            },
+            sample: 0,
+            truth,
+            status: AnswerStatus::Verdict(verdict),
+            reference: None,
+            consumed: Consumed::default(),
+            run: None,
+        }
     }
 
     /// Whether it is true that it collides.
@@ -77,3 +106,50 @@ impl Scored {
         self.truth.map(|label| label.collides())
     }
 }
+
+impl Confusion {
+    /// Counts the answers for which both `yes` and the truth are known.
+    #[must_use]
+    pub fn of<'a>(
+        scored: impl IntoIterator<Item = &'a Scored>,
+        yes: impl Fn(&Scored) -> Option<bool>,
+    ) -> Self {
+        let mut counts = Self::default();
+        for one in scored {
+            if let (Some(yes), Some(truth)) = (yes(one), one.is_collision()) {
+                counts.count(yes, truth);
+            }
+        }
+        counts
+    }
+}
+
+/// Whether a verdict names an obstacle as the danger; see [`named_obstacles`].
+#[must_use]
+pub fn names_obstacle(verdict: &Verdict, obstacle: i64) -> bool {
+    let scores = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
+    named_obstacles(verdict.dangerous, scores).contains(&obstacle)
+}
+
+/// The obstacles that a verdict with these risk scores names as the danger.
+///
+/// Those that collide or are of extreme risk, the scores 0 and 1: so the paper counts the obstacles that a model found.
+/// Where a yes gives no obstacle so low a score, as for a collision that is predicted for later, those with the lowest one, 2 at
+/// most.
+#[must_use]
+pub fn named_obstacles(
+    dangerous: bool,
+    scores: impl Iterator<Item = (i64, u8)> + Clone,
+) -> Vec<i64> {
+    let lowest = scores.clone().map(|(_, score)| score).min();
+    let most = match lowest {
+        Some(PREDICTED) if dangerous => PREDICTED,
+        _ => EXTREME,
+    };
+    let named = scores.filter(|(_, score)| *score <= most);
+    named.map(|(id, _)| id).collect()
+}
+
+/// The risk scores of extreme risk, and the highest one of a collision that is only predicted.
+const EXTREME: u8 = 1;
+const PREDICTED: u8 = 2;

@@ -5,7 +5,7 @@ use crate::store::Consumed;
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
 /// What a model says about a scenario: yes or no, and obstacles with their scores.
-pub(super) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64, u8)]) -> Scored {
+pub(crate) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64, u8)]) -> Scored {
     let risk = |&(id, risk_score): &(i64, u8)| ObstacleRisk {
         id,
         risk_score,

@@ -151,15 +151,6 @@ impl Certificate {
             Self::NotFound(_) => None,
         }
     }
-
-    /// What was searched.
-    #[must_use]
-    pub fn searched(&self) -> Searched {
-        match self {
-            Self::Avoided(avoidance) => avoidance.searched,
-            Self::NotFound(nothing) => nothing.searched,
-        }
-    }
 }
 
 impl std::fmt::Display for Finder {

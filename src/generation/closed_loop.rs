@@ -236,12 +236,6 @@ impl Baseline {
         curve(&self.scores, obstacle)
     }
 
-    /// The lowest risk score of an obstacle; `None` if it never is there.
-    #[must_use]
-    pub fn lowest_of(&self, obstacle: i64) -> Option<u8> {
-        lowest(&self.risk_of(obstacle))
-    }
-
     /// The lowest risk score of any obstacle.
     #[must_use]
     pub fn lowest(&self) -> Option<u8> {

@@ -12,6 +12,8 @@ mod convex;
 mod cover;
 mod footprint;
 mod frenet;
+#[cfg(test)]
+mod frenet_motion;
 mod gap;
 mod polygon;
 mod polyline;
@@ -28,7 +30,9 @@ pub use box_tree::BoxTree;
 pub use clip::{part_within, ring_within, within_at};
 pub use convex::{convex_hull, convex_overlap};
 pub use footprint::{Contact, Footprint, Placed};
-pub use frenet::{Frenet, FrenetError, FrenetMotion, LateralProfile, PlaneMotion};
+pub use frenet::{Frenet, FrenetError, LateralProfile};
+#[cfg(test)]
+pub use frenet_motion::{FrenetMotion, PlaneMotion};
 pub use gap::{Gap, Tip};
 pub use polygon::{Bounds, contains};
 pub use polyline::{Polyline, Projection};

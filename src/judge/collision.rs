@@ -20,7 +20,9 @@ struct History<'a> {
 /// Obstacles listed beside those in contact.
 const MOST_LISTED: usize = 5;
 
-pub(super) fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
+/// Judges the collision task: whether bodies touch at any recorded step of the ego.
+#[must_use]
+pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     let mut histories: Vec<_> = scene
         .participants()
         .filter_map(|p| history(scene, p, thresholds))

@@ -5,8 +5,9 @@ mod collision_prediction;
 mod reasoning;
 mod safety;
 
+pub use collision::judge as judge_collision;
 pub use collision_prediction::{CollisionPrediction, Criterion};
-pub use safety::critical;
+pub use safety::verdict_by;
 
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
@@ -62,7 +63,7 @@ pub fn judge_under(
     thresholds: &Thresholds,
 ) -> Judgement {
     match task {
-        Task::Collision => collision::judge(scene, thresholds),
+        Task::Collision => judge_collision(scene, thresholds),
         Task::Safety | Task::Attacker | Task::Trajectory => {
             safety::judge(scene, window, thresholds)
         }

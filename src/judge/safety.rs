@@ -77,22 +77,26 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     }
 }
 
-/// Who is critical by a criterion at the end of a window, with their risk scores: those of the judge's verdict, where the
-/// criterion is its own. An obstacle that is farther than `radius` metres from the ego (centre to centre) is left out.
+/// The verdict by a criterion, on the obstacles that are critical by it: those of the judge's verdict, where the criterion is
+/// its own. An obstacle that is farther than `radius` metres from the ego (centre to centre) is left out.
 #[must_use]
-pub fn critical(
+pub fn verdict_by(
+    criterion: &Criterion,
     scene: &Scene,
     window: &Window,
-    criterion: &Criterion,
     radius: f64,
     thresholds: &Thresholds,
-) -> Vec<(i64, u8)> {
+) -> Verdict {
     let past = ObservedHistory::of(scene, window);
     let prospects = criterion.prospects(&past, Some(radius)).into_iter();
     let critical = prospects.filter(|prospect| criterion.critical(prospect));
     let found = findings(scene, criterion, &past, critical.collect(), thresholds);
-    let found = found.into_iter().map(|f| f.entry);
-    found.map(|entry| (entry.id, entry.risk_score)).collect()
+    Verdict {
+        task: Task::Safety,
+        dangerous: !found.is_empty(),
+        obstacles: found.into_iter().map(|f| f.entry).collect(),
+        justification: String::new(),
+    }
 }
 
 fn findings(

@@ -34,7 +34,7 @@ pub use reading::{NoValue, Reading};
 pub use registry::{Danger, MEASURES, Measure, Mirrored, measure};
 pub use relation::{Direction, Relation, side_of_centre};
 pub use risk::{RISK_LEVELS, RiskLevel, RiskTable, UNROUNDED_RISK};
-pub use scene_measures::{SCENE_MEASURES, SceneMeasure, scene_measure};
+pub use scene_measures::{SCENE_MEASURES, SceneMeasure};
 pub use series::Series;
 pub use thresholds::{Change, Threshold, ThresholdError, Thresholds};
 pub use time_to_collision::HORIZON;

@@ -95,12 +95,6 @@ const fn manoeuvre(
     }
 }
 
-/// The measure of whole scenes with this id.
-#[must_use]
-pub fn scene_measure(id: &str) -> Option<&'static SceneMeasure> {
-    SCENE_MEASURES.iter().find(|m| m.id == id)
-}
-
 fn least(
     context: &Context<'_>,
     step: i64,

@@ -9,7 +9,6 @@ mod steering;
 mod step;
 
 use std::cmp::Ordering;
-use std::collections::BTreeSet;
 
 use self::step::{Moment, Turn, simulate};
 use super::{Limits, VehicleState};
@@ -44,21 +43,6 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Every bound, in the order in which those of a step are reported.
-    pub const ALL: [Self; 11] = [
-        Self::Gap,
-        Self::Speed,
-        Self::Backwards,
-        Self::Acceleration,
-        Self::SteeringAngle,
-        Self::SteeringRate,
-        Self::YawRate,
-        Self::Friction,
-        Self::Displacement,
-        Self::Slip,
-        Self::Heading,
-    ];
-
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -159,7 +143,6 @@ pub struct Feasibility {
     limits: Limits,
     dt: f64,
     tolerance: Tolerance,
-    exempt: BTreeSet<i64>,
 }
 
 impl Feasibility {
@@ -170,7 +153,6 @@ impl Feasibility {
             limits,
             dt,
             tolerance: Tolerance::default(),
-            exempt: BTreeSet::new(),
         }
     }
 
@@ -178,13 +160,6 @@ impl Feasibility {
     #[must_use]
     pub fn within(mut self, tolerance: Tolerance) -> Self {
         self.tolerance = tolerance;
-        self
-    }
-
-    /// Without what is broken at these time steps: contact is no driving.
-    #[must_use]
-    pub fn exempting(mut self, steps: impl IntoIterator<Item = i64>) -> Self {
-        self.exempt.extend(steps);
         self
     }
 
@@ -276,9 +251,7 @@ impl Feasibility {
             }
             feasible.steps += 1;
             let used = found.way(&pair[0], &pair[1], turn);
-            if !self.exempt.contains(&pair[0].step) {
-                feasible.friction = feasible.friction.max(used);
-            }
+            feasible.friction = feasible.friction.max(used);
         }
         if let Some(last) = moments.last() {
             found.state(last);
@@ -307,7 +280,7 @@ impl Violations<'_> {
     /// A value that is no number keeps no bound.
     fn ask(&mut self, step: i64, bound: Bound, value: f64, most: f64) {
         let broken = value.partial_cmp(&most).is_none_or(Ordering::is_gt);
-        if broken && !self.check.exempt.contains(&step) {
+        if broken {
             self.broken.push(Broken {
                 step,
                 bound,

@@ -46,16 +46,6 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// Every limit, in the order in which they are checked.
-    pub const ALL: [Self; 6] = [
-        Self::Speed,
-        Self::Acceleration,
-        Self::Curvature,
-        Self::CurvatureRate,
-        Self::YawRate,
-        Self::Friction,
-    ];
-
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -66,17 +56,6 @@ impl Limit {
             Self::CurvatureRate => "curvature rate",
             Self::YawRate => "yaw rate",
             Self::Friction => "friction circle",
-        }
-    }
-
-    /// The unit of what it limits.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Speed => "m/s",
-            Self::Acceleration | Self::Friction => "m/s²",
-            Self::Curvature => "1/m",
-            Self::CurvatureRate | Self::YawRate => "rad/s",
         }
     }
 }

@@ -5,13 +5,11 @@ use std::sync::Arc;
 use super::smooth::smooth;
 use super::{Arrival, CurvatureSpeedLimit, VehicleState};
 use crate::geometry::{LateralProfile, Pose, ReferencePath, ReferencePathError, angle_between};
-use crate::scenario::{LaneGraph, PlanningProblem, Route, RouteError, Scenario};
+use crate::scenario::{LaneGraph, PlanningProblem, RouteError, Scenario};
 
 /// The path to follow, when to be where, and how fast otherwise.
 #[derive(Debug, Clone)]
 pub struct ReferenceTrack {
-    /// The way along the lanes.
-    pub route: Arc<Route>,
     /// The path that is followed: near that of the route, smooth enough to be driven at speed.
     pub path: Arc<ReferencePath>,
     /// Arc length of the start along it, metres.
@@ -114,7 +112,6 @@ impl ReferenceTrack {
             bends: CurvatureSpeedLimit::new(&path),
             path: Arc::new(path),
             start,
-            route: Arc::new(route),
         })
     }
 

@@ -45,10 +45,4 @@ impl VehicleState {
             acceleration: self.acceleration,
         }
     }
-
-    /// rad/s.
-    #[must_use]
-    pub fn yaw_rate(&self) -> f64 {
-        self.velocity * self.curvature
-    }
 }

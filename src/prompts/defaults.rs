@@ -42,17 +42,6 @@ pub enum Wording {
     Compact,
 }
 
-impl Wording {
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Prose => "prose",
-            Self::Compact => "compact",
-        }
-    }
-}
-
 /// More decimals than any recording has.
 pub const MOST_DECIMALS: usize = 9;
 

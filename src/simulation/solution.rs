@@ -17,15 +17,6 @@ impl Rollout {
         vehicle: VehicleType,
     ) -> Result<Solution, SolutionError> {
         let solved = ProblemSolution::of_track(&self.track(), self.dt, problem, model, vehicle)?;
-        Ok(Solution {
-            scenario_id: header.benchmark_id.clone(),
-            version: header.version.clone(),
-            // The same drive gives the same file.
-            date: None,
-            computation_time: None,
-            processor: None,
-            problems: vec![solved],
-            diagnostics: Vec::new(),
-        })
+        Ok(Solution::of_problem(header, solved))
     }
 }

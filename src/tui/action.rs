@@ -166,6 +166,20 @@ pub enum Action {
     Accept,
 }
 
+impl Action {
+    /// How far an action moves a list or a text, lines down, where a page has so many.
+    pub fn lines(self, page: isize) -> isize {
+        match self {
+            Self::Up => -1,
+            Self::Down => 1,
+            Self::PageUp => -page,
+            Self::PageDown => page,
+            Self::Top => isize::MIN,
+            _ => isize::MAX,
+        }
+    }
+}
+
 /// The context in which an action works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scope {

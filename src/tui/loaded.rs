@@ -23,12 +23,11 @@ pub use source::Source;
 pub use variant::{Generated, Made, VariantRequest, VariantShown, Working};
 
 use crate::formats::{EgoSelection, Entry};
-use crate::judge::{Judgement, judge_under};
+use crate::judge::{Judgement, judge_collision};
 use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
 };
-use crate::scenario::{Scenario, Scene, Severity, Transform, Window};
-use crate::verdict::Task;
+use crate::scenario::{Scenario, Scene, Severity, Transform};
 use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 
 /// The obstacle that is the ego, as the store writes an ego; `None` if its motion comes from a file.
@@ -122,10 +121,8 @@ impl Opened {
         };
         let series = scene.as_deref().map(|scene| series(scene, thresholds));
         let headline = series.as_ref().map(Headline::from_series);
-        let collision = scene.as_deref().map(|scene| {
-            let whole = Window::ending_at(scene, i64::MAX, 1);
-            judge_under(scene, Task::Collision, &whole, thresholds)
-        });
+        let collision = scene.as_deref();
+        let collision = collision.map(|scene| judge_collision(scene, thresholds));
         Self {
             name: change.map_or_else(|| entry.name.clone(), |c| c.name(&entry.name)),
             change,

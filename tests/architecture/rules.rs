@@ -49,10 +49,17 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both their colours.
         "render" => &["metrics", "formats", "scenario", "geometry", "settings"],
         "evaluation" => &DOMAIN,
+        "paper" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
         "workflow" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
         // The manual is printed by a command.
         "cli" => {
-            return Some([&DOMAIN[..], &["evaluation", "settings", "workflow", "docs"]].concat());
+            return Some(
+                [
+                    &DOMAIN[..],
+                    &["evaluation", "paper", "settings", "workflow", "docs"],
+                ]
+                .concat(),
+            );
         }
         "tui" => return Some([&DOMAIN[..], &["evaluation", "settings", "workflow"]].concat()),
         "main" => &["cli", "tui"],

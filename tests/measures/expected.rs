@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss::formats::Entry;
-use nearmiss::metrics::{Context, NoValue, Reading, measure, scene_measure};
+use nearmiss::metrics::{Context, NoValue, Reading, SCENE_MEASURES, measure};
 use nearmiss::scenario::{Scenario, Scene};
 
 /// A scenario of commonroad-crime with one of its obstacles as the ego; nothing, said aloud, where it is not there.
@@ -35,7 +35,8 @@ fn at_first(scene: &Scene, id: &str, obstacle: i64) -> Reading {
 
 fn of_scene(scene: &Scene, id: &str) -> Reading {
     let context = Context::new(scene);
-    (scene_measure(id).unwrap().compute)(&context, context.steps().start)
+    let measure = SCENE_MEASURES.iter().find(|m| m.id == id).unwrap();
+    (measure.compute)(&context, context.steps().start)
 }
 
 #[track_caller]

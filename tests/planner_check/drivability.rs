@@ -33,7 +33,7 @@ fn states(drive: &Rollout) -> Value {
             "y": centre.pose.position.y,
             "heading": centre.pose.heading,
             "velocity": state.velocity,
-            "yaw_rate": state.yaw_rate(),
+            "yaw_rate": state.velocity * state.curvature,
             "steering": drive.limits.steering_of(state.curvature),
             "rear_to_centre": drive.limits.rear_to_centre,
         })

@@ -247,16 +247,13 @@ fn steps_that_are_missing_are_found() {
 }
 
 #[test]
-fn exempt_steps_may_break_everything() {
+fn one_step_may_break_several_bounds() {
     let states = with_one(begin(5.0, 0.1), steady(0.0, 0.0), steady(0.6, -14.0));
     let found = broken(&states);
     assert!(
         found.len() > 2 && found.iter().all(|b| b.step == 105),
         "{found:?}"
     );
-    let feasible = check().exempting([105]).states(100, &states).unwrap();
-    assert!(feasible.friction < 1.0);
-    assert!(check().exempting([104, 106]).states(100, &states).is_err());
 }
 
 #[test]

@@ -81,5 +81,5 @@ pub fn track(first: i64, states: &[VehicleState]) -> Track {
 
 /// Acceleration along and across together, m/s².
 pub fn friction(state: &VehicleState, acceleration: f64) -> f64 {
-    acceleration.hypot(state.velocity * state.yaw_rate())
+    acceleration.hypot(state.velocity * state.velocity * state.curvature)
 }

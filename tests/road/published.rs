@@ -65,7 +65,8 @@ fn every_planning_problem_has_a_route_and_every_recorded_position_is_beside_one(
             positions += 1;
             match route.path.project_near(&pose.position, hint, 20.0) {
                 Ok(at) => {
-                    let back = route.path.to_plane(at).unwrap();
+                    let here = route.path.at(at.s);
+                    let back = here.position + here.normal() * at.d;
                     error = error.max((back - pose.position).norm());
                     hint = at.s;
                 }

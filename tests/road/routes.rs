@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nearmiss::geometry::{Frenet, Point, Pose};
+use nearmiss::geometry::{Point, Pose};
 use nearmiss::scenario::{
     Destination, Direction, Driven, LaneletNetwork, Position, RoadUser, Route, RouteError, Side,
 };
@@ -121,7 +121,8 @@ fn through_a_roundabout_every_position_keeps_its_place() {
     let mut s = route.start;
     while s < route.end {
         for d in [-2.0, 0.0, 2.0] {
-            let p = route.path.to_plane(Frenet { s, d }).unwrap();
+            let here = route.path.at(s);
+            let p = here.position + here.normal() * d;
             let back = route.path.project_near(&p, s, 3.0).unwrap();
             assert!(
                 (back.s - s).abs() < 1e-6 && (back.d - d).abs() < 1e-6,

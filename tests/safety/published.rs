@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use nearmiss::evaluation::{
-    Answers, Candidate, Confusion, Label, Labelled, Lead, Setting, any_yes, confusion,
-};
+use nearmiss::evaluation::{Candidate, Confusion, Labelled, Lead, Scored, Setting};
 use nearmiss::formats::find;
 use nearmiss::judge::Criterion;
 use nearmiss::metrics::Thresholds;
@@ -62,18 +60,14 @@ fn counts(cases: &[Labelled<'_>], candidates: &[Candidate]) -> [Vec<Vec<Confusio
         thresholds: Arc::new(Thresholds::shipped().clone()),
         every_window: false,
     };
-    let answers: Vec<(Label, Vec<Answers>)> =
-        cases.iter().map(|c| (c.label, setting.ask(c))).collect();
-    let said = || answers.iter().map(|(label, a)| (*label, a.as_slice()));
-    let of = |strict: bool| {
-        let at = |candidate, lead| match strict {
-            true => confusion(said(), candidate, lead),
-            false => any_yes(said(), candidate, lead),
-        };
-        let row = |candidate| (0..leads.len()).map(|lead| at(candidate, lead)).collect();
-        (0..candidates.len()).map(row).collect()
+    let ask = |case: &Labelled<'_>| setting.ask(&case.scene.scenario.header.benchmark_id, case);
+    let answers = setting.join(cases.iter().map(ask));
+    let of = |yes: fn(&Scored) -> Option<bool>| {
+        let row = answers.iter().map(|of| &of.leads);
+        row.map(|leads| leads.iter().map(|at| Confusion::of(at, yes)).collect())
+            .collect()
     };
-    [of(false), of(true)]
+    [of(Scored::dangerous), of(Scored::positive)]
 }
 
 fn f1(c: &Confusion) -> f64 {

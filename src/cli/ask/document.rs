@@ -74,7 +74,7 @@ pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
 /// The basis of the built-in judge's verdict on safety.
 fn prediction(case: &Case) -> Value {
     let rounded = |value: f64| (value * 1e6).round() / 1e6;
-    let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
+    let judgement = case.judgement();
     let obstacles = judgement.prospects.iter().map(|p| {
         json!({
             "id": p.id,

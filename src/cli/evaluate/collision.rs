@@ -2,16 +2,13 @@
 
 use serde_json::json;
 
-use super::{Batch, Evaluate, Format, Truth, batch, number, share};
+use super::{Evaluate, Format, Truth, built_in, number, outcome, share};
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::{Confusion, Label};
+use crate::evaluation::{AnswerStatus, Confusion, Label, Scored};
 use crate::formats::Entry;
-use crate::judge::{self, judge};
-use crate::scenario::Window;
-use crate::verdict::Task;
-
-/// The judge's answer: the first obstacle the ego collides with.
-type Said = Option<i64>;
+use crate::judge::{self, judge_collision};
+use crate::metrics::Thresholds;
+use crate::workflow::batch::BuiltInAnswers;
 
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
     if truth.is_geometry() {
@@ -19,34 +16,58 @@ pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Out
             "--task collision needs --truth CSV or layout: the exact geometry is what the built-in judge itself answers",
         ));
     }
-    let batch = batch(truth, entries, |case| -> Said {
-        let whole = Window::ending_at(case.scene, i64::MAX, 1);
-        let verdict = judge(case.scene, Task::Collision, &whole).verdict;
-        let first = verdict.obstacles.first().filter(|_| verdict.dangerous);
-        first.map(|o| o.id)
+    let answers = built_in(truth, entries, |entry, case| {
+        let verdict = judge_collision(case.scene, Thresholds::shipped()).verdict;
+        Scored::built_in(&entry.name, judge::MODEL, Some(case.label), verdict)
     })?;
-    if !batch.judged.is_empty() {
-        write(arguments, truth, &batch)?;
+    if !answers.judged.is_empty() {
+        write(arguments, truth, &answers)?;
     }
-    batch.outcome()
+    outcome(&answers)
 }
 
-fn write(arguments: &Evaluate, truth: &Truth, batch: &Batch<Said>) -> Outcome {
-    let mut c = Confusion::default();
-    // Of the collisions that were found and have an obstacle in their label.
-    let (mut named, mut who) = (0, 0);
-    for j in &batch.judged {
-        c.count(j.result.is_some(), j.label.collides());
-        if let (Some(said), Label::Collision(Some(id))) = (j.result, j.label) {
-            named += 1;
-            who += u32::from(said == id);
+/// The label of a scenario beside the judge's: its verdict, with the first obstacle the ego collides with.
+struct Row<'a> {
+    name: &'a str,
+    label: Label,
+    judge: Label,
+}
+
+impl<'a> Row<'a> {
+    fn of((label, scored): &'a (Label, Scored)) -> Self {
+        let judge = match &scored.status {
+            AnswerStatus::Verdict(verdict) if verdict.dangerous => {
+                Label::Collision(verdict.obstacles.first().map(|o| o.id))
+            }
+            _ => Label::Safe,
+        };
+        Self {
+            name: &scored.scenario,
+            label: *label,
+            judge,
         }
     }
-    let other: Vec<_> = batch
-        .judged
-        .iter()
-        .filter(|j| differs(j.label, j.result))
-        .collect();
+
+    fn differs(&self) -> bool {
+        match (self.label, self.judge) {
+            (Label::Collision(Some(id)), Label::Collision(said)) => said != Some(id),
+            (label, judge) => label.collides() != judge.collides(),
+        }
+    }
+}
+
+fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) -> Outcome {
+    let c = Confusion::of(answers.judged.iter().map(|(_, one)| one), Scored::positive);
+    let rows: Vec<Row<'_>> = answers.judged.iter().map(Row::of).collect();
+    // Of the collisions that were found and have an obstacle in their label.
+    let (mut named, mut who) = (0, 0);
+    for row in &rows {
+        if let (Label::Collision(Some(_)), Label::Collision(_)) = (row.label, row.judge) {
+            named += 1;
+            who += u32::from(!row.differs());
+        }
+    }
+    let other = rows.iter().filter(|row| row.differs());
     match arguments.format {
         Format::Table => {
             let mut text = format!(
@@ -60,33 +81,32 @@ fn write(arguments: &Evaluate, truth: &Truth, batch: &Batch<Said>) -> Outcome {
                 share(c.recall()),
                 share(c.f1()),
             );
-            for j in other {
-                let words = format!(
+            for row in other {
+                let line = format!(
                     "  {:<28} label: {:<18} judge: {}\n",
-                    j.name,
-                    label(j.label),
-                    said(j.result)
+                    row.name,
+                    words(row.label),
+                    words(row.judge)
                 );
-                text.push_str(&output::visible(&words));
+                text.push_str(&output::visible(&line));
             }
             output::text(&text)
         }
         Format::Csv => {
             let head = ["scenario", "label", "judge", "agrees"].map(String::from);
-            let rows = batch.judged.iter().map(|j| {
-                let agrees = !differs(j.label, j.result);
+            let rows = rows.iter().map(|row| {
                 [
-                    j.name.clone(),
-                    label(j.label),
-                    said(j.result),
-                    agrees.to_string(),
+                    row.name.to_string(),
+                    words(row.label),
+                    words(row.judge),
+                    (!row.differs()).to_string(),
                 ]
             });
             output::csv(std::iter::once(head).chain(rows))
         }
         Format::Json => {
-            let other = other.iter().map(
-                |j| json!({ "scenario": j.name, "label": label(j.label), "judge": said(j.result) }),
+            let other = other.map(
+                |row| json!({ "scenario": row.name, "label": words(row.label), "judge": words(row.judge) }),
             );
             output::json(&json!({
                 "task": "collision",
@@ -102,30 +122,18 @@ fn write(arguments: &Evaluate, truth: &Truth, batch: &Batch<Said>) -> Outcome {
                 "obstacles_labelled": named,
                 "obstacles_right": who,
                 "differences": other.collect::<Vec<_>>(),
-                "failed": batch.failed,
-                "without_ego": batch.without_ego,
-                "unlabelled": batch.unlabelled,
+                "failed": answers.failed,
+                "without_ego": answers.without_ego,
+                "unlabelled": answers.unlabelled,
             }))
         }
     }
 }
 
-fn differs(label: Label, said: Said) -> bool {
-    match (label, said) {
-        (Label::Safe, said) => said.is_some(),
-        (Label::Collision(_), None) => true,
-        (Label::Collision(id), Some(said)) => id.is_some_and(|id| id != said),
-    }
-}
-
-fn label(label: Label) -> String {
+fn words(label: Label) -> String {
     match label {
         Label::Safe => "safe".into(),
         Label::Collision(None) => "collision".into(),
         Label::Collision(Some(id)) => format!("collision {id}"),
     }
-}
-
-fn said(said: Said) -> String {
-    label(said.map_or(Label::Safe, |id| Label::Collision(Some(id))))
 }

@@ -15,16 +15,15 @@ mod varied;
 
 use std::path::PathBuf;
 
-use rayon::prelude::*;
-
-use super::open::{found, scene_beside, task};
+use super::open::{doubts, found, not_opened, task};
 use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
-use crate::evaluation::{Candidate, Label, LabelError, Labelled, Lead};
+use crate::evaluation::{Candidate, Labelled, Lead};
 use crate::formats::Entry;
 use crate::judge;
 use crate::verdict::Task;
+use crate::workflow::batch::{BuiltInAnswers, BuiltInEvent, BuiltInRequest};
 use truth::{Truth, truth};
 
 /// Arguments of `evaluate`.
@@ -114,30 +113,6 @@ fn radius(text: &str) -> Result<f64, String> {
     between(text, 1e6)
 }
 
-/// A scenario that was judged.
-struct Judged<T> {
-    name: String,
-    label: Label,
-    result: T,
-}
-
-/// All scenarios that were judged, in the order of the paths, and how many were not.
-struct Batch<T> {
-    judged: Vec<Judged<T>>,
-    failed: usize,
-    without_ego: Vec<String>,
-    unlabelled: Vec<String>,
-}
-
-/// The outcome of one scenario.
-enum One<T> {
-    /// It was judged, with warnings.
-    Judged(Judged<T>, Vec<String>),
-    WithoutEgo,
-    Unlabelled,
-    Mislabelled(LabelError),
-}
-
 /// Runs `evaluate`.
 pub fn run(arguments: &Evaluate) -> Outcome {
     if arguments.is_batch() {
@@ -192,55 +167,41 @@ fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failur
     Ok(found)
 }
 
-/// Judges every scenario with `ask`; what cannot be opened or has no label is said and counted. A label that cannot be of
+/// Judges every scenario with `judge`; what cannot be opened or has no label is said and counted. A label that cannot be of
 /// its scenario is refused.
-fn batch<T: Send>(
+fn built_in<T: Send>(
     truth: &Truth,
     entries: &[Entry],
-    ask: impl Fn(&Labelled<'_>) -> T + Sync,
-) -> Result<Batch<T>, Failure> {
-    let mut batch = Batch {
-        judged: Vec::new(),
-        failed: 0,
-        without_ego: Vec::new(),
-        unlabelled: Vec::new(),
-    };
+    judge: impl Fn(&Entry, &Labelled<'_>) -> T + Sync,
+) -> Result<BuiltInAnswers<T>, Failure> {
+    let truth = &truth.known;
     let progress = Progress::new(entries.len(), "scenarios", true);
-    // A part at a time keeps all cores busy and the memory bounded.
-    for part in entries.chunks(64) {
-        let judge_one = |entry: &Entry| {
-            let result = one(truth, entry, &ask);
-            progress.step();
-            result
-        };
-        let results: Vec<_> = part.par_iter().map(judge_one).collect();
-        for (entry, result) in part.iter().zip(results) {
-            match result {
-                Ok(One::Judged(judged, doubts)) => {
-                    progress.suspend(|| doubts.iter().for_each(|doubt| output::say(doubt)));
-                    batch.judged.push(judged);
-                }
-                Ok(One::WithoutEgo) => batch.without_ego.push(entry.name.clone()),
-                Ok(One::Unlabelled) => batch.unlabelled.push(entry.name.clone()),
-                Ok(One::Mislabelled(wrong)) => {
-                    return Err(Failure::input(format!("--truth: {wrong}")));
-                }
-                Err(failure) => {
-                    batch.failed += 1;
-                    progress.suspend(|| failure.say());
-                }
+    let answers = BuiltInRequest { entries, truth }.run(judge, |event| {
+        progress.step();
+        progress.suspend(|| match event {
+            BuiltInEvent::Judged {
+                entry,
+                scene,
+                doubt,
+            } => {
+                let of_label = doubt.map(|words| format!("nearmiss: {}: {words}", entry.name));
+                let doubts = doubts(entry, &scene).into_iter().chain(of_label);
+                doubts.for_each(|doubt| output::say(&doubt));
             }
-        }
-    }
+            BuiltInEvent::LeftOut => {}
+            BuiltInEvent::Failed(error) => not_opened(error).say(),
+        });
+    });
+    let answers = answers.map_err(|wrong| Failure::input(format!("--truth: {wrong}")))?;
     drop(progress);
-    if !batch.without_ego.is_empty() {
+    if !answers.without_ego.is_empty() {
         output::say(&format!(
             "nearmiss: {} no recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",
-            have(batch.without_ego.len()),
-            some(&batch.without_ego),
+            have(answers.without_ego.len()),
+            some(&answers.without_ego),
         ));
     }
-    Ok(batch)
+    Ok(answers)
 }
 
 /// `1 scenario has`, `2 scenarios have`.
@@ -264,71 +225,29 @@ fn some(names: &[String]) -> String {
 /// So many scenarios are named where there may be thousands.
 const NAMED: usize = 3;
 
-fn one<T>(
-    truth: &Truth,
-    entry: &Entry,
-    ask: impl Fn(&Labelled<'_>) -> T,
-) -> Result<One<T>, Failure> {
-    let label = truth.of(entry);
-    if label.is_none() && !truth.is_geometry() {
-        return Ok(One::Unlabelled);
+/// How it ends, when everything is written.
+fn outcome<T>(answers: &BuiltInAnswers<T>) -> Outcome {
+    let (without, unlabelled) = (answers.without_ego.len(), answers.unlabelled.len());
+    if answers.failed + without + unlabelled == 0 {
+        return Ok(());
     }
-    let Some((scene, mut doubts)) = scene_beside(entry)? else {
-        return Ok(One::WithoutEgo);
-    };
-    if let Err(wrong) = truth.fits(entry, &scene) {
-        return Ok(One::Mislabelled(wrong));
+    let all = answers.judged.len() + answers.failed + without + unlabelled;
+    let mut reasons = Vec::new();
+    if answers.failed > 0 {
+        reasons.push(format!("{} could not be opened", answers.failed));
     }
-    let case = Labelled::new(&scene, label);
-    let doubt = match (case.label, case.contact) {
-        (Label::Collision(_), None) => Some(
-            "labelled a collision, but no bodies overlap; the last recorded step stands for the collision",
-        ),
-        (Label::Safe, Some(_)) => Some("labelled safe, but bodies overlap"),
-        _ => None,
-    };
-    let judged = Judged {
-        name: entry.name.clone(),
-        label: case.label,
-        result: ask(&case),
-    };
-    doubts.extend(doubt.map(|words| format!("nearmiss: {}: {words}", entry.name)));
-    Ok(One::Judged(judged, doubts))
-}
-
-impl<T> Batch<T> {
-    fn collisions(&self) -> usize {
-        self.judged.iter().filter(|j| j.label.collides()).count()
+    let has = |count: usize| if count == 1 { "has" } else { "have" };
+    if without > 0 {
+        reasons.push(format!("{without} {} no recorded ego", has(without)));
     }
-
-    fn safe(&self) -> usize {
-        self.judged.len() - self.collisions()
+    if unlabelled > 0 {
+        let (has, some) = (has(unlabelled), some(&answers.unlabelled));
+        reasons.push(format!("{unlabelled} {has} no label ({some})"));
     }
-
-    /// How it ends, when everything is written.
-    fn outcome(&self) -> Outcome {
-        let (without, unlabelled) = (self.without_ego.len(), self.unlabelled.len());
-        if self.failed + without + unlabelled == 0 {
-            return Ok(());
-        }
-        let all = self.judged.len() + self.failed + without + unlabelled;
-        let mut reasons = Vec::new();
-        if self.failed > 0 {
-            reasons.push(format!("{} could not be opened", self.failed));
-        }
-        let has = |count: usize| if count == 1 { "has" } else { "have" };
-        if without > 0 {
-            reasons.push(format!("{without} {} no recorded ego", has(without)));
-        }
-        if unlabelled > 0 {
-            let (has, some) = (has(unlabelled), some(&self.unlabelled));
-            reasons.push(format!("{unlabelled} {has} no label ({some})"));
-        }
-        Err(Failure {
-            message: format!("of {}, {}", number(all, "scenario"), reasons.join(", and ")),
-            status: if self.judged.is_empty() { 2 } else { 1 },
-        })
-    }
+    Err(Failure {
+        message: format!("of {}, {}", number(all, "scenario"), reasons.join(", and ")),
+        status: if answers.judged.is_empty() { 2 } else { 1 },
+    })
 }
 
 /// A count with its noun.

@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::{Batch, Evaluate, Format, Truth, batch, number, share};
+use super::{Evaluate, Format, Truth, built_in, number, outcome, share};
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Outcome, output};
-use crate::evaluation::{
-    Alarms, Answers, Candidate, Confusion, Lead, Setting, Yes, any_yes, confusion,
-};
+use crate::evaluation::{Alarms, Candidate, Confusion, Lead, Predictions, Scored, Setting};
 use crate::formats::Entry;
+use crate::workflow::batch::BuiltInAnswers;
 
 pub(super) fn run(
     arguments: &Evaluate,
@@ -30,16 +29,17 @@ pub(super) fn run(
         thresholds: Arc::new(user_thresholds(&folders)?),
         every_window: true,
     };
-    let batch = batch(truth, entries, |case| setting.ask(case))?;
-    if !batch.judged.is_empty() {
-        let rows = rows(&setting, &batch);
+    let mut answers = built_in(truth, entries, |entry, case| setting.ask(&entry.name, case))?;
+    if !answers.judged.is_empty() {
+        let of_each = answers.judged.iter_mut().map(|(_, of)| std::mem::take(of));
+        let rows = rows(&setting, of_each);
         match arguments.format {
-            Format::Table => output::text(&table(&setting, truth, &batch, &rows))?,
+            Format::Table => output::text(&table(&setting, truth, &answers, &rows))?,
             Format::Csv => output::csv(cells(&setting, &rows))?,
-            Format::Json => output::json(&document(&setting, truth, &batch, &rows))?,
+            Format::Json => output::json(&document(&setting, truth, &answers, &rows))?,
         }
     }
-    batch.outcome()
+    outcome(&answers)
 }
 
 /// Leads by default.
@@ -52,6 +52,8 @@ const LEADS: [Lead; 6] = [
     Lead::Seconds(2.0),
 ];
 
+type Judged = BuiltInAnswers<Vec<Predictions>>;
+
 /// Results of one candidate.
 struct Row {
     candidate: Candidate,
@@ -62,39 +64,45 @@ struct Row {
 
 /// Results of one candidate at one lead.
 struct Counts {
-    /// Every yes counts, whomever it names.
+    answers: Vec<Scored>,
+    /// Every yes counts, whichever obstacle it names.
     said: Confusion,
-    /// A yes to a collision has to name who collides, where that is known.
+    /// A yes to a collision has to name the obstacle that collides, where that is known.
     named: Confusion,
 }
 
 impl Counts {
+    fn of(answers: Vec<Scored>) -> Self {
+        Self {
+            said: Confusion::of(&answers, Scored::dangerous),
+            named: Confusion::of(&answers, Scored::positive),
+            answers,
+        }
+    }
+
     /// Of the collisions with a yes those whose yes names another.
     fn another(&self) -> u32 {
         self.named.false_negatives - self.said.false_negatives
     }
+
+    /// The scenarios with this truth and answer: a yes whichever obstacle it names, and one that names the right one.
+    fn scenarios(&self, truth: bool, (said, named): (bool, bool)) -> Vec<&str> {
+        let those = self.answers.iter().filter(|one| {
+            let is = (one.is_collision(), one.dangerous(), one.positive());
+            is == (Some(truth), Some(said), Some(named))
+        });
+        those.map(|one| one.scenario.as_str()).collect()
+    }
 }
 
-fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
-    let row = |(place, candidate): (usize, &Candidate)| {
-        let mut alarms = Alarms::default();
-        for judged in &batch.judged {
-            alarms.add(&judged.result[place].alarms);
-        }
-        let at = |lead: usize| {
-            let answers = || batch.judged.iter().map(|j| (j.label, j.result.as_slice()));
-            Counts {
-                said: any_yes(answers(), place, lead),
-                named: confusion(answers(), place, lead),
-            }
-        };
-        Row {
-            candidate: *candidate,
-            leads: (0..setting.leads.len()).map(at).collect(),
-            alarms,
-        }
+fn rows(setting: &Setting, of_each: impl Iterator<Item = Vec<Predictions>>) -> Vec<Row> {
+    let all = setting.candidates.iter().zip(setting.join(of_each));
+    let row = |(candidate, all): (&Candidate, Predictions)| Row {
+        candidate: *candidate,
+        leads: all.leads.into_iter().map(Counts::of).collect(),
+        alarms: all.alarms,
     };
-    setting.candidates.iter().enumerate().map(row).collect()
+    all.map(row).collect()
 }
 
 /// Title of a table block, and its number for one candidate and lead.
@@ -107,7 +115,7 @@ const BLOCKS: [Block; 4] = [
     ("F1, naming who collides", |c| c.named.f1()),
 ];
 
-fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> String {
+fn table(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> String {
     let mut text = format!(
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
          collision, ending so many seconds before the bodies first\noverlap (end: two steps before the last recorded \
@@ -115,8 +123,8 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
          whose obstacle is known has to name it as the danger, else it is a no\n\
          s: horizon of the prediction, seconds; p ≥: probability \
          of contact within it from which on it is critical\n",
-        number(batch.collisions(), "collision"),
-        number(batch.safe(), "safe scenario"),
+        number(answers.collisions(), "collision"),
+        number(answers.safe(), "safe scenario"),
         truth.words(),
         number(setting.history, "step"),
         setting.radius,
@@ -238,19 +246,12 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> Value {
+fn document(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> Value {
     let judges: Vec<Value> = rows
         .iter()
-        .enumerate()
-        .map(|(place, row)| {
+        .map(|row| {
             let leads = row.leads.iter().enumerate().map(|(at, counts)| {
                 let c = &counts.said;
-                let those = |truth: bool, said: Yes| -> Vec<&str> {
-                    let of = batch.judged.iter().filter(|j| j.label.collides() == truth);
-                    of.filter(|j| j.result[place].said[at] == Some(said))
-                        .map(|j| j.name.as_str())
-                        .collect()
-                };
                 json!({
                     "lead": match setting.leads[at] {
                         Lead::Paper => json!("end"),
@@ -267,9 +268,9 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
                     "f1": c.f1().map(rounded),
                     "f1_named": counts.named.f1().map(rounded),
                     "named_another_count": counts.another(),
-                    "missed": those(true, Yes::No),
-                    "named_another": those(true, Yes::Another),
-                    "false_alarms": those(false, Yes::Yes),
+                    "missed": counts.scenarios(true, (false, false)),
+                    "named_another": counts.scenarios(true, (true, false)),
+                    "false_alarms": counts.scenarios(false, (true, true)),
                 })
             });
             let leads: Vec<Value> = leads.collect();
@@ -293,11 +294,11 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
         "truth": truth.json(),
         "history": setting.history,
         "radius": setting.radius,
-        "collisions": batch.collisions(),
-        "safe": batch.safe(),
-        "failed": batch.failed,
-        "without_ego": batch.without_ego,
-        "unlabelled": batch.unlabelled,
+        "collisions": answers.collisions(),
+        "safe": answers.safe(),
+        "failed": answers.failed,
+        "without_ego": answers.without_ego,
+        "unlabelled": answers.unlabelled,
         "judges": judges,
     })
 }

@@ -4,14 +4,12 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::{Failure, output};
 use crate::evaluation::batch::{self, TruthSource};
-use crate::evaluation::{Label, LabelError};
 use crate::formats::Entry;
-use crate::scenario::Scene;
 
 /// Ground truth of the scenarios, and its source.
 pub struct Truth {
     source: TruthSource,
-    known: batch::Truth,
+    pub known: batch::Truth,
 }
 
 /// Reads what `--truth` names; what is doubtful about these scenarios is said.
@@ -24,16 +22,6 @@ pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
 }
 
 impl Truth {
-    /// The label of a scenario; `None` if unknown.
-    pub fn of(&self, entry: &Entry) -> Option<Label> {
-        self.known.label(entry, None)
-    }
-
-    /// Whether the label of an entry can be of its scene.
-    pub fn fits(&self, entry: &Entry, scene: &Scene) -> Result<(), LabelError> {
-        self.known.fits(entry, Some(scene))
-    }
-
     /// Whether it is the exact geometry.
     pub fn is_geometry(&self) -> bool {
         self.source == TruthSource::Geometry

@@ -8,9 +8,7 @@ use serde_json::{Map, Value, json};
 use super::variant::Generated;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
-use crate::formats::Entry;
 use crate::generation::{Avoidability, Refusal, Saved, asked, attacker, refusal};
-use crate::workflow::PlanError;
 
 /// Documents a scenario's variant.
 pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
@@ -114,16 +112,6 @@ pub fn said(authored: &Authored) -> Vec<String> {
     });
     let stopped = authored.stopped.iter().map(|why| format!("stopped: {why}"));
     choice.into_iter().chain(refused).chain(stopped).collect()
-}
-
-/// A scenario of which nothing was made, and why.
-pub fn missing(entry: &Entry, error: &PlanError) -> Value {
-    json!({
-        "outcome": null,
-        "scenario": output::visible(&entry.name),
-        "file": entry.display(),
-        "error": error.to_string(),
-    })
 }
 
 fn avoidable(avoidability: &Avoidability) -> Value {

@@ -43,7 +43,9 @@ impl Job<'_> {
                 self.summary.missed(&error);
                 output::say(&format!("nearmiss: {error}"));
                 match self.json {
-                    true => self.show(&output::json_line(&document::missing(entry, &error))?),
+                    true => self.show(&output::json_line(&crate::cli::plan::missing(
+                        entry, &error,
+                    ))?),
                     false => Ok(ControlFlow::Continue(())),
                 }
             }

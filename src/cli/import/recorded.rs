@@ -5,8 +5,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::Counts;
 use crate::cli::{Failure, output};
-use crate::evaluation::published;
-use crate::evaluation::recorded::Loss;
+use crate::evaluation::Loss;
+use crate::paper;
 use crate::store::Store;
 
 /// Runs that are added in one transaction.
@@ -21,7 +21,7 @@ pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     let now = now.map_or(0, |since| {
         i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
     });
-    let (runs, problems) = published::runs(root, now);
+    let (runs, problems) = paper::runs(root, now);
     // What is lost comes first.
     let (lost, others): (Vec<_>, Vec<_>) = problems.iter().partition(|p| p.loss == Loss::Unread);
     for problem in lost.into_iter().chain(others).take(NAMED) {

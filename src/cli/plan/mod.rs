@@ -21,6 +21,7 @@ use crate::formats::Entry;
 use crate::planner::Cancel;
 use crate::scenario::VehicleType;
 use crate::workflow::PlanError;
+pub use document::missing;
 use driven::Driven;
 use files::{Files, Targets};
 pub use options::PlanOptions;

@@ -10,7 +10,8 @@ use std::path::PathBuf;
 use super::filters::Filters;
 use super::output::{self, Target, file_of};
 use super::{Failure, Outcome};
-use crate::evaluation::report::{Document, Paper, Report};
+use crate::evaluation::report::{Document, Report};
+use crate::paper::Paper;
 use crate::store::Filter;
 
 /// Arguments of `report`.

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::AnyReport;
 use crate::cli::{Failure, output};
-use crate::evaluation::Scored;
-use crate::evaluation::recorded::{self, Loss, Problem};
-use crate::evaluation::report::{self, About, Paper, Report};
+use crate::evaluation::report::{About, Report};
+use crate::evaluation::{Loss, Problem, Scored};
+use crate::paper::{self, Paper};
 
 /// The recorded answers beside the paper's tables, and how many files could not be read.
 pub fn paper(folder: &Path) -> Result<(AnyReport, usize), Failure> {
@@ -29,7 +29,7 @@ const NAMED: usize = 20;
 
 /// Recorded answers, what they are in words, and how many files could not be read.
 fn read(folder: &Path) -> Result<(Vec<Scored>, About, usize), Failure> {
-    if !recorded::is_laid_out(folder) {
+    if !paper::is_laid_out(folder) {
         let what = match folder.is_dir() {
             true => "no recorded answers are in it",
             false => "there is no such folder",
@@ -40,7 +40,7 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, About, usize), Failure> {
             folder.display()
         )));
     }
-    let (scored, problems) = report::recorded(folder);
+    let (scored, problems) = paper::scored(folder);
     let lost: Vec<&Problem> = problems.iter().filter(|p| p.loss == Loss::Unread).collect();
     lost.iter()
         .take(NAMED)

@@ -8,7 +8,7 @@ use crate::cli::open::scene_beside;
 use crate::cli::{Failure, output};
 use crate::evaluation::batch::Spec;
 use crate::evaluation::report::{Stored, Truth};
-use crate::evaluation::{Label, Labelled, recorded};
+use crate::evaluation::{Label, Labelled, annotations};
 use crate::formats::{Entry, bundled, find};
 use crate::store::Store;
 use crate::system;
@@ -115,13 +115,13 @@ fn folder(folder: &Path, truth: &mut Truth) -> Result<(), Failure> {
     };
     let mut others = entries;
     if annotated {
-        let (labels, problems) = recorded::truth(folder);
+        let (labels, problems) = annotations(folder);
         for problem in &problems {
             output::say(&format!("nearmiss: {problem}"));
         }
         others.retain(|entry| labels.get(&entry.name).is_none());
-        let annotations = labels.iter().map(|(name, label)| (name.to_string(), label));
-        add(truth, annotations.collect());
+        let labels = labels.iter().map(|(name, label)| (name.to_string(), label));
+        add(truth, labels.collect());
     }
     add(truth, geometry(&others));
     Ok(())

@@ -21,7 +21,7 @@ pub use estimate::Estimate;
 pub use matrix::{Matrix, More, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};
 pub use request_summary::Described;
-pub use scored::{Answers, Relabelled, answers, label_of, retold, scored, way_of};
+pub use scored::{Answers, Relabelled, answers, label_of, retold, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
 pub use truth::{Truth, TruthError, TruthSource};

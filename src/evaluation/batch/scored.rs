@@ -29,15 +29,6 @@ pub struct Answers {
     pub others: usize,
 }
 
-/// Every question of a batch about an unchanged scene at the first lead, with its answer, in order;
-/// see [`answers`].
-///
-/// # Errors
-/// See [`answers`].
-pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> {
-    Ok(answers(store, batch)?.plain)
-}
-
 /// Every yes-or-no question of a batch with its answer, in order: the newest complete answer to the same request and
 /// sample, else why there is none.
 ///

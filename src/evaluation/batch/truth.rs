@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::evaluation::recorded;
-use crate::evaluation::{Label, LabelError, Labelled, Labels};
+use crate::evaluation::{Label, LabelError, Labelled, Labels, annotations};
 use crate::formats::{Entry, Place};
 use crate::scenario::Scene;
 use crate::store::Item;
@@ -129,7 +128,7 @@ impl Truth {
                         if !root.join("Results").join("LLM").is_dir() {
                             return Labels::default();
                         }
-                        let (labels, problems) = recorded::truth(&root);
+                        let (labels, problems) = annotations(&root);
                         doubts.extend(problems.iter().map(ToString::to_string));
                         labels
                     });

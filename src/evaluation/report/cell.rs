@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::super::answer::NOT_SENT;
-use super::super::recorded::names;
 use super::super::statistics::{
     Calibration, Interval, Kappa, Spread, f1_interval, majority, wilson,
 };
-use super::super::{AnswerStatus, Confusion, Label, PromptConfig, Scored};
+use super::super::{AnswerStatus, Confusion, Label, PromptConfig, Scored, names_obstacle};
 use super::consumption::{Consumption, count};
 use crate::judge;
 use crate::store::Consumed;
@@ -57,7 +56,7 @@ impl Half {
 pub struct NamingCounts {
     /// Verdicts on collisions whose obstacle is known.
     pub n: u32,
-    /// Of them those that name it as the danger, see [`super::super::recorded::accused`].
+    /// Of them those that name it as the danger, see [`crate::evaluation::named_obstacles`].
     pub right: u32,
     /// Of them those that give no obstacle a graver score.
     pub first: u32,
@@ -213,7 +212,7 @@ impl Cell {
         }
         if let Some(Label::Collision(Some(who))) = one.truth {
             self.named.n += 1;
-            self.named.right += u32::from(names(verdict, who));
+            self.named.right += u32::from(names_obstacle(verdict, who));
         }
     }
 

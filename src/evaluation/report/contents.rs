@@ -19,7 +19,7 @@ impl Report {
         }
     }
 
-    pub(super) fn blocks(&self) -> Vec<Block> {
+    pub(crate) fn blocks(&self) -> Vec<Block> {
         let mut blocks = Vec::new();
         for task in Task::VERDICTS {
             let cells: Vec<&Cell> = self.whole().filter(|c| c.way.task == task).collect();
@@ -116,7 +116,7 @@ fn table(task: Task, caption: &str, name: &str, titles: &[&str]) -> Table {
 }
 
 /// A share with its interval: `0.83 [0.70, 0.91]`.
-pub(super) fn with_interval(value: Option<f64>, interval: Option<Interval>) -> String {
+pub(crate) fn with_interval(value: Option<f64>, interval: Option<Interval>) -> String {
     match (value, interval) {
         (None, _) => NONE.into(),
         (Some(value), None) => format!("{value:.2}"),

@@ -59,7 +59,7 @@ pub enum Align {
 
 impl Table {
     /// An empty table. Titles that begin with `<` are those of words, all others of numbers.
-    pub(super) fn new(
+    pub(crate) fn new(
         caption: impl Into<String>,
         name: impl Into<String>,
         titles: &[&str],

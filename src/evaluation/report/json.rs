@@ -33,7 +33,7 @@ impl Report {
 }
 
 /// The parts of a way.
-pub(super) fn way(way: &PromptConfig) -> Map<String, Value> {
+pub(crate) fn way(way: &PromptConfig) -> Map<String, Value> {
     let fields = [
         ("task", json!(way.task.name())),
         ("frame", json!(way.frame.map(|f| f.name()))),
@@ -47,7 +47,7 @@ pub(super) fn way(way: &PromptConfig) -> Map<String, Value> {
 }
 
 /// The four counts.
-pub(super) fn counts(c: &Confusion) -> Map<String, Value> {
+pub(crate) fn counts(c: &Confusion) -> Map<String, Value> {
     let fields = [
         ("tp", c.true_positives),
         ("fp", c.false_positives),

@@ -13,21 +13,20 @@ mod markdown;
 mod methods;
 mod names;
 mod pairs;
-mod paper;
-mod paper_contents;
 mod plot;
-mod recorded;
 mod stored;
 mod varied;
 
 pub use about::About;
 pub use cell::{Cell, Half, NamingCounts};
 pub use consumption::Consumption;
+pub(crate) use contents::with_interval;
+pub(crate) use csv::csv;
 pub use document::{Align, Block, Document, Table};
+pub(crate) use json::{counts, way};
 pub use names::technique;
+pub(crate) use names::{NONE, number, p_value};
 pub use pairs::Pair;
-pub use paper::{Comparison, Finding, Paper, Published, published};
-pub use recorded::scored as recorded;
 pub use stored::{Stored, Truth, stored};
 pub use varied::{SAME_WORDS, Varied};
 

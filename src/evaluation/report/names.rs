@@ -35,15 +35,15 @@ pub(super) fn way(way: &PromptConfig) -> String {
 }
 
 /// Stands where there is no value.
-pub(super) const NONE: &str = "–";
+pub(crate) const NONE: &str = "–";
 
 /// Formats with this many decimals, or a dash.
-pub(super) fn number(value: Option<f64>, decimals: usize) -> String {
+pub(crate) fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| NONE.into(), |v| format!("{v:.decimals$}"))
 }
 
 /// A p value: three decimals, and none so small that they would be 0.
-pub(super) fn p_value(p: f64) -> String {
+pub(crate) fn p_value(p: f64) -> String {
     if p < 0.001 {
         "< 0.001".into()
     } else {

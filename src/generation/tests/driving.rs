@@ -1,12 +1,18 @@
 //! Tests of the ego against a change.
 
-use super::{CAR, behind_a_car, braking, car, settings, state};
+use super::{CAR, ClosedLoop, behind_a_car, braking, car, settings, state};
 use crate::formats::bundled;
 use crate::generation::{Change, ChangeError, Consequence};
 use crate::geometry::{Footprint, Pose, Shape};
 use crate::planner::Forecast;
 use crate::scenario::{Motion, Scenario};
 use crate::simulation::{Collision, ContactSide, Driver, Outcome, Stretch};
+
+/// The lowest risk score of the car in the baseline.
+fn lowest_before(closed: &ClosedLoop) -> Option<u8> {
+    let risk = closed.baseline().risk_of(CAR);
+    risk.iter().map(|(_, score)| *score).min()
+}
 
 #[test]
 fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
@@ -42,7 +48,7 @@ fn the_recorded_motion_is_no_change() {
     assert_eq!(effect.drive.states, closed.baseline().drive().states);
     assert_eq!(effect.consequence, Consequence::NoEffect);
     assert_eq!(effect.before, effect.after);
-    assert_eq!(effect.lowest_after(), closed.baseline().lowest_of(CAR));
+    assert_eq!(effect.lowest_after(), lowest_before(&closed));
     assert_eq!(effect.anyone_after, closed.baseline().lowest());
     // 25 m between the middles of two cars of 4.5 m that go on as fast as each other.
     assert!(effect.distance.is_some_and(|d| d > 15.0 && d < 22.0));
@@ -115,7 +121,7 @@ fn who_goes_through_the_ego_between_two_steps_is_told() {
 #[test]
 fn a_wall_in_front_is_a_collision_with_the_attacker() {
     let closed = behind_a_car(9.0, Forecast::Lane);
-    let before = closed.baseline().lowest_of(CAR).unwrap();
+    let before = lowest_before(&closed).unwrap();
     // As if it drove into something: what is asked here is not whether a car could.
     let effect = closed.effect(&braking(&closed, 1, 500.0)).unwrap();
     let collision = effect.collision().unwrap();

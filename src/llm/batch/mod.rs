@@ -61,19 +61,6 @@ pub enum State {
 }
 
 impl State {
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Working => "working",
-            Self::Cancelling => "cancelling",
-            Self::Ended => "ended",
-            Self::Cancelled => "cancelled",
-            Self::Expired => "expired",
-            Self::Failed => "failed",
-        }
-    }
-
     /// Whether nothing more comes, so that the results can be read.
     #[must_use]
     pub fn is_over(self) -> bool {

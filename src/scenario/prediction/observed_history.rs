@@ -16,7 +16,6 @@ use crate::scenario::{
 pub struct ObservedHistory<'a> {
     network: &'a LaneletNetwork,
     now: i64,
-    dt: f64,
     ego: Option<Observed<'a>>,
     others: Vec<Observed<'a>>,
 }
@@ -95,7 +94,6 @@ impl<'a> ObservedHistory<'a> {
         Self {
             network: &scene.scenario.network,
             now,
-            dt,
             ego: Observed::at_end(who, scene.ego_footprint_at(now), ego, Some(now), dt),
             others: others.collect(),
         }
@@ -120,7 +118,6 @@ impl<'a> ObservedHistory<'a> {
         Self {
             network: &scenario.network,
             now,
-            dt,
             ego: None,
             others: others.collect(),
         }
@@ -136,12 +133,6 @@ impl<'a> ObservedHistory<'a> {
     #[must_use]
     pub fn now(&self) -> i64 {
         self.now
-    }
-
-    /// Seconds between two time steps.
-    #[must_use]
-    pub fn dt(&self) -> f64 {
-        self.dt
     }
 
     /// The ego; nothing in a gap of its recording.

@@ -41,8 +41,6 @@ pub struct Course {
 /// What an obstacle may do: any of the courses at any of the speeds.
 #[derive(Debug, Clone)]
 pub struct Prediction {
-    /// The state it starts from.
-    pub present: Present,
     /// The lines; their weights sum to 1.
     pub courses: Vec<Course>,
     /// Speeds along them, all equally likely.
@@ -124,11 +122,7 @@ impl<'a> Predictor<'a> {
         } else {
             self.courses(seen, &present, reach)
         };
-        Prediction {
-            present,
-            courses,
-            speeds,
-        }
+        Prediction { courses, speeds }
     }
 
     fn speeds(&self, present: &Present, parked: bool) -> Vec<Speeds> {

@@ -6,6 +6,7 @@ use ratatui::layout::{Position, Rect};
 
 use super::{Border, Pane, ResultsDrawn, Shown};
 use crate::geometry::Point;
+use crate::tui::action::Action;
 use crate::tui::widgets::reading::Reading;
 
 /// Areas and texts of the last frame.
@@ -84,6 +85,19 @@ pub struct Extent {
     pub rows: usize,
     /// First line shown.
     pub top: usize,
+}
+
+impl Extent {
+    /// The first line where the last one is in sight.
+    pub fn last_top(self) -> usize {
+        self.lines.saturating_sub(self.rows)
+    }
+
+    /// The first line after an action that scrolls, by so many lines a page.
+    pub fn scrolled(self, action: Action, page: usize) -> usize {
+        let by = action.lines(page.cast_signed());
+        self.top.saturating_add_signed(by).min(self.last_top())
+    }
 }
 
 /// The map as it was drawn.

@@ -121,8 +121,8 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     // Safe by the labels; and who does not name the one that is hit has said no.
     assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
     // As the report of the batch has it.
-    let scored = crate::evaluation::batch::scored(&kept.store, batch).unwrap();
-    let report = Report::from_scored(&scored);
+    let answers = crate::evaluation::batch::answers(&kept.store, batch).unwrap();
+    let report = Report::from_scored(&answers.plain);
     let cell = report.cells.iter().find(|c| c.half == Half::All).unwrap();
     let row = &kept.bench.model.results.rows[0];
     assert_eq!(

@@ -216,14 +216,7 @@ fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
     if model.focus.scope() == Scope::Scenarios || model.list.filtering {
         let page = model.drawn.extent(Pane::Scenarios).rows.max(2) - 1;
         let page = isize::try_from(page).unwrap_or(1);
-        model.list.move_by(match action {
-            Action::Up => -1,
-            Action::Down => 1,
-            Action::PageUp => -page,
-            Action::PageDown => page,
-            Action::Top => isize::MIN,
-            _ => isize::MAX,
-        });
+        model.list.move_by(action.lines(page));
         return open_current(model);
     }
     let pane = model.focus;
@@ -234,17 +227,9 @@ fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
 /// Scrolls a pane's text.
 pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
     let extent = model.drawn.extent(pane);
-    let last = extent.lines.saturating_sub(extent.rows);
+    let last = extent.last_top();
     let page = extent.rows.saturating_sub(1).max(1);
-    let top = match action {
-        Action::Up => extent.top.saturating_sub(1),
-        Action::Down => extent.top + 1,
-        Action::PageUp => extent.top.saturating_sub(page),
-        Action::PageDown => extent.top + page,
-        Action::Top => 0,
-        _ => last,
-    }
-    .min(last);
+    let top = extent.scrolled(action, page);
     match pane {
         Pane::Prompt => model.prompt.scroll = top,
         Pane::Verdict => model.answers.verdict_top = top,

@@ -116,16 +116,8 @@ fn scroll(model: &mut Model, action: Action) {
             continue;
         }
         let extent = model.drawn.column(place);
-        let last = extent.lines.saturating_sub(extent.rows);
-        let top = match action {
-            Action::Up => extent.top.saturating_sub(1),
-            Action::Down => extent.top + 1,
-            Action::PageUp => extent.top.saturating_sub(page),
-            Action::PageDown => extent.top + page,
-            Action::Top => 0,
-            _ => last,
-        };
-        set_top(model, place, top.min(last), last);
+        let top = extent.scrolled(action, page);
+        set_top(model, place, top, extent.last_top());
     }
 }
 

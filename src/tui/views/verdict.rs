@@ -64,9 +64,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     let inner = frame::pane(f, area, model, Pane::Verdict, title);
     let answers = &model.answers;
-    let other = matches!(model.task, Task::Attacker | Task::Trajectory);
-    if other && model.scene().is_some() {
-        let text = without_reference(model, seen_now, usize::from(inner.width));
+    let draw = |f: &mut Frame<'_>, text| {
         scroll::text(
             f,
             inner,
@@ -75,6 +73,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             text,
             Some(answers.verdict_top),
         );
+    };
+    let other = matches!(model.task, Task::Attacker | Task::Trajectory);
+    if other && model.scene().is_some() {
+        let text = without_reference(model, seen_now, usize::from(inner.width));
+        draw(f, text);
         return;
     }
     let reference = answers.reference.as_ref();
@@ -83,14 +86,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let error = model.open_error.clone();
         let words = error.unwrap_or_else(|| model.without_ego());
         let text = Text::styled(crate::description::visible(&words).into_owned(), dim);
-        scroll::text(
-            f,
-            inner,
-            model,
-            Pane::Verdict,
-            text,
-            Some(answers.verdict_top),
-        );
+        draw(f, text);
         return;
     }
     let verdict = reference.map(|r| &r.verdict);
@@ -119,14 +115,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut text = Text::from(table.lines());
     text.push_line("");
     text.extend(comment(model, reference));
-    scroll::text(
-        f,
-        inner,
-        model,
-        Pane::Verdict,
-        text,
-        Some(answers.verdict_top),
-    );
+    draw(f, text);
 }
 
 /// Answers to a task about which the built-in judge says nothing.

@@ -3,13 +3,12 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use super::{BatchError, BatchPlan};
-use crate::evaluation::batch::{Estimate, PreparedQuestions};
+use super::{BatchError, BatchPlan, parts};
+use crate::evaluation::batch::{Ask, Estimate, PreparedQuestions};
 use crate::evaluation::{Judges, Question, can_ask};
+use crate::formats::Entry;
 use crate::planner::Cancel;
-use crate::store::{Identity, Item, Key, NewItem, Store, StoreError};
+use crate::store::{Identity, Item, Key, NewItem, Store};
 
 /// The questions of a batch.
 #[derive(Debug, Default)]
@@ -38,9 +37,6 @@ pub enum DryRunEvent<'a> {
     },
 }
 
-/// Scenarios whose questions are made at once, for each core: enough to keep all busy, and the memory bounded.
-const AT_ONCE: usize = 4;
-
 impl BatchPlan {
     /// Makes the questions, on all cores. Nothing where `cancel` asked for an end.
     ///
@@ -55,24 +51,18 @@ impl BatchPlan {
     ) -> Result<Option<DryRun>, BatchError> {
         let mut dry_run = DryRun::default();
         let mut done = 0;
-        for part in self
-            .scenarios
-            .chunks(AT_ONCE * rayon::current_num_threads())
-        {
-            let prepared: Vec<Result<PreparedQuestions, StoreError>> = part
-                .par_iter()
-                .map(|(entry, asks)| {
-                    self.builder
-                        .prepare(entry, asks, &self.truth, judges, store)
-                })
-                .collect();
-            for ((entry, _), prepared) in part.iter().zip(prepared) {
+        let prepare = |(entry, asks): &(Entry, Vec<Ask>)| {
+            self.builder
+                .prepare(entry, asks, &self.truth, judges, store)
+        };
+        for part in parts(&self.scenarios, prepare) {
+            done += part.len();
+            for ((entry, _), prepared) in part {
                 dry_run.add(&entry.name, prepared?)?;
             }
             if cancel.is_asked() {
                 return Ok(None);
             }
-            done += part.len();
             on_event(DryRunEvent::Described {
                 done,
                 dry_run: &dry_run,

@@ -2,7 +2,9 @@
 //!
 //! [`BatchRequest::plan`] starts a batch and [`ResumeRequest::plan`] resumes one. On either plan,
 //! [`BatchPlan::dry_run`] builds the questions, [`BatchPlan::write`] stores them and [`BatchRun::ask`] asks them.
+//! [`BuiltInRequest::run`] compares the built-in judge with simpler predictors, which answer no questions and are not stored.
 
+mod built_in;
 mod control;
 mod dry_run;
 mod error;
@@ -12,6 +14,7 @@ mod resume;
 mod run;
 mod submit;
 
+pub use built_in::{BuiltInAnswers, BuiltInEvent, BuiltInRequest};
 pub use control::{BatchControl, ProviderSlots};
 pub use dry_run::{DryRun, DryRunEvent};
 pub use error::BatchError;
@@ -20,6 +23,20 @@ pub use plan::{BatchPlan, BatchRequest};
 pub use resume::{Relabelling, ResumeRequest};
 pub use run::{BatchRun, Ended, Selection, at_once};
 pub use submit::SubmittedItems;
+
+use rayon::prelude::*;
+
+/// Items that are worked on at once, for each core: enough to keep all busy, and the memory bounded.
+const AT_ONCE: usize = 4;
+
+/// The results of `work` on each item, on all cores, a part of the items at a time.
+fn parts<'a, T: Sync, R: Send>(
+    items: &'a [T],
+    work: impl Fn(&'a T) -> R + Sync,
+) -> impl Iterator<Item = Vec<(&'a T, R)>> {
+    let parts = items.chunks(AT_ONCE * rayon::current_num_threads());
+    parts.map(move |part| part.par_iter().map(|item| (item, work(item))).collect())
+}
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

@@ -128,14 +128,7 @@ fn enter(model: &mut Model) -> Vec<Effect> {
 fn moved(model: &mut Model, action: Action) {
     let rows = model.drawn.results().list.height;
     let page = isize::from(rows.cast_signed() - 1).max(1);
-    model.results.move_by(match action {
-        Action::Up => -1,
-        Action::Down => 1,
-        Action::PageUp => -page,
-        Action::PageDown => page,
-        Action::Top => isize::MIN,
-        _ => isize::MAX,
-    });
+    model.results.move_by(action.lines(page));
 }
 
 /// The mouse: a click selects, a click on what is selected opens it, the wheel moves the selection.

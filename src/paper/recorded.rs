@@ -6,10 +6,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::labels::Labels;
+use crate::evaluation::annotations::{file_name, results_folder, sorted_paths};
+use crate::evaluation::{Loss, Problem};
 use crate::prompts::Techniques;
 use crate::system;
-use crate::verdict::{NoVerdict, Reading, Task, Verdict, read};
+use crate::verdict::{NoVerdict, Reading, Task, read};
 
 /// A recorded answer.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,29 +35,6 @@ pub struct Recorded {
     pub context: Option<String>,
 }
 
-/// A file or folder that is no answer, or an incomplete one.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {message}", path.display())]
-pub struct Problem {
-    /// Which file or folder.
-    pub path: PathBuf,
-    /// The problem and its consequence.
-    pub message: String,
-    /// The data it loses.
-    pub loss: Loss,
-}
-
-/// Severity of a problem: what data it loses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Loss {
-    /// No effect: just something unexpected.
-    Nothing,
-    /// An optional answer is absent.
-    Absent,
-    /// Something present could not be read, or only in part.
-    Unread,
-}
-
 /// The folders of the two halves of the data, and whether they collide.
 const HALVES: [(&str, bool); 2] = [
     ("output_validation", true),
@@ -76,33 +54,6 @@ impl Recorded {
     }
 }
 
-/// Whether a verdict names an obstacle as the danger; see [`accused`].
-#[must_use]
-pub fn names(verdict: &Verdict, obstacle: i64) -> bool {
-    let scores = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
-    accused(verdict.dangerous, scores).contains(&obstacle)
-}
-
-/// Whom a verdict with these obstacles and risk scores names as the danger.
-///
-/// Those that collide or are of extreme risk, the scores 0 and 1: so the paper counts the obstacles that a model found.
-/// Where a yes gives no obstacle so low a score, as for a collision that is predicted for later, those with the lowest one, 2 at
-/// most.
-#[must_use]
-pub fn accused(dangerous: bool, scores: impl Iterator<Item = (i64, u8)> + Clone) -> Vec<i64> {
-    let lowest = scores.clone().map(|(_, score)| score).min();
-    let most = match lowest {
-        Some(PREDICTED) if dangerous => PREDICTED,
-        _ => EXTREME,
-    };
-    let named = scores.filter(|(_, score)| *score <= most);
-    named.map(|(id, _)| id).collect()
-}
-
-/// The risk scores of extreme risk, and the highest one of a collision that is only predicted.
-const EXTREME: u8 = 1;
-const PREDICTED: u8 = 2;
-
 /// Whether there is a folder of recorded answers where [`find`] looks for one.
 #[must_use]
 pub fn is_laid_out(root: &Path) -> bool {
@@ -116,8 +67,7 @@ pub fn is_laid_out(root: &Path) -> bool {
 #[must_use]
 pub fn find(root: &Path) -> (Vec<Recorded>, Vec<Problem>) {
     let mut search = Search::default();
-    let results = root.join("Results");
-    let folder = if results.is_dir() { &results } else { root };
+    let folder = results_folder(root);
     let mut halves = 0;
     for (name, collision) in HALVES {
         let half = folder.join(name);
@@ -135,40 +85,6 @@ pub fn find(root: &Path) -> (Vec<Recorded>, Vec<Problem>) {
         );
     }
     (search.found, search.problems)
-}
-
-/// The truth about the scenarios below `root`: its files `annotations.csv` and `annotation_normal.csv` in `Results/LLM`.
-#[must_use]
-pub fn truth(root: &Path) -> (Labels, Vec<Problem>) {
-    let mut search = Search::default();
-    let mut labels = Labels::default();
-    let results = root.join("Results");
-    let folder = if results.is_dir() { &results } else { root };
-    let mut files = Vec::new();
-    let mut folders = vec![(folder.join("LLM"), 0)];
-    while let Some((folder, depth)) = folders.pop() {
-        for path in search.inside(&folder) {
-            let name = name(&path);
-            if path.is_dir() && depth < 3 {
-                folders.push((path, depth + 1));
-            } else if name.starts_with("annotation") && name.ends_with(".csv") {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    if files.is_empty() {
-        search.complain(&folder.join("LLM"), "there are no annotations below it");
-    }
-    for file in files {
-        let read = system::read_file(&file, system::LARGEST).map_err(|e| system::words(&e));
-        let read =
-            read.and_then(|bytes| labels.read(&bytes, &name(&file)).map_err(|e| e.to_string()));
-        if let Err(message) = read {
-            search.complain(&file, message);
-        }
-    }
-    (labels, search.problems)
 }
 
 /// Results so far.
@@ -201,20 +117,10 @@ impl Search {
 
     /// What is in a folder, in order; nothing, and a problem, if it cannot be read.
     fn inside(&mut self, folder: &Path) -> Vec<PathBuf> {
-        let read = std::fs::read_dir(folder).and_then(|entries| {
-            let paths = entries.map(|entry| entry.map(|e| e.path()));
-            paths.collect::<Result<Vec<_>, _>>()
-        });
-        match read {
-            Ok(mut paths) => {
-                paths.sort();
-                paths
-            }
-            Err(error) => {
-                self.complain(folder, format!("cannot be read: {error}"));
-                Vec::new()
-            }
-        }
+        sorted_paths(folder).unwrap_or_else(|problem| {
+            self.problems.push(problem);
+            Vec::new()
+        })
     }
 
     fn folders(&mut self, folder: &Path) -> Vec<PathBuf> {
@@ -231,7 +137,7 @@ impl Search {
                 continue;
             }
             for method in self.folders(&tasks) {
-                let Some(asked) = FolderQuestion::from_name(task, &self::name(&method)) else {
+                let Some(asked) = FolderQuestion::from_name(task, &file_name(&method)) else {
                     let known =
                         "cart or ego, and base, ablation, cot or icl, as in ego_cot; or safety";
                     self.complain(&method, format!("is no way of asking that is known, and was passed over; there are {known}"));
@@ -252,7 +158,7 @@ impl Search {
         }
         let mut files = self.inside(&analysis);
         files.retain(|path| path.is_file());
-        let usual = |path: &PathBuf| name(path).ends_with("_all_timesteps.txt");
+        let usual = |path: &PathBuf| file_name(path).ends_with("_all_timesteps.txt");
         let usual = files.iter().find(|p| usual(p)).cloned();
         let text = |path: &PathBuf| path.extension().is_some_and(|x| x == "txt");
         let chosen = usual.or_else(|| files.iter().find(|p| text(p)).cloned());
@@ -260,10 +166,10 @@ impl Search {
             return self.absent(&analysis, "has no *.txt: no answer");
         };
         for other in files.iter().filter(|other| **other != file) {
-            let message = format!("was passed over, as {} is the answer", name(&file));
+            let message = format!("was passed over, as {} is the answer", file_name(&file));
             self.remark(other, message);
         }
-        if !name(&file).ends_with("_all_timesteps.txt") {
+        if !file_name(&file).ends_with("_all_timesteps.txt") {
             self.remark(
                 &file,
                 "has another name than …_all_timesteps.txt; it was taken as the answer",
@@ -288,7 +194,7 @@ impl Search {
             context = file.and_then(|file| self.text(file));
         }
         self.found.push(Recorded {
-            scenario: name(scenario),
+            scenario: file_name(scenario),
             collision,
             task: asked.task,
             frame: asked.frame,
@@ -302,7 +208,7 @@ impl Search {
 
     /// The model behind the name of a folder, as the paper's scripts ask for it.
     fn model(&mut self, engine: &Path) -> Option<String> {
-        let name = name(engine);
+        let name = file_name(engine);
         let model = match name.as_str() {
             "gemini" => "gemini-1.5-pro",
             "openai" => "gpt-4o",
@@ -387,11 +293,6 @@ impl FolderQuestion {
             techniques,
         })
     }
-}
-
-fn name(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

@@ -1,16 +1,15 @@
 //! Recorded answers compared with the ground truth and the built-in judge.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::super::published::{HISTORY, chosen, scenarios};
-use super::super::recorded::{Loss, Problem, Recorded, find, truth};
-use super::super::{AnswerStatus, Label, Labelled, Labels, Lead, PromptConfig, Scored};
+use super::recorded::{Recorded, find};
+use super::scenes::{label_of_half, of_answers, safety_window, subject};
 use crate::description::Frame;
-use crate::formats::Entry;
+use crate::evaluation::{AnswerStatus, Label, Labels, Problem, PromptConfig, Scored, annotations};
 use crate::judge;
+use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
 use crate::store::Consumed;
 use crate::verdict::{Task, Verdict};
@@ -31,26 +30,12 @@ struct Reference {
 pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
     let (mut answers, mut problems) = find(root);
     answers.retain(|answer| Task::VERDICTS.contains(&answer.task));
-    let (labels, wrong) = truth(root);
+    let (labels, wrong) = annotations(root);
     problems.extend(wrong);
-    let mut asked: Vec<(&str, bool)> = answers.iter().map(key).collect();
-    asked.sort_unstable();
-    asked.dedup();
-    let files = scenarios(root);
-    let judge = |&(name, collision): &(&str, bool)| {
-        let Some(found) = files.get(name) else {
-            return Ok(Reference::default());
-        };
-        reference(chosen(found, collision), half(collision))
-    };
-    let mut references = BTreeMap::new();
-    let judged: Vec<_> = asked.par_iter().map(judge).collect();
-    for (name, found) in asked.iter().zip(judged) {
-        match found {
-            Ok(found) => drop(references.insert(*name, found)),
-            Err(problem) => problems.push(problem),
-        }
-    }
+    let references = of_answers(&answers, root, &mut problems, |collision, opened| {
+        let scene = opened.scene.as_ref();
+        scene.map_or_else(Reference::default, |scene| Reference::on(scene, collision))
+    });
     let one = |answer: &Recorded| Scored {
         scenario: answer.scenario.clone(),
         way: PromptConfig {
@@ -63,7 +48,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
         truth: label(&labels, &answer.scenario, answer.collision),
         status: said(answer),
         reference: references
-            .get(&key(answer))
+            .get(&subject(answer))
             .and_then(|r| r.of(answer.task).cloned()),
         consumed: Consumed::default(),
         run: None,
@@ -77,22 +62,11 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
     (scored, problems)
 }
 
-fn key(answer: &Recorded) -> (&str, bool) {
-    (&answer.scenario, answer.collision)
-}
-
 /// The truth about a scenario: where only some are annotated, it is unknown for the others.
 fn label(labels: &Labels, name: &str, collision: bool) -> Option<Label> {
     match labels.iter().next() {
         Some(_) => labels.get(name),
-        None => Some(half(collision)),
-    }
-}
-
-fn half(collision: bool) -> Label {
-    match collision {
-        true => Label::Collision(None),
-        false => Label::Safe,
+        None => Some(label_of_half(collision)),
     }
 }
 
@@ -108,49 +82,20 @@ fn said(answer: &Recorded) -> AnswerStatus {
 
 fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
     Scored {
-        scenario: name.into(),
-        way: PromptConfig {
-            task: verdict.task,
-            frame: None,
-            techniques: None,
-            model: judge::MODEL.into(),
-        },
-        sample: 0,
-        truth,
-        status: AnswerStatus::Verdict(verdict.clone()),
         reference: Some(verdict.clone()),
-        consumed: Consumed::default(),
-        run: None,
+        ..Scored::built_in(name, judge::MODEL, truth, verdict.clone())
     }
 }
 
-fn reference(entry: &Entry, half: Label) -> Result<Reference, Problem> {
-    let problem = |message: String| Problem {
-        path: entry.display().into(),
-        message,
-        loss: Loss::Unread,
-    };
-    let scenario = entry.read().map_err(|e| problem(e.to_string()))?;
-    let ego = entry.recorded_ego(&scenario);
-    let Some(ego) = ego.map_err(|e| problem(e.to_string()))? else {
-        return Ok(Reference::default());
-    };
-    let scene = Scene::new(scenario, ego);
-    let labelled = Labelled {
-        scene: &scene,
-        label: half,
-        contact: None,
-    };
-    let whole = Window::ending_at(&scene, i64::MAX, 1);
-    let safety = labelled.window(Lead::Paper, HISTORY);
-    let ask = |task, window: &Window| judge::judge(&scene, task, window).verdict;
-    Ok(Reference {
-        collision: Some(ask(Task::Collision, &whole)),
-        safety: safety.map(|window| ask(Task::Safety, &window)),
-    })
-}
-
 impl Reference {
+    fn on(scene: &Scene, collision: bool) -> Self {
+        let safety = |window: Window| judge::judge(scene, Task::Safety, &window).verdict;
+        Self {
+            collision: Some(judge::judge_collision(scene, Thresholds::shipped()).verdict),
+            safety: safety_window(scene, collision).map(safety),
+        }
+    }
+
     fn of(&self, task: Task) -> Option<&Verdict> {
         match task {
             Task::Collision => self.collision.as_ref(),

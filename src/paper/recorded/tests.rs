@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::evaluation::Label;
+use crate::evaluation::{Loss, names_obstacle};
 
 const ANSWER: &str = r#"{"collision": true, "obstacles": [{"id": 7, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 
@@ -129,14 +129,14 @@ fn everything_is_found_or_named() {
     assert!(
         read.said
             .verdict()
-            .is_some_and(|v| names(v, 7) && !names(v, 8))
+            .is_some_and(|v| names_obstacle(v, 7) && !names_obstacle(v, 8))
     );
     let count = |loss| problems.iter().filter(|p| p.loss == loss).count();
     let losses = [Loss::Absent, Loss::Nothing, Loss::Unread].map(count);
     assert_eq!(losses, [3, 4, 2], "{problems:#?}");
     let mut words: Vec<String> = problems
         .iter()
-        .map(|p| format!("{}: {}", name(&p.path), p.message))
+        .map(|p| format!("{}: {}", file_name(&p.path), p.message))
         .collect();
     words.sort();
     let wanted = [
@@ -166,25 +166,4 @@ fn a_folder_without_answers_says_so() {
         "{}",
         problems[0]
     );
-}
-
-#[test]
-fn truth_comes_from_the_annotations() {
-    let folder = tempfile::tempdir().unwrap();
-    let root = folder.path();
-    put(
-        root,
-        "Results/LLM/Scenario_Collision/ego/annotations.csv",
-        "Scenario_Name,Obstacle_ID\nZAM_A-1,7\n",
-    );
-    put(
-        root,
-        "Results/LLM/Senario_Normal/ego/annotation_normal.csv",
-        "Scenario_Name,Obstacle_ID\nZAM_B-1,none\n",
-    );
-    put(root, "Results/LLM/x/annotation_bad.csv", "a,b\n1,2\n");
-    let (labels, problems) = truth(root);
-    assert_eq!(labels.get("ZAM_A-1"), Some(Label::Collision(Some(7))));
-    assert_eq!(labels.get("ZAM_B-1"), Some(Label::Safe));
-    assert_eq!(problems.len(), 1);
 }

@@ -2,13 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::contents::with_interval;
-use super::document::{Block, Document, Table};
-use super::json::{counts, way};
-use super::names::{NONE, number, p_value};
-use super::paper::{Comparison, Finding, Paper, Part, Published};
-use super::{Cell, Half};
+use super::tables::{Comparison, Finding, Paper, Part, Published};
 use crate::evaluation::Confusion;
+use crate::evaluation::report::{
+    Block, Cell, Document, Half, NONE, Table, counts, csv, number, p_value, way, with_interval,
+};
 use crate::evaluation::statistics::Interval;
 
 impl Paper {
@@ -46,7 +44,7 @@ impl Paper {
     /// Never in practice: the writer's own words.
     pub fn csv(&self) -> Result<String, String> {
         let rows: Vec<Value> = self.comparisons.iter().map(Comparison::json).collect();
-        super::csv::csv(&rows)
+        csv(&rows)
     }
 
     /// The cells of the recorded answers, and the comparisons.

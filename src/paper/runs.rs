@@ -1,22 +1,14 @@
 //! Recorded answers as runs for the store, matched to scenarios in the same folder.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use rayon::prelude::*;
 use serde_json::json;
 
-use super::answer::reading;
-use super::labels::Label;
-use super::lead::{Labelled, Lead};
-use super::recorded::{Loss, Problem, Recorded, find};
-use crate::formats::Entry;
-use crate::scenario::{Scene, Window};
+use super::recorded::{Recorded, find};
+use super::scenes::{Opened, of_answers, safety_window, subject};
+use crate::evaluation::{Problem, reading};
 use crate::store::{Ending, Key, NewRun, Origin, Run, RunId, RunState};
 use crate::verdict::Task;
-
-/// Steps that the paper's scripts describe.
-pub(super) const HISTORY: usize = 10;
 
 /// A scenario whose file was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,79 +33,29 @@ struct Driven {
 #[must_use]
 pub fn runs(root: &Path, now_ms: i64) -> (Vec<Run>, Vec<Problem>) {
     let (answers, mut problems) = find(root);
-    let files = scenarios(root);
-    let mut names: Vec<(&str, bool)> = answers.iter().map(of).collect();
-    names.sort_unstable();
-    names.dedup();
-    let read = names.into_par_iter().map(|(name, collision)| {
-        let entry = files.get(name).map(|files| chosen(files, collision));
-        ((name, collision), entry.map(tie).transpose())
-    });
-    let mut tied = BTreeMap::new();
-    for (name, found) in read.collect::<Vec<_>>() {
-        match found {
-            Ok(found) => drop(tied.insert(name, found)),
-            Err(problem) => problems.push(problem),
-        }
-    }
+    let tied = of_answers(&answers, root, &mut problems, |_, opened| Tied::of(&opened));
     let run = |answer| {
-        let tied = tied.get(&of(answer)).and_then(Option::as_ref);
+        let tied = tied.get(&subject(answer));
         run_of(answer, tied, root, now_ms)
     };
     let runs = answers.iter().map(run).collect();
     (runs, problems)
 }
 
-/// The scenario that an answer is about, and in which half of the data.
-fn of(answer: &Recorded) -> (&str, bool) {
-    (&answer.scenario, answer.collision)
-}
-
-/// The scenarios below a folder by name; none where there is none, which is said answer by answer.
-pub(super) fn scenarios(root: &Path) -> BTreeMap<String, Vec<Entry>> {
-    let mut files: BTreeMap<String, Vec<Entry>> = BTreeMap::new();
-    let found = crate::formats::find(&[root.to_path_buf()]);
-    for entry in found.map(|found| found.entries).unwrap_or_default() {
-        files.entry(entry.name.clone()).or_default().push(entry);
-    }
-    files
-}
-
-/// Of several files of one name the one in the half of the data that the answer is from.
-pub(super) fn chosen(files: &[Entry], collision: bool) -> &Entry {
-    let half = |entry: &&Entry| entry.group.starts_with("normal") != collision;
-    files.iter().find(half).unwrap_or(&files[0])
-}
-
-fn tie(entry: &Entry) -> Result<Tied, Problem> {
-    let problem = |message: String| Problem {
-        path: entry.display().into(),
-        message,
-        loss: Loss::Unread,
-    };
-    let scenario = entry.read().map_err(|e| problem(e.to_string()))?;
-    let hash = scenario.hash.to_string();
-    let ego = entry
-        .recorded_ego(&scenario)
-        .map_err(|e| problem(e.to_string()))?;
-    let ego = ego.map(|ego| {
-        let scene = Scene::new(scenario, ego);
-        let window = |label| {
-            let labelled = Labelled {
-                scene: &scene,
-                label,
-                contact: None,
-            };
-            let window: Option<Window> = labelled.window(Lead::Paper, HISTORY);
-            window.map(|w| (w.first(), w.last()))
+impl Tied {
+    fn of(opened: &Opened) -> Self {
+        let driven = |scene| {
+            let window = |collision| safety_window(scene, collision).map(|w| (w.first(), w.last()));
+            Driven {
+                ego: scene.ego.to_string(),
+                windows: [true, false].map(window),
+            }
         };
-        let windows = [Label::Collision(None), Label::Safe].map(window);
-        Driven {
-            ego: scene.ego.to_string(),
-            windows,
+        Self {
+            hash: opened.scenario.hash.to_string(),
+            ego: opened.scene.as_ref().map(driven),
         }
-    });
-    Ok(Tied { hash, ego })
+    }
 }
 
 fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> Run {

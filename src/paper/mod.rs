@@ -1,0 +1,16 @@
+//! What exists only to be held against the paper "From Words to Collisions" (Gao et al.): its recorded answers and its
+//! printed tables.
+//!
+//! Its convention of measures is [`crate::metrics::paper`], one of the two that `nearmiss metrics` writes.
+
+mod document;
+mod recorded;
+mod runs;
+mod scenes;
+mod scored;
+mod tables;
+
+pub use recorded::{Recorded, find, is_laid_out};
+pub use runs::runs;
+pub use scored::scored;
+pub use tables::{Comparison, Finding, Paper, Part, Published, published};

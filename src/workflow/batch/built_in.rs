@@ -1,0 +1,145 @@
+//! Built-in judges on many scenarios: each is opened, labelled and judged in place. Nothing is sent, so nothing is stored.
+
+use std::sync::Arc;
+
+use super::parts;
+use crate::evaluation::batch::Truth;
+use crate::evaluation::{Label, LabelError, Labelled};
+use crate::formats::{EgoSelection, Entry};
+use crate::scenario::Scene;
+use crate::workflow::{OpenError, OpenRequest, open};
+
+/// Scenarios and what is true about them.
+#[derive(Debug, Clone, Copy)]
+pub struct BuiltInRequest<'a> {
+    /// The scenarios, each with the ego beside it.
+    pub entries: &'a [Entry],
+    /// What is true about them.
+    pub truth: &'a Truth,
+}
+
+/// The answers, and the scenarios without one.
+#[derive(Debug)]
+pub struct BuiltInAnswers<T> {
+    /// Label and answers of each scenario that was judged, in their order.
+    pub judged: Vec<(Label, T)>,
+    /// How many could not be opened.
+    pub failed: usize,
+    /// Names of those without a recorded ego.
+    pub without_ego: Vec<String>,
+    /// Names of those without a label.
+    pub unlabelled: Vec<String>,
+}
+
+/// What became of one scenario, in the order of the scenarios.
+#[derive(Debug)]
+pub enum BuiltInEvent<'a> {
+    /// It was judged.
+    Judged {
+        /// The scenario.
+        entry: &'a Entry,
+        /// The same with its ego.
+        scene: Arc<Scene>,
+        /// Where its label and its bodies do not agree.
+        doubt: Option<&'static str>,
+    },
+    /// It has no ego or no label.
+    LeftOut,
+    /// It could not be opened.
+    Failed(OpenError),
+}
+
+/// One scenario.
+enum One<T> {
+    Judged(Arc<Scene>, Option<&'static str>, (Label, T)),
+    WithoutEgo,
+    Unlabelled,
+    Mislabelled(LabelError),
+}
+
+impl BuiltInRequest<'_> {
+    /// Judges every scenario with `judge`, on all cores.
+    ///
+    /// # Errors
+    /// A label cannot be of its scenario.
+    pub fn run<T: Send>(
+        &self,
+        judge: impl Fn(&Entry, &Labelled<'_>) -> T + Sync,
+        mut on_event: impl FnMut(BuiltInEvent<'_>),
+    ) -> Result<BuiltInAnswers<T>, LabelError> {
+        let mut answers = BuiltInAnswers {
+            judged: Vec::new(),
+            failed: 0,
+            without_ego: Vec::new(),
+            unlabelled: Vec::new(),
+        };
+        for (entry, one) in parts(self.entries, |entry| self.one(entry, &judge)).flatten() {
+            on_event(match one {
+                Ok(One::Judged(scene, doubt, answer)) => {
+                    answers.judged.push(answer);
+                    BuiltInEvent::Judged {
+                        entry,
+                        scene,
+                        doubt,
+                    }
+                }
+                Ok(One::WithoutEgo) => {
+                    answers.without_ego.push(entry.name.clone());
+                    BuiltInEvent::LeftOut
+                }
+                Ok(One::Unlabelled) => {
+                    answers.unlabelled.push(entry.name.clone());
+                    BuiltInEvent::LeftOut
+                }
+                Ok(One::Mislabelled(wrong)) => return Err(wrong),
+                Err(error) => {
+                    answers.failed += 1;
+                    BuiltInEvent::Failed(error)
+                }
+            });
+        }
+        Ok(answers)
+    }
+
+    fn one<T>(
+        &self,
+        entry: &Entry,
+        judge: impl Fn(&Entry, &Labelled<'_>) -> T,
+    ) -> Result<One<T>, OpenError> {
+        let label = self.truth.label(entry, None);
+        if label.is_none() && self.truth.leaves_out() {
+            return Ok(One::Unlabelled);
+        }
+        let request = OpenRequest {
+            entry,
+            ego: &EgoSelection::Beside,
+            transform: None,
+            strict: true,
+        };
+        let Ok(scene) = open(&request)?.scene else {
+            return Ok(One::WithoutEgo);
+        };
+        if let Err(wrong) = self.truth.fits(entry, Some(&scene)) {
+            return Ok(One::Mislabelled(wrong));
+        }
+        let case = Labelled::new(&scene, label);
+        let answer = (case.label, judge(entry, &case));
+        let doubt = case.doubt();
+        Ok(One::Judged(scene, doubt, answer))
+    }
+}
+
+impl<T> BuiltInAnswers<T> {
+    /// How many of the judged scenarios are collisions in truth.
+    #[must_use]
+    pub fn collisions(&self) -> usize {
+        let labels = self.judged.iter().map(|(label, _)| *label);
+        labels.filter(|label| label.collides()).count()
+    }
+
+    /// How many are not.
+    #[must_use]
+    pub fn safe(&self) -> usize {
+        self.judged.len() - self.collisions()
+    }
+}
