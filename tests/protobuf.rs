@@ -19,7 +19,7 @@ use tempfile::tempdir;
 /// What is compared: everything but the hash of the bytes and what was said about them.
 fn essence(scenario: &Scenario) -> Scenario {
     let mut scenario = scenario.clone();
-    scenario.hash = ContentHash::of(b"");
+    scenario.hash = ContentHash::digest(b"");
     scenario.diagnostics.clear();
     scenario.obstacles.sort_by_key(|o| o.role);
     scenario
@@ -103,7 +103,7 @@ fn the_single_message_is_the_same_scenario_as_the_xml() {
             None,
             "{id}"
         );
-        assert_eq!(again.hash, ContentHash::of(&bytes));
+        assert_eq!(again.hash, ContentHash::digest(&bytes));
     }
 }
 
@@ -147,7 +147,7 @@ fn the_three_files_are_the_same_scenario_as_the_xml() {
             names.scenario
         );
         let whole = [encoded.map, encoded.dynamic, encoded.scenario].concat();
-        assert_eq!(again.hash, ContentHash::of(&whole));
+        assert_eq!(again.hash, ContentHash::digest(&whole));
     }
 }
 

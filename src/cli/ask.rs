@@ -101,7 +101,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     let question = arguments.asked.question(&folders, &config)?;
     let model = arguments.model.as_deref().or(config.model.as_deref());
     let model = model.unwrap_or(judge::MODEL);
-    let bound = bound::of(arguments.budget, &config, &folders);
+    let bound = bound::resolve(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     let store = store(arguments, &folders)?;
     let options = RunOptions {

@@ -127,7 +127,7 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
         )));
     };
     let scenario = entry.read().map_err(Failure::input)?;
-    wanted.of(entry, &scenario).map_err(advised)?;
+    wanted.resolve(entry, &scenario).map_err(advised)?;
     Ok(wanted)
 }
 

@@ -184,7 +184,7 @@ impl Setting {
     }
 
     fn dangerous(&self, candidate: &Candidate, scene: &Scene, window: &Window) -> bool {
-        let past = ObservedHistory::of(scene, window);
+        let past = ObservedHistory::from_window(scene, window);
         let prospects = candidate.criterion.prospects(&past, Some(self.radius));
         prospects.iter().any(|p| candidate.criterion.critical(p))
     }

@@ -89,7 +89,7 @@ mod tests {
 
     fn able() -> Capability {
         Capability {
-            limits: Limits::of(VehicleType::Bmw320i),
+            limits: Limits::for_vehicle(VehicleType::Bmw320i),
             jerk: 20.0,
             on_road: true,
         }

@@ -17,7 +17,7 @@ pub(super) fn variant_document(
     files: &[(&PathBuf, Vec<u8>)],
 ) -> Value {
     let hash = |(path, bytes): &(&PathBuf, Vec<u8>)| {
-        let hash = ContentHash::of(bytes).to_string();
+        let hash = ContentHash::digest(bytes).to_string();
         (name(path), Value::String(hash))
     };
     let effect = variant.effect;

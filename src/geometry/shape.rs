@@ -282,7 +282,7 @@ impl Shape {
         if let Self::Circle { radius, .. } = self {
             return (2.0 * radius, 2.0 * radius);
         }
-        let bounds = super::Bounds::of(self.outlines().iter().flatten());
+        let bounds = super::Bounds::from_points(self.outlines().iter().flatten());
         bounds.map_or((0.0, 0.0), |b| (b.max.x - b.min.x, b.max.y - b.min.y))
     }
 }

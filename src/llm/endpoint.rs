@@ -166,7 +166,7 @@ impl Endpoint {
             why,
         };
         let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-        let pricing = self.prices.of(model, today).ok_or_else(|| {
+        let pricing = self.prices.pricing_for(model, today).ok_or_else(|| {
             let name = &self.name;
             no(format!(
                 "there is a budget, but no price is known for {model}; state one as [[provider.{name}.prices]] in config.toml, or leave the budget out"

@@ -156,7 +156,7 @@ impl Registry {
     #[must_use]
     pub fn pricing(&self, id: &str, day: Date) -> Option<Pricing> {
         let (name, model) = id.split_once('/')?;
-        self.providers.get(name)?.prices().of(model, day)
+        self.providers.get(name)?.prices().pricing_for(model, day)
     }
 
     /// Every offered model, with its metadata on a day; a provider that offers none by name has one line.
@@ -177,7 +177,7 @@ impl Registry {
                 id: format!("{name}/{model}"),
                 dialect: provider.dialect.unwrap_or_default(),
                 key: key.clone(),
-                pricing: provider.prices().of(model, today),
+                pricing: provider.prices().pricing_for(model, today),
                 retirement: provider.entries(model).find_map(ModelEntry::retirement),
             }));
         }
@@ -193,7 +193,7 @@ impl Registry {
             id: id.to_string(),
             dialect: provider.dialect.unwrap_or_default(),
             key: provider.key_state(name, environment),
-            pricing: provider.prices().of(model, today),
+            pricing: provider.prices().pricing_for(model, today),
             retirement: provider.entries(model).find_map(ModelEntry::retirement),
         })
     }

@@ -121,7 +121,7 @@ impl<'s> Context<'s> {
                 let poses: Vec<_> = self.ego.iter().flatten().map(|(m, _)| m.pose).collect();
                 Road::ahead(self.scene, &poses)
             } else {
-                Road::of(self.scene)
+                Road::from_scene(self.scene)
             }
         });
         road.as_ref()

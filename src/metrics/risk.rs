@@ -72,7 +72,7 @@ impl RiskTable {
         self.levels.iter().find(|l| l.score == score)
     }
 
-    fn of(&self, encounter: &Encounter<'_>) -> u8 {
+    fn of_encounter(&self, encounter: &Encounter<'_>) -> u8 {
         let mean = self.mean(encounter, |value, bound| {
             f64::from(self.score(value, bound))
         });
@@ -157,7 +157,9 @@ pub(super) const MEASURE: Measure = Measure {
 
 /// The risk score, 0 to 5.
 fn compute(encounter: &Encounter<'_>) -> Reading {
-    Reading::Value(f64::from(encounter.thresholds().risk.of(encounter)))
+    Reading::Value(f64::from(
+        encounter.thresholds().risk.of_encounter(encounter),
+    ))
 }
 
 #[cfg(test)]

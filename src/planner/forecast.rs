@@ -116,7 +116,7 @@ impl<'a> Forecaster<'a> {
             let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
                 continue;
             };
-            let extent = Extent::of(seen.footprint);
+            let extent = Extent::from_footprint(seen.footprint);
             for course in prediction
                 .courses
                 .iter()

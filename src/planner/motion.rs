@@ -82,7 +82,7 @@ pub(super) fn state(at: &Station, offset: Offset) -> Option<Moved> {
 }
 
 impl Moved {
-    pub fn of(state: &VehicleState) -> Self {
+    pub fn from_state(state: &VehicleState) -> Self {
         let (sin, cos) = state.rear.heading.sin_cos();
         Self {
             x: state.rear.position.x,

@@ -103,7 +103,7 @@ impl Settings {
     /// The limits that plans keep.
     #[must_use]
     pub fn limits(&self) -> Limits {
-        Limits::of(self.vehicle).scaled(self.share)
+        Limits::for_vehicle(self.vehicle).scaled(self.share)
     }
 
     /// The way (m) in which one stops from `velocity` (m/s).

@@ -52,7 +52,7 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    pub fn of(footprint: &Footprint) -> Self {
+    pub fn from_footprint(footprint: &Footprint) -> Self {
         let mut corners = footprint.corners().iter();
         let first = corners.next().map_or(Vector::zeros(), |p| p.coords);
         let (min, max) = corners.fold((first, first), |(min, max), p| {
@@ -120,7 +120,13 @@ impl Traffic {
         pose: &Pose,
         velocity: f64,
     ) {
-        self.occupy_box(body, step, Extent::of(footprint), pose, velocity);
+        self.occupy_box(
+            body,
+            step,
+            Extent::from_footprint(footprint),
+            pose,
+            velocity,
+        );
     }
 
     pub(super) fn occupy_box(

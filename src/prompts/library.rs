@@ -271,7 +271,7 @@ impl Library {
     /// that overrides the shipped one.
     #[must_use]
     pub fn find(&self, task: &str, frame: &str) -> Option<(&str, &Template)> {
-        let chosen = self.chosen.of(task, frame);
+        let chosen = self.chosen.get(task, frame);
         let rank = |file: &str, origin: &Origin| {
             let user = matches!(origin, Origin::User(_));
             (chosen == Some(file), user, Self::shipped(file).is_some())

@@ -214,7 +214,7 @@ impl LaneletNetwork {
             .iter()
             .map(|l| {
                 let points = l.left.points.iter().chain(&l.right.points);
-                Bounds::of(points).unwrap_or(Bounds {
+                Bounds::from_points(points).unwrap_or(Bounds {
                     min: Point::origin(),
                     max: Point::origin(),
                 })

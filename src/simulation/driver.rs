@@ -72,8 +72,8 @@ impl Driver {
             return Err(DriveError::TooFine { dt, horizon });
         }
         let graph = scenario.network.lane_graph(None);
-        let guide = ReferenceTrack::of(scenario, &graph, problem)?;
-        let limits = Limits::of(settings.planner.vehicle);
+        let guide = ReferenceTrack::for_problem(scenario, &graph, problem)?;
+        let limits = Limits::for_vehicle(settings.planner.vehicle);
         let start = start(problem, &guide, &limits).ok_or(DriveError::NoStart {
             problem: problem.id,
             what: "position, heading and velocity",

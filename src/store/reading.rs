@@ -286,7 +286,7 @@ mod tests {
             let mut refusals = vec![Store::open(&path).map(drop)];
             if ending.is_empty() {
                 refusals.push(Store::open_to_read(&path).map(drop));
-                assert!(crate::store::Health::of(&path).is_err());
+                assert!(crate::store::Health::inspect(&path).is_err());
             }
             for refused in refusals {
                 let said = refused.unwrap_err().to_string();

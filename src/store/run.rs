@@ -75,7 +75,7 @@ impl NewRun {
             .model
             .split_once('/')
             .map_or(self.model.as_str(), |(_, name)| name);
-        Some(Key::of(&json!({
+        Some(Key::digest(&json!({
             "address": self.address.as_ref()?,
             "dialect": self.dialect.as_ref()?,
             "model": name,

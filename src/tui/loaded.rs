@@ -200,7 +200,7 @@ pub fn worst_of(
 ) -> Option<f64> {
     let measure = MEASURES.iter().find(|m| m.id == measure)?;
     let scenario = entry.read().ok()?;
-    let ego = ego.of(entry, &scenario).ok()??;
+    let ego = ego.resolve(entry, &scenario).ok()??;
     let scene = Scene::new(scenario, ego);
     let series = Series::from_context(&Context::under(&scene, thresholds), vec![measure]);
     let rows = series
@@ -248,7 +248,7 @@ pub struct Measured {
 impl Measured {
     /// Works them out.
     #[must_use]
-    pub fn of(scene: &Scene, obstacle: Option<i64>, thresholds: &Thresholds) -> Self {
+    pub fn new(scene: &Scene, obstacle: Option<i64>, thresholds: &Thresholds) -> Self {
         let context = Context::under(scene, thresholds);
         let all = || MEASURES.iter().collect();
         let series = match obstacle {

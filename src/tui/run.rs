@@ -81,7 +81,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
     folders.close();
     // Without marks a scenario that ends the program is opened again; everything else continues.
     let unmarked = system::activity::keep_marks(&folders.marks()).err();
-    let stamps = Stamps::of(&folders);
+    let stamps = Stamps::read(&folders);
     let (mut model, models, background) = prepare(paths, &ego, &folders);
     if let Some(error) = unmarked {
         let folder = folders.marks();

@@ -33,7 +33,7 @@ pub fn themes(name: Option<&str>, folder: &Path, depth: Option<&str>) -> Result<
 /// Every mistake in the file, with file, line and key.
 pub fn keys(file: &Path, preset: Option<&str>, print: bool) -> Result<String, Vec<String>> {
     let map = match preset.and_then(Preset::parse) {
-        Some(preset) => Keymap::of(preset),
+        Some(preset) => Keymap::from_preset(preset),
         None => Keymap::load(file)?,
     };
     Ok(if print { as_file(&map) } else { as_table(&map) })

@@ -150,7 +150,7 @@ impl Stage {
     #[must_use]
     pub fn claims(&self) -> usize {
         let document = self.model.document(self.model.answers.shown);
-        document.map_or(0, |d| self.model.claims.of(d.key).len())
+        document.map_or(0, |d| self.model.claims.get(d.key).len())
     }
 
     /// Runs the planner to the end of the open scenario, and shows the drive.

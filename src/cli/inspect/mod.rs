@@ -45,7 +45,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
         return solution::run(path, arguments.json);
     }
     let scenario = entry.read().map_err(Failure::input)?;
-    let ego = wanted.of(&entry, &scenario);
+    let ego = wanted.resolve(&entry, &scenario);
     if arguments.json {
         output::json(&document::document(&scenario, &ego))?;
     } else {

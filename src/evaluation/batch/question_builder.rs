@@ -101,7 +101,7 @@ impl QuestionBuilder {
     pub fn open(&self, entry: &Entry) -> Result<Reading, String> {
         self.scenes.get(&path_of(entry), || {
             let scenario = entry.read().map_err(|e| e.to_string())?;
-            let ego = self.ego.of(entry, &scenario);
+            let ego = self.ego.resolve(entry, &scenario);
             let ego = ego.map_err(|e| e.to_string())?.ok_or_else(|| {
                 format!(
                     "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",

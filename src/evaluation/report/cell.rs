@@ -151,7 +151,7 @@ impl Cell {
             spread: Spread::default(),
             majority: Confusion::default(),
             undecided: 0,
-            consumption: Consumption::of(taken.iter()),
+            consumption: Consumption::from_answers(taken.iter()),
         };
         let mut votes: BTreeMap<&str, Votes> = BTreeMap::new();
         let mut both = [0; 4];

@@ -59,8 +59,8 @@ impl Relation {
             return None;
         }
         let direction = Direction::from_offsets(d_long, d_lat);
-        let motion_long = AlongMotion::of(direction.along, v_rel_long);
-        let motion_lat = AcrossMotion::of(direction.across, v_rel_lat);
+        let motion_long = AlongMotion::classify(direction.along, v_rel_long);
+        let motion_lat = AcrossMotion::classify(direction.across, v_rel_lat);
         Some(Self {
             direction,
             d_long,

@@ -60,7 +60,7 @@ pub(super) fn check(obstacle: &Obstacle, say: &mut impl FnMut(String)) {
     }
     size(obstacle, shape, say);
     let corners = footprint.corners();
-    let Some(around) = Bounds::of(corners) else {
+    let Some(around) = Bounds::from_points(corners) else {
         return;
     };
     let off = around.squared_distance(&Point::origin()).sqrt();

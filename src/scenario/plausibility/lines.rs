@@ -58,7 +58,7 @@ fn swept(
     may: impl Fn(&Segment<'_>, &Segment<'_>) -> bool,
 ) -> Option<(usize, usize)> {
     let all = lines.iter().copied().flatten();
-    let extent = crate::geometry::Bounds::of(all)?;
+    let extent = crate::geometry::Bounds::from_points(all)?;
     let size = extent.max - extent.min;
     let along = |p: &Point| if size.x >= size.y { p.x } else { p.y };
     let mut segments = Vec::with_capacity(lines.iter().map(|l| l.len()).sum());

@@ -204,7 +204,7 @@ fn ends(quantity: Quantity) -> (f64, f64) {
 fn around(network: &LaneletNetwork, position: &Position) -> Option<Bounds> {
     match position {
         Position::Point(p) => Some(Bounds { min: *p, max: *p }),
-        Position::Region(shape) => Bounds::of(shape.outlines().iter().flatten()),
+        Position::Region(shape) => Bounds::from_points(shape.outlines().iter().flatten()),
         Position::Lanelets(ids) => {
             let places = ids.iter().filter_map(|id| network.place(*id));
             let boxes = places.map(|place| network.bounds_of(place));

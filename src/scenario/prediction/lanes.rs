@@ -120,7 +120,7 @@ impl<'a> Lanes<'a> {
         let network = self.network;
         let middle = || {
             let lanelet = network.lanelet(driven.lanelet)?;
-            let lane = Lane::of(lanelet)?;
+            let lane = Lane::from_lanelet(lanelet)?;
             match driven.direction {
                 Direction::Along => Some(Arc::new(lane.centre().clone())),
                 Direction::Against if lanelet.users_bidirectional.is_empty() => None,

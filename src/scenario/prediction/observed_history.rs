@@ -82,7 +82,7 @@ impl<'a> Observed<'a> {
 impl<'a> ObservedHistory<'a> {
     /// What was known of `scene` at the end of `window`.
     #[must_use]
-    pub fn of(scene: &'a Scene, window: &Window) -> Self {
+    pub fn from_window(scene: &'a Scene, window: &Window) -> Self {
         let (now, dt, steps) = (window.last(), scene.scenario.dt(), window.steps());
         let who = TrackedObject {
             id: scene.ego.id,

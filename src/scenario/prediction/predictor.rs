@@ -110,7 +110,7 @@ impl<'a> Predictor<'a> {
     #[must_use]
     pub fn predict(&mut self, seen: &Observed<'_>, horizon: f64) -> Prediction {
         let present = match self.model {
-            Model::AlongLanes => Present::of(seen),
+            Model::AlongLanes => Present::estimate(seen),
             _ => Present::recorded(seen),
         };
         let speeds = self.speeds(&present, seen.who.parked);

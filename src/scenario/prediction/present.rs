@@ -54,7 +54,7 @@ impl Present {
     /// different moments, some of the step to come; positions are what they agree on. An obstacle that was seen only once
     /// has the recorded values, and one that was seen twice the recorded acceleration.
     #[must_use]
-    pub fn of(seen: &Observed<'_>) -> Self {
+    pub fn estimate(seen: &Observed<'_>) -> Self {
         let recorded = Self::recorded(seen);
         if seen.who.parked {
             return recorded;
@@ -164,7 +164,7 @@ mod tests {
             })
             .collect();
         let footprint = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
-        Present::of(&Observed {
+        Present::estimate(&Observed {
             who: TrackedObject {
                 id: 1,
                 kind: None,

@@ -100,7 +100,7 @@ fn directions(lanelet: &Lanelet, user: Option<RoadUser>) -> [bool; 2] {
 
 impl<'a> LaneGraph<'a> {
     fn new(network: &'a LaneletNetwork, user: Option<RoadUser>) -> Self {
-        let lanes: Vec<Option<Lane>> = network.lanelets.iter().map(Lane::of).collect();
+        let lanes: Vec<Option<Lane>> = network.lanelets.iter().map(Lane::from_lanelet).collect();
         let mut graph = DiGraph::new();
         let mut nodes = vec![[[None; 2]; 2]; lanes.len()];
         for (place, lanelet) in network.lanelets.iter().enumerate() {

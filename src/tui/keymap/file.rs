@@ -33,7 +33,7 @@ impl Keymap {
     /// Every mistake, with file, line and key.
     pub fn load(path: &Path) -> Result<Self, Vec<String>> {
         match TextFile::read_if_there(path).map_err(|error| all_visible(vec![error]))? {
-            None => Ok(Self::of(Preset::Default)),
+            None => Ok(Self::from_preset(Preset::Default)),
             Some(said) => Self::parse(&said.file, &said.text),
         }
     }
@@ -45,7 +45,7 @@ impl Keymap {
     pub fn parse(name: &str, text: &str) -> Result<Self, Vec<String>> {
         let mut file = TomlText::new(text);
         let table = file.table().unwrap_or_default();
-        let mut map = Self::of(preset(&mut file, &table));
+        let mut map = Self::from_preset(preset(&mut file, &table));
         change(&mut file, &mut map, &table);
         for collision in collisions(&map) {
             let words = collision.words(&file);
@@ -264,10 +264,13 @@ mod tests {
         assert_eq!(means("shift-n"), Meaning::Action(Action::PreviousObstacle));
         // The preset's own file has no mistake.
         let vim = Keymap::parse("vim.toml", VIM).unwrap();
-        assert_eq!(vim.bindings.len(), Keymap::of(Preset::Vim).bindings.len());
+        assert_eq!(
+            vim.bindings.len(),
+            Keymap::from_preset(Preset::Vim).bindings.len()
+        );
         assert_eq!(
             Keymap::parse("keymap.toml", "").unwrap(),
-            Keymap::of(Preset::Default)
+            Keymap::from_preset(Preset::Default)
         );
     }
 

@@ -81,7 +81,7 @@ impl Binding {
 impl Keymap {
     /// The keys of a preset.
     #[must_use]
-    pub fn of(preset: Preset) -> Self {
+    pub fn from_preset(preset: Preset) -> Self {
         let mut map = Self {
             preset,
             bindings: Vec::new(),
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn every_key_of_the_table_has_a_meaning() {
-        let map = Keymap::of(Preset::Default);
+        let map = Keymap::from_preset(Preset::Default);
         for entry in ACTIONS {
             assert_eq!(map.keys(entry).count(), entry.keys.len(), "{}", entry.id);
             for chord in map.keys(entry) {
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn no_preset_gives_a_key_two_meanings() {
         for (name, preset) in Preset::ALL {
-            let map = Keymap::of(preset);
+            let map = Keymap::from_preset(preset);
             let found = file::collisions(&map);
             assert!(found.is_empty(), "{name}: {found:#?}");
             // Indispensable actions.
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn prefixes_are_told_from_keys() {
-        let map = Keymap::of(Preset::Vim);
+        let map = Keymap::from_preset(Preset::Vim);
         let g = keys("g");
         assert_eq!(map.meaning(&g, Scope::Scenarios), Meaning::Prefix);
         assert_eq!(
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn what_has_no_key_is_in_the_palette() {
-        let map = Keymap::of(Preset::Default);
+        let map = Keymap::from_preset(Preset::Default);
         assert_eq!(map.key_of(Action::Help), "?");
         assert_eq!(map.key_of(Action::ReadThresholds), ": read-thresholds");
     }

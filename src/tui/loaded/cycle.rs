@@ -75,7 +75,7 @@ pub struct Foreseen {
 impl CycleShown {
     /// The displayed data of a cycle that has just ended, for steps of `dt` seconds.
     #[must_use]
-    pub fn of(
+    pub fn new(
         (planner, limits): (&Planner<'_>, &Limits),
         cycle: &Cycle,
         traffic: &Traffic,

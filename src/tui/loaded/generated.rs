@@ -79,7 +79,7 @@ impl Opened {
                 model @ AttackSource::Model(_) => model,
             },
         };
-        let mut recorder = Recorder::of(&prepared);
+        let mut recorder = Recorder::new(&prepared);
         let generation = generate(&attacking, cancel, &mut |event| {
             heard(event, &mut recorder, on_event);
         });
@@ -128,7 +128,7 @@ impl Opened {
         let ranked = ranked.map_err(|error| error.to_string())?;
         let original = {
             let outcome = workshop.closed.baseline().drive().outcome;
-            let planned = Planned::of(&prepared, outcome, recorder.cycles);
+            let planned = Planned::from_outcome(&prepared, outcome, recorder.cycles);
             Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
         };
         let shown = Shown {

@@ -58,12 +58,12 @@ impl Opened {
         on_step: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Self>, String> {
         let prepared = prepare(request).map_err(|error| error.to_string())?;
-        let mut recorder = Recorder::of(&prepared);
+        let mut recorder = Recorder::new(&prepared);
         let outcome = prepared.run(cancel, &mut |event| recorder.hear(&event, on_step));
         let outcome = outcome.map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
-            let planned = Planned::of(&prepared, drive.outcome, recorder.cycles);
+            let planned = Planned::from_outcome(&prepared, drive.outcome, recorder.cycles);
             Self::with_planned(&request.open, ego, planned, thresholds)
         }))
     }
@@ -85,7 +85,7 @@ impl Opened {
 
 impl Planned {
     /// The record of a drive, and its scenario.
-    pub(super) fn of(
+    pub(super) fn from_outcome(
         prepared: &PreparedPlan,
         outcome: Outcome,
         cycles: Vec<CycleShown>,
@@ -112,9 +112,9 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    pub(super) fn of(prepared: &PreparedPlan) -> Self {
+    pub(super) fn new(prepared: &PreparedPlan) -> Self {
         Self {
-            limits: Limits::of(prepared.settings.planner.vehicle),
+            limits: Limits::for_vehicle(prepared.settings.planner.vehicle),
             dt: prepared.scenario.dt(),
             cycles: Vec::new(),
         }
@@ -129,7 +129,7 @@ impl Recorder {
             of,
         } = event;
         let planner = (*planner, &self.limits);
-        let shown = CycleShown::of(planner, cycle, &traffic(), self.dt);
+        let shown = CycleShown::new(planner, cycle, &traffic(), self.dt);
         self.cycles.push(shown);
         on_step(*done, *of);
     }

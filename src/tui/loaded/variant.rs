@@ -142,7 +142,7 @@ impl Made {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(GenerationProgress),
     ) -> Result<Option<Vec<CycleShown>>, String> {
-        let mut recorder = Recorder::of(prepared);
+        let mut recorder = Recorder::new(prepared);
         let mut on_step =
             |done, of| on_event(GenerationProgress::Working(Working::Showing(done, of)));
         let scenario = &self.effect.scenario;
@@ -168,7 +168,7 @@ impl Made {
         let mut scenario = self.variant().scenario(&id);
         let bytes = commonroad::write(&scenario);
         let bytes = bytes.map_err(|error| format!("the variant has no file: {error}"))?;
-        scenario.hash = ContentHash::of(&bytes);
+        scenario.hash = ContentHash::digest(&bytes);
         let scenario = Arc::new(scenario);
         let driver = self.closed.driver();
         let ego = self.effect.drive.ego(driver.problem(), driver.settings());

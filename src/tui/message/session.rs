@@ -109,7 +109,7 @@ pub struct Instead {
 impl Where {
     /// Where an entry lies, of a program that was started in the folder `here`. Links are not followed.
     #[must_use]
-    pub fn of(entry: &Entry, here: &Path) -> Self {
+    pub fn from_entry(entry: &Entry, here: &Path) -> Self {
         match &entry.place {
             Place::File(path) => Self::File(plain(&here.join(path))),
             Place::Bundled(_) => Self::Bundled(entry.name.clone()),
@@ -130,7 +130,7 @@ impl Where {
     #[must_use]
     pub fn of_arguments(paths: &[PathBuf], here: &Path) -> Vec<Self> {
         let wheres = paths.iter().map(|path| {
-            let lies = Self::of(&Entry::of_argument(path), here);
+            let lies = Self::from_entry(&Entry::of_argument(path), here);
             match &lies {
                 Self::File(file) => file.canonicalize().map_or(lies, Self::File),
                 Self::Bundled(_) => lies,
@@ -206,7 +206,7 @@ impl Session {
             return "bundled.json".into();
         }
         let said = format!("{paths:?}");
-        let hash = ContentHash::of(said.as_bytes()).to_string();
+        let hash = ContentHash::digest(said.as_bytes()).to_string();
         format!("{}.json", &hash[..16])
     }
 

@@ -72,7 +72,7 @@ const REASONING: &str = "── reasoning ──";
 impl Claims {
     /// The claims of a text, in its order; none where they were not looked for.
     #[must_use]
-    pub fn of(&self, key: u64) -> &[Checked] {
+    pub fn get(&self, key: u64) -> &[Checked] {
         let found = self.known.iter().find(|(known, _)| *known == key);
         found.map_or(&[], |(_, claims)| claims)
     }

@@ -54,7 +54,7 @@ impl Kept {
     }
 
     /// The drives of a scenario.
-    pub fn of(
+    pub fn for_scenario(
         &self,
         hash: ContentHash,
         change: Option<Transform>,

@@ -44,7 +44,7 @@ pub struct Look {
 impl Default for Look {
     fn default() -> Self {
         Self {
-            keymap: Keymap::of(Preset::Default),
+            keymap: Keymap::from_preset(Preset::Default),
             pending: Vec::new(),
             chosen: AUTO.into(),
             themes: Vec::new(),

@@ -16,7 +16,7 @@ impl Prices {
         Self(Some((registry, day)))
     }
 
-    fn of(&self, model: &str) -> Option<Pricing> {
+    fn pricing_for(&self, model: &str) -> Option<Pricing> {
         let (registry, day) = self.0.as_ref()?;
         registry.pricing(model, *day)
     }
@@ -27,7 +27,7 @@ impl Prices {
         if model == judge::MODEL {
             return "built in: free".into();
         }
-        let Some(pricing) = self.of(model) else {
+        let Some(pricing) = self.pricing_for(model) else {
             return "price unknown".into();
         };
         let tokens = u32::try_from(tokens).unwrap_or(u32::MAX);

@@ -43,7 +43,7 @@ pub struct Sizes {
 }
 
 impl Shares {
-    fn of(&mut self, edge: Edge) -> &mut Option<f64> {
+    fn share(&mut self, edge: Edge) -> &mut Option<f64> {
         match edge {
             Edge::List => &mut self.list,
             Edge::Right => &mut self.right,
@@ -58,7 +58,7 @@ impl Shares {
     #[must_use]
     pub fn cells(mut self, edge: Edge, total: u16, usual: u16, limits: (u16, u16)) -> u16 {
         let (least, most) = limits;
-        let share = *self.of(edge);
+        let share = *self.share(edge);
         // A saved value may be no valid fraction.
         let moved = share.filter(|share| (0.0..=1.0).contains(share));
         let wanted = moved.map_or(usual, |share| (share * f64::from(total)).round() as u16);
@@ -114,6 +114,6 @@ impl Sizes {
             true => &mut self.wide,
             false => &mut self.compact,
         };
-        *shares.of(border.edge) = Some(f64::from(cells) / f64::from(border.total.max(1)));
+        *shares.share(border.edge) = Some(f64::from(cells) / f64::from(border.total.max(1)));
     }
 }

@@ -37,7 +37,7 @@ pub fn prepare(
     complaints.extend(registry.broken().map(|(_, why)| why.to_string()));
     let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
         complaints.push(format!("{}; the default keys are in use", first(&mistakes)));
-        Keymap::of(Preset::Default)
+        Keymap::from_preset(Preset::Default)
     });
     let library = Library::load(Some(&folders.prompts()));
     for problem in &library.problems {

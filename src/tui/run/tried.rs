@@ -29,7 +29,7 @@ impl Tried {
         // The one before is over first.
         self.open = None;
         let words = format!("opening or showing {}", entry.name);
-        let subject = Where::of(entry, here).subject();
+        let subject = Where::from_entry(entry, here).subject();
         self.open = Some(Arc::new(trying(words, subject)));
         self.drawn = false;
     }

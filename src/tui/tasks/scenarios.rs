@@ -53,7 +53,7 @@ impl Tasks {
                     Verdicts::default()
                 })
             });
-            let subject = Where::of(entry, &here).subject();
+            let subject = Where::from_entry(entry, &here).subject();
             if activity::is_held(&subject) {
                 return Msg::Surveyed(place, Err(HELD.to_string()));
             }
@@ -85,7 +85,7 @@ impl Tasks {
         let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
         let here = std::env::current_dir().unwrap_or_default();
         let work = move |place: usize, entry: &Entry| {
-            let subject = Where::of(entry, &here).subject();
+            let subject = Where::from_entry(entry, &here).subject();
             if activity::is_held(&subject) {
                 return Msg::Ranked(measure, place, None);
             }

@@ -36,7 +36,7 @@ impl Tasks {
         thresholds: Arc<Thresholds>,
     ) {
         self.background(move || {
-            let measured = Measured::of(&scene, obstacle, &thresholds);
+            let measured = Measured::new(&scene, obstacle, &thresholds);
             Msg::Measured(id, Box::new(measured))
         });
     }

@@ -104,7 +104,7 @@ mod tests {
             Library::load(None),
             Vec::new(),
         );
-        let mut session = crate::tui::update::session_restore::of(&model);
+        let mut session = crate::tui::update::session_restore::capture(&model);
         session.paths = Where::of_arguments(paths, Path::new("/"));
         session
     }

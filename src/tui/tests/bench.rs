@@ -73,7 +73,7 @@ impl Bench {
                     self.send(Msg::Opened(id, opened.map(Box::new)));
                 }
                 Effect::Measure(id, scene, obstacle, thresholds) => {
-                    let measured = Measured::of(&scene, obstacle, &thresholds);
+                    let measured = Measured::new(&scene, obstacle, &thresholds);
                     self.send(Msg::Measured(id, Box::new(measured)));
                 }
                 Effect::Plot(id, scene, measure, thresholds) => {

@@ -217,7 +217,7 @@ fn the_history_and_the_keys_after_a_prefix_in_every_theme() {
         kept.bench.model.size = size;
         seen_in_every_theme("history", &mut kept.bench, size, false);
         let mut bench = Bench::bundled();
-        bench.model.look.keymap = Keymap::of(Preset::Vim);
+        bench.model.look.keymap = Keymap::from_preset(Preset::Vim);
         bench.press("g");
         let words = seen_in_every_theme("prefix", &mut bench, size, false);
         assert!(

@@ -25,7 +25,7 @@ fn bench() -> Bench {
 
 fn vim() -> Bench {
     let mut bench = bench();
-    bench.model.look.keymap = Keymap::of(Preset::Vim);
+    bench.model.look.keymap = Keymap::from_preset(Preset::Vim);
     bench
 }
 
@@ -197,7 +197,7 @@ fn help_is_searched_and_closed() {
 #[test]
 fn a_broken_file_changes_nothing_and_is_complained_about() {
     let mut bench = bench();
-    let good = Keymap::of(Preset::Vim);
+    let good = Keymap::from_preset(Preset::Vim);
     bench.send(Msg::Reloaded(Reloaded::Keymap(Ok(good.clone()))));
     assert!(said(&bench).contains("keymap.toml"));
     let broken = Keymap::parse("keymap.toml", "[global]\nplay = 3\n").map_err(|m| m[0].clone());

@@ -157,7 +157,7 @@ fn the_palette_has_it_and_an_empty_store_says_what_to_do() {
     let frame = kept.bench.frame(80, 24);
     assert!(frame.contains("no model has been asked yet"), "{frame}");
     let mut bench = Bench::bundled();
-    bench.model.look.keymap = Keymap::of(Preset::Vim);
+    bench.model.look.keymap = Keymap::from_preset(Preset::Vim);
     bench.press("%");
     assert!(bench.model.screens.is_top::<ResultsScreen>());
     assert_eq!(bench.model.screens.iter().count(), 1);

@@ -54,7 +54,7 @@ pub fn read_on(model: &mut Model, forward: bool) {
 /// step. Gives its place.
 pub fn go(model: &mut Model, shown: Shown, forward: bool) -> Option<usize> {
     let document = model.document(shown)?;
-    let claims = model.claims.of(document.key);
+    let claims = model.claims.get(document.key);
     if claims.is_empty() {
         model.say(if document.whole {
             "no claims about obstacles were found in this answer"

@@ -175,7 +175,7 @@ fn frame_map(model: &mut Model, opened: &Opened) {
         .iter()
         .flat_map(|o| o.track().iter().map(|(_, m)| m.pose.position))
         .collect();
-    let bounds = Bounds::of(&positions).or_else(|| opened.scenario.network.bounds());
+    let bounds = Bounds::from_points(&positions).or_else(|| opened.scenario.network.bounds());
     if let Some(bounds) = bounds {
         let size = model.drawn.map_size();
         model.camera.fit(&bounds, size);

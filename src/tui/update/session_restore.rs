@@ -16,7 +16,7 @@ use crate::verdict::Task;
 
 /// The current session.
 #[must_use]
-pub fn of(model: &Model) -> Session {
+pub fn capture(model: &Model) -> Session {
     let rows = model.list.rows.iter().map(|row| &row.entry);
     let marked = rows.filter(|entry| model.marks.has(entry));
     let mut marks: Vec<Where> = marked.map(|entry| lies(model, entry)).collect();
@@ -70,7 +70,7 @@ fn opened_of(model: &Model) -> Option<Opened> {
 }
 
 fn lies(model: &Model, entry: &Entry) -> Where {
-    Where::of(entry, &model.recall.here)
+    Where::from_entry(entry, &model.recall.here)
 }
 
 /// Restores a session before anything is open; settings no longer known keep their defaults. An obstacle as the ego is
@@ -162,7 +162,7 @@ fn find_again(model: &mut Model) -> Option<usize> {
     }
     let mut found = None;
     for (place, row) in model.list.rows.iter().enumerate().skip(new) {
-        let lies = Where::of(&row.entry, &recall.here);
+        let lies = Where::from_entry(&row.entry, &recall.here);
         if recall.wanted.as_ref().is_some_and(|w| w.scenario == lies) {
             found = Some(place);
         }
@@ -281,7 +281,7 @@ pub fn keep(model: &mut Model) -> Vec<Effect> {
     if !model.recall.on {
         return Vec::new();
     }
-    let session = Box::new(of(model));
+    let session = Box::new(capture(model));
     if model.recall.kept.as_ref() == Some(&session) {
         return Vec::new();
     }

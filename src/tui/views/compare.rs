@@ -135,7 +135,7 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let all: Vec<Vec<Field>> = compare
         .shown
         .iter()
-        .map(|s| fields::of(model, *s))
+        .map(|s| fields::fields(model, *s))
         .collect();
     let differ = fields::differing(&all);
     let areas =
@@ -216,7 +216,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
     let claims = if model.compare.hides() {
         &[]
     } else {
-        model.claims.of(document.key)
+        model.claims.get(document.key)
     };
     let marks = Marks {
         claims,

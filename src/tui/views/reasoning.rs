@@ -32,7 +32,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let inner = frame::pane(f, area, model, Pane::Reasoning, Line::from(title));
     let document = model.document(model.answers.shown);
     let marks = document.as_ref().map_or_else(Marks::default, |d| Marks {
-        claims: model.claims.of(d.key),
+        claims: model.claims.get(d.key),
         key: d.key,
         picked: model.claims.picked_of(d.key),
     });

@@ -94,7 +94,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     };
     let seen = seen(answers, room);
     let width = usize::from(inner.width).saturating_sub(LABEL + 1) / (seen.len() + 1);
-    let rows = Row::of(
+    let rows = Row::visible(
         differ(&answers.columns),
         answers.columns[seen.clone()]
             .iter()
@@ -144,7 +144,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
     let mut table = Table::new(
         model,
         width,
-        Row::of(differ(&answers.columns), false, measured),
+        Row::visible(differ(&answers.columns), false, measured),
     );
     let ids: Vec<&str> = answers.columns[seen.clone()]
         .iter()

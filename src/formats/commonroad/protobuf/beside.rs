@@ -163,5 +163,5 @@ fn look(file: &Path) -> Option<Head> {
     let mut beginning = Vec::new();
     let opened = system::open_file(file).ok()?;
     opened.take(BEGINNING).read_to_end(&mut beginning).ok()?;
-    Head::of(&beginning)
+    Head::detect(&beginning)
 }

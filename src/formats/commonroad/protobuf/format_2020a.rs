@@ -76,6 +76,6 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     let header = root.need("information", header)?;
     builder.tags = root.need("scenario_tags", tags)?;
     builder.location = Some(root.need("location", location)?);
-    let scenario = builder.finish(header, ContentHash::of(bytes));
+    let scenario = builder.finish(header, ContentHash::digest(bytes));
     Ok(checks::finish(report, &ONE, scenario))
 }

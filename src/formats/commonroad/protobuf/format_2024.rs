@@ -34,7 +34,7 @@ pub(super) fn read(
         );
         at.note(Severity::Note, message);
         let header = map::read(&at, bytes, &mut builder, Changes::default())?;
-        let scenario = builder.finish(header, ContentHash::of(bytes));
+        let scenario = builder.finish(header, ContentHash::digest(bytes));
         return Ok(checks::finish(report, &THREE, scenario));
     }
     // What is wrong with the file itself is said before what is missing beside it.

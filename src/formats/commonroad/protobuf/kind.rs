@@ -33,8 +33,8 @@ impl Head {
     /// The first field of each is its information, and the first field of that tells them apart: a version as text
     /// (2020a), the id of a map (map), or the id of a scenario. A dynamic file has an environment as field 2, which
     /// a scenario file has not; a scenario file has the ids of the other two as fields 3 and 4.
-    pub fn of(bytes: &[u8]) -> Option<Self> {
-        let whole = Fields::of(bytes).map_while(Result::ok);
+    pub fn detect(bytes: &[u8]) -> Option<Self> {
+        let whole = Fields::new(bytes).map_while(Result::ok);
         let information = whole
             .clone()
             .next()

@@ -46,13 +46,13 @@ const LARGEST_FILE: u64 = 128 << 20;
 
 /// Whether a file is protobuf: its beginning is a message's, or it has the name of one and is no XML.
 pub(super) fn is_meant(bytes: &[u8], file: &str) -> bool {
-    Head::of(bytes).is_some() || !is_markup(bytes) && is_protobuf_name(Path::new(file))
+    Head::detect(bytes).is_some() || !is_markup(bytes) && is_protobuf_name(Path::new(file))
 }
 
 /// Reads a scenario; `path` is where the other files of a scenario of 2024 are looked for.
 pub(super) fn read(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scenario, ReadError> {
     check_size(file, bytes.len() as u64)?;
-    match Head::of(bytes) {
+    match Head::detect(bytes) {
         Some(Head {
             kind: Kind::Single, ..
         }) => format_2020a::read(bytes, file),

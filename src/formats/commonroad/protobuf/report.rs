@@ -114,7 +114,7 @@ impl<'a> At<'a> {
         bytes: &[u8],
         mut read: impl FnMut(&Field<'_>) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {
-        for field in Fields::of(bytes) {
+        for field in Fields::new(bytes) {
             read(&self.whole(field)?)?;
         }
         Ok(())

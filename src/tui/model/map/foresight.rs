@@ -88,7 +88,7 @@ impl Foresight {
 
 fn futures(asked: &Asked) -> Vec<Future> {
     let window = Window::ending_at(&asked.scene, asked.step, asked.history);
-    let past = ObservedHistory::of(&asked.scene, &window);
+    let past = ObservedHistory::from_window(&asked.scene, &window);
     let mut predictor = Predictor::new(&past, Criterion::REFERENCE.model);
     let mut future = |who, seen: &Observed<'_>| Future {
         who,

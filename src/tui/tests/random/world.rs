@@ -105,7 +105,7 @@ impl World {
         }
         let model = &mut kept.bench.model;
         model.prompt = PromptPane::new(keys);
-        model.look.keymap = Keymap::of(preset);
+        model.look.keymap = Keymap::from_preset(preset);
         model.look.themes = Theme::all(std::path::Path::new("/nonexistent"));
         model.size = size;
         model.refresh();
@@ -225,7 +225,9 @@ impl World {
             News::Themes => Msg::Reloaded(Reloaded::Themes(Theme::all(std::path::Path::new(
                 "/nonexistent",
             )))),
-            News::Keymap(preset) => Msg::Reloaded(Reloaded::Keymap(Ok(Keymap::of(preset)))),
+            News::Keymap(preset) => {
+                Msg::Reloaded(Reloaded::Keymap(Ok(Keymap::from_preset(preset))))
+            }
             News::Config => Msg::Reloaded(Reloaded::Config(match self.done % 2 {
                 0 => Err(format!("config.toml:1: {HOSTILE}")),
                 _ => Ok(Box::default()),
@@ -269,7 +271,7 @@ impl World {
             Effect::Measure(id, scene, obstacle, _) => match n % 3 {
                 0 => vec![Msg::Measured(
                     id,
-                    Box::new(Measured::of(&scene, obstacle, thresholds)),
+                    Box::new(Measured::new(&scene, obstacle, thresholds)),
                 )],
                 _ => Vec::new(),
             },

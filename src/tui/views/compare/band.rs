@@ -29,7 +29,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let claims = if hides {
         &[]
     } else {
-        model.claims.of(document.key)
+        model.claims.get(document.key)
     };
     let picked = model.claims.picked_of(document.key).filter(|_| !hides);
     let title = if hides {

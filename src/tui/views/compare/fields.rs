@@ -25,7 +25,7 @@ pub struct Field {
 const LABEL: usize = 13;
 
 /// The fields of an answer. While models are hidden, those that could tell them apart are left out for all.
-pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
+pub fn fields(model: &Model, shown: Shown) -> Vec<Field> {
     let hides = model.compare.hides();
     let mut fields = Vec::new();
     let mut add = |name, value: String, color, counts| {
@@ -99,7 +99,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
         add("time · cost", consumed.1, None, false);
     }
     let claims = model.document(shown).map_or(String::new(), |document| {
-        let claims = model.claims.of(document.key);
+        let claims = model.claims.get(document.key);
         match (document.whole, claims.is_empty()) {
             _ if hides => "after rating".into(),
             (false, _) => "when it is whole".into(),

@@ -38,7 +38,7 @@ pub enum Row {
 
 impl Row {
     /// The rows that are needed, in their order: what tells columns apart comes first.
-    pub fn of((ways, prompts): (bool, bool), truth: bool, measured: bool) -> Vec<Self> {
+    pub fn visible((ways, prompts): (bool, bool), truth: bool, measured: bool) -> Vec<Self> {
         let all = [
             Self::Head,
             Self::Frame,
