@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use encode::{single, triple};
 use nearmiss::formats::commonroad::{read, read_file};
-use nearmiss::formats::{Entry, Place, find};
+use nearmiss::formats::{Entry, EntryLocation, find};
 use nearmiss::scenario::{ContentHash, Diagnostic, Scenario, Severity};
 use tempfile::tempdir;
 
@@ -292,7 +292,7 @@ fn a_folder_lists_each_scenario_once() {
         names,
         ["ZAM_Lonely-1", "ZAM_Rich-3_2_T-1", "rich", "single"]
     );
-    assert_eq!(found[1].place, Place::File(file.clone()));
+    assert_eq!(found[1].place, EntryLocation::File(file.clone()));
     for entry in &found {
         entry.read().unwrap_or_else(|e| panic!("{e}"));
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
-    EgoError, EgoSelection, Entry, LibraryError, Place, bundled, find, not_standard_input,
+    EgoError, EgoSelection, Entry, EntryLocation, LibraryError, bundled, find, not_standard_input,
 };
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
@@ -80,7 +80,7 @@ impl ScenarioArguments {
 pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     not_standard_input(argument).map_err(Failure::input)?;
     let entry = Entry::of_argument(argument);
-    if let Place::File(path) = &entry.place {
+    if let EntryLocation::File(path) = &entry.place {
         let shown = path.display();
         match path.metadata() {
             Ok(found) if found.is_dir() => {

@@ -64,14 +64,14 @@ pub struct Alarms {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answers {
     /// At each lead of the setting; `None` if the recording begins later than the window would end.
-    pub said: Vec<Option<Yes>>,
+    pub said: Vec<Option<WindowVerdict>>,
     /// Over all windows, of a safe scenario.
     pub alarms: Alarms,
 }
 
 /// Yes or no to one window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Yes {
+pub enum WindowVerdict {
     /// No obstacle is critical.
     No,
     /// One is; of a collision whose obstacle is known it names this one, see [`super::recorded::accused`].
@@ -167,19 +167,19 @@ impl Setting {
         self.candidates.iter().map(ask).collect()
     }
 
-    fn says(&self, candidate: &Candidate, case: &Labelled<'_>, window: &Window) -> Yes {
+    fn says(&self, candidate: &Candidate, case: &Labelled<'_>, window: &Window) -> WindowVerdict {
         let (scene, criterion) = (case.scene, &candidate.criterion);
         let Label::Collision(Some(who)) = case.label else {
             return match self.dangerous(candidate, scene, window) {
-                true => Yes::Yes,
-                false => Yes::No,
+                true => WindowVerdict::Yes,
+                false => WindowVerdict::No,
             };
         };
         let named = judge::critical(scene, window, criterion, self.radius, &self.thresholds);
         match accused(true, named.iter().copied()).contains(&who) {
-            true => Yes::Yes,
-            false if named.is_empty() => Yes::No,
-            false => Yes::Another,
+            true => WindowVerdict::Yes,
+            false if named.is_empty() => WindowVerdict::No,
+            false => WindowVerdict::Another,
         }
     }
 
@@ -232,7 +232,9 @@ pub fn confusion<'a>(
     candidate: usize,
     lead: usize,
 ) -> Confusion {
-    counted(answers, (candidate, lead), |said| said == Yes::Yes)
+    counted(answers, (candidate, lead), |said| {
+        said == WindowVerdict::Yes
+    })
 }
 
 /// The same where every yes counts, whomever it names.
@@ -242,13 +244,13 @@ pub fn any_yes<'a>(
     candidate: usize,
     lead: usize,
 ) -> Confusion {
-    counted(answers, (candidate, lead), |said| said != Yes::No)
+    counted(answers, (candidate, lead), |said| said != WindowVerdict::No)
 }
 
 fn counted<'a>(
     answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
     (candidate, lead): (usize, usize),
-    is_yes: impl Fn(Yes) -> bool,
+    is_yes: impl Fn(WindowVerdict) -> bool,
 ) -> Confusion {
     let mut counts = Confusion::default();
     for (label, of_scenario) in answers {

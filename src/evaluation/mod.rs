@@ -45,7 +45,7 @@ mod tests_scored;
 mod validate;
 mod values;
 
-pub use answer::{Answer, Judged, Missing, StoredOrigin};
+pub use answer::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, RunOptions, can_ask, run};
 pub use confusion::Confusion;
@@ -54,14 +54,16 @@ pub use dry_render::dry_render;
 pub use invariance::{Invariance, Pair, invariance, pairs};
 pub use judges::{Judge, Judges, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
-pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
+pub use lead::{
+    Alarms, Answers, Candidate, Labelled, Lead, Setting, WindowVerdict, any_yes, confusion,
+};
 pub use lead_curve::{EarliestYes, LeadCurve, LeadPoint, Timed, lead_curves};
 pub use planning::default_planning;
 pub use prompt_summary::{how, template_words};
 pub use question::{Case, CaseError, Question, prepare, template};
-pub use results::{Counted, GroundTruth, Outcome, Results, results, with_intervals};
+pub use results::{AnswerOutcome, GroundTruth, Outcome, Results, results, with_intervals};
 pub use scored::{AnswerStatus, PromptConfig, Scored};
-pub use settings::{Decided, Settings};
+pub use settings::{EffectiveSettings, Settings};
 pub use share::Share;
-pub use standings::{By, Standing, Standings};
+pub use standings::{Standing, Standings, StandingsBy};
 pub use validate::validate;

@@ -6,7 +6,7 @@ use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
 use super::commonroad::{self, Unrecognised};
-use super::library::{Entry, Place};
+use super::library::{Entry, EntryLocation};
 use crate::system;
 
 /// Results of a search.
@@ -222,7 +222,7 @@ fn search(
         path: path.to_path_buf(),
         source,
     };
-    let named = Entry::of_argument(path).place != Place::File(path.to_path_buf());
+    let named = Entry::of_argument(path).place != EntryLocation::File(path.to_path_buf());
     if named || !path.metadata().map_err(io)?.is_dir() {
         give(vec![path.to_path_buf()]);
         return Ok(Vec::new());

@@ -24,7 +24,7 @@ pub struct Attack {
 
 /// Shared input of attacks, and the checks they must pass.
 #[derive(Debug)]
-pub struct Ground<'a> {
+pub struct AttackSetup<'a> {
     /// The original scenario with the ego's motion.
     pub stage: &'a AttackContext<'a>,
     /// What every motion has to pass.
@@ -45,7 +45,7 @@ const ENOUGH: f64 = 3.0;
 /// What an attack that was not driven yet costs more: driving shows what a rehearsal only hopes.
 const UNTRIED: f64 = 0.8;
 
-impl Ground<'_> {
+impl AttackSetup<'_> {
     /// The obstacle with this id.
     ///
     /// # Errors

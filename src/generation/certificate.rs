@@ -46,7 +46,7 @@ pub struct Avoidance {
     /// How it was found.
     pub found: Finder,
     /// What had been searched by then.
-    pub searched: Searched,
+    pub searched: SearchEffort,
 }
 
 /// The method that found a trajectory.
@@ -62,7 +62,7 @@ pub enum Finder {
 
 /// Extent of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Searched {
+pub struct SearchEffort {
     /// Manoeuvres that were driven to their end or to a contact.
     pub manoeuvres: usize,
     /// Drives of the planner.
@@ -81,7 +81,7 @@ pub struct NotFound {
     /// Why.
     pub why: Unavoidable,
     /// What was searched.
-    pub searched: Searched,
+    pub searched: SearchEffort,
 }
 
 /// The kinds of reasons.
@@ -105,7 +105,7 @@ impl Avoidability {
         let mut certificates = DELAYS.map(|delay| {
             let nothing = NotFound {
                 why: Unavoidable::NothingFound,
-                searched: Searched::default(),
+                searched: SearchEffort::default(),
             };
             (delay, Certificate::NotFound(nothing))
         });
@@ -154,7 +154,7 @@ impl Certificate {
 
     /// What was searched.
     #[must_use]
-    pub fn searched(&self) -> Searched {
+    pub fn searched(&self) -> SearchEffort {
         match self {
             Self::Avoided(avoidance) => avoidance.searched,
             Self::NotFound(nothing) => nothing.searched,
@@ -179,7 +179,7 @@ impl std::fmt::Display for Finder {
     }
 }
 
-impl std::fmt::Display for Searched {
+impl std::fmt::Display for SearchEffort {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,

@@ -7,7 +7,7 @@ use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::{Cancel, Forecast, Planner};
 use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
 use crate::simulation::{
-    Collision, ContactSide, Cycle, DriveError, Driver, Noted, Outcome, Rollout, Settings,
+    Collision, ContactSide, Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings,
 };
 
 /// One planning problem, driven once as recorded and then repeatedly against changed traffic.
@@ -21,7 +21,7 @@ pub struct ClosedLoop {
 /// The ego's drive in the scenario as it was recorded.
 #[derive(Debug)]
 pub struct Baseline {
-    noted: Noted,
+    noted: ResumableRollout,
     scores: Series,
 }
 

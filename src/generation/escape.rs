@@ -4,11 +4,11 @@ mod verify;
 
 use std::sync::Arc;
 
-use super::certificate::{Avoidance, Certificate, Finder, NotFound, Searched, Unavoidable};
+use super::certificate::{Avoidance, Certificate, Finder, NotFound, SearchEffort, Unavoidable};
 use super::{ClosedLoop, Effect, Evasion};
 use crate::planner::{Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};
-use crate::simulation::{Collision, Cycle, Driver, Look, Outcome, Rollout, Settings, Stretch};
+use crate::simulation::{Collision, Cycle, DriveSpan, Driver, Look, Outcome, Rollout, Settings};
 
 /// A search around one change.
 pub(super) struct Search<'a> {
@@ -22,7 +22,7 @@ pub(super) struct Search<'a> {
 }
 
 /// The unchanged drive up to the end of the reaction time.
-struct Begun<'a> {
+struct ReactionPhase<'a> {
     states: Vec<(i64, VehicleState)>,
     look: Look<'a>,
     /// Arc length along the path, metres.
@@ -80,7 +80,7 @@ impl<'a> Search<'a> {
 
     /// Searches from the end of a reaction time on.
     pub fn from(&self, reaction: i64) -> Certificate {
-        let mut searched = Searched::default();
+        let mut searched = SearchEffort::default();
         let unchanged = self.unchanged(reaction);
         if let Some(avoidance) = unchanged.filter(|found| self.verify(found, reaction)) {
             return Certificate::Avoided(Arc::new(avoidance));
@@ -112,16 +112,16 @@ impl<'a> Search<'a> {
             },
             reaction,
             found: Finder::Unchanged,
-            searched: Searched::default(),
+            searched: SearchEffort::default(),
         })
     }
 
     /// Drives unchanged until the reaction time has passed.
-    fn begin(&self, reaction: i64) -> Result<Begun<'a>, Unavoidable> {
+    fn begin(&self, reaction: i64) -> Result<ReactionPhase<'a>, Unavoidable> {
         let driver = self.closed.driver();
         let drive = self.closed.baseline().drive();
         let path = &driver.guide().path;
-        let mut begun = Begun {
+        let mut begun = ReactionPhase {
             states: Vec::new(),
             look: Look::new(driver, self.scenario, self.goal_from),
             along: None,
@@ -148,9 +148,9 @@ impl<'a> Search<'a> {
 
     fn manoeuvres(
         &self,
-        begun: &Begun<'_>,
+        begun: &ReactionPhase<'_>,
         reaction: i64,
-        searched: &mut Searched,
+        searched: &mut SearchEffort,
     ) -> Option<Avoidance> {
         let driver = self.closed.driver();
         let (_, now) = begun.states.last()?;
@@ -213,7 +213,7 @@ impl<'a> Search<'a> {
     }
 
     /// A manoeuvre to the end; `None` if it touches an obstacle, or leaves the road or the path.
-    fn drive(&self, begun: &Begun<'_>, manoeuvre: &Evasion) -> Option<Rollout> {
+    fn drive(&self, begun: &ReactionPhase<'_>, manoeuvre: &Evasion) -> Option<Rollout> {
         let driver = self.closed.driver();
         let (mut step, mut state) = *begun.states.last()?;
         let (mut look, mut along) = (begun.look.clone(), begun.along);
@@ -250,12 +250,12 @@ impl<'a> Search<'a> {
     /// Drives of the planner, told everyone's future.
     fn plans(
         &self,
-        begun: &Begun<'_>,
+        begun: &ReactionPhase<'_>,
         reaction: i64,
-        searched: &mut Searched,
+        searched: &mut SearchEffort,
     ) -> Option<Avoidance> {
         let (step, state) = *begun.states.last()?;
-        let stretch = Stretch {
+        let stretch = DriveSpan {
             step,
             state,
             last: self.last,

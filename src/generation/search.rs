@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 
-use super::attack::{Attack, Ground};
+use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 use super::surrogate::{self, Trial};
@@ -107,7 +107,7 @@ const SHARPNESS: f64 = 2.0;
 /// more is started.
 #[must_use]
 pub fn search_until(
-    ground: &Ground<'_>,
+    ground: &AttackSetup<'_>,
     effort: &Effort,
     only: Option<i64>,
     watch: &mut dyn FnMut(Progress) -> bool,
@@ -156,7 +156,7 @@ impl SearchResult {
 
 /// The search in one scenario.
 struct Search<'a> {
-    ground: &'a Ground<'a>,
+    ground: &'a AttackSetup<'a>,
     stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<ManoeuvreSpace>,
     tried: Vec<Trial>,

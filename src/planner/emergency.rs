@@ -2,7 +2,7 @@
 
 use super::brake::brake;
 use super::candidate::{Candidate, Rejection};
-use super::traffic::Own;
+use super::traffic::EgoBox;
 use super::{Limits, Plan, Planner, Traffic, VehicleState};
 
 /// Fallback when no candidate is feasible.
@@ -94,7 +94,7 @@ fn first_contact(states: &[VehicleState], traffic: &Traffic, limits: &Limits) ->
     states.iter().enumerate().skip(1).find_map(|(step, state)| {
         let centre = state.centre(limits).pose;
         let (sin, cos) = centre.heading.sin_cos();
-        let own = Own {
+        let own = EgoBox {
             x: centre.position.x,
             y: centre.position.y,
             cos,

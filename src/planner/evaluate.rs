@@ -4,7 +4,7 @@ use super::candidate::{Candidate, Cost, Rejection};
 use super::lateral::Lateral;
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
-use super::traffic::{Occupied, Own, Traffic};
+use super::traffic::{EgoBox, Occupied, Traffic};
 use super::{CurvatureSpeedLimit, Limit, Limits, Settings};
 
 /// Shared checks for all candidates of a plan.
@@ -138,9 +138,9 @@ impl Judge<'_> {
         None
     }
 
-    fn own(&self, moved: &Moved) -> Own {
+    fn own(&self, moved: &Moved) -> EgoBox {
         let limits = &self.allowed.limits;
-        Own {
+        EgoBox {
             x: moved.x + moved.cos * limits.rear_to_centre,
             y: moved.y + moved.sin * limits.rear_to_centre,
             cos: moved.cos,
@@ -153,7 +153,14 @@ impl Judge<'_> {
     /// The share of the wanted gap that is missing behind an obstacle `forward` and `left` metres away, squared; one stops
     /// within `stopping` metres.
     #[inline]
-    fn missing(&self, own: &Own, other: &Occupied, forward: f64, left: f64, stopping: f64) -> f64 {
+    fn missing(
+        &self,
+        own: &EgoBox,
+        other: &Occupied,
+        forward: f64,
+        left: f64,
+        stopping: f64,
+    ) -> f64 {
         let cos = own.cos * other.cos + own.sin * other.sin;
         let sin = (own.cos * other.sin - own.sin * other.cos).abs();
         let wide = other.half_width * cos.abs() + other.half_length * sin + own.half_width;

@@ -158,7 +158,7 @@ impl Traffic {
 
 /// The box of the planned vehicle at one step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Own {
+pub(super) struct EgoBox {
     pub x: f64,
     pub y: f64,
     pub cos: f64,
@@ -171,7 +171,7 @@ impl Occupied {
     /// The largest distance (m) between the two boxes' shadows on any of their four axes: below 0 exactly where they
     /// overlap, and never more than their distance.
     #[inline]
-    pub(super) fn separation(&self, own: &Own) -> f64 {
+    pub(super) fn separation(&self, own: &EgoBox) -> f64 {
         let (dx, dy) = (self.x - own.x, self.y - own.y);
         let cos = (own.cos * self.cos + own.sin * self.sin).abs();
         let sin = (own.cos * self.sin - own.sin * self.cos).abs();

@@ -38,12 +38,13 @@ pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use road::{
-    Destination, Direction, DrivableArea, Driven, Lane, LaneGraph, Leg, Route, RouteError, Side,
+    Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, Leg, Route, RouteError,
+    Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use signs::SignMeaning;
 pub use summary::{alike, in_short};
-pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
+pub use track::{DerivedCounts, LONGEST_TRACK, Motion, Sample, Track};
 pub use transform::{Transform, TransformError, Transformed};
 pub use vehicle::{VehicleModel, VehicleType};
 pub use window::Window;

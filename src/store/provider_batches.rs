@@ -4,7 +4,7 @@ use rusqlite::{OptionalExtension, Row, Transaction, params};
 
 use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
-use super::{Claim, Ending, Key, NewRun, Piece, RunId, Store, StoreError, rows, write};
+use super::{AnswerPiece, Claim, Ending, Key, NewRun, RunId, Store, StoreError, rows, write};
 
 /// Identifies a batch in its store; the provider uses a separate id.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,7 +18,7 @@ impl std::fmt::Display for ProviderBatchId {
 
 /// State of a submitted batch, as far as this store knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HandedState {
+pub enum ProviderBatchState {
     /// It is about to be sent, or it is unknown whether it arrived.
     Submitting,
     /// The provider has it.
@@ -37,7 +37,7 @@ pub enum HandedState {
     NotSent,
 }
 
-impl HandedState {
+impl ProviderBatchState {
     const ALL: [Self; 8] = [
         Self::Submitting,
         Self::Submitted,
@@ -86,7 +86,7 @@ pub struct NewProviderBatch {
 
 /// A batch that may be sent now.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Opened {
+pub struct ReadyBatch {
     /// Its number.
     pub id: ProviderBatchId,
     /// What it is recognised by.
@@ -114,7 +114,7 @@ pub struct ProviderBatch {
     /// The provider's id; `None` until it arrived.
     pub remote_id: Option<String>,
     /// Where it stands.
-    pub state: HandedState,
+    pub state: ProviderBatchState,
     /// Why it has no answers.
     pub problem: Option<String>,
     /// Questions in it.
@@ -125,7 +125,7 @@ pub struct ProviderBatch {
 
 /// A question of a batch whose result is not in the store yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Handed {
+pub struct PendingRequest {
     /// Its run.
     pub run: RunId,
     /// What the provider calls it.
@@ -169,7 +169,7 @@ impl Store {
         &self,
         batch: &NewProviderBatch,
         runs: &[NewRun],
-    ) -> Result<Option<Opened>, StoreError> {
+    ) -> Result<Option<ReadyBatch>, StoreError> {
         self.durably(|transaction| {
             interrupt_abandoned(transaction)?;
             let mut fresh = Vec::with_capacity(runs.len());
@@ -207,7 +207,7 @@ impl Store {
                     None => None,
                 });
             }
-            Ok(Some(Opened { id, tag, requests }))
+            Ok(Some(ReadyBatch { id, tag, requests }))
         })
     }
 
@@ -258,7 +258,7 @@ impl Store {
     pub fn settle(
         &self,
         run: RunId,
-        pieces: &[Piece<'_>],
+        pieces: &[AnswerPiece<'_>],
         ending: &Ending,
     ) -> Result<bool, StoreError> {
         self.durably(|transaction| settle(transaction, run, pieces, ending))
@@ -271,7 +271,7 @@ impl Store {
     pub fn close_provider_batch(
         &self,
         batch: ProviderBatchId,
-        state: HandedState,
+        state: ProviderBatchState,
         problem: Option<&str>,
         rest: &Ending,
     ) -> Result<u64, StoreError> {
@@ -290,7 +290,7 @@ impl Store {
     ///
     /// # Errors
     /// SQLite refused.
-    pub fn handed(&self, batch: ProviderBatchId) -> Result<Vec<Handed>, StoreError> {
+    pub fn handed(&self, batch: ProviderBatchId) -> Result<Vec<PendingRequest>, StoreError> {
         self.change(|transaction| open_requests(transaction, batch))
     }
 
@@ -331,7 +331,7 @@ fn insert(
 fn settle(
     transaction: &Transaction<'_>,
     run: RunId,
-    pieces: &[Piece<'_>],
+    pieces: &[AnswerPiece<'_>],
     ending: &Ending,
 ) -> Result<bool, StoreError> {
     let sql = "UPDATE provider_requests SET done = 1 WHERE run = ?1 AND done = 0";
@@ -345,12 +345,12 @@ fn settle(
 fn open_requests(
     transaction: &Transaction<'_>,
     batch: ProviderBatchId,
-) -> Result<Vec<Handed>, StoreError> {
+) -> Result<Vec<PendingRequest>, StoreError> {
     let sql =
         "SELECT run, custom_id FROM provider_requests WHERE batch = ?1 AND done = 0 ORDER BY run";
     let mut statement = transaction.prepare_cached(sql)?;
     let found = statement.query_map([batch.0], |row| {
-        Ok(Handed {
+        Ok(PendingRequest {
             run: RunId(row.get(0)?),
             custom_id: row.get(1)?,
         })
@@ -367,7 +367,7 @@ fn batch(row: &Row<'_>) -> Result<ProviderBatch, rusqlite::Error> {
         model: row.get("model")?,
         address: row.get("address")?,
         remote_id: row.get("remote_id")?,
-        state: rows::word(row, "state", HandedState::parse)?,
+        state: rows::word(row, "state", ProviderBatchState::parse)?,
         problem: row.get("problem")?,
         requests: row.get("requests")?,
         done: row.get("taken")?,

@@ -100,7 +100,7 @@ pub enum Origin {
 
 /// A piece of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Piece<'a> {
+pub enum AnswerPiece<'a> {
     /// Of the reasoning.
     Reasoning(&'a str),
     /// Of the answer itself.

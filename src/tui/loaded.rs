@@ -12,15 +12,17 @@ mod variant;
 
 use std::sync::Arc;
 
-pub use authorship::{Authorship, Writer, Writing};
+pub use authorship::{AuthoringProgress, Authorship, Writer};
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use facts::{Facts, Tally, Verdicts, country_of};
-pub use generated::{GenerationProgress, How};
+pub use generated::{GenerationInputs, GenerationProgress};
 pub use picture::{PictureJob, PictureKind};
-pub use planned::Planned;
+pub use planned::PlannedEgo;
 pub use source::Source;
-pub use variant::{Generated, Made, VariantRequest, VariantShown, Working};
+pub use variant::{
+    GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
+};
 
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{Judgement, judge_under};
@@ -64,7 +66,7 @@ pub struct Opened {
     /// Obstacles, the most dangerous first.
     pub ranking: Vec<i64>,
     /// How the ego was planned, where it was.
-    pub planned: Option<Arc<Planned>>,
+    pub planned: Option<Arc<PlannedEgo>>,
     /// The variant that was made of it, where that or the original beside it is shown.
     pub variant: Option<VariantShown>,
 }

@@ -13,7 +13,9 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::{Key, Keymap};
-use super::loaded::{DriveFiles, DriveKey, Facts, Made, Measured, Opened, PictureJob, Source};
+use super::loaded::{
+    DriveFiles, DriveKey, Facts, GeneratedVariant, Measured, Opened, PictureJob, Source,
+};
 use super::theme::Named;
 use crate::evaluation::Answer;
 use crate::formats::{Entry, PassedOver, SearchResults};
@@ -75,7 +77,7 @@ pub enum Msg {
     /// A planned ego was written: the files, or why not.
     DriveSaved(DriveKey, Result<String, String>),
     /// A variant was written: the files, or why not.
-    VariantSaved(Arc<Made>, Result<String, String>),
+    VariantSaved(Arc<GeneratedVariant>, Result<String, String>),
     /// A rating of the answers of a round of the comparison was kept, under this number, or why not.
     Rated(u64, Result<i64, String>),
     /// Every rating, or why they cannot be read.
@@ -87,7 +89,7 @@ pub enum Msg {
     /// A file that says how the workbench looks was changed.
     Reloaded(Reloaded),
     /// A text was edited in the user's editor: which, and how it is now or why it is as before.
-    EditedOutside(Outside, Result<String, String>),
+    EditedOutside(ExternalEdit, Result<String, String>),
     /// The source of a scenario was read: of which place in the list.
     Source(usize, Result<Box<Source>, String>),
     /// A picture was saved, and where; or why not.
@@ -160,7 +162,7 @@ pub enum Mouse {
 
 /// A text for the user's own editor.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outside {
+pub struct ExternalEdit {
     /// Name of its file.
     pub file: String,
     /// The text.
@@ -227,7 +229,7 @@ pub enum Effect {
     /// Write a planned ego.
     SaveDrive(Box<DriveFiles>),
     /// Write a variant into a folder; the current one if none is named.
-    SaveVariant(Arc<Made>, Option<PathBuf>),
+    SaveVariant(Arc<GeneratedVariant>, Option<PathBuf>),
     /// Stop working out facts of scenarios.
     StopSurvey,
     /// Stop working out a measure of scenarios.
@@ -241,7 +243,7 @@ pub enum Effect {
     /// Use this template, of all those for its task and frame.
     UseTemplate(String),
     /// Let the user edit a text in an editor of theirs.
-    EditOutside(Outside),
+    EditOutside(ExternalEdit),
     /// Read the source of a scenario, by its place in the list.
     ReadSource(usize, Entry),
     /// Read all templates again.

@@ -27,6 +27,6 @@ mod user_file;
 mod views;
 mod widgets;
 
-pub use run::{Ended, run};
+pub use run::{RunResult, run};
 pub use screen::screen;
 pub use shell::{keys, terminal_here, theme_mistakes, themes};

@@ -15,7 +15,7 @@ use super::tasks::history::Judging;
 use super::theme::Theme;
 use super::update::update;
 use super::{tasks, views, widgets};
-use crate::evaluation::{Answer, Event, Judged, Missing, default_planning};
+use crate::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, default_planning};
 use crate::formats::{EgoSelection, Entry};
 use crate::llm::Chunk;
 use crate::planner::Cancel;
@@ -133,7 +133,7 @@ impl Stage {
             window,
             how,
             model_returned: None,
-            judged: Judged::Missing(Missing::NotInAnswer("no verdict in it".into())),
+            judged: JudgeOutcome::Missing(MissingVerdict::NotInAnswer("no verdict in it".into())),
             text: text.into(),
             reasoning: String::new(),
             consumed: Consumed::default(),

@@ -23,7 +23,7 @@ use tokio::sync::mpsc::UnboundedSender;
 use self::job::{Canceller, RunningJobs};
 use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
-use super::message::{Effect, JobEvent, JobId, Msg, Outside, StoredOf, Update};
+use super::message::{Effect, ExternalEdit, JobEvent, JobId, Msg, StoredOf, Update};
 use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::EgoSelection;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
@@ -71,7 +71,7 @@ pub struct Tasks {
 
 /// Effects left to the main loop, which owns the terminal.
 #[derive(Debug)]
-pub enum Remaining {
+pub enum LoopEffect {
     /// Paint the screen for a picture, and give it back.
     Picture(Box<PictureJob>),
     /// Put text into the clipboard.
@@ -79,7 +79,7 @@ pub enum Remaining {
     /// Use the mouse, or not.
     UseMouse(bool),
     /// Let the user edit a text in an editor of theirs.
-    EditOutside(Outside),
+    EditOutside(ExternalEdit),
     /// Go back to the shell for a while.
     Suspend,
     /// End the program.
@@ -118,7 +118,7 @@ impl Tasks {
     }
 
     /// Begins what an effect asks for; gives back what only the loop can do.
-    pub fn perform(&mut self, effect: Effect) -> Option<Remaining> {
+    pub fn perform(&mut self, effect: Effect) -> Option<LoopEffect> {
         match effect {
             Effect::Find(paths) => self.find(paths),
             Effect::Probe => self.probe(),
@@ -202,7 +202,7 @@ impl Tasks {
                 let folder = self.folders.prompts();
                 self.change_template(file.clone(), move || templates::choose(&folder, &file));
             }
-            Effect::EditOutside(outside) => return Some(Remaining::EditOutside(outside)),
+            Effect::EditOutside(outside) => return Some(LoopEffect::EditOutside(outside)),
             Effect::ReadSource(place, entry) => {
                 self.background(move || Msg::Source(place, Source::read(&entry).map(Box::new)))
             }
@@ -210,12 +210,12 @@ impl Tasks {
                 let folder = self.folders.prompts();
                 self.background(move || Msg::Reread(Library::load(Some(&folder))));
             }
-            Effect::Picture(job) if job.needs_screen() => return Some(Remaining::Picture(job)),
+            Effect::Picture(job) if job.needs_screen() => return Some(LoopEffect::Picture(job)),
             Effect::Picture(job) => self.draw(job),
-            Effect::Copy(text) => return Some(Remaining::Copy(text)),
-            Effect::UseMouse(on) => return Some(Remaining::UseMouse(on)),
-            Effect::Suspend => return Some(Remaining::Suspend),
-            Effect::Quit => return Some(Remaining::Quit),
+            Effect::Copy(text) => return Some(LoopEffect::Copy(text)),
+            Effect::UseMouse(on) => return Some(LoopEffect::UseMouse(on)),
+            Effect::Suspend => return Some(LoopEffect::Suspend),
+            Effect::Quit => return Some(LoopEffect::Quit),
         }
         None
     }

@@ -1,7 +1,7 @@
 //! Reads yes or no from an object: by the requested key, by synonyms, or by the obstacles named.
 
 use super::groups::{self, Group};
-use super::lenient::Piece;
+use super::lenient::JsonPiece;
 use super::notes::Notes;
 use super::parse::NoVerdict;
 use super::values::{self, Object};
@@ -102,7 +102,7 @@ fn decides(task: Task, group: &Group<'_>) -> bool {
 /// Nothing where the last object stands alone.
 pub(super) fn merge(
     task: Task,
-    objects: &[(&Piece, &Object)],
+    objects: &[(&JsonPiece, &Object)],
     notes: &mut Notes,
 ) -> Option<Object> {
     let ((_, last), before) = objects.split_last()?;

@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use crate::evaluation::Missing;
+use crate::evaluation::MissingVerdict;
 use crate::verdict::{Moment, Motion, ParsedAnswer};
 
 /// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
-pub(super) fn missing(missing: &Missing) -> String {
+pub(super) fn missing(missing: &MissingVerdict) -> String {
     match missing {
-        Missing::NotSent(why) => format!("no answer: {why}"),
-        Missing::NoAnswer(why) if is_too_long(why) => format!(
+        MissingVerdict::NotSent(why) => format!("no answer: {why}"),
+        MissingVerdict::NoAnswer(why) if is_too_long(why) => format!(
             "{missing}; a shorter question may fit: --form compact, a smaller --history or --radius, --techniques base"
         ),
         missing => missing.to_string(),

@@ -8,7 +8,7 @@ use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Outcome, output};
 use crate::evaluation::{
-    Alarms, Answers, Candidate, Confusion, Lead, Setting, Yes, any_yes, confusion,
+    Alarms, Answers, Candidate, Confusion, Lead, Setting, WindowVerdict, any_yes, confusion,
 };
 use crate::formats::Entry;
 
@@ -245,7 +245,7 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
         .map(|(place, row)| {
             let leads = row.leads.iter().enumerate().map(|(at, counts)| {
                 let c = &counts.said;
-                let those = |truth: bool, said: Yes| -> Vec<&str> {
+                let those = |truth: bool, said: WindowVerdict| -> Vec<&str> {
                     let of = batch.judged.iter().filter(|j| j.label.collides() == truth);
                     of.filter(|j| j.result[place].said[at] == Some(said))
                         .map(|j| j.name.as_str())
@@ -267,9 +267,9 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
                     "f1": c.f1().map(rounded),
                     "f1_named": counts.named.f1().map(rounded),
                     "named_another_count": counts.another(),
-                    "missed": those(true, Yes::No),
-                    "named_another": those(true, Yes::Another),
-                    "false_alarms": those(false, Yes::Yes),
+                    "missed": those(true, WindowVerdict::No),
+                    "named_another": those(true, WindowVerdict::Another),
+                    "false_alarms": those(false, WindowVerdict::Yes),
                 })
             });
             let leads: Vec<Value> = leads.collect();

@@ -4,12 +4,12 @@ use serde_json::{Map, Value, json};
 
 use super::share;
 use crate::cli::{Failure, output};
-use crate::evaluation::report::{Cell, Half, Report, technique};
+use crate::evaluation::report::{Cell, DataHalf, Report, technique};
 use crate::evaluation::{PromptConfig, Scored};
 use crate::store::BatchId;
 
 /// The rows of a batch's table: for each way of asking all of its answers, and which half of the data they are about.
-pub struct Rows(Vec<(Half, Cell)>);
+pub struct Rows(Vec<(DataHalf, Cell)>);
 
 /// What a row says; `report` says more.
 const FIELDS: [&str; 18] = [
@@ -42,7 +42,7 @@ impl Rows {
             match (halves.next(), halves.next(), halves.next()) {
                 // One half and the whole, which are the same.
                 (Some(only), Some(_), None) => only.half,
-                _ => Half::All,
+                _ => DataHalf::All,
             }
         };
         let rows = report.whole().map(|cell| (half(&cell.way), cell.clone()));

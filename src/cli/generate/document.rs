@@ -9,11 +9,11 @@ use super::variant::Generated;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
 use crate::formats::Entry;
-use crate::generation::{Avoidability, Refusal, Saved, asked, attacker, refusal};
+use crate::generation::{Avoidability, Refusal, VariantFiles, asked, attacker, refusal};
 use crate::workflow::PlanError;
 
 /// Documents a scenario's variant.
-pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
+pub fn document(generated: &Generated, saved: Option<&VariantFiles>, by: &str) -> Value {
     let mut line = unsaved(generated, by);
     line["rejected"] = generated.refusals().iter().map(refusal).collect();
     if let Some(saved) = saved {

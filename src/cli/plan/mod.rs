@@ -21,7 +21,7 @@ use crate::formats::Entry;
 use crate::planner::Cancel;
 use crate::scenario::VehicleType;
 use crate::workflow::PlanError;
-use driven::Driven;
+use driven::DrivenScenario;
 use files::{Files, Targets};
 pub use options::PlanOptions;
 use table::Table;
@@ -134,7 +134,10 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Shows and writes the next scenario.
-    fn take(&mut self, driven: Result<Driven, PlanError>) -> Result<ControlFlow<()>, Failure> {
+    fn take(
+        &mut self,
+        driven: Result<DrivenScenario, PlanError>,
+    ) -> Result<ControlFlow<()>, Failure> {
         let entry = &self.entries[self.next];
         self.next += 1;
         let driven = match driven {

@@ -24,7 +24,7 @@ enum Place {
 }
 
 /// A file or standard output that is being written.
-pub enum Begun {
+pub enum OutputTarget {
     Stdout(Vec<u8>),
     File(NewFile),
 }
@@ -131,16 +131,16 @@ impl Target {
     }
 
     /// Begins the file of a scenario.
-    pub fn begin(&self, entry: &Entry, step: Option<i64>) -> Result<Begun, Failure> {
+    pub fn begin(&self, entry: &Entry, step: Option<i64>) -> Result<OutputTarget, Failure> {
         match self.path(entry, step) {
-            None => Ok(Begun::Stdout(Vec::new())),
+            None => Ok(OutputTarget::Stdout(Vec::new())),
             Some(path) => {
                 if let Place::Folder(folder) = &self.place {
                     // Not before there is something to put into it.
                     std::fs::create_dir_all(folder)
                         .map_err(|e| Failure::system(folder.display(), &e))?;
                 }
-                Ok(Begun::File(begin(&path, self.overwrite)?))
+                Ok(OutputTarget::File(begin(&path, self.overwrite)?))
             }
         }
     }
@@ -162,7 +162,7 @@ fn begin(path: &Path, overwrite: bool) -> Result<NewFile, Failure> {
     })
 }
 
-impl Write for Begun {
+impl Write for OutputTarget {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         match self {
             Self::Stdout(all) => all.write(bytes),
@@ -178,7 +178,7 @@ impl Write for Begun {
     }
 }
 
-impl Begun {
+impl OutputTarget {
     /// Puts it in its place.
     pub fn finish(self) -> Result<(), Failure> {
         match self {

@@ -15,12 +15,12 @@ mod spec;
 mod truth;
 mod variant;
 
-pub use agreement::{Unjudged, beside_the_judge};
-pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
+pub use agreement::{UnjudgedScenario, beside_the_judge};
+pub use counted::{AnswerSet, BatchPart, BatchResults, CountingChoice, counted, offers};
 pub use estimate::Estimate;
-pub use matrix::{Matrix, More, RequestSettings};
+pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};
-pub use request_summary::Described;
+pub use request_summary::SceneDescriptions;
 pub use scored::{Answers, Relabelled, answers, label_of, retold, scored, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};

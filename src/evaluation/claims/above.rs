@@ -62,17 +62,17 @@ impl Above {
     }
 
     /// A heading, an item or a line without a name begins.
-    pub fn begin(&mut self, kind: Kind, indent: usize, lower: &str, named: &[Mention]) {
+    pub fn begin(&mut self, kind: LineKind, indent: usize, lower: &str, named: &[Mention]) {
         self.open = false;
         match kind {
-            Kind::Heading => {
+            LineKind::Heading => {
                 self.forget();
                 self.heading = match named {
                     [one] if !one.compared => one.id,
                     _ => None,
                 };
             }
-            Kind::Item => {
+            LineKind::Item => {
                 self.sentence = None;
                 self.named
                     .retain(|item| item.indent < indent || (item.indent == indent && item.stays));
@@ -99,7 +99,7 @@ impl Above {
                 }
                 self.named.push(next);
             }
-            Kind::Line => {
+            LineKind::Line => {
                 if self.parted {
                     self.named.retain(|item| item.indent < indent);
                 }
@@ -110,7 +110,7 @@ impl Above {
 
 /// Kind of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum LineKind {
     Heading,
     Item,
     Line,

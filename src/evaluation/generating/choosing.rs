@@ -1,8 +1,8 @@
 //! Attacker selection: the model's choice beside the reference ranking, and which of them is used.
 
-use super::super::answer::{Answer, Judged};
+use super::super::answer::{Answer, JudgeOutcome};
 use super::super::defaults::default_frame;
-use super::{AuthorError, AuthorSession, Progress, Spent};
+use super::{AuthorError, AuthorSession, AuthoringUsage, Progress};
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Capability, ChangeError, Reason, Refusal};
 use crate::scenario::{ObstacleRole, ObstacleType, Window};
@@ -65,7 +65,7 @@ pub struct Proposal {
 
 impl AuthorSession<'_> {
     /// Decides who attacks; the model is asked unless the user has named the attacker or no obstacle can attack.
-    pub(super) async fn choose(&self, spent: &mut Spent) -> Result<Choice, AuthorError> {
+    pub(super) async fn choose(&self, spent: &mut AuthoringUsage) -> Result<Choice, AuthorError> {
         let mut choice = Choice {
             ranked: attacker::rank(self.ground.stage),
             proposal: None,
@@ -99,7 +99,7 @@ impl AuthorSession<'_> {
         &self,
         first: &Candidate,
         ranked: &[Candidate],
-        spent: &mut Spent,
+        spent: &mut AuthoringUsage,
     ) -> Result<Proposal, AuthorError> {
         (self.listener)(Progress::Choosing);
         let task = Task::Attacker;
@@ -114,7 +114,7 @@ impl AuthorSession<'_> {
 
     fn read(&self, answer: &Answer, window: &Window, ranked: &[Candidate]) -> Proposal {
         let (said, refused) = match &answer.judged {
-            Judged::Other(reading) => match &reading.said {
+            JudgeOutcome::Other(reading) => match &reading.said {
                 ParsedAnswer::Attacker(choice) => {
                     let refused = match choice.attacker {
                         Some(id) => self.can_attack(id, ranked).err(),
@@ -124,8 +124,8 @@ impl AuthorSession<'_> {
                 }
                 other => (None, Some(other_task(other.task()))),
             },
-            Judged::Verdict(parsed) => (None, Some(other_task(parsed.verdict.task))),
-            Judged::Missing(missing) => (None, Some(Refusal::answer(missing.to_string()))),
+            JudgeOutcome::Verdict(parsed) => (None, Some(other_task(parsed.verdict.task))),
+            JudgeOutcome::Missing(missing) => (None, Some(Refusal::answer(missing.to_string()))),
         };
         let proposed = said.as_ref().and_then(|said| said.attacker);
         let refused = match proposed {

@@ -20,8 +20,8 @@ mod recorded;
 mod stored;
 mod varied;
 
-pub use about::About;
-pub use cell::{Cell, Half, NamingCounts};
+pub use about::ReportSubject;
+pub use cell::{Cell, DataHalf, NamingCounts};
 pub use consumption::Consumption;
 pub use document::{Align, Block, Document, Table};
 pub use names::technique;
@@ -45,7 +45,7 @@ pub struct Report {
     /// Ways that differ in one thing, on the same scenarios.
     pub pairs: Vec<Pair>,
     /// Which answers these are, and beside which truth.
-    pub about: About,
+    pub about: ReportSubject,
     /// Of batches: changed scenes and other leads.
     pub varied: Varied,
 }
@@ -60,7 +60,7 @@ impl Report {
         }
         let ways: Vec<(&PromptConfig, Vec<&Scored>)> = ways.into_iter().collect();
         let cells = ways.par_iter().map(|(way, of_way)| {
-            let half = |half: Half| {
+            let half = |half: DataHalf| {
                 let part: Vec<&Scored> = of_way
                     .iter()
                     .copied()
@@ -68,19 +68,22 @@ impl Report {
                     .collect();
                 (!part.is_empty()).then(|| Cell::count(way, half, &part))
             };
-            Half::ALL.into_iter().filter_map(half).collect::<Vec<_>>()
+            DataHalf::ALL
+                .into_iter()
+                .filter_map(half)
+                .collect::<Vec<_>>()
         });
         Self {
             cells: cells.flatten().collect(),
             pairs: pairs::compare_pairs(&ways),
-            about: About::default(),
+            about: ReportSubject::default(),
             varied: Varied::default(),
         }
     }
 
     /// The same report, saying what it is of.
     #[must_use]
-    pub fn about(self, about: About) -> Self {
+    pub fn about(self, about: ReportSubject) -> Self {
         Self { about, ..self }
     }
 
@@ -92,7 +95,7 @@ impl Report {
 
     /// The cells of whole ways.
     pub fn whole(&self) -> impl Iterator<Item = &Cell> {
-        self.cells.iter().filter(|cell| cell.half == Half::All)
+        self.cells.iter().filter(|cell| cell.half == DataHalf::All)
     }
 }
 

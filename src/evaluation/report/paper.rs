@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::super::statistics::{Interval, part_of, wilson};
 use super::super::{Confusion, PromptConfig, Scored};
-use super::{About, Cell, Report};
+use super::{Cell, Report, ReportSubject};
 use crate::description::Frame;
 use crate::judge;
 use crate::prompts::Techniques;
@@ -202,7 +202,7 @@ impl Paper {
 impl Paper {
     /// The same, saying what the recorded answers are.
     #[must_use]
-    pub fn about(self, about: About) -> Self {
+    pub fn about(self, about: ReportSubject) -> Self {
         Self {
             report: self.report.about(about),
             ..self

@@ -7,7 +7,7 @@ use super::document::{Block, Document, Table};
 use super::json::{counts, way};
 use super::names::{NONE, number, p_value};
 use super::paper::{Comparison, Finding, Paper, Part, Published};
-use super::{Cell, Half};
+use super::{Cell, DataHalf};
 use crate::evaluation::Confusion;
 use crate::evaluation::statistics::Interval;
 
@@ -89,8 +89,8 @@ impl Paper {
                  (Two-sided hypergeometric test, not corrected for many rows: one in twenty would differ by chance.) \
                  Impossible: so few cannot be left of the published answers. Which of these scenarios the paper counted is \
                  not known.",
-                most(Half::Collision),
-                most(Half::Normal)
+                most(DataHalf::Collision),
+                most(DataHalf::Normal)
             ),
             format!(
                 "Of {} published counts {} agree, {} differ, {} are impossible, and of {} nothing was recorded.{again}",

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::super::error::Error;
 use super::call::Calls;
-use super::{Mark, Outcome, Status};
+use super::{Outcome, Status, SubmissionMark};
 
 /// The batches of one wire protocol.
 pub trait BatchApi: Debug + Sync {
@@ -48,7 +48,12 @@ pub trait BatchApi: Debug + Sync {
     }
 
     /// Whether a batch of a list is the one that is looked for.
-    fn recognise(&self, calls: &Calls, batch: &Value, mark: &Mark<'_>) -> Result<Match, Error>;
+    fn recognise(
+        &self,
+        calls: &Calls,
+        batch: &Value,
+        mark: &SubmissionMark<'_>,
+    ) -> Result<Match, Error>;
 
     /// Where the document about a batch is.
     fn status_url(&self, calls: &Calls, id: &str) -> Result<Url, Error>;

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{About, Findings, apart};
+use super::{ElementRef, Findings, apart};
 use crate::geometry::{Point, Polyline, Vector};
 use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
 
@@ -20,7 +20,7 @@ const ASIDE: f64 = 0.5;
 
 pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
     for (place, lanelet) in network.lanelets.iter().enumerate() {
-        let about = About::Lanelet(place);
+        let about = ElementRef::Lanelet(place);
         let mut say = |message: String| {
             found.warn(about, format!("lanelet {}: {message}", lanelet.id));
         };
@@ -266,7 +266,7 @@ fn astray(network: &LaneletNetwork, found: &mut Findings) {
         let nearest = (0..count).filter(|o| *o != place).map(gap);
         let nearest = nearest.fold(f64::MAX, f64::min);
         found.warn(
-            About::Lanelet(place),
+            ElementRef::Lanelet(place),
             format!(
                 "lanelet {}: it lies {nearest:.0} m from all other lanelets; is a coordinate wrong?",
                 lanelet.id

@@ -25,7 +25,7 @@ use crate::geometry::{Bounds, Point};
 
 /// Which element of a scenario; numbers are places in the scenario's lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum About {
+pub(crate) enum ElementRef {
     /// The root and its attributes.
     Scenario,
     /// Where on Earth it is.
@@ -52,7 +52,7 @@ pub(crate) enum About {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Finding {
     pub severity: Severity,
-    pub about: About,
+    pub about: ElementRef,
     /// What is wrong, and what is assumed.
     pub message: String,
 }
@@ -62,7 +62,7 @@ pub(crate) struct Finding {
 struct Findings(Vec<Finding>);
 
 impl Findings {
-    fn push(&mut self, severity: Severity, about: About, message: impl Into<String>) {
+    fn push(&mut self, severity: Severity, about: ElementRef, message: impl Into<String>) {
         let message = message.into();
         self.0.push(Finding {
             severity,
@@ -71,11 +71,11 @@ impl Findings {
         });
     }
 
-    fn warn(&mut self, about: About, message: impl Into<String>) {
+    fn warn(&mut self, about: ElementRef, message: impl Into<String>) {
         self.push(Severity::Warning, about, message);
     }
 
-    fn note(&mut self, about: About, message: impl Into<String>) {
+    fn note(&mut self, about: ElementRef, message: impl Into<String>) {
         self.push(Severity::Note, about, message);
     }
 }

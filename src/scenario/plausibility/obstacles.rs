@@ -1,6 +1,6 @@
 //! Obstacles: what they are, where and when, and how they move.
 
-use super::{About, Finding, Findings, Row, and_more, beyond, bodies, limits, motion, times};
+use super::{ElementRef, Finding, Findings, Row, and_more, beyond, bodies, limits, motion, times};
 use crate::scenario::obstacle::sample;
 use crate::scenario::{
     Obstacle, ObstacleRole, ObstacleType, Occupancy, Prediction, Scenario, Severity, State,
@@ -19,11 +19,11 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         let id = obstacle.id;
         let mut say = |state: Option<usize>, message: String| {
             let about = match state {
-                Some(state) => About::State {
+                Some(state) => ElementRef::State {
                     obstacle: place,
                     state,
                 },
-                None => About::Obstacle(place),
+                None => ElementRef::Obstacle(place),
             };
             found.0.push(Finding {
                 severity: Severity::Warning,

@@ -1,6 +1,6 @@
 //! Bodies that are inside each other before anything has happened.
 
-use super::{About, Findings};
+use super::{ElementRef, Findings};
 use crate::geometry::{Point, convex_hull, convex_overlap};
 use crate::scenario::{Obstacle, ObstacleRole, ObstacleType, Scenario};
 
@@ -41,7 +41,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
             }
             let (first, second) = if a.place < b.place { (a, b) } else { (b, a) };
             found.warn(
-                About::Obstacle(second.place),
+                ElementRef::Obstacle(second.place),
                 format!(
                     "obstacle {}: it stands in obstacle {} at time step {step}",
                     second.obstacle.id, first.obstacle.id

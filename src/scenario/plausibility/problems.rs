@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{About, Findings, apart, beyond, bodies, limits, obstacles};
+use super::{ElementRef, Findings, apart, beyond, bodies, limits, obstacles};
 use crate::geometry::{Bounds, Point, angle_between};
 use crate::scenario::{
     Goal, LONGEST_TRACK, LaneletNetwork, Obstacle, ObstacleRole, PlanningProblem, Position,
@@ -24,13 +24,13 @@ const STRONGEST: f64 = 12.0;
 pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     for (place, problem) in scenario.planning_problems.iter().enumerate() {
         let id = problem.id;
-        let about = About::Start(place);
+        let about = ElementRef::Start(place);
         let mut say = |message: String| {
             found.warn(about, format!("planning problem {id}: {message}"));
         };
         start(scenario, problem, &mut say);
         for (i, goal) in problem.goals.iter().enumerate() {
-            let about = About::Goal {
+            let about = ElementRef::Goal {
                 problem: place,
                 goal: i,
             };

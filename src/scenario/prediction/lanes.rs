@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::Observed;
 use crate::geometry::{Point, Polyline, angle_between};
-use crate::scenario::{Direction, Driven, Lane, LaneletNetwork, Motion};
+use crate::scenario::{DirectedLanelet, Direction, Lane, LaneletNetwork, Motion};
 
 /// A way along lanelets.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub(super) struct LaneWay {
 #[derive(Debug)]
 pub(super) struct Lanes<'a> {
     network: &'a LaneletNetwork,
-    middles: HashMap<Driven, Option<Arc<Polyline>>>,
+    middles: HashMap<DirectedLanelet, Option<Arc<Polyline>>>,
 }
 
 /// No obstacle that points this much away from a lane follows it, radians.
@@ -61,10 +61,10 @@ impl<'a> Lanes<'a> {
     /// likeliest first.
     pub fn ways(&mut self, seen: &Observed<'_>, speed: f64, reach: f64) -> Vec<LaneWay> {
         let pose = &seen.motion.pose;
-        let mut starts: Vec<(f64, Driven, f64)> = Vec::new();
+        let mut starts: Vec<(f64, DirectedLanelet, f64)> = Vec::new();
         for lanelet in self.here_and_beside(&pose.position) {
             for direction in [Direction::Along, Direction::Against] {
-                let from = Driven { lanelet, direction };
+                let from = DirectedLanelet { lanelet, direction };
                 let Some(middle) = self.middle(from) else {
                     continue;
                 };
@@ -116,7 +116,7 @@ impl<'a> Lanes<'a> {
     }
 
     /// The middle of a lanelet as it is driven; `None` if it may not be driven so.
-    fn middle(&mut self, driven: Driven) -> Option<Arc<Polyline>> {
+    fn middle(&mut self, driven: DirectedLanelet) -> Option<Arc<Polyline>> {
         let network = self.network;
         let middle = || {
             let lanelet = network.lanelet(driven.lanelet)?;
@@ -131,7 +131,7 @@ impl<'a> Lanes<'a> {
     }
 
     /// Every way on from a lanelet, until `length` metres are there.
-    fn ways_from(&mut self, from: Driven, length: f64) -> Vec<Vec<Driven>> {
+    fn ways_from(&mut self, from: DirectedLanelet, length: f64) -> Vec<Vec<DirectedLanelet>> {
         let mut open = vec![(vec![from], 0.0)];
         let mut whole = Vec::new();
         while let Some((way, before)) = open.pop() {
@@ -156,7 +156,12 @@ impl<'a> Lanes<'a> {
     }
 
     /// What follows a lanelet and is not on the way yet, at most `room` of it.
-    fn following(&mut self, driven: Driven, way: &[Driven], room: usize) -> Vec<Driven> {
+    fn following(
+        &mut self,
+        driven: DirectedLanelet,
+        way: &[DirectedLanelet],
+        room: usize,
+    ) -> Vec<DirectedLanelet> {
         let Some(lanelet) = self.network.lanelet(driven.lanelet) else {
             return Vec::new();
         };
@@ -164,13 +169,15 @@ impl<'a> Lanes<'a> {
             Direction::Along => &lanelet.successors,
             Direction::Against => &lanelet.predecessors,
         };
-        let next = ids.iter().map(|&lanelet| Driven { lanelet, ..driven });
+        let next = ids
+            .iter()
+            .map(|&lanelet| DirectedLanelet { lanelet, ..driven });
         next.filter(|next| !way.contains(next) && self.middle(*next).is_some())
             .take(room)
             .collect()
     }
 
-    fn line(&mut self, way: &[Driven]) -> Option<Arc<Polyline>> {
+    fn line(&mut self, way: &[DirectedLanelet]) -> Option<Arc<Polyline>> {
         if let [only] = way {
             return self.middle(*only);
         }

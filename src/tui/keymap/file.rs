@@ -231,7 +231,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::tui::action::Action;
-    use crate::tui::keymap::Meaning;
+    use crate::tui::keymap::KeyMeaning;
 
     fn mistakes(text: &str) -> Vec<String> {
         Keymap::parse("keymap.toml", text).unwrap_err()
@@ -243,11 +243,11 @@ mod tests {
             "[global]\nworst = []\npalette = \"f9\"\nquit = [\"q\", \"space q\"]\nplay = \"f5\"\n";
         let map = Keymap::parse("keymap.toml", text).unwrap();
         let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Map);
-        assert_eq!(means("f9"), Meaning::Action(Action::Palette));
-        assert_eq!(means("x"), Meaning::Nothing);
-        assert_eq!(means(":"), Meaning::Nothing);
-        assert_eq!(means("space"), Meaning::Prefix);
-        assert_eq!(means("space q"), Meaning::Action(Action::Quit));
+        assert_eq!(means("f9"), KeyMeaning::Action(Action::Palette));
+        assert_eq!(means("x"), KeyMeaning::Nothing);
+        assert_eq!(means(":"), KeyMeaning::Nothing);
+        assert_eq!(means("space"), KeyMeaning::Prefix);
+        assert_eq!(means("space q"), KeyMeaning::Action(Action::Quit));
         assert_eq!(map.key_of(Action::CollisionStep), "F9 worst");
     }
 
@@ -259,9 +259,12 @@ mod tests {
         )
         .unwrap();
         let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Scenarios);
-        assert_eq!(means("g k"), Meaning::Action(Action::Top));
-        assert_eq!(means("g g"), Meaning::Nothing);
-        assert_eq!(means("shift-n"), Meaning::Action(Action::PreviousObstacle));
+        assert_eq!(means("g k"), KeyMeaning::Action(Action::Top));
+        assert_eq!(means("g g"), KeyMeaning::Nothing);
+        assert_eq!(
+            means("shift-n"),
+            KeyMeaning::Action(Action::PreviousObstacle)
+        );
         // The preset's own file has no mistake.
         let vim = Keymap::parse("vim.toml", VIM).unwrap();
         assert_eq!(

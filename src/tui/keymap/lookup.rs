@@ -53,7 +53,7 @@ pub struct Keymap {
 
 /// Meaning of a key sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Meaning {
+pub enum KeyMeaning {
     /// An action.
     Action(Action),
     /// The beginning of something longer.
@@ -64,7 +64,7 @@ pub enum Meaning {
 
 /// A key that can follow a prefix.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Following {
+pub struct NextKey {
     /// The key.
     pub key: Key,
     /// What it does, in a sentence; `None` if more keys follow.
@@ -110,7 +110,7 @@ impl Keymap {
 
     /// Meaning of keys in `scope`; its own bindings precede global ones.
     #[must_use]
-    pub fn meaning(&self, keys: &[Key], scope: Scope) -> Meaning {
+    pub fn meaning(&self, keys: &[Key], scope: Scope) -> KeyMeaning {
         let here = |place: Scope| {
             let mut found = self.bindings.iter();
             found.find(move |b| {
@@ -118,12 +118,12 @@ impl Keymap {
             })
         };
         if let Some(binding) = here(scope).or_else(|| here(Scope::Global)) {
-            return Meaning::Action(binding.entry().action);
+            return KeyMeaning::Action(binding.entry().action);
         }
         if self.beginning(keys, scope).next().is_some() {
-            Meaning::Prefix
+            KeyMeaning::Prefix
         } else {
-            Meaning::Nothing
+            KeyMeaning::Nothing
         }
     }
 
@@ -131,21 +131,21 @@ impl Keymap {
     #[must_use]
     pub fn action(&self, key: Key, scope: Scope) -> Option<Action> {
         match self.meaning(&[key], scope) {
-            Meaning::Action(action) => Some(action),
-            Meaning::Prefix | Meaning::Nothing => None,
+            KeyMeaning::Action(action) => Some(action),
+            KeyMeaning::Prefix | KeyMeaning::Nothing => None,
         }
     }
 
     /// Possible continuations of these keys, in the order of the action table.
     #[must_use]
-    pub fn following(&self, keys: &[Key], scope: Scope) -> Vec<Following> {
-        let mut all: Vec<Following> = Vec::new();
+    pub fn following(&self, keys: &[Key], scope: Scope) -> Vec<NextKey> {
+        let mut all: Vec<NextKey> = Vec::new();
         for binding in self.beginning(keys, scope) {
             let rest = &binding.keys.0[keys.len()..];
             if all.iter().any(|f| f.key == rest[0]) {
                 continue;
             }
-            all.push(Following {
+            all.push(NextKey {
                 key: rest[0],
                 doc: (rest.len() == 1).then_some(binding.entry().doc),
             });
@@ -224,7 +224,7 @@ mod tests {
             assert_eq!(map.keys(entry).count(), entry.keys.len(), "{}", entry.id);
             for chord in map.keys(entry) {
                 let meaning = map.meaning(&chord.0, entry.scope);
-                assert_eq!(meaning, Meaning::Action(entry.action), "{chord}");
+                assert_eq!(meaning, KeyMeaning::Action(entry.action), "{chord}");
             }
         }
     }
@@ -246,15 +246,15 @@ mod tests {
     fn prefixes_are_told_from_keys() {
         let map = Keymap::from_preset(Preset::Vim);
         let g = keys("g");
-        assert_eq!(map.meaning(&g, Scope::Scenarios), Meaning::Prefix);
+        assert_eq!(map.meaning(&g, Scope::Scenarios), KeyMeaning::Prefix);
         assert_eq!(
             map.meaning(&keys("g g"), Scope::Scenarios),
-            Meaning::Action(Action::Top)
+            KeyMeaning::Action(Action::Top)
         );
-        assert_eq!(map.meaning(&keys("g g"), Scope::Map), Meaning::Nothing);
+        assert_eq!(map.meaning(&keys("g g"), Scope::Map), KeyMeaning::Nothing);
         assert_eq!(
             map.meaning(&keys("g x"), Scope::Scenarios),
-            Meaning::Nothing
+            KeyMeaning::Nothing
         );
         let after = map.following(&g, Scope::Scenarios);
         assert!(

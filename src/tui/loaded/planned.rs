@@ -11,7 +11,7 @@ use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, Prepared
 
 /// The record of a planned ego.
 #[derive(Debug, PartialEq)]
-pub struct Planned {
+pub struct PlannedEgo {
     /// The forecast given to the planner.
     pub forecast: Forecast,
     /// The vehicle that was driven.
@@ -26,7 +26,7 @@ pub struct Planned {
     pub recorded: Option<Arc<Scene>>,
 }
 
-impl Planned {
+impl PlannedEgo {
     /// The width of a map with the ego in its middle that shows all that was chosen, metres.
     #[must_use]
     pub fn reach(&self) -> f64 {
@@ -63,7 +63,7 @@ impl Opened {
         let outcome = outcome.map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
-            let planned = Planned::from_outcome(&prepared, drive.outcome, recorder.cycles);
+            let planned = PlannedEgo::from_outcome(&prepared, drive.outcome, recorder.cycles);
             Self::with_planned(&request.open, ego, planned, thresholds)
         }))
     }
@@ -72,7 +72,7 @@ impl Opened {
     pub(super) fn with_planned(
         request: &OpenRequest<'_>,
         ego: Ego,
-        (scenario, planned): (Arc<Scenario>, Planned),
+        (scenario, planned): (Arc<Scenario>, PlannedEgo),
         thresholds: &Thresholds,
     ) -> Self {
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
@@ -83,7 +83,7 @@ impl Opened {
     }
 }
 
-impl Planned {
+impl PlannedEgo {
     /// The record of a drive, and its scenario.
     pub(super) fn from_outcome(
         prepared: &PreparedPlan,

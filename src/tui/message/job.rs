@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::runs::{Batch, Counts, Ended};
+use super::runs::{Batch, BatchAnswer, Counts};
 use crate::evaluation::{Answer, Event, Question};
 use crate::formats::Entry;
 use crate::planner::Forecast;
 use crate::scenario::Transform;
-use crate::tui::loaded::{Generated, GenerationProgress, Opened, VariantRequest};
+use crate::tui::loaded::{GenerationOutcome, GenerationProgress, Opened, VariantRequest};
 
 /// Numbers the jobs; an event of one that has ended is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -43,7 +43,7 @@ pub enum JobEvent {
     /// Planned steps, and steps at most; then the scenario with the planned ego.
     Plan(Update<(usize, usize), Box<Opened>>),
     /// Making a scenario dangerous.
-    Generate(Update<GenerationProgress, Generated>),
+    Generate(Update<GenerationProgress, GenerationOutcome>),
     /// What a batch takes, as far as it is known.
     Estimate(Update<Counts, Counts>),
     /// Asking the questions of a batch.
@@ -67,5 +67,5 @@ pub enum BatchProgress {
     /// The store knows it by this name, and it has so many questions to ask.
     Named(String, usize),
     /// A question was answered, or why not.
-    Answered(Result<Ended, String>),
+    Answered(Result<BatchAnswer, String>),
 }

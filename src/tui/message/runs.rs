@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::description::Frame;
-use crate::evaluation::batch::{Counting, Estimate, Offer, RequestSettings};
+use crate::evaluation::batch::{AnswerSet, CountingChoice, Estimate, RequestSettings};
 use crate::evaluation::{Answer, Results};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
@@ -63,7 +63,7 @@ pub enum HistoryEvent {
 pub enum ResultsCommand {
     /// Stored answers counted: these, or those of the newest batch, or all where there is no batch. Of all of them the
     /// built-in judge says what is true, for which these files may be the scenarios.
-    Read(PageId, Option<Counting>, Vec<Entry>),
+    Read(PageId, Option<AnswerSet>, Vec<Entry>),
     /// A run whole.
     Run(RunId),
     /// Nothing any longer.
@@ -83,9 +83,9 @@ pub enum ResultsEvent {
 #[derive(Debug)]
 pub struct CountedAnswers {
     /// Which are counted.
-    pub counting: Counting,
+    pub counting: AnswerSet,
     /// What there is to choose from.
-    pub offers: Vec<Offer>,
+    pub offers: Vec<CountingChoice>,
     /// A row for each way of asking.
     pub rows: Vec<Results>,
     /// Questions of the batch that were not asked, or not yet, or cannot be asked; they are not counted.
@@ -161,7 +161,7 @@ impl Counts {
 
 /// An answer within a batch.
 #[derive(Debug)]
-pub struct Ended {
+pub struct BatchAnswer {
     /// What it is about: hash of the scenario, ego, task.
     pub about: Option<(String, String, Task)>,
     /// The answer.

@@ -10,12 +10,12 @@ use crate::verdict::Task;
 
 /// Judgements of safety of one scene under the same thresholds, by the first and last step of their windows.
 #[derive(Debug, Clone, Default)]
-pub struct Judged {
+pub struct JudgementCache {
     of: Option<(Arc<Scene>, Arc<Thresholds>)>,
     windows: HashMap<(i64, i64), Judgement>,
 }
 
-impl Judged {
+impl JudgementCache {
     /// The safety judgement of this window, computed if not cached. Another scene or other thresholds clear the cache.
     pub fn safety(
         &mut self,

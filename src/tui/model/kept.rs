@@ -22,11 +22,11 @@ pub struct KeptDrive {
 
 /// Kept drives, oldest first.
 #[derive(Debug, Default)]
-pub struct Kept {
+pub struct RolloutCache {
     drives: Vec<KeptDrive>,
 }
 
-impl Kept {
+impl RolloutCache {
     /// Keeps a drive, which is shown; one of the same goes.
     pub fn keep(&mut self, opened: &Opened) {
         let (Some(key), Some(planned)) = (opened.drive_key(), opened.planned.as_ref()) else {

@@ -23,7 +23,7 @@ pub enum Edge {
 /// Pane sizes set by the user, as fractions of the screen's width or height; others keep their defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Shares {
+pub struct PaneShares {
     list: Option<f64>,
     right: Option<f64>,
     prompt: Option<f64>,
@@ -37,12 +37,12 @@ pub struct Shares {
 #[serde(default, deny_unknown_fields)]
 pub struct Sizes {
     /// Where everything is shown at once.
-    pub wide: Shares,
+    pub wide: PaneShares,
     /// Where panes take turns.
-    pub compact: Shares,
+    pub compact: PaneShares,
 }
 
-impl Shares {
+impl PaneShares {
     fn share(&mut self, edge: Edge) -> &mut Option<f64> {
         match edge {
             Edge::List => &mut self.list,

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::super::background::{self, Background};
 use super::super::keymap::{Keymap, Preset};
-use super::super::message::session::Where;
+use super::super::message::session::SavedLocation;
 use super::super::model::{Glyphs, Look, Model, Prices};
 use super::super::tasks::{self, thresholds};
-use super::super::theme::{AUTO, Depth, Theme};
+use super::super::theme::{AUTO, ColorDepth, Theme};
 use super::super::update::session_restore;
 use super::super::user_file::first;
 use crate::evaluation::default_planning;
@@ -52,7 +52,7 @@ pub fn prepare(
         complaints.push(format!("{error}; the default colours are in use"));
         Theme::default_for(background.dark)
     });
-    let depth = Depth::of_environment(env);
+    let depth = ColorDepth::of_environment(env);
     let glyphs_here = Glyphs::of_environment(env);
     let look = Look {
         keymap,
@@ -90,7 +90,7 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
     if !model.recall.on {
         return;
     }
-    model.recall.paths = Where::of_arguments(&model.paths, &model.recall.here);
+    model.recall.paths = SavedLocation::of_arguments(&model.paths, &model.recall.here);
     match tasks::session_file::read(&folders.sessions(), &model.recall.paths) {
         Ok(Some(found)) => session_restore::restore(model, found, *ego != EgoSelection::Beside),
         Ok(None) => {}

@@ -265,10 +265,10 @@ fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String>
 
 /// What the built-in judge says to the questions of runs, as far as it was asked.
 #[derive(Debug, Default)]
-pub struct Truths(HashMap<About, Option<bool>>);
+pub struct Truths(HashMap<TruthKey, Option<bool>>);
 
 /// What a truth is about: scenario, ego, task and window.
-type About = (String, String, &'static str, Option<(i64, i64)>);
+type TruthKey = (String, String, &'static str, Option<(i64, i64)>);
 
 impl Truths {
     /// What the store knows, else what the scenario says, if one of these files is it.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use super::super::message::Msg;
-use super::super::message::session::{Session, Where};
+use super::super::message::session::{SavedLocation, Session};
 use super::Tasks;
 use crate::settings::{Folders, TextFile};
 use crate::system;
@@ -76,7 +76,7 @@ pub fn any(folder: &Path) -> bool {
 ///
 /// # Errors
 /// Its file cannot be used: which, and why.
-pub fn read(folder: &Path, paths: &[Where]) -> Result<Option<Session>, String> {
+pub fn read(folder: &Path, paths: &[SavedLocation]) -> Result<Option<Session>, String> {
     let path = folder.join(Session::file_name(paths));
     let Some(said) = TextFile::read_if_there(&path)? else {
         return Ok(None);
@@ -105,7 +105,7 @@ mod tests {
             Vec::new(),
         );
         let mut session = crate::tui::update::session_restore::capture(&model);
-        session.paths = Where::of_arguments(paths, Path::new("/"));
+        session.paths = SavedLocation::of_arguments(paths, Path::new("/"));
         session
     }
 
@@ -123,7 +123,11 @@ mod tests {
         write(&sessions, &kept).unwrap();
         assert!(any(&sessions));
         let of = |paths: &[PathBuf]| {
-            read(&sessions, &Where::of_arguments(paths, Path::new("/"))).unwrap()
+            read(
+                &sessions,
+                &SavedLocation::of_arguments(paths, Path::new("/")),
+            )
+            .unwrap()
         };
         assert_eq!(of(&both).as_ref(), Some(&kept));
         let turned = [two.join("../two"), one.clone(), one.clone()];

@@ -13,7 +13,7 @@ use crate::tui::message::{Effect, Msg, Reloaded};
 use crate::tui::model::{Glyphs, Pane};
 use crate::tui::screens::details::DetailsScreen;
 use crate::tui::screens::help::HelpScreen;
-use crate::tui::theme::{Depth, Theme};
+use crate::tui::theme::{ColorDepth, Theme};
 use crate::tui::views;
 
 fn bench() -> Bench {
@@ -250,7 +250,7 @@ fn without_colours_and_without_unicode_everything_is_there() {
     for keys in ["", "?", "ctrl-t", ":", "i", "shift-v", "ctrl-w"] {
         for (columns, rows) in [(80, 24), (200, 60), (40, 10)] {
             let mut bench = bench();
-            bench.model.look.depth = Depth::None;
+            bench.model.look.depth = ColorDepth::None;
             bench.model.show_theme("auto").unwrap();
             bench.model.look.glyphs = Glyphs::Ascii;
             bench.press(keys);

@@ -7,7 +7,7 @@ use crate::tui::action::Action;
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::tui::model::{Foreseen, On, Pane};
 use crate::tui::screens::details::DetailsScreen;
-use crate::tui::theme::{Depth, Theme};
+use crate::tui::theme::{ColorDepth, Theme};
 
 /// A bundled scenario with the map alone, at a step.
 fn at(name: &str, step: i64) -> Bench {
@@ -281,7 +281,7 @@ fn details_follow_the_clock_and_are_copied() {
 #[test]
 fn without_colour_everything_can_be_told_apart() {
     let mut bench = at("redlight", 45);
-    bench.model.theme = Theme::default_theme().at_depth(Depth::None);
+    bench.model.theme = Theme::default_theme().at_depth(ColorDepth::None);
     bench.model.picked = Some(301);
     does(&mut bench, Action::NextPaths);
     does(&mut bench, Action::TakeTape);

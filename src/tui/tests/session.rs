@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::bench::{Bench, answer};
 use super::events;
-use crate::formats::{Entry, Place, bundled};
+use crate::formats::{Entry, EntryLocation, bundled};
 use crate::tui::message::session::Session;
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{Grouping, Pane, Sizes};
@@ -100,7 +100,7 @@ fn what_the_configuration_says_anew_wins() {
 #[test]
 fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
     let file = |name: &str| Entry {
-        place: Place::File(PathBuf::from(format!("a/{name}.xml"))),
+        place: EntryLocation::File(PathBuf::from(format!("a/{name}.xml"))),
         name: name.into(),
         group: "a".into(),
     };
@@ -109,8 +109,8 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
     bench.send(Msg::Listed(vec![file("one"), file("two"), file("three")]));
     bench.press("down down *");
     let mut left = kept(&mut bench).unwrap();
-    let opened = crate::tui::message::session::Opened {
-        scenario: crate::tui::message::session::Where::File("/here/a/three.xml".into()),
+    let opened = crate::tui::message::session::SavedScenario {
+        scenario: crate::tui::message::session::SavedLocation::File("/here/a/three.xml".into()),
         ego: None,
         step: 3,
         picked: None,
@@ -132,7 +132,7 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
         again
     };
     let file = |name: &str| Entry {
-        place: Place::File(PathBuf::from(format!("../a/{name}.xml"))),
+        place: EntryLocation::File(PathBuf::from(format!("../a/{name}.xml"))),
         ..file(name)
     };
     let mut again = start();

@@ -4,7 +4,7 @@
 
 use ratatui::style::Color;
 
-use super::{Depth, Theme, color};
+use super::{ColorDepth, Theme, color};
 
 /// Backgrounds that terminals usually have: black, the default of some, One Dark, Solarized.
 const DARK: [[u8; 3]; 4] = [
@@ -137,7 +137,7 @@ fn the_formulas_are_right() {
 #[test]
 fn words_can_be_read_on_every_usual_background() {
     for full in themes() {
-        for depth in [Depth::True, Depth::Indexed] {
+        for depth in [ColorDepth::True, ColorDepth::Indexed] {
             let theme = full.clone().at_depth(depth);
             let grounds = if theme.dark { &DARK[..] } else { &LIGHT[..] };
             for ground in grounds {
@@ -182,7 +182,7 @@ fn dangerous_and_safe_look_different_to_everybody() {
         ("picked", "obstacle", 15.0),
     ];
     let theme = themes.iter().find(|t| t.name == "colorblind").unwrap();
-    for depth in [Depth::True, Depth::Indexed] {
+    for depth in [ColorDepth::True, ColorDepth::Indexed] {
         let theme = theme.clone().at_depth(depth);
         for (a, b, least) in pairs {
             for eyes in [&EVERYBODY, &DEUTERANOPE, &PROTANOPE] {
@@ -200,14 +200,19 @@ fn dangerous_and_safe_look_different_to_everybody() {
 fn the_selected_line_is_reversed() {
     use ratatui::style::Modifier;
     for theme in themes() {
-        for depth in [Depth::True, Depth::Indexed, Depth::Sixteen, Depth::None] {
+        for depth in [
+            ColorDepth::True,
+            ColorDepth::Indexed,
+            ColorDepth::Sixteen,
+            ColorDepth::None,
+        ] {
             let style = theme.clone().at_depth(depth).selected();
             assert!(
                 style.add_modifier.contains(Modifier::REVERSED),
                 "{}",
                 theme.name
             );
-            assert_eq!(style.fg == Some(Color::Reset), depth == Depth::None);
+            assert_eq!(style.fg == Some(Color::Reset), depth == ColorDepth::None);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
-use super::super::model::{Column, Model, Notice, Pane, PromptView, Shown, Toast};
+use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, Toast};
 use super::super::screens;
 use super::{
     answers, batch, claims, clock, compare, editing, jobs, list, map, obstacles, open_current,
@@ -303,7 +303,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 .as_ref()
                 .map_or(String::new(), |o| o.name.clone());
             answers::leave(model, &name);
-            model.answers.show(Shown::Reference);
+            model.answers.show(ShownAnswer::Reference);
             effects.extend(load_stored(model));
         }
         Action::ToggleFrame => {

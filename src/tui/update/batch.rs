@@ -3,7 +3,7 @@
 use super::super::action::Action;
 use std::sync::Arc;
 
-use super::super::message::runs::{Batch, Counts, Ended};
+use super::super::message::runs::{Batch, BatchAnswer, Counts};
 use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model};
 use super::super::screens::batch::BatchScreen;
@@ -102,7 +102,7 @@ pub fn on_update(model: &mut Model, id: JobId, update: Update<BatchProgress, ()>
 }
 
 /// An answer about the scenario that is open stands among the others; what is shown stays shown.
-fn show(model: &mut Model, ended: Ended) {
+fn show(model: &mut Model, ended: BatchAnswer) {
     let about = actions::stored_of(model);
     let same = about.is_some_and(|of| ended.about == Some((of.scenario, of.ego, of.task)));
     let run = ended.answer.run;

@@ -1,6 +1,6 @@
 //! Claims: extracted once an answer is complete, and stepped through one by one.
 
-use super::super::model::{Column, Model, Pane, Shown};
+use super::super::model::{Column, Model, Pane, ShownAnswer};
 use super::clock;
 use crate::evaluation::claims::{Subject, checked};
 
@@ -14,8 +14,8 @@ pub fn settle(model: &mut Model) {
     for shown in seen {
         // A streaming answer is not parsed again for every chunk.
         let column = match shown {
-            Shown::Reference => None,
-            Shown::Column(place) => model.answers.columns.get(place),
+            ShownAnswer::Reference => None,
+            ShownAnswer::Column(place) => model.answers.columns.get(place),
         };
         if column.is_some_and(Column::is_running) {
             continue;
@@ -52,7 +52,7 @@ pub fn read_on(model: &mut Model, forward: bool) {
 
 /// Picks the next claim of an answer, or the one before: its obstacle is picked on the map, and the clock goes to its
 /// step. Gives its place.
-pub fn go(model: &mut Model, shown: Shown, forward: bool) -> Option<usize> {
+pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize> {
     let document = model.document(shown)?;
     let claims = model.claims.get(document.key);
     if claims.is_empty() {

@@ -4,7 +4,7 @@ use super::super::action::Action;
 use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
-use super::super::model::{Column, Model, Notice, Shown, Values};
+use super::super::model::{Column, Model, Notice, ShownAnswer, Values};
 use super::{actions, answers, clock, planning, reopen, session_restore, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
@@ -81,7 +81,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
         .as_ref()
         .filter(|o| o.scenario.hash == opened.scenario.hash);
     let step = again.map(|_| model.clock.step());
-    let kept = again.map(|before| Kept::of(model, before, &opened));
+    let kept = again.map(|before| PreservedView::of(model, before, &opened));
     leave(model);
     model.open_error = None;
     if kept.is_none() {
@@ -122,14 +122,14 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
 }
 
 /// State kept when the open scenario is opened again.
-struct Kept {
+struct PreservedView {
     /// Whether its ego is the same too, as when thresholds are read again.
     same_ego: bool,
     picked: Option<i64>,
     marked: Vec<i64>,
 }
 
-impl Kept {
+impl PreservedView {
     fn of(model: &Model, before: &Opened, now: &Opened) -> Self {
         let ego = |opened: &Opened| opened.scene.as_ref().map(|s| s.ego.to_string());
         Self {
@@ -148,7 +148,7 @@ fn leave(model: &mut Model) {
         .map_or(String::new(), |o| o.name.clone());
     answers::leave(model, &name);
     model.answers.reference_ms = None;
-    model.answers.show(Shown::Reference);
+    model.answers.show(ShownAnswer::Reference);
     model.taken = None;
     model.picked = None;
     model.plot.marked.clear();
@@ -206,7 +206,7 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     }
     model.answers.arrange(&how);
     if !model.answers.columns.is_empty() {
-        model.answers.show(Shown::Column(0));
+        model.answers.show(ShownAnswer::Column(0));
     }
 }
 

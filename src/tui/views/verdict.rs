@@ -11,11 +11,11 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use self::table::{LABEL, Row, Table};
-use crate::evaluation::{Judged, StoredOrigin};
+use crate::evaluation::{JudgeOutcome, StoredOrigin};
 use crate::judge;
 use crate::store::{Origin, RunId};
 use crate::tui::action::Action;
-use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown, parts};
+use crate::tui::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
 use crate::tui::widgets::words::date;
 use crate::tui::widgets::{frame, scroll};
 use crate::verdict::Task;
@@ -111,7 +111,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     for (i, head) in seen.zip(&heads) {
         let column = &answers.columns[i];
         let truth = column.truth_or(Some(&reference.verdict));
-        table.column(column, head, truth, answers.shown == Shown::Column(i));
+        table.column(column, head, truth, answers.shown == ShownAnswer::Column(i));
     }
     table.reference(answers, &reference.verdict);
     let mut text = Text::from(table.lines());
@@ -152,7 +152,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         .collect();
     let heads = heads::heads(&ids, width.saturating_sub(1));
     for (i, head) in seen.zip(&heads) {
-        let shown = answers.shown == Shown::Column(i);
+        let shown = answers.shown == ShownAnswer::Column(i);
         table.column(&answers.columns[i], head, None, shown);
     }
     let mut text = Text::from(table.lines());
@@ -168,8 +168,8 @@ fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
         .max(1);
     let count = answers.columns.len();
     let last = match answers.shown {
-        Shown::Column(i) => (i + 1).max(fit),
-        Shown::Reference => fit,
+        ShownAnswer::Column(i) => (i + 1).max(fit),
+        ShownAnswer::Reference => fit,
     };
     let last = last.min(count);
     last.saturating_sub(fit)..last
@@ -273,16 +273,16 @@ fn of_column(model: &Model) -> Text<'static> {
                     text.push_line(Line::styled(words(&notes), warning));
                 }
                 match &answer.judged {
-                    Judged::Verdict(parsed) => {
+                    JudgeOutcome::Verdict(parsed) => {
                         text.extend(Text::styled(
                             words(&parsed.verdict.justification),
                             theme.base(),
                         ));
                     }
-                    Judged::Other(reading) => {
+                    JudgeOutcome::Other(reading) => {
                         text.extend(other::text(model, &reading.said));
                     }
-                    Judged::Missing(missing) => {
+                    JudgeOutcome::Missing(missing) => {
                         text.push_line(Line::styled(words(&missing.to_string()), warning));
                     }
                 }

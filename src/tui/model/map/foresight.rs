@@ -31,7 +31,7 @@ pub struct Future {
 
 /// The request, from which everything else follows.
 #[derive(Debug, Clone)]
-struct Asked {
+struct ForesightRequest {
     scene: Arc<Scene>,
     step: i64,
     history: usize,
@@ -39,7 +39,7 @@ struct Asked {
     picked: Option<i64>,
 }
 
-impl Asked {
+impl ForesightRequest {
     fn is(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.scene, &other.scene)
             && (self.step, self.history, self.whose) == (other.step, other.history, other.whose)
@@ -50,7 +50,7 @@ impl Asked {
 /// The paths into the future at one step.
 #[derive(Debug, Default)]
 pub struct Foresight {
-    asked: Option<Asked>,
+    asked: Option<ForesightRequest>,
     /// Whose paths are drawn, with them.
     pub futures: Vec<Future>,
 }
@@ -71,7 +71,7 @@ impl Foresight {
             *self = Self::default();
             return;
         };
-        let asked = Asked {
+        let asked = ForesightRequest {
             scene: scene.clone(),
             step,
             history,
@@ -86,7 +86,7 @@ impl Foresight {
     }
 }
 
-fn futures(asked: &Asked) -> Vec<Future> {
+fn futures(asked: &ForesightRequest) -> Vec<Future> {
     let window = Window::ending_at(&asked.scene, asked.step, asked.history);
     let past = ObservedHistory::from_window(&asked.scene, &window);
     let mut predictor = Predictor::new(&past, Criterion::REFERENCE.model);

@@ -4,10 +4,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use crate::description::visible;
-use crate::evaluation::generating::{Choice, ChosenBy, Source, Spent};
+use crate::evaluation::generating::{AuthoringUsage, Choice, ChosenBy, Source};
 use crate::generation::attacker::Candidate;
 use crate::generation::{Attack, Refusal, summed};
-use crate::tui::loaded::{Authorship, Made};
+use crate::tui::loaded::{Authorship, GeneratedVariant};
 use crate::tui::model::{Model, consequence_words};
 use crate::tui::widgets::lines::Lines;
 use crate::tui::widgets::words::{hundredths, pad, thousands};
@@ -36,7 +36,7 @@ pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
 }
 
 /// Who could attack, by the reference.
-pub fn ranking(lines: &mut Lines, made: &Made) {
+pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
     let attacker = Some(made.effect.attacker);
     lines.title("who could attack, the least change first");
     for (place, candidate) in made.ranked.iter().take(PLACES).enumerate() {
@@ -180,7 +180,7 @@ fn refusals(all: &[Refusal]) -> String {
     format!("x refused: {}", words.join("; "))
 }
 
-fn spent(lines: &mut Lines, spent: &Spent) {
+fn spent(lines: &mut Lines, spent: &AuthoringUsage) {
     let stored = match spent.stored {
         0 => String::new(),
         n => format!(", {n} from the store"),

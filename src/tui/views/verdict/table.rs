@@ -4,9 +4,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{Answer, Judged, Missing};
+use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 use crate::store::Origin;
-use crate::tui::model::{Answers, Column, Model, Progress, Shown, parts};
+use crate::tui::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
 use crate::tui::widgets::words::{duration, fit, pad, thousands};
 use crate::verdict::{Task, Verdict};
 
@@ -136,7 +136,7 @@ impl<'a> Table<'a> {
 
     /// The built-in judge, about the window at the current step.
     pub fn reference(&mut self, answers: &Answers, verdict: &Verdict) {
-        self.head(BUILT_IN, answers.shown == Shown::Reference);
+        self.head(BUILT_IN, answers.shown == ShownAnswer::Reference);
         let base = self.model.theme.base();
         let color = if verdict.dangerous {
             self.model.theme.danger
@@ -301,13 +301,13 @@ impl<'a> Table<'a> {
                     base,
                 );
             }
-            (None, _) if matches!(answer.judged, Judged::Other(_)) => self.other(answer),
+            (None, _) if matches!(answer.judged, JudgeOutcome::Other(_)) => self.other(answer),
             (None, _) => {
                 let warning = Style::new().fg(theme.warning).add_modifier(Modifier::BOLD);
                 let words = match &answer.judged {
-                    Judged::Missing(Missing::NoAnswer(_)) => "no answer",
-                    Judged::Missing(Missing::NotSent(_)) => self.not_sent(),
-                    Judged::Missing(Missing::Cancelled) => "cancelled",
+                    JudgeOutcome::Missing(MissingVerdict::NoAnswer(_)) => "no answer",
+                    JudgeOutcome::Missing(MissingVerdict::NotSent(_)) => self.not_sent(),
+                    JudgeOutcome::Missing(MissingVerdict::Cancelled) => "cancelled",
                     _ => "no verdict",
                 };
                 self.cell(Row::Says, words, warning);
@@ -335,7 +335,7 @@ impl<'a> Table<'a> {
 impl Table<'_> {
     /// An answer that is no yes or no.
     fn other(&mut self, answer: &Answer) {
-        let Judged::Other(reading) = &answer.judged else {
+        let JudgeOutcome::Other(reading) = &answer.judged else {
             return;
         };
         let base = self.model.theme.base();
