@@ -5,7 +5,7 @@
 use super::ego_centric::{OWN, own, relative};
 use super::motion_words;
 use super::options::{Form, Options};
-use super::parts::{NO_EGO, ego_drives, heading, name, nobody, on_lanelets, sizes, subject};
+use super::parts::{NO_EGO, ego_drives, heading, name, no_obstacles, on_lanelets, sizes, subject};
 use super::seen::direction;
 use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
 use super::writer::{Subject, Writer};
@@ -103,7 +103,7 @@ impl Described<'_, '_> {
             ego_drives(w, self.scene, ego, step);
             let near = self.options.near(self.scene, step);
             if near.is_empty() {
-                nobody(w, self.options.radius);
+                no_obstacles(w, self.options.radius);
             }
             for (participant, motion) in near {
                 let Some(encounter) = self.encounter(&participant, step) else {

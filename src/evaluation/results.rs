@@ -327,8 +327,8 @@ mod tests {
         assert_eq!(of(Task::Safety, &[], &truth), FalseNegative);
         assert_eq!(of(Task::Collision, &[], &truth), TruePositive);
         // Where no obstacle is known, yes is enough; where none is dangerous, yes is wrong whichever it names.
-        let nobody = GroundTruth::judged(true, []);
-        assert_eq!(of(Task::Safety, &[], &nobody), TruePositive);
+        let unnamed = GroundTruth::judged(true, []);
+        assert_eq!(of(Task::Safety, &[], &unnamed), TruePositive);
         let safe = GroundTruth::judged(false, [(8, 3)]);
         assert_eq!(of(Task::Safety, &[(8, 0)], &safe), FalsePositive);
     }

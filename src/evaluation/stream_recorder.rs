@@ -179,7 +179,7 @@ mod tests {
             answer_schema: None,
         };
         let Claim::Granted(run) = store.claim(&question, true).unwrap() else {
-            panic!("nobody else asks");
+            panic!("no other program asks");
         };
         let mut recorder = StreamRecorder::new(Some((store.clone(), run)));
         recorder.take(Chunk::Reasoning("because".into()));

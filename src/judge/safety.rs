@@ -210,7 +210,7 @@ fn justification(
                 None => format!("At {at}, no predicted motions touch; {rule}."),
             }
         }
-        None => format!("At {at}, nobody else is there."),
+        None => format!("At {at}, no other road user is there."),
     }
 }
 

@@ -150,7 +150,7 @@ pub(super) fn obstacles(
 ) -> Vec<ObstacleRisk> {
     let found = groups::obstacles(object, notes);
     if decision.from_groups && decision.dangerous && found.is_empty() {
-        notes.add("somebody is named, but by no id");
+        notes.add("an obstacle is named, but by no id");
     }
     found
 }

@@ -103,7 +103,7 @@ impl Stage {
         self.changed_after(stand, STEPS, |_, pose| Some(pose))
     }
 
-    /// The scene with everybody's motion after `last` replaced; the ego has id 0. Nothing ends a track.
+    /// The scene with all motion after `last` replaced; the ego has id 0. Nothing ends a track.
     pub fn changed_after(
         &self,
         stand: Stand,

@@ -38,7 +38,7 @@ pub(super) fn said(said: &ParsedAnswer, model: &str) -> String {
             line(format!("\nverdict       {} ({model})", verdict.word()))
         }
         ParsedAnswer::Attacker(choice) => {
-            let who = choice.attacker.map_or("nobody".into(), |id| id.to_string());
+            let who = choice.attacker.map_or("none".into(), |id| id.to_string());
             line(format!("\nattacker      {who} ({model})"));
             for o in &choice.obstacles {
                 line(format!(

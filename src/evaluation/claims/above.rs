@@ -41,7 +41,7 @@ impl Above {
         self.sentence.or_else(|| self.fixed())
     }
 
-    /// Whom headings and items say that everything below is about.
+    /// The obstacle that headings and items make the subject of everything below.
     pub fn fixed(&self) -> Option<i64> {
         match self.named.last() {
             Some(item) => item.obstacle,
@@ -49,8 +49,8 @@ impl Above {
         }
     }
 
-    /// Whether no item above says whom everything below is about.
-    pub fn nobody(&self) -> bool {
+    /// Whether no item above names an obstacle.
+    pub fn names_no_obstacle(&self) -> bool {
         self.named.iter().all(|item| item.obstacle.is_none())
     }
 

@@ -138,7 +138,7 @@ fn sentence(
             if before.is_none() && !above.open && fixed.is_none() {
                 above.sentence = one.id;
             }
-            let alone = before.is_none() && above.nobody() || above.fixed() == one.id;
+            let alone = before.is_none() && above.names_no_obstacle() || above.fixed() == one.id;
             one.id
                 .filter(|_| alone)
                 .map(|id| (id, one.span.end..text.len()))

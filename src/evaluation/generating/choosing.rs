@@ -32,7 +32,7 @@ pub enum ChosenBy {
     /// It is the first of the reference's ranking, since the model's choice cannot be taken.
     Reference,
     /// There is none: no obstacle can attack, or the model's choice is binding and cannot be used.
-    Nobody,
+    NoAttacker,
 }
 
 impl ChosenBy {
@@ -43,7 +43,7 @@ impl ChosenBy {
             Self::User => "user",
             Self::Model => "model",
             Self::Reference => "reference",
-            Self::Nobody => "nobody",
+            Self::NoAttacker => "nobody",
         }
     }
 }
@@ -70,7 +70,7 @@ impl AuthorSession<'_> {
             ranked: attacker::rank(self.ground.stage),
             proposal: None,
             attacker: None,
-            by: ChosenBy::Nobody,
+            by: ChosenBy::NoAttacker,
         };
         if let Some(id) = self.author.attacker {
             self.can_attack(id, &choice.ranked)
@@ -118,7 +118,9 @@ impl AuthorSession<'_> {
                 ParsedAnswer::Attacker(choice) => {
                     let refused = match choice.attacker {
                         Some(id) => self.can_attack(id, ranked).err(),
-                        None => Some(Refusal::answer("it says that nobody can attack the ego")),
+                        None => Some(Refusal::answer(
+                            "it says that no obstacle can attack the ego",
+                        )),
                     };
                     (Some(choice.clone()), refused)
                 }

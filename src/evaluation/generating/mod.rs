@@ -229,7 +229,7 @@ impl AuthorSession<'_> {
         prepare(case, &author.library, None)
     }
 
-    /// Asks, as everybody asks.
+    /// Asks the model.
     async fn ask(&self, question: &Question, sample: Option<u32>) -> Result<Answer, AskError> {
         let wanted = RunOptions {
             sample: sample.unwrap_or(0),

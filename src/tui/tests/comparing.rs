@@ -23,7 +23,11 @@ fn the_safety_task_begins_at_the_end_of_its_usual_window() {
 
     let mut bench = Bench::bundled();
     bench.press("right right right t");
-    assert_eq!(bench.model.clock.step(), 3, "where somebody went, it stays");
+    assert_eq!(
+        bench.model.clock.step(),
+        3,
+        "the step stays where the user left it"
+    );
     assert!(bench.frame(80, 24).contains("4-step window"));
     bench.press("home");
     assert!(bench.frame(80, 24).contains("1-step window "));

@@ -84,7 +84,7 @@ fn mirrored(kept: &mut StoreFixture) -> RunId {
     run
 }
 
-/// A batch whose labels say that all is safe in the first scenario, that somebody else is hit in another one, and that
+/// A batch whose labels say that all is safe in the first scenario, that another obstacle is hit in another one, and that
 /// the mirrored first one is safe too; a fourth question waits.
 pub(super) fn labelled() -> (StoreFixture, BatchId, RunId) {
     let mut kept = StoreFixture::new();

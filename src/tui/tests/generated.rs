@@ -58,7 +58,7 @@ pub fn generated(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
         let (how, cancel) = (with(&settings), Cancel::default());
         let ego = EgoSelection::Beside;
         let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
-        let mut made = made?.expect("nobody stopped it");
+        let mut made = made?.expect("it was not stopped");
         in_12_ms(&mut made);
         Ok(made)
     };

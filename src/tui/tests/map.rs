@@ -223,10 +223,10 @@ fn dragging_moves_the_map_and_a_click_picks() {
         (now - under).norm() < 1e-9,
         "what was taken is under the pointer"
     );
-    assert_eq!(bench.model.picked, Some(301), "dragging picks nobody");
+    assert_eq!(bench.model.picked, Some(301), "dragging picks no obstacle");
     bench.send(Msg::Mouse(Mouse::Press(from)));
     bench.send(Msg::Mouse(Mouse::Release(from)));
-    assert_eq!(bench.model.picked, None, "there is nobody");
+    assert_eq!(bench.model.picked, None, "there is no obstacle");
 }
 
 #[test]

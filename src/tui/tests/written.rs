@@ -173,7 +173,7 @@ fn written(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
         ..wish.clone()
     };
     let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
-    let mut made = made?.expect("nobody stopped it");
+    let mut made = made?.expect("it was not stopped");
     in_12_ms(&mut made);
     Ok(made)
 }

@@ -59,7 +59,7 @@ const DEUTERANOPE: [[f64; 3]; 3] = [
     [0.280_085, 0.672_501, 0.047_413],
     [-0.011_820, 0.042_940, 0.968_881],
 ];
-const EVERYBODY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const TRICHROMAT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 fn linear(rgb: [u8; 3]) -> [f64; 3] {
     rgb.map(|c| {
@@ -130,7 +130,7 @@ fn the_formulas_are_right() {
     }
     // Pure red and a dark green are one colour to deuteranopes, nearly.
     let (red, green) = ([200, 60, 20], [120, 110, 20]);
-    assert!(difference(red, green, &EVERYBODY) > 40.0);
+    assert!(difference(red, green, &TRICHROMAT) > 40.0);
     assert!(difference(red, green, &DEUTERANOPE) < 25.0);
 }
 
@@ -185,7 +185,7 @@ fn dangerous_and_safe_look_different_to_everybody() {
     for depth in [ColorDepth::True, ColorDepth::Indexed] {
         let theme = theme.clone().at_depth(depth);
         for (a, b, least) in pairs {
-            for eyes in [&EVERYBODY, &DEUTERANOPE, &PROTANOPE] {
+            for eyes in [&TRICHROMAT, &DEUTERANOPE, &PROTANOPE] {
                 let found = difference(rgb(&theme, a), rgb(&theme, b), eyes);
                 assert!(found >= least, "{depth:?} {a} {b}: {found:.0}");
             }

@@ -102,7 +102,7 @@ fn more(lines: &mut Lines, count: usize) {
 
 /// Whose choice the attacker is.
 fn chosen(choice: &Choice) -> String {
-    let who = choice.attacker.map_or("nobody".into(), |id| id.to_string());
+    let who = choice.attacker.map_or("none".into(), |id| id.to_string());
     let refused = choice.proposal.as_ref().and_then(|p| p.refused.as_ref());
     let why = refused.map_or(String::new(), |why| {
         format!("; the model's choice was refused: {why}")
@@ -111,7 +111,7 @@ fn chosen(choice: &Choice) -> String {
         ChosenBy::User => format!("{who}, by you"),
         ChosenBy::Model => format!("{who}, by the model"),
         ChosenBy::Reference => format!("{who}, by the reference{why}"),
-        ChosenBy::Nobody => format!("{who}{why}"),
+        ChosenBy::NoAttacker => format!("{who}{why}"),
     }
 }
 
