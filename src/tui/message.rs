@@ -2,7 +2,6 @@
 
 mod job;
 pub mod runs;
-pub mod session;
 
 pub use job::{BatchProgress, JobEvent, JobId, JobRequest, Update};
 
@@ -217,7 +216,7 @@ pub enum Effect {
     /// Say [`Msg::KeepSession`] after a while.
     RememberLater,
     /// Keep what the workbench looks like for the next start.
-    Remember(Box<session::Session>),
+    Remember(Box<super::session::Session>),
     /// Something for the history of runs.
     History(runs::HistoryCommand),
     /// Something for the screen of results.

@@ -13,6 +13,7 @@ mod reload;
 mod run;
 mod screen;
 mod screens;
+mod session;
 mod shell;
 /// The workbench without a terminal, for benches.
 #[doc(hidden)]

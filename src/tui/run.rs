@@ -19,7 +19,8 @@ use super::message::{Effect, ExternalEdit, Msg};
 use super::model::Model;
 use super::outside;
 use super::reload::{self, Stamps};
-use super::tasks::{LoopEffect, Tasks, session_file};
+use super::session;
+use super::tasks::{LoopEffect, Tasks};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{start, update};
 use super::{screen, views, widgets};
@@ -68,7 +69,7 @@ fn is_new(folders: &Folders, store: Option<&Store>) -> bool {
         let listed = store.and_then(|store| store.list(filter, 1).ok());
         listed.is_some_and(|runs| runs.is_empty())
     };
-    !session_file::any(&folders.sessions()) && empty(&Filter::default()) && empty(&everything)
+    !session::file::any(&folders.sessions()) && empty(&Filter::default()) && empty(&everything)
 }
 
 fn the_terminal(error: &std::io::Error) -> String {

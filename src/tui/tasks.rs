@@ -11,7 +11,6 @@ mod queue;
 pub mod results;
 mod scenarios;
 mod scenes;
-pub mod session_file;
 mod templates;
 
 use std::path::Path;
@@ -24,6 +23,7 @@ use self::job::{Canceller, RunningJobs};
 use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
 use super::message::{Effect, ExternalEdit, JobEvent, JobId, Msg, StoredOf, Update};
+use super::session;
 use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::EgoSelection;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
@@ -37,6 +37,9 @@ use crate::workflow::{AskRequest, Models, ask};
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
+
+/// How long after a change the session is saved: what a killed program loses.
+const SESSION_DELAY: Duration = Duration::from_secs(2);
 
 /// Earlier answers that are looked through: the newest on a scenario and task.
 const MOST_STORED: usize = 100;
@@ -162,8 +165,21 @@ impl Tasks {
                 });
             }
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
-            Effect::RememberLater => self.remember_later(),
-            Effect::Remember(session) => self.remember(&session),
+            Effect::RememberLater => {
+                let sender = self.sender.clone();
+                tokio::spawn(async move {
+                    tokio::time::sleep(SESSION_DELAY).await;
+                    // The receiver is gone once the loop has ended.
+                    let _ = sender.send(Msg::KeepSession);
+                });
+            }
+            // At once and not in the background: the program may be about to end.
+            Effect::Remember(session) => {
+                if let Err(error) = session::file::write(&self.folders.sessions(), &session) {
+                    let complaint = format!("{error}; the session is not kept");
+                    let _ = self.sender.send(Msg::Complaint(complaint));
+                }
+            }
             Effect::History(ask) => self.history(ask),
             Effect::Results(ask) => self.results(ask),
             Effect::Start(id, request) => self.start(id, request),

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use super::super::background::{self, Background};
 use super::super::keymap::{Keymap, Preset};
-use super::super::message::session::SavedLocation;
 use super::super::model::{Glyphs, Look, Model, Prices};
-use super::super::tasks::{self, thresholds};
+use super::super::session::SavedLocation;
+use super::super::session::{self, restore};
+use super::super::tasks::thresholds;
 use super::super::theme::{AUTO, ColorDepth, Theme};
-use super::super::update::session_restore;
 use super::super::user_file::first;
 use crate::evaluation::default_planning;
 use crate::formats::EgoSelection;
@@ -91,8 +91,8 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
         return;
     }
     model.recall.paths = SavedLocation::of_arguments(&model.paths, &model.recall.here);
-    match tasks::session_file::read(&folders.sessions(), &model.recall.paths) {
-        Ok(Some(found)) => session_restore::restore(model, found, *ego != EgoSelection::Beside),
+    match session::file::read(&folders.sessions(), &model.recall.paths) {
+        Ok(Some(found)) => restore::restore(model, found, *ego != EgoSelection::Beside),
         Ok(None) => {}
         Err(error) => model.tell(format!("{error}; a new session begins")),
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::formats::Entry;
 use crate::system::activity::{ActivityGuard, trying};
 use crate::tui::message::Effect;
-use crate::tui::message::session::SavedLocation;
+use crate::tui::session::SavedLocation;
 
 /// A program that is killed later than this after the first picture was not ended by the scenario.
 const SETTLED: Duration = Duration::from_millis(800);

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::super::loaded::{Facts, Verdicts, worst_of};
 use super::super::message::Msg;
-use super::super::message::session::SavedLocation;
+use super::super::session::SavedLocation;
 use super::Tasks;
 use crate::formats::{Entry, bundled, find_in_pieces};
 use crate::judge;

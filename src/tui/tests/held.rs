@@ -8,7 +8,7 @@ use crate::formats::{bundled, find};
 use crate::settings::Keys;
 use crate::system::activity::{self, Subject};
 use crate::tui::message::Msg;
-use crate::tui::message::session::SavedLocation;
+use crate::tui::session::SavedLocation;
 
 // One test, as marks are kept in one place for the whole program.
 #[test]

@@ -5,7 +5,8 @@ use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Notice, ShownAnswer, Values};
-use super::{actions, answers, clock, planning, reopen, session_restore, timeline};
+use super::super::session::restore;
+use super::{actions, answers, clock, planning, reopen, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::scenario::Transform;
@@ -13,7 +14,7 @@ use crate::scenario::Transform;
 /// Opens the selected scenario, if another one is open.
 pub fn open_current(model: &mut Model) -> Vec<Effect> {
     match model.list.current() {
-        Some(place) if session_restore::held_back(model, place) => Vec::new(),
+        Some(place) if restore::held_back(model, place) => Vec::new(),
         Some(place) if model.list.opened != Some(place) => open(model, place, None),
         _ => Vec::new(),
     }
@@ -35,7 +36,7 @@ pub fn open_changed(
     model.opening = Some((id, ego));
     model.list.opened = Some(place);
     let entry = model.list.rows[place].entry.clone();
-    session_restore::opening(model, &entry);
+    restore::opening(model, &entry);
     vec![match change {
         Some(change) => Effect::OpenChanged(id, entry, ego, change),
         None => Effect::Open(id, entry, ego),
@@ -58,7 +59,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     timeline::opened(model, id);
     let opened = match result {
         Ok(opened) => planning::instead(model, (id, ego), opened),
-        Err(_) if session_restore::is_wanted(model) && ego.is_some() => {
+        Err(_) if restore::is_wanted(model) && ego.is_some() => {
             // The obstacle that was the ego is no longer in the file.
             let place = model.list.opened;
             return place.map_or_else(Vec::new, |place| open(model, place, None));
@@ -117,7 +118,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     }
     model.refresh();
     reopen::opened(model, id);
-    session_restore::opened(model);
+    restore::opened(model);
     actions::load_stored(model).into_iter().collect()
 }
 

@@ -1,10 +1,10 @@
-//! The session: saves the state of the workbench, and restores it at the next start.
+//! Captures the state of the workbench as a session, and restores it at the next start.
 
 use super::super::action::Action;
-use super::super::message::session::{Override, SavedLocation, SavedScenario, Session, View};
 use super::super::message::{Effect, JobEvent, Msg, Update};
 use super::super::model::{Grouping, Model, Order, Pane};
-use super::{clock, open, open_current};
+use super::super::update::{clock, open, open_current};
+use super::{Override, SavedLocation, SavedScenario, Session, View};
 use crate::description::Frame;
 use crate::formats::Entry;
 use crate::geometry::{Point, Vector};

@@ -2,6 +2,10 @@
 //!
 //! Every set of paths has its own file, so sessions do not mix.
 
+pub mod file;
+pub mod restore;
+mod state;
+
 use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -10,6 +14,8 @@ use crate::formats::{Entry, EntryLocation};
 use crate::scenario::ContentHash;
 use crate::system::activity::Subject;
 use crate::tui::model::{Layers, Sizes};
+
+pub use state::SessionState;
 
 /// The version of the files that are written.
 const VERSION: u32 = 1;

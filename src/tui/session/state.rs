@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::PathBuf;
 
-use crate::tui::message::session::{SavedLocation, SavedScenario, Session};
+use super::{SavedLocation, SavedScenario, Session};
 
 /// State of session saving and restoring.
 #[derive(Debug, Default)]
