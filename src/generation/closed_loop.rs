@@ -291,7 +291,7 @@ fn scene(driver: &Driver, scenario: &Arc<Scenario>, drive: &Rollout) -> Scene {
     Scene::new(Arc::clone(scenario), ego)
 }
 
-/// A measure of everyone but the one whose place the ego took, who is not there in the drive.
+/// A measure over all obstacles but the one the ego replaces, which is absent in the drive.
 fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Rollout, id: &str) -> Series {
     let without = driver.settings().without;
     let scene = match without {

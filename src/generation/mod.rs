@@ -11,17 +11,17 @@ mod certificate;
 mod change;
 mod choice;
 mod closed_loop;
-mod escape;
-mod evasion;
+mod evasive_manoeuvre;
+mod evasive_search;
 mod gate;
 pub mod manoeuvre;
 mod manoeuvre_space;
 pub mod motion;
 mod refusal;
+mod refusal_summary;
 mod repair;
 mod screening;
 mod search;
-mod summed;
 mod surrogate;
 #[cfg(test)]
 mod tests;
@@ -35,18 +35,19 @@ pub use attack::{Attack, AttackSetup};
 pub use attack_context::AttackContext;
 pub use capability::Capability;
 pub use certificate::{
-    Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, SearchEffort, Unavoidable,
+    Avoidability, Certificate, DELAYS, EvasiveTrajectory, Finder, NotFound, SearchEffort,
+    Unavoidable,
 };
 pub use change::{Change, ChangeError};
 pub use choice::{SelectedAttack, choose};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
-pub use evasion::Evasion;
+pub use evasive_manoeuvre::EvasiveManoeuvre;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
 pub use refusal::{Reason, Refusal};
+pub use refusal_summary::{RefusalSummary, summarize};
 pub use repair::{AdmittedAttack, FARTHEST, Repair, admit};
 pub use screening::OpenLoopScreening;
 pub use search::{Effort, Progress, SearchResult, search_until};
-pub use summed::{RefusalSummary, summed};
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles};
 pub use variant_document::{asked, refusal};

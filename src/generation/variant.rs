@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::variant_document;
-use super::{Avoidability, Avoidance, Change, ClosedLoop, Consequence, Effect, Refusal};
+use super::{Avoidability, Change, ClosedLoop, Consequence, Effect, EvasiveTrajectory, Refusal};
 use crate::formats::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
@@ -159,7 +159,7 @@ impl Variant<'_> {
     ) -> Result<VariantFiles, VariantError> {
         let path = |ending: &str| folder.join(format!("{id}{ending}"));
         let [scenario, ego, solution, document] = ENDINGS.map(path);
-        let avoiding: Vec<(f64, &Avoidance)> = self.avoiding().collect();
+        let avoiding: Vec<(f64, &EvasiveTrajectory)> = self.avoiding().collect();
         let saved = VariantFiles {
             id: id.into(),
             scenario,
@@ -195,7 +195,7 @@ impl Variant<'_> {
     }
 
     /// Reaction times (s) and trajectories that avoid it.
-    pub(super) fn avoiding(&self) -> impl Iterator<Item = (f64, &Avoidance)> {
+    pub(super) fn avoiding(&self) -> impl Iterator<Item = (f64, &EvasiveTrajectory)> {
         let all = self.avoidability.certificates.iter();
         all.filter_map(|(delay, certificate)| Some((*delay, &**certificate.avoidance()?)))
     }

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::variant::{OTHERS, PROGRAM};
 use super::{
-    Avoidance, Certificate, Finder, Refusal, RiskCurve, SearchEffort, Variant, VariantFiles,
+    Certificate, EvasiveTrajectory, Finder, Refusal, RiskCurve, SearchEffort, Variant, VariantFiles,
 };
 use crate::scenario::ContentHash;
 use crate::simulation::{Collision, ContactSide, Rollout};
@@ -139,9 +139,9 @@ fn certificates(variant: &Variant<'_>, saved: &VariantFiles) -> Value {
     Value::Object(all.collect())
 }
 
-fn avoided(avoidance: &Avoidance, file: Option<String>) -> Value {
+fn avoided(avoidance: &EvasiveTrajectory, file: Option<String>) -> Value {
     let manoeuvre = match avoidance.found {
-        Finder::Evasion(m) => Some(json!({
+        Finder::Manoeuvre(m) => Some(json!({
             "acceleration": m.acceleration,
             "until_speed": m.until,
             "offset": m.offset,

@@ -53,7 +53,7 @@ pub struct RefusedAnswer {
     pub source: Source,
     /// The parsed motion, if it could be read.
     pub said: Option<NewMotion>,
-    /// All that is wrong with it, never nothing; see [`crate::generation::summed`] for few words.
+    /// All that is wrong with it, never nothing; see [`crate::generation::summarize`] for few words.
     pub refusals: Vec<Refusal>,
 }
 

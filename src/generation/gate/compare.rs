@@ -12,7 +12,7 @@ use crate::scenario::{Lanelet, LaneletNetwork, Motion, Obstacle, Prediction, Sce
 pub struct Comparison {
     /// What is wrong with the variant as a whole.
     pub refusals: Vec<Refusal>,
-    /// Everyone who moves in another way, in the original's order.
+    /// The obstacles with a changed motion, in the original's order.
     pub changed: Vec<GateResult>,
 }
 

@@ -6,7 +6,7 @@ use ratatui::text::{Line, Text};
 use crate::description::visible;
 use crate::evaluation::generating::{AuthoringUsage, Choice, ChosenBy, Source};
 use crate::generation::attacker::Candidate;
-use crate::generation::{Attack, Refusal, summed};
+use crate::generation::{Attack, Refusal, summarize};
 use crate::tui::loaded::{Authorship, GeneratedVariant};
 use crate::tui::model::{Model, consequence_words};
 use crate::tui::widgets::lines::Lines;
@@ -172,7 +172,7 @@ fn effect(attack: &Attack) -> &'static str {
 
 /// Reasons in a row, each with the worst step, its value and the limit.
 fn refusals(all: &[Refusal]) -> String {
-    let kinds = summed(all);
+    let kinds = summarize(all);
     let mut words: Vec<String> = kinds.iter().take(KINDS).map(ToString::to_string).collect();
     if kinds.len() > KINDS {
         words.push(format!("{} more reasons", kinds.len() - KINDS));

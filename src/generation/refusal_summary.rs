@@ -15,7 +15,7 @@ pub struct RefusalSummary {
 
 /// Refusals summed up by their reasons, in the order in which these come first.
 #[must_use]
-pub fn summed(refusals: &[Refusal]) -> Vec<RefusalSummary> {
+pub fn summarize(refusals: &[Refusal]) -> Vec<RefusalSummary> {
     let mut all: Vec<RefusalSummary> = Vec::new();
     for refusal in refusals {
         let same = |s: &&mut RefusalSummary| s.worst.reason == refusal.reason;
@@ -63,7 +63,7 @@ mod tests {
         let jerk = |step, value| Refusal::at(step, Reason::Jerk).with(value, 30.0);
         let overlap = Refusal::at(9, Reason::Overlap(7));
         let all = [jerk(3, 40.0), overlap.clone(), jerk(4, 90.0), jerk(5, 50.0)];
-        let summed = summed(&all);
+        let summed = summarize(&all);
         assert_eq!((summed[0].worst.step, summed[0].count), (Some(4), 3));
         let words: Vec<String> = summed.iter().map(ToString::to_string).collect();
         assert_eq!(
