@@ -178,7 +178,7 @@ impl ReferencePath {
         })
     }
 
-    /// Heading (rad) and curvature (1/m) of what follows `profile` at arc length `s`, at any speed.
+    /// Heading (rad) and curvature (1/m) of a motion along `profile` at arc length `s`, at any speed.
     ///
     /// # Errors
     /// The offset is not within the radius of curvature, or a coordinate is not finite.
@@ -196,7 +196,7 @@ impl ReferencePath {
         Ok((normalize_angle(here.heading + delta), curvature))
     }
 
-    /// The lateral profile of what has `heading` (rad) and `curvature` (1/m) at the coordinates `at`.
+    /// The lateral profile of a motion with `heading` (rad) and `curvature` (1/m) at the coordinates `at`.
     ///
     /// Against the path too: d' is by the path's own arc length.
     ///

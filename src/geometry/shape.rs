@@ -101,7 +101,7 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError>
     }
 }
 
-/// What prepares a polygon for measuring takes their square in time.
+/// Preparing a polygon for measuring takes time quadratic in its corners.
 const MOST_CORNERS: usize = 1000;
 
 /// Thinner than this, in parts of its length, points count as lying on a line.
@@ -139,7 +139,7 @@ impl Shape {
         }
     }
 
-    /// Several shapes as one, those of groups one by one; `None` for none.
+    /// Several shapes as one, groups flattened; `None` for none.
     #[must_use]
     pub fn union(shapes: Vec<Self>) -> Option<Self> {
         let mut members = Vec::with_capacity(shapes.len());

@@ -1,4 +1,4 @@
-//! What identifies contents: a SHA-256 hash of the bytes.
+//! Content identity: the SHA-256 hash of a file's bytes.
 
 use std::fmt;
 

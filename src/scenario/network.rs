@@ -8,7 +8,7 @@ use super::road::Index;
 use super::{LaneletType, LineMarking, RoadUser, SignalColor, TrafficDirection};
 use crate::geometry::{Bounds, Point};
 
-/// The lanelets of a scenario and what stands beside them.
+/// The lanelets of a scenario, with signs, lights and intersections.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LaneletNetwork {
     /// In the file's order.
@@ -43,11 +43,11 @@ pub struct Lanelet {
     pub adjacent_right: Option<Adjacent>,
     /// Where to stop.
     pub stop_line: Option<StopLine>,
-    /// What kinds of road it is part of.
+    /// The kinds of road it is part of.
     pub types: Vec<LaneletType>,
-    /// Who may use it along its direction.
+    /// Road users that may use it in its direction.
     pub users_one_way: Vec<RoadUser>,
-    /// Who may use it in both directions.
+    /// Road users that may use it in both directions.
     pub users_bidirectional: Vec<RoadUser>,
     /// Signs that hold on it.
     pub signs: Vec<i64>,
@@ -62,7 +62,7 @@ pub struct Bound {
     pub points: Vec<Point>,
     /// Heights of the points, metres; empty where the file has none.
     pub heights: Vec<f64>,
-    /// What is painted there.
+    /// The line marking.
     pub marking: LineMarking,
 }
 
@@ -90,7 +90,7 @@ pub struct Adjacent {
 pub struct StopLine {
     /// Its ends; without them it lies at the end of the lanelet.
     pub points: Option<(Point, Point)>,
-    /// What is painted there.
+    /// The line marking.
     pub marking: LineMarking,
     /// Signs it belongs to.
     pub signs: Vec<i64>,
@@ -103,9 +103,9 @@ pub struct StopLine {
 pub struct Sign {
     /// Unique in the scenario.
     pub id: i64,
-    /// What it says; a post may carry several.
+    /// Its elements; a post may carry several.
     pub elements: Vec<SignElement>,
-    /// Where it stands.
+    /// Its position.
     pub position: Option<Point>,
     /// Whether it stands only in the map, not on the road.
     pub is_virtual: bool,
@@ -130,9 +130,9 @@ pub struct TrafficLight {
     pub cycle: Vec<LightPhase>,
     /// Time steps before the first phase begins.
     pub offset: i64,
-    /// Where it stands.
+    /// Its position.
     pub position: Option<Point>,
-    /// Whom it is for.
+    /// The direction of traffic it applies to.
     pub direction: Option<TrafficDirection>,
     /// Whether it is switched on.
     pub active: bool,

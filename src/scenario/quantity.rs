@@ -8,7 +8,7 @@ use crate::geometry::{Point, Shape, Vector};
 pub enum Quantity {
     /// The number.
     Exact(f64),
-    /// Somewhere between the two, ends included.
+    /// An interval, ends included.
     Interval(f64, f64),
 }
 
@@ -48,9 +48,9 @@ impl Steps {
 pub enum Position {
     /// Here.
     Point(Point),
-    /// Somewhere in this region of the world.
+    /// Within this region of the world.
     Region(Shape),
-    /// Somewhere on these lanelets.
+    /// On these lanelets.
     Lanelets(Vec<i64>),
 }
 

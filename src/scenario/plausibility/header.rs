@@ -1,10 +1,10 @@
-//! The root of a scenario and where on Earth it is.
+//! The root of a scenario and its location on Earth.
 
 use super::limits::LONG_TIME_STEP;
 use super::{ElementRef, Findings};
 use crate::scenario::Scenario;
 
-/// What files write for degrees that they do not know.
+/// The value that files write for unknown degrees.
 const UNKNOWN_DEGREES: f64 = 999.0;
 
 pub(super) fn check(scenario: &Scenario, found: &mut Findings) {

@@ -15,7 +15,7 @@ const BESIDE: f64 = 5.0;
 /// A lanelet farther from all others, metres, is on no road with them.
 const ASTRAY: f64 = 500.0;
 
-/// What is farther to the wrong side than this, metres, lies there.
+/// A neighbour farther to the wrong side than this lies on that side, metres.
 const ASIDE: f64 = 0.5;
 
 pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
@@ -31,7 +31,7 @@ pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
     astray(network, found);
 }
 
-/// What a lanelet says of itself and says twice.
+/// Links of a lanelet to itself, and repeated links.
 fn itself(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
     let id = lanelet.id;
     for (what, ids) in [
@@ -161,7 +161,7 @@ fn mutual(
     adjacent: Adjacent,
     say: &mut impl FnMut(String),
 ) {
-    // What is on my left and driven the same way has me on its right.
+    // A left neighbour in the same direction must have this lanelet on its right.
     let back = match (side, adjacent.same_direction) {
         (Side::Left, true) | (Side::Right, false) => other.adjacent_right,
         (Side::Right, true) | (Side::Left, false) => other.adjacent_left,
@@ -187,7 +187,7 @@ fn mutual(
     }
 }
 
-/// What the courses of two neighbours say against what is said of them; only of lanelets that run nearly straight.
+/// Contradictions between the geometry of two neighbours and their links; only for nearly straight lanelets.
 fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) -> Option<String> {
     let (mine, theirs) = (straight(lanelet)?, straight(other)?);
     let along = mine.dot(&theirs);
@@ -202,7 +202,7 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
             "{id} is to be driven the other way, and runs the same way"
         ));
     }
-    // Of one that runs the other way the left is on the other side.
+    // For an oncoming neighbour left and right are swapped.
     let left = to_the_left(lanelet, other)? * along.signum();
     let wrong = match side {
         Side::Left => left < -ASIDE,

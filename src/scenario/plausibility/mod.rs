@@ -1,6 +1,6 @@
-//! Whether what a file says can be true: checks of a scenario's meaning, the same for all formats it is read from.
+//! Plausibility checks of a scenario, the same for all formats.
 //!
-//! Readers refuse what nothing sensible follows from (see [`limits`]). What can be read and yet cannot be true is
+//! Readers refuse meaningless values (see [`limits`]). Values that are readable and yet implausible are
 //! found here once the scenario is built. A [`Finding`] says which element it is about; only the reader knows
 //! where in the file that element is.
 
@@ -28,7 +28,7 @@ use crate::geometry::{Bounds, Point};
 pub(crate) enum ElementRef {
     /// The root and its attributes.
     Scenario,
-    /// Where on Earth it is.
+    /// The location on Earth.
     Location,
     Lanelet(usize),
     Sign(usize),
@@ -53,7 +53,7 @@ pub(crate) enum ElementRef {
 pub(crate) struct Finding {
     pub severity: Severity,
     pub about: ElementRef,
-    /// What is wrong, and what is assumed.
+    /// The problem, and the assumption made.
     pub message: String,
 }
 

@@ -51,7 +51,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     }
 }
 
-/// Whether two obstacles cannot be in each other: what stands beside roads may, and people may stand in groups.
+/// Whether two obstacles must not overlap: roadside objects may, and groups of pedestrians.
 fn may(a: &Obstacle, b: &Obstacle) -> bool {
     let moves = |o: &Obstacle| o.role == ObstacleRole::Dynamic;
     let walks = |o: &Obstacle| o.kind == ObstacleType::Pedestrian;

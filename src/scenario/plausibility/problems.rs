@@ -200,7 +200,7 @@ fn ends(quantity: Quantity) -> (f64, f64) {
     }
 }
 
-/// The box around a place; `None` for lanelets that are not there.
+/// The box around a place; `None` for missing lanelets.
 fn around(network: &LaneletNetwork, position: &Position) -> Option<Bounds> {
     match position {
         Position::Point(p) => Some(Bounds { min: *p, max: *p }),

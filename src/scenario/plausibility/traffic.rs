@@ -118,7 +118,7 @@ fn intersection(
     let mut leads_in: HashMap<i64, i64> = HashMap::new();
     for road in &one.incomings {
         if road.is_left_of == Some(road.id) {
-            // Converters write so where there is no other road.
+            // Converters write this where there is no other road.
             say(
                 Severity::Note,
                 format!("incoming road {} is left of itself", road.id),

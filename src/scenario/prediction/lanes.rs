@@ -1,4 +1,4 @@
-//! The lanes an obstacle may follow: those it is on, those beside that it drifts to, and all that they lead to.
+//! The lanes an obstacle may follow: its own, those beside that it drifts to, and their successors.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_4;
@@ -15,7 +15,7 @@ pub(super) struct LaneWay {
     pub lanelets: Vec<i64>,
     /// Their middle.
     pub line: Arc<Polyline>,
-    /// How likely it is that this is the way, up to a factor.
+    /// The unnormalised likelihood of this route.
     pub weight: f64,
 }
 
@@ -34,13 +34,13 @@ const MOST_TURN: f64 = FRAC_PI_4;
 const TURN: f64 = 0.2;
 const OFFSET: f64 = 1.0;
 
-/// The offset that counts is that to which an obstacle drifts within this time, seconds: it tells who changes lanes.
+/// The offset is extrapolated by this time, seconds: it reveals lane changes.
 const DRIFT: f64 = 1.0;
 
 /// Ways that are less likely than this share of the likeliest are not followed.
 const LEAST: f64 = 0.01;
 
-/// What is longer ago does not tell which lane is followed, seconds.
+/// Older motion does not indicate the lane followed, seconds.
 const MEMORY: f64 = 1.0;
 
 /// More ways are not followed: roads fork into few.
@@ -95,7 +95,7 @@ impl<'a> Lanes<'a> {
         found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
         let least = found.first().map_or(0.0, |way| way.weight * LEAST);
         found.truncate(MOST_WAYS);
-        // Where nothing fits at all, all weights may be 0.
+        // All weights may be 0 if no lane fits.
         found.retain(|way| way.weight > 0.0 && way.weight >= least);
         found
     }
@@ -115,7 +115,7 @@ impl<'a> Lanes<'a> {
         ids
     }
 
-    /// The middle of a lanelet as it is driven; `None` if it may not be driven so.
+    /// The centre line of a lanelet in the direction driven; `None` if that direction is not allowed.
     fn middle(&mut self, driven: DirectedLanelet) -> Option<Arc<Polyline>> {
         let network = self.network;
         let middle = || {
@@ -155,7 +155,7 @@ impl<'a> Lanes<'a> {
         whole
     }
 
-    /// What follows a lanelet and is not on the way yet, at most `room` of it.
+    /// The successors of a lanelet that are not on the route yet, at most `room`.
     fn following(
         &mut self,
         driven: DirectedLanelet,

@@ -1,4 +1,4 @@
-//! The state of a participant now, worked out from where it was during a window.
+//! Estimates a participant's present state from its motion during a window.
 
 use super::Observed;
 use crate::geometry::{Pose, angle_between};
@@ -17,7 +17,7 @@ pub struct Present {
     pub curvature: f64,
 }
 
-/// Motion that is longer ago says little about now, seconds.
+/// Older motion is ignored, seconds.
 const MEMORY: f64 = 0.3;
 
 /// Where time steps are long, the last three count if they are not longer ago than this, seconds.
@@ -91,7 +91,7 @@ impl Present {
     }
 }
 
-/// `value` within ±`most`; what is no number is nothing.
+/// `value` clamped to ±`most`; 0 for NaN.
 fn bounded(value: f64, most: f64) -> f64 {
     if value.is_nan() {
         0.0
@@ -204,7 +204,7 @@ mod tests {
         assert!((twice.speed - 9.0).abs() < 1e-9 && twice.acceleration == 7.0);
         let slow = present(0.4, &[0, 1, 2], drives);
         assert!((slow.speed - 9.0).abs() < 1e-9 && slow.acceleration.abs() < 1e-9);
-        // What is long ago is not asked.
+        // Old motion is ignored.
         let gap = present(0.1, &[0, 60], drives);
         assert_eq!(gap.speed, 77.0);
     }
