@@ -21,11 +21,11 @@ pub enum EntryLocation {
 /// A scenario that can be opened.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Entry {
-    /// What people call it: the file's name without its ending, and without the `-SC` of 2024 protobuf.
+    /// Its display name: the file's name without its extension and the `-SC` of 2024 protobuf.
     pub name: String,
     /// The folder it is in, as far as it tells entries apart; may be empty.
     pub group: String,
-    /// Where it lies.
+    /// Its location.
     pub place: EntryLocation,
 }
 
@@ -89,7 +89,7 @@ impl Entry {
         }
     }
 
-    /// What to call the file in messages.
+    /// The name of the file in messages.
     #[must_use]
     pub fn display(&self) -> String {
         match &self.place {

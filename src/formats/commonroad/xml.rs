@@ -262,7 +262,7 @@ impl<'a> Xml<'a> {
         }
     }
 
-    /// What was noted, in the order of the file.
+    /// The diagnostics, in the order of the file.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         self.diagnostics.into_list()
     }

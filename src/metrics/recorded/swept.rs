@@ -16,7 +16,7 @@ struct Stay {
     bounds: Bounds,
 }
 
-/// What a body covers in its recording.
+/// The area that a body sweeps in its recording.
 ///
 /// Between two recorded steps each part sweeps the convex hull of both places.
 #[derive(Debug, Clone, Default)]

@@ -71,7 +71,7 @@ pub fn quantity(
 /// Time steps, rounded outwards.
 ///
 /// # Errors
-/// There are none, or they are out of reason.
+/// They are missing or implausible.
 pub fn steps(at: &impl SourceLocation, quantity: Option<Quantity>) -> Result<Steps, ReadError> {
     let steps = match quantity {
         Some(Quantity::Exact(value)) => Steps::exact(value.round() as i64),

@@ -13,7 +13,7 @@ const BEGINNING: u64 = 256 << 10;
 /// The ending of protobuf files.
 pub(super) const ENDING: &str = "pb";
 
-/// What the name of a scenario file has after the benchmark id.
+/// The suffix of a scenario file's name after the benchmark id.
 const SCENARIO_MARK: &str = "-SC";
 
 /// The protobuf files of one folder; each is looked at once, when it is needed.
@@ -42,7 +42,7 @@ impl Folder {
         }
     }
 
-    /// What a file is; nothing if it is no CommonRoad message.
+    /// The kind of a file; `None` if it is not a CommonRoad message.
     pub fn head(&mut self, file: &Path) -> Option<&FileHeader> {
         let head = self.heads.entry(file.to_path_buf());
         head.or_insert_with(|| look(file)).as_ref()
@@ -150,13 +150,13 @@ pub(in crate::formats::commonroad) fn is_protobuf_name(file: &Path) -> bool {
         .is_some_and(|x| x.eq_ignore_ascii_case(ENDING))
 }
 
-/// What the dynamic file of a scenario file is called: its name without the mark.
+/// The name of a scenario file's dynamic file: its own name without the suffix.
 fn dynamic_name(file: &Path) -> Option<String> {
     let stem = file.file_stem()?.to_str()?;
     stem.strip_suffix(SCENARIO_MARK).map(str::to_string)
 }
 
-/// What the map of a dynamic or scenario file is called: `DEU_Bremen-1` of `DEU_Bremen-1_10_T-1-SC`.
+/// The name of the map of a dynamic or scenario file: `DEU_Bremen-1` of `DEU_Bremen-1_10_T-1-SC`.
 fn map_name(file: &Path) -> Option<String> {
     let stem = file.file_stem()?.to_str()?;
     let stem = stem.strip_prefix("C-").unwrap_or(stem);

@@ -27,7 +27,7 @@ pub(super) struct Changes {
     signs: BTreeMap<i64, (usize, Vec<SignElement>)>,
 }
 
-/// What a traffic light does.
+/// The cycle of a traffic light.
 struct Cycle {
     phases: Vec<LightPhase>,
     offset: i64,

@@ -37,7 +37,7 @@ pub(super) fn read(
         let scenario = builder.finish(header, ContentHash::digest(bytes));
         return Ok(checks::finish(report, &THREE, scenario));
     }
-    // What is wrong with the file itself is said before what is missing beside it.
+    // Mistakes in the file itself are reported before missing files.
     let (mut traffic, mut tasks) = (None, None);
     if head.kind == MessageKind::Scenario {
         tasks = Some(tasks::read(&root("scenario"), bytes, &mut builder)?);

@@ -22,7 +22,7 @@ pub(super) const TIME_STEP_SIZE: f64 = 0.1;
 /// A border has two sides; roads that cross share a few. More users would let a small file fill the memory.
 const MOST_USERS: usize = 64;
 
-/// What was read so far, beside what the builder has.
+/// Elements read so far, beside those in the builder.
 #[derive(Default)]
 struct Parts {
     information: Option<(Map, Header)>,

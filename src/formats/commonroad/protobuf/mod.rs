@@ -62,7 +62,7 @@ pub(super) fn read(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scen
     }
 }
 
-/// What bytes are that do not begin as a message does.
+/// The nature of bytes that do not begin as a message does.
 fn no_message(bytes: &[u8]) -> String {
     let said = match foreign(bytes) {
         Some(what) => return format!("this is {what}"),

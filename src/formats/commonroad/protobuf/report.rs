@@ -14,7 +14,7 @@ use crate::scenario::{Diagnostic, Severity};
 /// No element of a scenario is larger, bytes; a decoded message can be fifty times as large as its bytes.
 const LARGEST_ELEMENT: usize = 8 << 20;
 
-/// So many fields lead to a fault that is named.
+/// Longest path to a reported fault, fields.
 const DEEPEST_PATH: usize = 6;
 
 /// The file that is read, and what was noted about it and those beside it.
@@ -24,7 +24,7 @@ pub(super) struct Report {
     pub diagnostics: Diagnostics,
     /// The first number that is nearer to 0 than any that is measured, and how many there are.
     tiny: RefCell<Option<(String, f64, usize)>>,
-    /// Where the element that is read begins, bytes.
+    /// Offset of the element being read, bytes.
     element: Cell<usize>,
     /// Whether it was noted that the element has fields that are not known.
     incomplete: Cell<bool>,
@@ -86,7 +86,7 @@ impl<'a> FieldPath<'a> {
         }
     }
 
-    /// One of a repeated field, from 0.
+    /// An element of a repeated field, from 0.
     pub fn nth(&'a self, name: &'a str, index: usize) -> Self {
         Self {
             index: Some(index),

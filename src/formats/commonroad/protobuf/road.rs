@@ -72,7 +72,7 @@ pub(super) fn bound(
     builder::bound(at, points, heights, marking)
 }
 
-/// What is painted on the road.
+/// A line marking.
 pub(super) fn marking(at: &FieldPath<'_>, number: Option<i32>) -> Result<LineMarking, ReadError> {
     at.needed_word("line_marking", LINE_MARKINGS, number, LineMarking::Unknown)
 }

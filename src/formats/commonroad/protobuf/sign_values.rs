@@ -8,7 +8,7 @@ use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::commonroad::xml::short;
 use crate::scenario::SignElement;
 
-/// What is on a post; `country` is that of the map.
+/// The sign elements on a post; `country` is that of the map.
 pub(super) fn elements(
     at: &FieldPath<'_>,
     messages: &[MapSignElement],

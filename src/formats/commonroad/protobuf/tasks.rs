@@ -24,7 +24,7 @@ pub(super) fn read(
                 let at = root.field("scenario_meta_information");
                 at.part(field, &mut information, header::of_2024)?;
             }
-            // What they say was used to find the other files.
+            // These fields were used to find the other files.
             3 => map = Some(()),
             4 => dynamic = Some(()),
             5 => elements.add("planning_problems", field, problem)?,

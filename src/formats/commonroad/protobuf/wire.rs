@@ -7,7 +7,7 @@ use prost::encoding::{WireType, decode_key, decode_varint};
 pub(super) struct Field<'a> {
     /// Its number in the schema.
     pub number: u32,
-    /// Where it begins, bytes from 0.
+    /// Its offset, bytes from 0.
     pub offset: usize,
     pub value: Value<'a>,
     /// How many bytes of it lie beyond the end; 0 for a whole field.

@@ -66,7 +66,7 @@ impl<'a> Xml<'a> {
         self.later.marks.push(place);
     }
 
-    /// What was remembered since this was last asked.
+    /// The elements remembered since the last call.
     pub fn take_marks(&mut self) -> Vec<SourceLocation<'a>> {
         std::mem::take(&mut self.later.marks)
     }
