@@ -16,7 +16,7 @@ pub(super) const OWN: &[Column] = &[
     column("a [m/s²]", "acceleration"),
 ];
 
-/// Relation to the ego, of everyone else.
+/// The relation of each obstacle to the ego.
 const RELATION: &[Column] = &[
     column("direction", "direction"),
     column("gap long [m]", "gap_long"),

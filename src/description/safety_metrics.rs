@@ -12,7 +12,7 @@ use super::writer::{Subject, Writer};
 use crate::metrics::{Context, Encounter, measure};
 use crate::scenario::{Participant, Scene, Window};
 
-/// Relation to the ego, of everyone else.
+/// The relation of each obstacle to the ego.
 const RELATION: &[Column] = &[
     column("direction", "direction"),
     column("gap long [m]", "gap_long"),
@@ -60,7 +60,7 @@ const WORST_COLUMNS: &[Column] = &[
     column("at step", "step"),
 ];
 
-/// What is described: a scene that ends with the window, and who is near in it.
+/// The subject: a scene that ends with the window, and the obstacles near in it.
 struct Described<'c, 's> {
     scene: &'s Scene,
     /// Knows nothing but the window.

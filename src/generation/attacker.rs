@@ -30,7 +30,7 @@ pub const NEAR: f64 = 30.0;
 /// No obstacle attacks before it has been seen for so long, seconds.
 const SEEN: f64 = 0.5;
 
-/// Who stands or crawls cannot be tested, m/s.
+/// An ego slower than this cannot be tested, m/s.
 const MOVING: f64 = 2.0;
 
 /// The obstacles that could attack, the least change first; ties in the file's order.

@@ -43,7 +43,7 @@ pub struct EvasiveTrajectory {
     pub reaction: i64,
     /// How it was found.
     pub found: Finder,
-    /// What had been searched by then.
+    /// The search effort until then.
     pub searched: SearchEffort,
 }
 
@@ -78,7 +78,7 @@ pub struct SearchEffort {
 pub struct NotFound {
     /// Why.
     pub why: Unavoidable,
-    /// What was searched.
+    /// The search effort.
     pub searched: SearchEffort,
 }
 
@@ -150,7 +150,7 @@ impl Certificate {
         }
     }
 
-    /// What was searched.
+    /// The search effort.
     #[must_use]
     pub fn searched(&self) -> SearchEffort {
         match self {

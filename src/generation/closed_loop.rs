@@ -54,7 +54,7 @@ impl Consequence {
 /// The ego's drive against a change, and how dangerous it was.
 #[derive(Debug, Clone)]
 pub struct Effect {
-    /// Whose motion was changed.
+    /// The obstacle whose motion was changed.
     pub attacker: i64,
     /// The step of the last state before its motion is another one.
     pub from: i64,
@@ -62,7 +62,7 @@ pub struct Effect {
     pub scenario: Arc<Scenario>,
     /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
     pub drive: Rollout,
-    /// What it came to.
+    /// Its outcome.
     pub consequence: Consequence,
     /// The attacker's risk scores against the baseline, with its recorded motion.
     pub before: RiskCurve,
@@ -128,7 +128,7 @@ impl ClosedLoop {
         &self.scenario
     }
 
-    /// What drives.
+    /// The driver.
     #[must_use]
     pub fn driver(&self) -> &Driver {
         &self.driver

@@ -19,7 +19,7 @@ use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, Waypoint};
 pub struct AdmittedAttack {
     /// The attack.
     pub attack: Attack,
-    /// What was repaired, where waypoints were not taken as they are.
+    /// The repairs, if waypoints were not taken as they are.
     pub repair: Option<Repair>,
 }
 
@@ -30,7 +30,7 @@ pub struct Repair {
     pub moved: f64,
     /// The step at which it is so far.
     pub step: i64,
-    /// What the gate refused.
+    /// The gate's refusals.
     pub refused: Vec<Refusal>,
 }
 
@@ -41,7 +41,7 @@ pub const FARTHEST: f64 = 1.0;
 const TURNED: f64 = 0.2;
 const FASTER: f64 = 2.0;
 
-/// So far may a body leave the road to be repaired, metres.
+/// A body that leaves the road by no more than this is repaired, metres.
 const BESIDE: f64 = 0.1;
 
 /// The attack that is asked of the obstacle with an id.

@@ -130,7 +130,7 @@ impl Sides<'_> {
                 }
             }
         }
-        // The sum of nothing is -0.
+        // The sum of an empty iterator is -0.
         let probability = contacts.iter().map(|(_, weight)| weight).sum::<f64>() + 0.0;
         CollisionPrediction {
             id: self.other.who.id,

@@ -77,7 +77,7 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     }
 }
 
-/// Who is critical by a criterion at the end of a window, with their risk scores: those of the judge's verdict, where the
+/// The critical obstacles at the end of a window, with their risk scores: those of the judge's verdict, where the
 /// criterion is its own. An obstacle that is farther than `radius` metres from the ego (centre to centre) is left out.
 #[must_use]
 pub fn critical(

@@ -173,7 +173,7 @@ impl ResponseAccumulator {
         self.complete
     }
 
-    /// Lets go of what is held back: text that might have become a tag, and the usage.
+    /// Releases held-back content: text that might have become a tag, and the usage.
     pub fn rest(&mut self) {
         let parts = self.content.end();
         self.sort(parts);

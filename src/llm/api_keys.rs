@@ -60,7 +60,7 @@ impl Environment {
         environment
     }
 
-    /// Adds the variables of a file below what is there; a file that is not there adds nothing.
+    /// Adds the variables of a file with lower precedence; a missing file adds none.
     pub fn add(&mut self, path: &Path) {
         let mut problem = |why: String| self.problems.push(format!("{}: {why}", path.display()));
         let text = match system::read_text(path, LONGEST) {

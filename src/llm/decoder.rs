@@ -42,7 +42,7 @@ impl Decoder {
             return Ok(Vec::new());
         }
         if data == "[DONE]" {
-            // Only one dialect ends with this word; from servers of the others it says nothing that a cut could not.
+            // Only one dialect ends with this word; from other servers it does not prove completeness.
             if self.reader.ends_with_word() || self.answer.has_finish() {
                 self.answer.complete();
             }

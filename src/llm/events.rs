@@ -122,7 +122,7 @@ impl Parser {
 struct Next(Option<usize>);
 
 impl Next {
-    /// The next place from `at` on; the text's end where there is none.
+    /// The next place from `at` on, or the text's end.
     fn of(&mut self, wanted: char, text: &str, at: usize) -> usize {
         match self.0 {
             Some(place) if place >= at => place,

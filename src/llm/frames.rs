@@ -106,7 +106,7 @@ pub fn decode<'a>(
     let mut decoder = Decoder::new(dialect, place);
     let mut items = Vec::new();
     while !decoder.is_done() {
-        // All pieces are there, so nothing is ever waited for.
+        // All pieces are present, so this never waits.
         match step(&mut frames, &mut decoder).now_or_never() {
             Some(some) => {
                 items.extend(some.into_iter().map(|i| i.map_err(|e| e.cleared_of(&none))))

@@ -90,7 +90,7 @@ impl Prices {
     }
 }
 
-/// Whether a name, or the beginning of one and `*`, is that of a model.
+/// Whether a name, or a prefix and `*`, matches a model.
 pub(super) fn fits(pattern: &str, model: &str) -> bool {
     match pattern.strip_suffix('*') {
         Some(beginning) => model.starts_with(beginning),

@@ -15,7 +15,7 @@ use super::key_command::KeyCommand;
 use super::price::{Peak, Price, PriceEntry};
 use super::quirks::StatedQuirks;
 
-/// Metadata of one provider. What is not stated is unknown.
+/// Metadata of one provider. Unstated values are unknown.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Provider {

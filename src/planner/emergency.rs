@@ -18,7 +18,7 @@ pub enum Emergency {
 const BRAKING: [f64; 3] = [0.4, 0.7, 1.0];
 
 impl Planner<'_> {
-    /// The mildest braking that touches no obstacle's prediction; where there is none, what touches an obstacle last.
+    /// The mildest braking without a predicted contact; if there is none, the one with the latest contact.
     pub(super) fn stop(
         &mut self,
         now: &VehicleState,

@@ -102,7 +102,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Adds what everyone's closeness costs at a step; says whom it would touch.
+    /// Adds the cost of proximity to all obstacles at a step; returns the obstacle it would touch.
     #[inline]
     fn meet(&self, step: usize, moved: &Moved, sums: &mut Sums) -> Option<i64> {
         let own = self.own(moved);
@@ -187,7 +187,7 @@ pub(super) struct Allowed {
     reach: f64,
     /// The tightest curvature, 1/m.
     tightest: f64,
-    /// Tangent of what the steering angle may change within a step.
+    /// Tangent of the largest change of the steering angle within a step.
     turned: f64,
     /// Seconds between two steps, and its inverse.
     dt: f64,

@@ -69,7 +69,7 @@ impl Limit {
         }
     }
 
-    /// The unit of what it limits.
+    /// The unit of the limited quantity.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {

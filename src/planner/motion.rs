@@ -49,7 +49,7 @@ pub(super) struct Moved {
     pub curvature: f64,
 }
 
-/// Nearer to the centre of the path's curvature than this share of its radius nothing is planned.
+/// Motions closer to the path's centre of curvature than this share of its radius are rejected.
 const NEAREST: f64 = 0.05;
 
 /// The state at a station with an offset; `None` if the offset all but reaches the centre of curvature.

@@ -52,7 +52,7 @@ pub struct Planner<'a> {
     profiles: Vec<Profile>,
     stations: Vec<Station>,
     pub(super) candidates: Vec<Candidate>,
-    /// Costs and places of those that can be driven.
+    /// Costs and indices of the feasible candidates.
     order: Vec<(f64, usize)>,
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,

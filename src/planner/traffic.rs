@@ -36,7 +36,7 @@ pub struct Occupied {
     pub velocity: f64,
 }
 
-/// Everyone's predicted bodies at each step from now; bodies that are no rectangles are covered by one.
+/// The predicted bodies of all obstacles at each step from now, each covered by a rectangle.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Traffic {
     /// The hypotheses.
@@ -81,7 +81,7 @@ impl Traffic {
         self.steps.len().saturating_sub(1)
     }
 
-    /// Who is where `step` steps from now; at the horizon after it.
+    /// The occupied boxes `step` steps from now; beyond the horizon those at its end.
     #[must_use]
     pub fn at(&self, step: usize) -> &[Occupied] {
         let last = self.steps.len().saturating_sub(1);

@@ -1,4 +1,4 @@
-//! Driving: plan, advance, look, until it ends; with what several drives of one problem share made once.
+//! The closed loop: plan, advance, check, until the drive ends. Drives of one problem share their preparation.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -29,7 +29,7 @@ pub struct Driver {
     cancel: Cancel,
 }
 
-/// Steps that a drive has at most: a deadline beyond them is no time that anyone plans for.
+/// Longest drive, steps; a later deadline is treated as unreasonable.
 pub const MOST_DRIVEN: i64 = 1000;
 
 /// Where a drive begins, and when it ends at the latest and at the earliest.

@@ -198,7 +198,7 @@ mod tests {
     use crate::store::tests::question;
     use crate::store::{Claim, Filter, RunId};
 
-    /// A name that is none in an address.
+    /// A name that is invalid in an address.
     const NAME: &str = "50% of #1?.sqlite";
 
     /// A store with one run in a folder.

@@ -38,7 +38,7 @@ pub struct NewRun {
     pub window: Option<(i64, i64)>,
     /// `provider/model`, as asked for.
     pub model: String,
-    /// Who serves the model.
+    /// The provider of the model.
     pub provider: String,
     /// The protocol spoken; `None` if no request is sent.
     pub dialect: Option<String>,

@@ -49,7 +49,7 @@ impl Store {
     /// [`Store::conclude`]s a run of which some pieces may be stored already: these are its whole texts.
     ///
     /// # Errors
-    /// SQLite refused; nothing is written then.
+    /// SQLite refused; no data is written.
     pub fn conclude_whole(
         &self,
         run: RunId,
@@ -150,7 +150,7 @@ impl Store {
         Ok(())
     }
 
-    /// The folder of the store's file; nothing of a store in memory.
+    /// The folder of the store's file; `None` for a store in memory.
     fn folder(&self) -> Option<PathBuf> {
         let connection = self.lock();
         let file = connection.path().filter(|path| !path.is_empty())?;

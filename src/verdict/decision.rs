@@ -38,10 +38,10 @@ const SAFETY: [&str; 7] = [
     "iscritical",
 ];
 
-/// The decision in an object, the nearest level first; nothing if there is none.
+/// The decision in an object, the nearest level first; `None` without one.
 ///
 /// # Errors
-/// Two keys of one level say different things.
+/// Two keys of one level contradict each other.
 pub(super) fn read_decision(task: Task, object: &Object) -> Result<Option<Decision>, NoVerdict> {
     let names = match task {
         Task::Collision => COLLISION,

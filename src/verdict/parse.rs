@@ -41,7 +41,7 @@ pub struct Reading {
 /// Why an answer has no verdict.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoVerdict {
-    /// There is no text.
+    /// The text is empty.
     #[error("the answer is empty")]
     Empty,
     /// There is no JSON object in it.
@@ -302,7 +302,7 @@ fn strict_verdict(task: Task, object: &Object) -> Option<Verdict> {
     }
 }
 
-/// The reason that an object gives for all of it; noted where there is none.
+/// The overall justification in an object; notes its absence.
 pub(super) fn justification(object: &Object, notes: &mut Notes) -> String {
     let names = [
         "justification",

@@ -10,7 +10,7 @@ use crate::scenario::{Lanelet, LaneletNetwork, Motion, Obstacle, Prediction, Sce
 /// A variant's changes, and what is wrong with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// What is wrong with the variant as a whole.
+    /// Refusals of the variant as a whole.
     pub refusals: Vec<Refusal>,
     /// The obstacles with a changed motion, in the original's order.
     pub changed: Vec<GateResult>,
@@ -23,7 +23,7 @@ pub struct GateResult {
     pub from: i64,
     /// The motion, from the last recorded state before that, if there is one.
     pub change: Change,
-    /// What the gate says.
+    /// The gate's verdict.
     pub verdict: Result<GateEvidence, Vec<Refusal>>,
 }
 

@@ -51,7 +51,7 @@ pub struct GateEvidence {
     pub exempt: usize,
     /// The largest share of the friction circle that a changed step uses, 0 to 1.
     pub friction: f64,
-    /// What the recording itself breaks at exempt steps; [`Gate::passes`] does not ask for it.
+    /// Violations in the recording itself at exempt steps; [`Gate::passes`] does not look for them.
     pub recording: Vec<Refusal>,
     /// How many steps before the recorded motion the changed one ends; the obstacle is gone from then on.
     pub early: i64,

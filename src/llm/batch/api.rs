@@ -47,7 +47,7 @@ pub trait BatchApi: Debug + Sync {
         last.map(|last| calls.id(last, "id")).transpose()
     }
 
-    /// Whether a batch of a list is the one that is looked for.
+    /// Whether a listed batch is the one sought.
     fn recognise(
         &self,
         calls: &Calls,

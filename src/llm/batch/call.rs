@@ -30,7 +30,7 @@ const LONGEST_PAGE: usize = 16 << 20;
 /// Most values of a document that holds many answers.
 const MOST_VALUES_OF_ALL: usize = 4 * MOST_VALUES;
 
-/// How much is looked at of what is no document.
+/// Longest excerpt of a response that is not JSON.
 const LONGEST_SHOWN: usize = 64 << 10;
 
 /// Requests to one endpoint.
@@ -291,7 +291,7 @@ impl Calls {
     }
 }
 
-/// The beginning of what is no document, to be shown; more than is shown, so that no secret is cut before it is found.
+/// The beginning of a response that is not JSON, longer than displayed, so that redaction sees whole secrets.
 fn start(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_SHOWN)]).into_owned()
 }
