@@ -41,7 +41,7 @@ pub struct Answer {
 pub struct StoredOrigin {
     /// When it was asked, or a recorded one read: milliseconds since 1970, UTC.
     pub created_ms: i64,
-    /// Who asked.
+    /// The program that asked.
     pub origin: Origin,
     /// Which of several answers to the same request.
     pub sample: u32,
@@ -106,9 +106,9 @@ impl JudgeOutcome {
 pub enum MissingVerdict {
     /// The answer is whole and holds none.
     NotInAnswer(String),
-    /// There is no whole answer.
+    /// The answer is missing or incomplete.
     NoAnswer(String),
-    /// Nothing was sent.
+    /// The question was not sent.
     NotSent(String),
     /// It was cancelled.
     Cancelled,

@@ -68,7 +68,7 @@ pub async fn run(
         None => ready(question, judge).await?,
         Some(store) => {
             let run = record(question, judge, wanted).map_err(StoreError::from)?;
-            // What is there needs neither key nor budget, and what cannot be asked leaves no run.
+            // A stored answer needs neither key nor budget, and an unaskable question leaves no run.
             let there = match wanted.fresh {
                 true => None,
                 false => store.answer_to(&run)?,

@@ -39,7 +39,7 @@ pub struct Setting {
     pub history: usize,
     /// Only obstacles whose centre is this near to the ego's at the end of a window, metres.
     pub radius: f64,
-    /// Who is evaluated.
+    /// The judge that is evaluated.
     pub candidates: Vec<Candidate>,
     /// Thresholds of the risk scores: the obstacles that a yes names depend on them.
     pub thresholds: Arc<Thresholds>,
@@ -88,7 +88,7 @@ pub struct Labelled<'a> {
     pub scene: &'a Scene,
     /// The label.
     pub label: Label,
-    /// The first step with an exact overlap of the ego with anyone.
+    /// The first step with an exact overlap of the ego with an obstacle.
     pub contact: Option<i64>,
 }
 

@@ -1,4 +1,4 @@
-//! What tasks load and compute from scenario files: facts for the list, and complete opened scenarios.
+//! Data that tasks load and compute from scenario files: facts for the list, and opened scenarios.
 
 mod authorship;
 mod cycle;

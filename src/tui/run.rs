@@ -201,7 +201,7 @@ impl Loop {
             let elapsed = passed.elapsed();
             self.model.uptime = begun.elapsed();
             passed = Instant::now();
-            // What rested until now did not age.
+            // Time at rest does not count.
             if self.model.moves() && elapsed < Duration::from_secs(1) {
                 msgs.push(Msg::Passed(elapsed));
             }

@@ -13,7 +13,7 @@ use crate::system::Terminal;
 /// `true`, `256`, `16` or `none`, and plain text for `plain`. The user's themes are in `folder`.
 ///
 /// # Errors
-/// There is no such theme, or its file is wrong: with file, line and key.
+/// The theme does not exist, or its file is invalid: with file, line and key.
 pub fn themes(name: Option<&str>, folder: &Path, depth: Option<&str>) -> Result<String, String> {
     let depth = match depth {
         None => Some(ColorDepth::of_environment(|name| std::env::var(name).ok())),

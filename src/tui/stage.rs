@@ -92,7 +92,7 @@ impl Stage {
     /// Presses keys by their names, separated by spaces.
     ///
     /// # Panics
-    /// There is no such key.
+    /// The key does not exist.
     pub fn press(&mut self, keys: &str) {
         for name in keys.split_whitespace() {
             let key = Key::parse(name).unwrap_or_else(|| panic!("no key `{name}`"));
@@ -156,7 +156,7 @@ impl Stage {
     /// Runs the planner to the end of the open scenario, and shows the drive.
     ///
     /// # Errors
-    /// There is nothing to plan, or the planner cannot begin.
+    /// The scenario has no planning problem, or the planner cannot begin.
     pub fn drive(&mut self) -> Result<(), String> {
         let key = Key::parse("shift-w").unwrap_or_else(|| panic!("shift-w is a key"));
         let asks = self.send(Msg::Key(key)).into_iter();

@@ -29,7 +29,7 @@ impl Theme {
     /// The theme `name`: the user's file of that name in `folder`, else a shipped one; `auto` is `dark` or `light`.
     ///
     /// # Errors
-    /// There is none, or its file is wrong: with file, line and key.
+    /// It does not exist, or its file is invalid: with file, line and key.
     pub fn load(name: &str, folder: &Path, dark: bool) -> Result<Self, String> {
         let name = match name {
             AUTO if dark => "dark",
@@ -43,7 +43,7 @@ impl Theme {
         }
     }
 
-    /// There is no such theme.
+    /// The theme does not exist.
     fn unknown(name: &str, folder: &Path) -> String {
         let names: Vec<&str> = ThemeFile::shipped().collect();
         format!(

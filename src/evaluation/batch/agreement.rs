@@ -22,7 +22,7 @@ pub struct UnjudgedScenario {
     pub why: String,
 }
 
-/// What makes the judge's verdicts on one scenario differ.
+/// The settings that make the judge's verdicts on one scenario differ.
 type VerdictKey<'a> = (Task, Option<&'a str>, Option<&'a str>, Option<&'a str>);
 
 /// Sets the built-in judge's verdict beside those plain answers of a batch that have none, as the batch asks: each

@@ -19,7 +19,7 @@ pub struct Size {
 /// Price of one question, US dollars.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Price {
-    /// Nothing: the built-in judge.
+    /// Free: the built-in judge.
     Free,
     /// At most this, the answer included.
     AtMost(f64),

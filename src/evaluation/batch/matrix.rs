@@ -19,7 +19,7 @@ pub struct Matrix {
     pub frames: Vec<Frame>,
     /// The combinations of prompting techniques.
     pub techniques: Vec<Techniques>,
-    /// Who is asked, as `provider/model`.
+    /// The models asked, as `provider/model`.
     pub models: Vec<String>,
     /// Answers to each request, at least one.
     pub samples: u32,

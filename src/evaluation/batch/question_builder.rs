@@ -28,7 +28,7 @@ pub struct QuestionBuilder {
     thresholds: Arc<Thresholds>,
     /// How all are asked.
     request: RequestSettings,
-    /// Whose ego scenarios have.
+    /// The ego of scenarios.
     ego: EgoSelection,
     scenes: Recent<String, Result<Reading, String>>,
     questions: Recent<QuestionId, Result<Arc<Question>, String>>,
@@ -131,7 +131,7 @@ impl QuestionBuilder {
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Arc<Question>, String> {
-        // Whom it is sent to changes nothing of it.
+        // The recipient does not change the question.
         let whose = PromptConfig {
             model: String::new(),
             ..way.clone()
@@ -206,7 +206,7 @@ impl QuestionBuilder {
         }
     }
 
-    /// What the built-in judge says about the same steps of a scene as it is.
+    /// The built-in judge's verdict on the same steps of the unchanged scene.
     ///
     /// # Errors
     /// In words: there is no template, or the recording is too short.

@@ -48,7 +48,7 @@ impl Spec {
     /// them, as far as they are known: a list where they differ, and `of_templates` names those that are not the batch's.
     #[must_use]
     pub fn asked(&self, described: Option<&SceneDescriptions>) -> Value {
-        // What was written is an object.
+        // A serialised struct is an object.
         let mut asked: Value = serde_json::from_str(&self.to_json()).unwrap_or_default();
         if let Some(asked) = asked.as_object_mut() {
             for elsewhere in ["base_url", "truth", "truth_files"] {

@@ -6,11 +6,11 @@ use super::times::MentionedTime;
 /// Context that a line gives to the lines below it.
 #[derive(Default)]
 pub struct Above {
-    /// Whom the heading names.
+    /// The obstacle that the heading names.
     pub heading: Option<i64>,
     /// The list items that name a participant, the innermost last.
     pub named: Vec<Item>,
-    /// Whom the last sentence of the paragraph was about.
+    /// The obstacle that the last sentence of the paragraph was about.
     pub sentence: Option<i64>,
     /// Whether a sentence of the line left open whom the next one is about.
     pub open: bool,
@@ -26,7 +26,7 @@ pub struct Above {
 /// A list item that names a participant.
 pub struct Item {
     indent: usize,
-    /// Whom it is about; `None` if that cannot be told.
+    /// The obstacle it is about; `None` if unclear.
     obstacle: Option<i64>,
     /// Whether items beside it without a name have the same subject.
     stays: bool,

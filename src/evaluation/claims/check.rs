@@ -8,7 +8,7 @@ use crate::scenario::Participant;
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last digit stated, 0.05 of the unit or 2 %, whichever is most; 10 % where it is said to be rough";
 
-/// What a claim was checked against.
+/// The geometry a claim was checked against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClaimBasis {
     /// Exact bodies of real size.
@@ -53,7 +53,7 @@ pub struct CheckedClaim {
     pub truth: Option<f64>,
     /// The true state, described.
     pub is: String,
-    /// What it was checked against; for a wrong claim, the exact bodies.
+    /// The geometry it was checked against; for a wrong claim, the exact bodies.
     pub basis: ClaimBasis,
     /// Whether it holds.
     pub judgement: Judgement,

@@ -105,7 +105,7 @@ fn sentence(
     let fixed = above.fixed();
     let before = above.obstacle();
     let whole = 0..text.len();
-    // Whom it is about, and which part of it.
+    // The obstacle it is about, and the range of text.
     let distinct = match named.as_slice() {
         // Named twice, it is still one.
         [one, more @ ..]

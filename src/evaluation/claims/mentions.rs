@@ -106,7 +106,7 @@ const OPENING: &[&str] = &[
     "another",
 ];
 
-/// Whom a text names, each once; `lower` is the text in lower case.
+/// The obstacles that a text names, each once; `lower` is the text in lower case.
 pub fn mentions(lower: &str, all: &[Number], world: &MentionContext<'_>) -> Vec<Mention> {
     let mut found: Vec<Mention> = Vec::new();
     for number in all {

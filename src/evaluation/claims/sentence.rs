@@ -16,7 +16,7 @@ pub struct Sentence<'a> {
     pub start: usize,
     /// Words of the lines that it stands under, in lower case.
     pub above: &'a str,
-    /// Whom it is about.
+    /// The obstacle it is about.
     pub obstacle: i64,
     /// Whether it names it itself.
     pub named: bool,

@@ -18,11 +18,11 @@ pub struct Choice {
     pub proposal: Option<Proposal>,
     /// The attacker, if there is one.
     pub attacker: Option<i64>,
-    /// Whose choice that is.
+    /// The origin of the choice.
     pub by: ChosenBy,
 }
 
-/// Whose choice the attacker is.
+/// The origin of the choice of attacker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChosenBy {
     /// The user named it.
@@ -31,7 +31,7 @@ pub enum ChosenBy {
     Model,
     /// It is the first of the reference's ranking, since the model's choice cannot be taken.
     Reference,
-    /// There is none: no obstacle can attack, or the model's choice is binding and cannot be used.
+    /// No attacker: no obstacle can attack, or the model's choice is binding and cannot be used.
     NoAttacker,
 }
 

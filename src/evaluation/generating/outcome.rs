@@ -10,7 +10,7 @@ use crate::verdict::NewMotion;
 /// A model's complete output for one scenario.
 #[derive(Debug, Clone)]
 pub struct Authored {
-    /// Who attacks.
+    /// The choice of attacker.
     pub choice: Choice,
     /// Attacks, which all pass the gate; in the order of the conversations until they are driven.
     pub attacks: Vec<AuthoredAttack>,

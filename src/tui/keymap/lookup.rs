@@ -58,7 +58,7 @@ pub enum KeyMeaning {
     Action(Action),
     /// The beginning of something longer.
     Prefix,
-    /// Nothing.
+    /// No binding.
     Nothing,
 }
 
@@ -67,7 +67,7 @@ pub enum KeyMeaning {
 pub struct NextKey {
     /// The key.
     pub key: Key,
-    /// What it does, in a sentence; `None` if more keys follow.
+    /// Its effect, in a sentence; `None` if more keys follow.
     pub doc: Option<&'static str>,
 }
 

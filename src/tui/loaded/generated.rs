@@ -31,7 +31,7 @@ pub struct GenerationInputs<'a> {
 /// Events of a generation.
 #[derive(Debug)]
 pub enum GenerationProgress {
-    /// What is being done.
+    /// The current stage.
     Working(GenerationStage),
     /// Progress of the authoring model.
     Model(generating::Progress),

@@ -76,9 +76,9 @@ pub struct GeneratedVariant {
     pub progress: Progress,
     /// The one obstacle that was allowed to attack.
     pub only: Option<i64>,
-    /// Who could attack, by the reference, the least change first.
+    /// Possible attackers by the reference, the least change first.
     pub ranked: Vec<Candidate>,
-    /// Who thought of it.
+    /// The author of the attack.
     pub by: String,
     /// The model's choice and output, if a model is the author.
     pub authorship: Option<Arc<Authorship>>,
@@ -105,7 +105,7 @@ pub enum GenerationOutcome {
         /// The variant.
         variant: Box<Opened>,
     },
-    /// Nothing dangerous was found, and why.
+    /// No dangerous attack was found, and why.
     Nothing(String),
     /// A model produced nothing dangerous: why, and its output.
     Unwritten(String, Arc<Authorship>),

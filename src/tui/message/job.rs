@@ -18,9 +18,9 @@ pub struct JobId(pub u64);
 pub enum JobRequest {
     /// Ask a model.
     Question {
-        /// What is asked.
+        /// The question.
         question: Box<Question>,
-        /// Who is asked, `provider/model`.
+        /// The model, `provider/model`.
         model: String,
         /// Whether it is asked anew where the store has its answer.
         fresh: bool,
@@ -35,7 +35,7 @@ pub enum JobRequest {
     Batch(Arc<Batch>),
 }
 
-/// What a job tells, by its kind.
+/// Events of a job, by its kind.
 #[derive(Debug)]
 pub enum JobEvent {
     /// Pieces of an answer; then the whole answer, or why the store refused.
@@ -44,7 +44,7 @@ pub enum JobEvent {
     Plan(Update<(usize, usize), Box<Opened>>),
     /// Making a scenario dangerous.
     Generate(Update<GenerationProgress, GenerationOutcome>),
-    /// What a batch takes, as far as it is known.
+    /// The estimate of a batch, as far as known.
     Estimate(Update<Counts, Counts>),
     /// Asking the questions of a batch.
     Batch(Update<BatchProgress, ()>),

@@ -20,7 +20,7 @@ pub struct Answers {
     pub reference_ms: Option<u64>,
     /// Questions about scenarios that are not open any longer, with their names.
     pub elsewhere: Vec<(JobId, String)>,
-    /// Whose reasoning is shown.
+    /// The answer whose reasoning is shown.
     pub shown: ShownAnswer,
     /// How far its text is scrolled; `None` while the end is followed.
     pub scroll: Option<usize>,
@@ -28,7 +28,7 @@ pub struct Answers {
     pub verdict_top: usize,
 }
 
-/// Whose reasoning is shown.
+/// The answer whose reasoning is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ShownAnswer {
     /// The built-in judge's.
@@ -74,7 +74,7 @@ pub enum Progress {
     Arriving(f64),
     /// It is here.
     Done(Box<Answer>),
-    /// Nothing was sent, and why.
+    /// Not sent, and why.
     Unasked(String),
     /// It was cancelled, or could not be kept; why.
     Broken(String),

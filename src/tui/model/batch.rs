@@ -58,7 +58,7 @@ impl MarkedScenarios {
 pub struct Card {
     /// Its number.
     pub id: JobId,
-    /// What would be asked.
+    /// The batch to ask.
     pub batch: Arc<Batch>,
     /// Counts so far.
     pub counts: Counts,

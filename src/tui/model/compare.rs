@@ -32,7 +32,7 @@ pub struct Compare {
     pub blind: Option<BlindMode>,
     /// The ratings, while their totals are displayed.
     pub ratings: Option<Vec<Rating>>,
-    /// Who rates.
+    /// The rater.
     pub person: String,
     /// From where the seeds of shuffled orders come.
     pub seed: u64,

@@ -21,7 +21,7 @@ pub struct GenerationState {
     pub under_way: Option<Search>,
     /// Variants that were made since the start, the oldest first; one of a scenario and change.
     kept: Vec<KeptVariant>,
-    /// What models wrote that came to nothing, the newest last; one of a scenario and change.
+    /// Output of models without a dangerous result, the newest last; one for each scenario and change.
     unwritten: Vec<Unwritten>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
     heard_out: Vec<(ContentHash, Option<i64>, String)>,

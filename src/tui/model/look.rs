@@ -93,7 +93,7 @@ impl Look {
     /// The theme of this name as the terminal can show it.
     ///
     /// # Errors
-    /// There is no such theme, or its file is invalid.
+    /// The theme does not exist, or its file is invalid.
     pub fn theme(&self, name: &str) -> Result<Theme, String> {
         let wanted = match name {
             AUTO if self.dark => "dark",

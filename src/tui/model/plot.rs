@@ -91,7 +91,7 @@ impl Plot {
         }
     }
 
-    /// There is nothing to plot.
+    /// No data to plot.
     pub fn clear(&mut self) {
         self.series = None;
         self.asked = None;

@@ -21,7 +21,7 @@ impl Prices {
         registry.pricing(model, *day)
     }
 
-    /// What asking a model so many tokens costs, in words; the answer is included where its length has a limit.
+    /// The cost of asking a model this many tokens, in words; includes the answer if its length has a limit.
     #[must_use]
     pub fn words(&self, model: &str, tokens: usize, most: Option<u32>) -> String {
         if model == judge::MODEL {

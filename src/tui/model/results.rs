@@ -20,7 +20,7 @@ pub struct ResultsView {
     pub error: Option<String>,
     /// The source the user chose to count.
     pub chosen: Option<AnswerSet>,
-    /// What is counted in the rows; `None` before anything was read.
+    /// The answers counted in the rows; `None` until they are read.
     pub counting: Option<AnswerSet>,
     /// The choices on offer.
     pub offers: Vec<CountingChoice>,

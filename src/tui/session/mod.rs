@@ -108,7 +108,7 @@ pub enum SavedLocation {
 pub struct Override {
     /// The chosen value.
     pub chosen: String,
-    /// What the configuration said; `None` if it did not say.
+    /// The configured value at that time; `None` without one.
     pub of: Option<String>,
 }
 

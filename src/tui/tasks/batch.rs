@@ -37,7 +37,7 @@ struct Ready {
     judges: Judges,
 }
 
-/// What estimating a batch needs.
+/// Input of a batch estimate.
 struct Estimating {
     batch: Arc<Batch>,
     judge: Judge,
@@ -46,7 +46,7 @@ struct Estimating {
     counts: Counts,
 }
 
-/// What asking a batch needs.
+/// Input of asking a batch.
 struct Asking {
     id: JobId,
     ready: Arc<OnceLock<Ready>>,
@@ -255,7 +255,7 @@ impl Asking {
     }
 }
 
-/// What a question of a batch came to, beside what the built-in judge says to it.
+/// The outcome of a batch question, beside the built-in judge's answer.
 fn outcome(ended: batch::QuestionOutcome) -> Result<BatchAnswer, String> {
     let Some((question, answer)) = ended.answered else {
         return Err(ended.error.unwrap_or_default());

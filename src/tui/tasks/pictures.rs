@@ -13,7 +13,7 @@ use crate::render::{Figure, Format, Picture, Provenance, Subject, animate};
 #[derive(Debug, Default)]
 pub struct Drawing {
     stop: Arc<AtomicBool>,
-    /// Everyone who draws holds one.
+    /// Each drawing task holds one.
     held: Arc<()>,
 }
 

@@ -17,7 +17,7 @@ use crate::store::{Store, StoredOutcome};
 use crate::tui::message::Msg;
 use crate::tui::message::runs::{CountedAnswers, PageId, ResultsCommand, ResultsEvent};
 
-/// What a truth is about: scenario, ego, task and window.
+/// The key of a ground truth: scenario, ego, task and window.
 type TruthKey<'a> = (&'a str, &'a str, &'static str, Option<(i64, i64)>);
 
 impl Tasks {
@@ -189,7 +189,7 @@ fn unknown<'a>(
     scenes.into_values().collect()
 }
 
-/// What the built-in judge says now to questions about one scene; nothing if none of the files is it.
+/// The built-in judge's answers to questions about one scene; empty if no file holds it.
 fn judged<'a>(
     files: &[&Entry],
     asked: &[&'a StoredOutcome],

@@ -13,7 +13,7 @@ use crate::settings::Tags;
 use crate::store::Store;
 use crate::system::activity::{self, ActivityGuard, Subject, trying};
 
-/// Said of a scenario that is left alone.
+/// The message for a scenario that is skipped.
 const HELD: &str =
     "the program ended while it read this scenario or showed it; it is read when you open it";
 

@@ -15,7 +15,7 @@ use crate::tui::user_file::first;
 /// Without a terminal to show it, `depth` is nothing and the text is plain.
 ///
 /// # Errors
-/// There is no such theme, or its file is wrong: with file, line and key.
+/// The theme does not exist, or its file is invalid: with file, line and key.
 pub fn preview(
     name: Option<&str>,
     folder: &Path,

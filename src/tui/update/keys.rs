@@ -13,7 +13,7 @@ pub enum KeyEffect {
     Action(Action),
     /// A part of a chord, or one that is given up.
     Chord,
-    /// Nothing.
+    /// No effect.
     Nothing,
 }
 

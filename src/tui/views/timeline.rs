@@ -95,7 +95,7 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     title
 }
 
-/// Everyone together, then the picked obstacle, then the most dangerous ones.
+/// All obstacles together, then the picked one, then the most dangerous ones.
 fn rows(opened: &Opened, picked: Option<i64>, count: usize) -> Vec<Option<i64>> {
     let mut rows = vec![None];
     rows.extend(picked.map(Some));

@@ -13,7 +13,7 @@ use crate::tui::theme::Theme;
 pub struct MarkedClaims<'a> {
     /// The claims, in the order of the text.
     pub claims: &'a [CheckedClaim],
-    /// What they were found in: other claims have another key.
+    /// The key of the text they were found in.
     pub key: u64,
     /// The picked one.
     pub picked: Option<usize>,

@@ -21,7 +21,7 @@ const LEAST: f64 = 0.05;
 /// The paths of one participant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Future {
-    /// Whose.
+    /// The ego or the obstacle.
     pub who: On,
     /// The predicted courses at the middle speed, each with its probability, the likeliest first.
     pub courses: Vec<(f64, Vec<Point>)>,
@@ -51,7 +51,7 @@ impl ForesightRequest {
 #[derive(Debug, Default)]
 pub struct Foresight {
     asked: Option<ForesightRequest>,
-    /// Whose paths are drawn, with them.
+    /// The obstacles with their paths.
     pub futures: Vec<Future>,
 }
 

@@ -35,7 +35,7 @@ pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
     lines.text
 }
 
-/// Who could attack, by the reference.
+/// Possible attackers by the reference.
 pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
     let attacker = Some(made.effect.attacker);
     lines.title("who could attack, the least change first");
@@ -55,7 +55,7 @@ pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
     more(lines, made.ranked.len());
 }
 
-/// Who could attack, by the model and by the reference.
+/// Possible attackers by the model and by the reference.
 fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
     let choice = &wrote.authored.choice;
     let said = choice.proposal.as_ref().and_then(|p| p.said.as_ref());
@@ -100,7 +100,7 @@ fn more(lines: &mut Lines, count: usize) {
     }
 }
 
-/// Whose choice the attacker is.
+/// The attacker and who chose it.
 fn chosen(choice: &Choice) -> String {
     let who = choice.attacker.map_or("none".into(), |id| id.to_string());
     let refused = choice.proposal.as_ref().and_then(|p| p.refused.as_ref());

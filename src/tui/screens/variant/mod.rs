@@ -186,7 +186,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let change = |before, after| format!("{} → {}", score(before), score(after));
     let (before, after) = (effect.lowest_before(), effect.lowest_after());
     let anyone = change(effect.anyone_before, effect.anyone_after);
-    let risk = format!("lowest {}; of any {anyone}", change(before, after));
+    let risk = format!("lowest {}; of anybody {anyone}", change(before, after));
     lines.say("risk", &risk);
     if let Some(step) = effect.between {
         let words = format!(

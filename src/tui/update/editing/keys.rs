@@ -14,7 +14,7 @@ pub enum EditOutcome {
     Changed,
     /// It is the same; perhaps the cursor moved.
     Same,
-    /// There is no room for more.
+    /// The text is full.
     Full,
 }
 

@@ -34,7 +34,7 @@ pub fn note(job: &mut Job, update: &Update<GenerationProgress, GenerationOutcome
         Update::Progress(GenerationProgress::Model(progress)) => {
             return writing::note(job, progress);
         }
-        // What a stopped search has found comes too late.
+        // Results of a stopped search are dropped.
         Update::Ended(result) if !stopping => result,
         Update::Ended(_) | Update::Cancelled => {
             return job.end(JobState::Cancelled(String::new()), now);

@@ -74,7 +74,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         ShownAnswer::Reference => None,
     };
     let word = match (verdict, truth) {
-        // Who agrees with the built-in judge would sway the rating.
+        // Agreement with the built-in judge would bias the rating.
         (Some(verdict), Some(truth)) if !hides => {
             let same = verdict.dangerous == truth.dangerous;
             let color = if same { theme.safe } else { theme.danger };

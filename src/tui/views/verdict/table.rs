@@ -200,7 +200,7 @@ impl<'a> Table<'a> {
         self.cell(Row::Time, &time, base);
     }
 
-    /// Said of a question that never left this machine.
+    /// The label of a question that was never sent.
     fn not_sent(&self) -> &'static str {
         if self.width < LABEL {
             "unsent"
