@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::ThreadId;
 
-use super::marks::ActivityLocks;
+use super::activity_locks::ActivityLocks;
 
 /// Something risky that is attempted, under a name that stays the same at the next start.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,13 +5,12 @@ mod batch;
 mod camera;
 mod claims;
 mod compare;
-mod drawn;
 mod editor;
 mod generation;
 mod history;
 mod jobs;
-mod judged;
-mod kept;
+mod judgement_cache;
+mod last_frame;
 mod list;
 mod look;
 mod map;
@@ -24,6 +23,7 @@ mod prices;
 mod prompt;
 mod question;
 mod results;
+mod rollout_cache;
 mod sizes;
 mod timeline;
 mod values;
@@ -40,12 +40,12 @@ pub use compare::{
     BlindMode, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
     PendingRating, REASONS, shuffle,
 };
-pub use drawn::{Extent, HistoryDrawn, LastFrame, MapDrawn, Readings};
 pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
 pub use jobs::{Job, JobKind, JobState, Jobs};
-pub use judged::JudgementCache;
+pub use judgement_cache::JudgementCache;
+pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, Readings};
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
 pub use look::{Glyphs, Look, themes_shown};
 pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};

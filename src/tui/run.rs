@@ -1,9 +1,9 @@
 //! The main loop: drain all messages, draw once if something changed, sleep; at most 60 frames a second, keys excepted.
 
 mod ending;
+mod last_opened;
 mod pace;
 mod prepare;
-mod tried;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use self::ending::{Ending, TerminationSignal};
+use self::last_opened::LastOpened;
 use self::pace::Pace;
 use self::prepare::prepare;
-use self::tried::LastOpened;
 use super::message::{Effect, ExternalEdit, Msg};
 use super::model::Model;
 use super::outside;

@@ -3,7 +3,7 @@
 //! [`crate::workflow::batch`] asks them.
 
 mod agreement;
-mod counted;
+mod answer_set;
 mod estimate;
 mod matrix;
 mod question_builder;
@@ -16,7 +16,7 @@ mod truth;
 mod variant;
 
 pub use agreement::{UnjudgedScenario, beside_the_judge};
-pub use counted::{AnswerSet, BatchPart, BatchResults, CountingChoice, counted, offers};
+pub use answer_set::{AnswerSet, BatchPart, BatchResults, CountingChoice, counted, offers};
 pub use estimate::Estimate;
 pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};

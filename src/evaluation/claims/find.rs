@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::Claim;
-use super::above::{Above, LineKind};
+use super::context::{Above, LineKind};
 use super::mentions::{begins_with, mentions};
 use super::number::{Unit, numbers};
 use super::place::has_word;

@@ -3,8 +3,8 @@
 //! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
 //! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
-mod above;
 mod check;
+mod context;
 mod excuse;
 mod find;
 mod mentions;

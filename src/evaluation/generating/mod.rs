@@ -7,7 +7,7 @@
 mod choosing;
 mod document;
 mod outcome;
-mod spent;
+mod usage;
 mod words;
 mod writing;
 
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use choosing::{Choice, ChosenBy, Proposal};
 pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
-pub use spent::AuthoringUsage;
+pub use usage::AuthoringUsage;
 
 use super::answer::Answer;
 use super::case::{self, AskError, Event, RunOptions};

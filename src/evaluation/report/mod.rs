@@ -1,6 +1,5 @@
 //! Reports: figures from answers and ground truth, written for people, papers and programs.
 
-mod about;
 mod cell;
 mod consumption;
 mod contents;
@@ -18,9 +17,9 @@ mod paper_contents;
 mod plot;
 mod recorded;
 mod stored;
+mod subject;
 mod varied;
 
-pub use about::ReportSubject;
 pub use cell::{Cell, DataHalf, NamingCounts};
 pub use consumption::Consumption;
 pub use document::{Align, Block, Document, Table};
@@ -29,6 +28,7 @@ pub use pairs::Pair;
 pub use paper::{Comparison, Finding, Paper, Published, published};
 pub use recorded::scored as recorded;
 pub use stored::{Stored, Truth, stored};
+pub use subject::ReportSubject;
 pub use varied::{SAME_WORDS, Varied};
 
 use std::collections::BTreeMap;

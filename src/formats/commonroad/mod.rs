@@ -7,7 +7,6 @@ mod encoding;
 mod error;
 mod location;
 mod obstacles;
-mod out;
 mod places;
 mod planning;
 mod protobuf;
@@ -23,6 +22,7 @@ mod trucks;
 mod writer;
 mod xml;
 mod xml_reader;
+mod xml_writer;
 
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! Writes the location: position, transformation and environment.
 
 use super::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
-use super::out::{XmlWriter, number};
 use super::writer::WriteError;
+use super::xml_writer::{XmlWriter, number};
 use crate::scenario::Location;
 
 /// The children of a location.

@@ -2,9 +2,9 @@
 
 use super::builder;
 use super::error::ReadError;
-use super::out::{XmlWriter, number};
 use super::writer::WriteError;
 use super::xml::{Element, Xml};
+use super::xml_writer::{XmlWriter, number};
 use crate::geometry::{SemiTrailer, Shape, Truck};
 use crate::scenario::Severity;
 

@@ -3,9 +3,9 @@
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
-use super::out::{XmlWriter, id, number, point};
 use super::surroundings;
 use super::trucks;
+use super::xml_writer::{XmlWriter, id, number, point};
 
 use crate::geometry::{Point, Shape};
 use crate::scenario::{

@@ -1,7 +1,7 @@
 //! A pull parser over quick-xml tokens with names, line numbers and a single error type.
 
 mod bounds;
-mod later;
+mod deferred_checks;
 mod malformed;
 mod numbers;
 
@@ -12,7 +12,7 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use quick_xml::events::attributes::Attributes;
 
-pub(super) use later::SourceLocation;
+pub(super) use deferred_checks::SourceLocation;
 
 use super::builder::{self, Diagnostics};
 use super::encoding::{self, BYTE_ORDER_MARK};
@@ -53,7 +53,7 @@ pub(super) struct Xml<'a> {
     diagnostics: Diagnostics,
     /// A byte offset and its line, from which the next one is counted on.
     counted: Cell<(usize, usize)>,
-    later: later::DeferredChecks<'a>,
+    later: deferred_checks::DeferredChecks<'a>,
 }
 
 impl<'a> Xml<'a> {
@@ -72,7 +72,7 @@ impl<'a> Xml<'a> {
             path: Vec::new(),
             diagnostics: encoding::doubts(bytes, text).into(),
             counted: Cell::new((0, 1)),
-            later: later::DeferredChecks::default(),
+            later: deferred_checks::DeferredChecks::default(),
         })
     }
 

@@ -1,7 +1,7 @@
 //! The planner in the workbench: its settings, and the drive in progress.
 
 use super::Model;
-use super::kept::RolloutCache;
+use super::rollout_cache::RolloutCache;
 use crate::planner::Forecast;
 use crate::scenario::{ContentHash, Scene};
 use crate::tui::action::Action;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use ratatui::layout::Position;
 
 use super::everywhere::seen_in_every_theme;
-use super::kept::{FIRST, StoreFixture};
+use super::kept::{FIRST, Fixture};
 use super::results::{counts, four, press, settle};
 use crate::description::Frame;
 use crate::evaluation::batch::{AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource};
@@ -66,7 +66,7 @@ pub(super) fn spec() -> Spec {
 }
 
 /// Adds a run about the bundled scenario mirrored.
-fn mirrored(kept: &mut StoreFixture) -> RunId {
+fn mirrored(kept: &mut Fixture) -> RunId {
     let entry = bundled().into_iter().find(|e| e.name == FIRST).unwrap();
     let thresholds = Thresholds::shipped();
     let opened = Opened::changed(
@@ -86,8 +86,8 @@ fn mirrored(kept: &mut StoreFixture) -> RunId {
 
 /// A batch whose labels say that all is safe in the first scenario, that another obstacle is hit in another one, and that
 /// the mirrored first one is safe too; a fourth question waits.
-pub(super) fn labelled() -> (StoreFixture, BatchId, RunId) {
-    let mut kept = StoreFixture::new();
+pub(super) fn labelled() -> (Fixture, BatchId, RunId) {
+    let mut kept = Fixture::new();
     let runs = [
         kept.add(FIRST, "lab/small", true, YES),
         kept.add("ZAM_Other-1_1_T-1", "lab/small", true, YES),
@@ -293,7 +293,7 @@ fn what_is_known_is_shown_while_the_judge_is_at_work() {
 }
 
 /// Where a text stands on the screen.
-fn find(kept: &StoreFixture, text: &str) -> Position {
+fn find(kept: &Fixture, text: &str) -> Position {
     let frame = kept.bench.frame(120, 40);
     let mut lines = frame.lines().enumerate();
     let found = lines.find_map(|(y, line)| {
@@ -306,7 +306,7 @@ fn find(kept: &StoreFixture, text: &str) -> Position {
     found.unwrap_or_else(|| panic!("no {text}\n{frame}"))
 }
 
-fn mouse(kept: &mut StoreFixture, mouse: Mouse) {
+fn mouse(kept: &mut Fixture, mouse: Mouse) {
     kept.bench.frame(120, 40);
     kept.bench.send(Msg::Mouse(mouse));
     settle(kept);
@@ -362,8 +362,8 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
 
 /// A batch of two models, each asked with four sets of techniques about twelve scenarios; what they say is up to their
 /// places.
-fn techniques() -> StoreFixture {
-    let mut kept = StoreFixture::new();
+fn techniques() -> Fixture {
+    let mut kept = Fixture::new();
     let mut items = Vec::new();
     for (model, skill) in [("lab/large", 5), ("lab/small", 3)] {
         for (place, words) in ["base", "cp", "cp+cot", "cp+cot+icl"]

@@ -9,13 +9,13 @@ use crate::tui::tasks::history::{Judging, Truths, answer};
 use crate::verdict::{ParsedAnswer, Task, Verdict};
 
 /// A workbench whose history reads a store of its own.
-pub struct StoreFixture {
+pub struct Fixture {
     pub bench: Bench,
     pub store: Store,
     truths: Truths,
 }
 
-impl StoreFixture {
+impl Fixture {
     pub fn new() -> Self {
         Self {
             bench: Bench::bundled(),
@@ -135,8 +135,8 @@ impl StoreFixture {
 
 pub const FIRST: &str = "ZAM_HardBraking-1_1_T-1";
 
-pub fn three() -> StoreFixture {
-    let mut kept = StoreFixture::new();
+pub fn three() -> Fixture {
+    let mut kept = Fixture::new();
     kept.add(FIRST, "lab/small", true, "the lead car brakes hard");
     kept.add("ZAM_Lost-1_1_T-1", "lab/large", false, "nothing is near");
     kept.add(FIRST, "lab/large", false, "there is room to brake");

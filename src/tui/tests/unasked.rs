@@ -1,7 +1,7 @@
 //! The results screen with questions that were not or cannot be asked.
 
 use super::counted::{YES, item, labelled, spec};
-use super::kept::{FIRST, StoreFixture};
+use super::kept::{FIRST, Fixture};
 use super::results::{counts, press};
 use crate::evaluation::batch::{AnswerSet, BatchPart};
 use crate::store::{BatchId, ItemState, NewItem};
@@ -9,8 +9,8 @@ use crate::tui::action::Scope;
 
 /// An older batch with an answer, a question that waits and one that cannot be asked; and a newer one in which nothing
 /// can be asked.
-fn two() -> (StoreFixture, [BatchId; 2]) {
-    let mut kept = StoreFixture::new();
+fn two() -> (Fixture, [BatchId; 2]) {
+    let mut kept = Fixture::new();
     let run = kept.add(FIRST, "lab/small", true, YES);
     let none = |scenario: &str| NewItem {
         unaskable: Some("no recorded ego".into()),

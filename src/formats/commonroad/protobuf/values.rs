@@ -6,7 +6,7 @@ use super::messages::{self, FloatExactOrInterval, IntegerExactOrInterval};
 use super::report::FieldPath;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::{self, SourceLocation};
-use crate::formats::commonroad::out::allowed;
+use crate::formats::commonroad::xml_writer::allowed;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::MOST_PARTS;
 use crate::scenario::{Quantity, Steps};

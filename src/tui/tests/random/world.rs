@@ -11,7 +11,7 @@ use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
 use super::super::bench::opened;
-use super::super::kept::{FIRST, StoreFixture};
+use super::super::kept::{FIRST, Fixture};
 use super::plausible::{cancelled, facts, job, rating, stored};
 use super::{ESCAPES, Input, sound};
 use crate::formats::{EgoSelection, Entry, bundled};
@@ -63,7 +63,7 @@ pub const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 9
     Obstacle 302 is behind the ego. Obstacle 99999 is not there.";
 
 pub struct World {
-    kept: StoreFixture,
+    kept: Fixture,
     size: (u16, u16),
     /// What was asked for and is not done yet.
     waiting: VecDeque<Effect>,
@@ -94,7 +94,7 @@ impl Drop for World {
 
 impl World {
     pub fn new(keys: Keys, preset: Preset, size: (u16, u16)) -> Self {
-        let mut kept = StoreFixture::new();
+        let mut kept = Fixture::new();
         for (i, scenario) in [FIRST, "ZAM_Lost-1_1_T-1", "ZAM_Merge-1_1_T-1"]
             .into_iter()
             .cycle()
