@@ -9,7 +9,7 @@ use super::kept::{FIRST, Fixture};
 use super::results::{counts, four, press, settle};
 use crate::description::Frame;
 use crate::evaluation::batch::{AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource};
-use crate::evaluation::report::{DataHalf, Report};
+use crate::evaluation::report::{DataHalf::All, Report};
 use crate::formats::{EgoSelection, bundled};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
@@ -116,21 +116,15 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     let (mut kept, batch, _) = labelled();
     press(&mut kept, "%");
     let results = &kept.bench.model.results;
-    assert_eq!(
-        results.counting,
-        Some(AnswerSet::Batch(batch, BatchPart::Plain))
-    );
+    let plain = Some(AnswerSet::Batch(batch, BatchPart::Plain));
+    assert_eq!(results.counting, plain);
     assert_eq!(results.unasked, 1);
     // Safe by the labels; and who does not name the one that is hit has said no.
     assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
     // As the report of the batch has it.
     let scored = crate::evaluation::batch::scored(&kept.store, batch).unwrap();
     let report = Report::from_scored(&scored);
-    let cell = report
-        .cells
-        .iter()
-        .find(|c| c.half == DataHalf::All)
-        .unwrap();
+    let cell = report.cells.iter().find(|c| c.half == All).unwrap();
     let row = &kept.bench.model.results.rows[0];
     assert_eq!(
         (row.confusion(), row.f1),
