@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use nearmiss::formats::{Entry, Place, commonroad, find};
+use nearmiss::formats::{Entry, EntryLocation, commonroad, find};
 use nearmiss::metrics::{Headline, MEASURES, Series};
 use nearmiss::scenario::Scene;
 use quick_xml::Reader;
@@ -30,8 +30,8 @@ fn entries() -> Vec<Entry> {
 
 fn bytes_of(entry: &Entry) -> Vec<u8> {
     match &entry.place {
-        Place::File(path) => std::fs::read(path).expect("readable"),
-        Place::Bundled(_) => unreachable!("found in a folder"),
+        EntryLocation::File(path) => std::fs::read(path).expect("readable"),
+        EntryLocation::Bundled(_) => unreachable!("found in a folder"),
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::store::{
-    Claim, Cursor, Edge, Ending, Filter, NewRun, Origin, Piece, Run, RunId, RunState, Store,
+    AnswerPiece, Claim, Cursor, Edge, Ending, Filter, NewRun, Origin, Run, RunId, RunState, Store,
 };
 use nearmiss::verdict::{ParsedAnswer, Task, Verdict};
 
@@ -192,8 +192,8 @@ fn writing(criterion: &mut Criterion, store: &Store) {
     let Claim::Granted(run) = store.claim(&question(-1), true).expect("a claim") else {
         panic!("fresh questions are granted");
     };
-    let token = [Piece::Answer(" obstacle")];
-    let tokens = [Piece::Answer(" obstacle"); 20];
+    let token = [AnswerPiece::Answer(" obstacle")];
+    let tokens = [AnswerPiece::Answer(" obstacle"); 20];
     let mut group = criterion.benchmark_group("write");
     group.bench_function("append_1", |b| {
         b.iter(|| store.append(run, &token).expect("kept"))

@@ -49,7 +49,7 @@ fn answer(bytes: usize, obstacle: i64) -> String {
         text.push_str(&format!(
             "## Step {step}\n\n- **Obstacle {obstacle}** is 12.3 m ahead of the ego and to the left; its TTC is 2.5 s, \
              and the gap shrinks step by step, so that a braking vehicle `in front` would have to be avoided.\n\
-             - Nobody else matters at this step.\n\n"
+             - No other obstacle matters at this step.\n\n"
         ));
         step += 1;
     }

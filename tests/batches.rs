@@ -16,13 +16,15 @@ use std::time::Duration;
 
 use nearmiss::description::Frame;
 use nearmiss::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
-use nearmiss::evaluation::remote::{Progress, RemoteError, Submitted, cancel, collect, submit};
+use nearmiss::evaluation::remote::{
+    Progress, RemoteError, SubmissionOutcome, cancel, collect, submit,
+};
 use nearmiss::evaluation::{ModelJudge, PromptConfig, Question, RunOptions};
 use nearmiss::formats::{EgoSelection, bundled};
 use nearmiss::llm::{Client, Dialect, Endpoint, Parameters, Price, PriceEntry, Prices, Retry};
 use nearmiss::metrics::Thresholds;
 use nearmiss::prompts::{Library, Techniques};
-use nearmiss::store::{Filter, HandedState, ProviderBatchId, Run, RunState, Store};
+use nearmiss::store::{Filter, ProviderBatchId, ProviderBatchState, Run, RunState, Store};
 use nearmiss::verdict::Task;
 use support::batches::{Fate, Provider};
 
@@ -71,7 +73,7 @@ impl Bench {
         self.store = Arc::new(Store::open(&self.folder.path().join("runs.sqlite")).unwrap());
     }
 
-    async fn submit(&self, samples: u32) -> Result<Submitted, RemoteError> {
+    async fn submit(&self, samples: u32) -> Result<SubmissionOutcome, RemoteError> {
         submit(&questions(samples), &self.model, &self.store).await
     }
 
@@ -165,7 +167,7 @@ fn questions(samples: u32) -> Vec<(Question, RunOptions)> {
         .collect()
 }
 
-fn over(state: HandedState, taken: usize, without: u64) -> Progress {
+fn over(state: ProviderBatchState, taken: usize, without: u64) -> Progress {
     Progress::Over {
         state,
         taken,
@@ -193,10 +195,10 @@ async fn answers_come_back_to_their_questions_at_half_the_price() {
 
         bench.provider.world().state = String::new();
         let ended = bench.collect(id).await.unwrap();
-        assert_eq!(ended, over(HandedState::Ended, 3, 0), "{dialect:?}");
+        assert_eq!(ended, over(ProviderBatchState::Ended, 3, 0), "{dialect:?}");
         assert_eq!(
             bench.collect(id).await.unwrap(),
-            over(HandedState::Ended, 0, 0)
+            over(ProviderBatchState::Ended, 0, 0)
         );
         bench.collect(again.batches[0]).await.unwrap();
         bench.each_has_its_own();

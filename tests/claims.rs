@@ -9,7 +9,7 @@ mod support;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nearmiss::evaluation::claims::{Basis, Judgement, Subject, checked};
+use nearmiss::evaluation::claims::{ClaimBasis, Judgement, Subject, checked};
 use nearmiss::formats::find;
 use nearmiss::paper;
 use nearmiss::scenario::Scene;
@@ -71,8 +71,8 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
                 Judgement::Wrong => counts.wrong += 1,
                 Judgement::Unknown(_) => counts.unknown += 1,
             }
-            counts.paper += usize::from(found.basis == Basis::Paper);
-            counts.centres += usize::from(found.basis == Basis::Centres);
+            counts.paper += usize::from(found.basis == ClaimBasis::Paper);
+            counts.centres += usize::from(found.basis == ClaimBasis::Centres);
             number += 1;
             if every.is_some_and(|n| number % n == 0) {
                 let span = found.claim.span.clone();

@@ -12,14 +12,14 @@ use std::path::{Path, PathBuf};
 
 use encode::{single, triple};
 use nearmiss::formats::commonroad::{read, read_file};
-use nearmiss::formats::{Entry, Place, find};
+use nearmiss::formats::{Entry, EntryLocation, find};
 use nearmiss::scenario::{ContentHash, Diagnostic, Scenario, Severity};
 use tempfile::tempdir;
 
 /// What is compared: everything but the hash of the bytes and what was said about them.
 fn essence(scenario: &Scenario) -> Scenario {
     let mut scenario = scenario.clone();
-    scenario.hash = ContentHash::of(b"");
+    scenario.hash = ContentHash::digest(b"");
     scenario.diagnostics.clear();
     scenario.obstacles.sort_by_key(|o| o.role);
     scenario
@@ -103,7 +103,7 @@ fn the_single_message_is_the_same_scenario_as_the_xml() {
             None,
             "{id}"
         );
-        assert_eq!(again.hash, ContentHash::of(&bytes));
+        assert_eq!(again.hash, ContentHash::digest(&bytes));
     }
 }
 
@@ -147,7 +147,7 @@ fn the_three_files_are_the_same_scenario_as_the_xml() {
             names.scenario
         );
         let whole = [encoded.map, encoded.dynamic, encoded.scenario].concat();
-        assert_eq!(again.hash, ContentHash::of(&whole));
+        assert_eq!(again.hash, ContentHash::digest(&whole));
     }
 }
 
@@ -292,7 +292,7 @@ fn a_folder_lists_each_scenario_once() {
         names,
         ["ZAM_Lonely-1", "ZAM_Rich-3_2_T-1", "rich", "single"]
     );
-    assert_eq!(found[1].place, Place::File(file.clone()));
+    assert_eq!(found[1].place, EntryLocation::File(file.clone()));
     for entry in &found {
         entry.read().unwrap_or_else(|e| panic!("{e}"));
     }

@@ -128,7 +128,7 @@ impl Story {
             obstacles: self.obstacles,
             planning_problems: vec![problem],
             diagnostics: Vec::new(),
-            hash: ContentHash::of(b""),
+            hash: ContentHash::digest(b""),
         })?;
         Ok(Made {
             name: self.name,

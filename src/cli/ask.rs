@@ -18,7 +18,7 @@ use super::open::configuration;
 use super::prompt::QuestionArguments;
 use super::time;
 use super::{Failure, Outcome, output};
-use crate::evaluation::{Answer, Case, Event, Judge, Judged, RunOptions, StoredOrigin};
+use crate::evaluation::{Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin};
 use crate::judge;
 use crate::llm::{Dialect, Effort, Environment, Parameters, Registry};
 use crate::settings::{Config, Folders};
@@ -101,7 +101,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     let question = arguments.asked.question(&folders, &config)?;
     let model = arguments.model.as_deref().or(config.model.as_deref());
     let model = model.unwrap_or(judge::MODEL);
-    let bound = bound::of(arguments.budget, &config, &folders);
+    let bound = bound::resolve(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     let store = store(arguments, &folders)?;
     let options = RunOptions {
@@ -127,7 +127,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         options,
     };
     let outcome = runtime.block_on(async {
-        let mut words = stream::Words::new(!arguments.json);
+        let mut words = stream::AnswerPrinter::new(!arguments.json);
         let mut number = None;
         let outcome = tokio::select! {
             outcome = ask(request, |event| {
@@ -165,8 +165,8 @@ pub fn run(arguments: &Ask) -> Outcome {
         return Err(Failure { message, status: 2 });
     }
     match &answer.judged {
-        Judged::Verdict(_) | Judged::Other(_) => Ok(()),
-        Judged::Missing(missing) => Err(Failure {
+        JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => Ok(()),
+        JudgeOutcome::Missing(missing) => Err(Failure {
             message: match answer.run {
                 Some(run) => format!("{} (run {run})", words::missing(missing)),
                 None => words::missing(missing),
@@ -253,7 +253,7 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     let whose = past::whose(answer, judge.id());
     let mut text = String::new();
     match &answer.judged {
-        Judged::Verdict(parsed) => {
+        JudgeOutcome::Verdict(parsed) => {
             let verdict = &parsed.verdict;
             text.push_str(&format!("verdict       {} ({})\n", verdict.word(), whose));
             for o in &verdict.obstacles {
@@ -268,9 +268,9 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
             }
             text.push_str(&format!("justification {}\n", verdict.justification));
         }
-        Judged::Other(reading) => text.push_str(&words::said(&reading.said, &whose)),
-        Judged::Missing(_) if answer.text.trim().is_empty() => {}
-        Judged::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
+        JudgeOutcome::Other(reading) => text.push_str(&words::said(&reading.said, &whose)),
+        JudgeOutcome::Missing(_) if answer.text.trim().is_empty() => {}
+        JudgeOutcome::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
     }
     if !answer.repairs().is_empty() {
         text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));

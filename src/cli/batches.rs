@@ -14,7 +14,7 @@ use super::{Failure, Outcome, output, time};
 use crate::evaluation::remote::{self, GivenUp, Progress, RemoteError};
 use crate::evaluation::{Judge, ModelJudge};
 use crate::llm::{Client, Environment, Error, Parameters, Registry};
-use crate::store::{HandedState, ProviderBatch, ProviderBatchId, Store};
+use crate::store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
 
 /// Arguments of `batches`.
 #[derive(Debug, clap::Args)]
@@ -247,7 +247,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
 
 /// Explains how to find a batch whose id did not come back from the provider.
 pub fn lost(batch: &ProviderBatch) -> Option<String> {
-    let is_lost = batch.state == HandedState::Submitting && batch.remote_id.is_none();
+    let is_lost = batch.state == ProviderBatchState::Submitting && batch.remote_id.is_none();
     is_lost.then(|| {
         format!(
             "no id of it came back: it may be at the provider all the same, where the ids of its questions begin with {}; `nearmiss batches collect {}` looks for it",

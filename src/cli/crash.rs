@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::llm::without_secrets;
 use crate::settings::Folders;
-use crate::system::activity::{Doing, doing};
+use crate::system::activity::{ActivityGuard, doing};
 use crate::system::crash;
 
 /// Makes every panic of the program write a report, say so in one sentence, and end it with status 101.
@@ -14,7 +14,7 @@ pub fn report_panics() {
 }
 
 /// The command that was given, as what is being done; options and their values may say too much for a sentence.
-pub fn running() -> Doing {
+pub fn running() -> ActivityGuard {
     let command = std::env::args().nth(1).unwrap_or_default();
     let doing_it = doing(format!("running `{command}`"));
     #[cfg(debug_assertions)]

@@ -27,16 +27,16 @@ const LATEST: Duration = Duration::from_millis(if cfg!(debug_assertions) { 3000 
 const LAST_LINE: Duration = Duration::from_millis(100);
 
 /// Flags set by the signals.
-struct Heard {
+struct SignalFlags {
     flag: Arc<AtomicBool>,
     /// Whether the command has something to finish.
     tidies: AtomicBool,
     woken: Notify,
 }
 
-fn heard() -> &'static Heard {
-    static HEARD: OnceLock<Heard> = OnceLock::new();
-    HEARD.get_or_init(|| Heard {
+fn heard() -> &'static SignalFlags {
+    static HEARD: OnceLock<SignalFlags> = OnceLock::new();
+    HEARD.get_or_init(|| SignalFlags {
         flag: Arc::default(),
         tidies: AtomicBool::new(false),
         woken: Notify::new(),

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::open::configuration;
 use super::{Failure, Outcome, output};
 use crate::judge;
-use crate::llm::{Discovered, Environment, KeyState, Listed, Pricing, Registry, probe};
+use crate::llm::{Discovered, Environment, KeyState, ModelListing, Pricing, Registry, probe};
 
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
@@ -48,7 +48,7 @@ pub fn run(arguments: &Models) -> Outcome {
     let listed = registry.models(&environment, today);
     let shown = new(&listed, &found).filter(|d| arguments.all || !d.is_no_chat());
     let shown = shown.filter_map(|d| registry.known(&d.id, &environment, today));
-    let shown: Vec<Listed> = shown.collect();
+    let shown: Vec<ModelListing> = shown.collect();
     let listed = [listed, shown].concat();
     if arguments.json {
         output::json(&document(&listed, &found, today))
@@ -57,17 +57,20 @@ pub fn run(arguments: &Models) -> Outcome {
     }
 }
 
-fn is_found(listed: &Listed, found: &[Discovered]) -> bool {
+fn is_found(listed: &ModelListing, found: &[Discovered]) -> bool {
     found.iter().any(|discovered| discovered.id == listed.id)
 }
 
 /// Those that were found and are not listed anyway.
-fn new<'a>(listed: &[Listed], found: &'a [Discovered]) -> impl Iterator<Item = &'a Discovered> {
+fn new<'a>(
+    listed: &[ModelListing],
+    found: &'a [Discovered],
+) -> impl Iterator<Item = &'a Discovered> {
     let known: Vec<String> = listed.iter().map(|listed| listed.id.clone()).collect();
     found.iter().filter(move |d| !known.contains(&d.id))
 }
 
-fn document(listed: &[Listed], found: &[Discovered], today: Date) -> Value {
+fn document(listed: &[ModelListing], found: &[Discovered], today: Date) -> Value {
     let reference = json!({"id": judge::MODEL, "built_in": true});
     let known = listed.iter().map(|model| {
         let (state, source) = match &model.key {
@@ -132,7 +135,7 @@ impl Sources {
     }
 }
 
-fn table(listed: &[Listed], found: &[Discovered], today: Date) -> String {
+fn table(listed: &[ModelListing], found: &[Discovered], today: Date) -> String {
     let head = ["model", "dialect", "key", "$/M in, out", "as of", ""];
     let mut rows = vec![head.map(str::to_string)];
     let mut sources = Sources::default();

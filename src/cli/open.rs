@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
-    EgoError, EgoSelection, Entry, LibraryError, Place, bundled, find, not_standard_input,
+    EgoError, EgoSelection, Entry, EntryLocation, LibraryError, bundled, find, not_standard_input,
 };
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
@@ -81,7 +81,7 @@ impl ScenarioArguments {
 pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     not_standard_input(argument).map_err(Failure::input)?;
     let entry = Entry::of_argument(argument);
-    if let Place::File(path) = &entry.place {
+    if let EntryLocation::File(path) = &entry.place {
         let shown = path.display();
         match path.metadata() {
             Ok(found) if found.is_dir() => {
@@ -128,7 +128,7 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
         )));
     };
     let scenario = entry.read().map_err(Failure::input)?;
-    wanted.of(entry, &scenario).map_err(advised)?;
+    wanted.resolve(entry, &scenario).map_err(advised)?;
     Ok(wanted)
 }
 

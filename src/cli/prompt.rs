@@ -8,7 +8,7 @@ use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::description::Frame;
 use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
-use crate::prompts::{Instead, Library, Problem, Techniques};
+use crate::prompts::{Fallback, Library, Problem, Techniques};
 use crate::settings::{Config, Folders};
 use crate::verdict::Task;
 
@@ -49,7 +49,7 @@ impl QuestionArguments {
         library.problems_of(file, chosen).for_each(say);
         // The one that was chosen may be another file, which is broken.
         let usual = |p: &&Problem| {
-            p.instead == Instead::Usual && p.path.extension().is_some_and(|x| x == "md")
+            p.instead == Fallback::Usual && p.path.extension().is_some_and(|x| x == "md")
         };
         library.problems.iter().filter(usual).for_each(say);
         let settings = self.span.settings(self.techniques, config)?;

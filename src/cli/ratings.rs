@@ -5,7 +5,7 @@ use super::output::{
     self, Align, Cell, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter,
 };
 use super::{Failure, Outcome, time};
-use crate::evaluation::{By, Standing, Standings};
+use crate::evaluation::{Standing, Standings, StandingsBy};
 use crate::store::{Choice, Rating};
 
 /// Arguments of `ratings`.
@@ -16,14 +16,14 @@ pub struct Ratings {
     what: Option<RatingsCommand>,
     /// Whose standing: that of models, or of ways of asking.
     #[arg(long, value_enum, default_value = "model")]
-    by: Of,
+    by: RatingsQuery,
     /// One JSON object a line.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Of {
+enum RatingsQuery {
     /// Models.
     Model,
     /// Ways of asking: frame and techniques.
@@ -68,8 +68,8 @@ fn ratings() -> Result<Vec<Rating>, Failure> {
 fn summary(arguments: &Ratings) -> Outcome {
     let ratings = ratings()?;
     let by = match arguments.by {
-        Of::Model => By::Model,
-        Of::Prompt => By::Prompt,
+        RatingsQuery::Model => StandingsBy::Model,
+        RatingsQuery::Prompt => StandingsBy::Prompt,
     };
     let standings = Standings::from_ratings(&ratings, by);
     if arguments.json {

@@ -2,7 +2,7 @@
 
 use super::motion_words;
 use super::options::{Form, Options};
-use super::parts::{NO_EGO, ego_drives, heading, name, nobody, on_lanelets, sizes, subject};
+use super::parts::{NO_EGO, ego_drives, heading, name, no_obstacles, on_lanelets, sizes, subject};
 use super::seen::direction;
 use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
 use super::writer::Writer;
@@ -16,7 +16,7 @@ pub(super) const OWN: &[Column] = &[
     column("a [m/s²]", "acceleration"),
 ];
 
-/// Relation to the ego, of everyone else.
+/// The relation of each obstacle to the ego.
 const RELATION: &[Column] = &[
     column("direction", "direction"),
     column("gap long [m]", "gap_long"),
@@ -54,7 +54,7 @@ fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
         ego_drives(w, scene, ego, step);
         let near = options.near(scene, step);
         if near.is_empty() {
-            nobody(w, options.radius);
+            no_obstacles(w, options.radius);
         }
         for (participant, motion) in near {
             let Some(encounter) = Encounter::at(scene, &participant, step) else {

@@ -29,7 +29,7 @@ pub enum Frame {
     Cartesian,
     /// Gaps and motion seen from the ego.
     Ego,
-    /// Safety measures of everyone near.
+    /// Safety measures of all obstacles near.
     Metrics,
     /// What one obstacle and the ego did, and the road.
     Trajectory,
@@ -77,7 +77,7 @@ pub enum DescriptionError {
         /// Some that exist.
         known: String,
     },
-    /// The obstacle is not there.
+    /// The obstacle is absent.
     #[error("obstacle {id} is not there from step {first} to {last}")]
     NotThere {
         /// Which one.
@@ -92,7 +92,7 @@ pub enum DescriptionError {
 /// Describes the scene during `window`, using only what is known by the end of the window.
 ///
 /// # Errors
-/// The obstacle that the options name, or that the frame needs, is not there.
+/// The obstacle named in the options or needed by the frame is absent.
 pub fn describe(
     scene: &Scene,
     frame: Frame,

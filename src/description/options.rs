@@ -92,7 +92,7 @@ impl Options {
         near
     }
 
-    /// Everyone who is near at a described step, in the order in which they come near.
+    /// The obstacles near at a described step, in the order in which they come near.
     pub(super) fn everyone<'a>(&self, scene: &'a Scene, window: &Window) -> Vec<Participant<'a>> {
         let mut seen = std::collections::HashSet::new();
         let mut everyone = Vec::new();

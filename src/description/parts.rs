@@ -59,8 +59,8 @@ pub(super) fn ego_drives(w: &mut Writer, scene: &Scene, ego: &Motion, step: i64)
     w.words(".\n");
 }
 
-/// Said where no obstacle is described at a step.
-pub(super) fn nobody(w: &mut Writer, radius: f64) {
+/// The sentence for a step at which no obstacle is near.
+pub(super) fn no_obstacles(w: &mut Writer, radius: f64) {
     w.about(Subject::Scene, None)
         .words("  Nobody is within ")
         .number("radius", radius)

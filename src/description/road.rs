@@ -56,7 +56,7 @@ fn one(w: &mut Writer, lanelet: &Lanelet, places: &[Point], radius: f64) {
     w.about(Subject::Lanelet(lanelet.id), None)
         .words("  lanelet ")
         .whole("lanelet", lanelet.id);
-    let Some(lane) = Lane::of(lanelet) else {
+    let Some(lane) = Lane::from_lanelet(lanelet) else {
         w.words(" has no length\n");
         return;
     };

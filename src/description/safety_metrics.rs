@@ -5,14 +5,14 @@
 use super::ego_centric::{OWN, own, relative};
 use super::motion_words;
 use super::options::{Form, Options};
-use super::parts::{NO_EGO, ego_drives, heading, name, nobody, on_lanelets, sizes, subject};
+use super::parts::{NO_EGO, ego_drives, heading, name, no_obstacles, on_lanelets, sizes, subject};
 use super::seen::direction;
 use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
 use super::writer::{Subject, Writer};
 use crate::metrics::{Context, Encounter, measure};
 use crate::scenario::{Participant, Scene, Window};
 
-/// Relation to the ego, of everyone else.
+/// The relation of each obstacle to the ego.
 const RELATION: &[Column] = &[
     column("direction", "direction"),
     column("gap long [m]", "gap_long"),
@@ -60,7 +60,7 @@ const WORST_COLUMNS: &[Column] = &[
     column("at step", "step"),
 ];
 
-/// What is described: a scene that ends with the window, and who is near in it.
+/// The subject: a scene that ends with the window, and the obstacles near in it.
 struct Described<'c, 's> {
     scene: &'s Scene,
     /// Knows nothing but the window.
@@ -103,7 +103,7 @@ impl Described<'_, '_> {
             ego_drives(w, self.scene, ego, step);
             let near = self.options.near(self.scene, step);
             if near.is_empty() {
-                nobody(w, self.options.radius);
+                no_obstacles(w, self.options.radius);
             }
             for (participant, motion) in near {
                 let Some(encounter) = self.encounter(&participant, step) else {

@@ -23,7 +23,7 @@ pub struct Answer {
     /// The model as the server named it.
     pub model_returned: Option<String>,
     /// The judgement.
-    pub judged: Judged,
+    pub judged: JudgeOutcome,
     /// The answer's text.
     pub text: String,
     /// The reasoning's text, where it came apart from the answer.
@@ -41,7 +41,7 @@ pub struct Answer {
 pub struct StoredOrigin {
     /// When it was asked, or a recorded one read: milliseconds since 1970, UTC.
     pub created_ms: i64,
-    /// Who asked.
+    /// The program that asked.
     pub origin: Origin,
     /// Which of several answers to the same request.
     pub sample: u32,
@@ -49,16 +49,16 @@ pub struct StoredOrigin {
 
 /// A judge's statement.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Judged {
+pub enum JudgeOutcome {
     /// This, yes or no.
     Verdict(Parsed),
     /// This, to a task that asks for more than yes or no.
     Other(Reading),
     /// No verdict, and why not.
-    Missing(Missing),
+    Missing(MissingVerdict),
 }
 
-impl From<Reading> for Judged {
+impl From<Reading> for JudgeOutcome {
     fn from(reading: Reading) -> Self {
         match reading.said {
             ParsedAnswer::Verdict(verdict) => Self::Verdict(Parsed {
@@ -70,7 +70,7 @@ impl From<Reading> for Judged {
     }
 }
 
-impl Judged {
+impl JudgeOutcome {
     /// The same without secrets, should reading the answer have brought one to light.
     #[must_use]
     pub(super) fn without(mut self, secrets: &Secrets) -> Self {
@@ -85,12 +85,14 @@ impl Judged {
                 &mut reading.how
             }
             Self::Missing(
-                Missing::NotInAnswer(why) | Missing::NoAnswer(why) | Missing::NotSent(why),
+                MissingVerdict::NotInAnswer(why)
+                | MissingVerdict::NoAnswer(why)
+                | MissingVerdict::NotSent(why),
             ) => {
                 clear(why);
                 return self;
             }
-            Self::Missing(Missing::Cancelled) => return self,
+            Self::Missing(MissingVerdict::Cancelled) => return self,
         };
         if let ParseQuality::Repaired(notes) = how {
             notes.iter_mut().for_each(clear);
@@ -101,12 +103,12 @@ impl Judged {
 
 /// Why there is no verdict.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Missing {
+pub enum MissingVerdict {
     /// The answer is whole and holds none.
     NotInAnswer(String),
-    /// There is no whole answer.
+    /// The answer is missing or incomplete.
     NoAnswer(String),
-    /// Nothing was sent.
+    /// The question was not sent.
     NotSent(String),
     /// It was cancelled.
     Cancelled,
@@ -115,7 +117,7 @@ pub enum Missing {
 /// How the reason begins where nothing was sent, for people and in the store.
 pub(super) const NOT_SENT: &str = "nothing was sent: ";
 
-impl std::fmt::Display for Missing {
+impl std::fmt::Display for MissingVerdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NotInAnswer(why) => write!(f, "no verdict: {why}"),
@@ -132,7 +134,11 @@ impl Answer {
     pub fn arrived(&self) -> bool {
         !matches!(
             self.judged,
-            Judged::Missing(Missing::NoAnswer(_) | Missing::NotSent(_) | Missing::Cancelled)
+            JudgeOutcome::Missing(
+                MissingVerdict::NoAnswer(_)
+                    | MissingVerdict::NotSent(_)
+                    | MissingVerdict::Cancelled
+            )
         )
     }
 
@@ -140,8 +146,8 @@ impl Answer {
     #[must_use]
     pub fn verdict(&self) -> Option<&Verdict> {
         match &self.judged {
-            Judged::Verdict(parsed) => Some(&parsed.verdict),
-            Judged::Other(_) | Judged::Missing(_) => None,
+            JudgeOutcome::Verdict(parsed) => Some(&parsed.verdict),
+            JudgeOutcome::Other(_) | JudgeOutcome::Missing(_) => None,
         }
     }
 
@@ -149,9 +155,9 @@ impl Answer {
     #[must_use]
     pub fn repairs(&self) -> &[String] {
         let how = match &self.judged {
-            Judged::Verdict(parsed) => &parsed.how,
-            Judged::Other(reading) => &reading.how,
-            Judged::Missing(_) => return &[],
+            JudgeOutcome::Verdict(parsed) => &parsed.how,
+            JudgeOutcome::Other(reading) => &reading.how,
+            JudgeOutcome::Missing(_) => return &[],
         };
         match how {
             ParseQuality::Strict => &[],
@@ -163,9 +169,9 @@ impl Answer {
     #[must_use]
     pub fn word(&self) -> String {
         let word = match &self.judged {
-            Judged::Verdict(parsed) => parsed.verdict.word(),
-            Judged::Other(reading) => reading.said.task().name(),
-            Judged::Missing(_) => "no verdict",
+            JudgeOutcome::Verdict(parsed) => parsed.verdict.word(),
+            JudgeOutcome::Other(reading) => reading.said.task().name(),
+            JudgeOutcome::Missing(_) => "no verdict",
         };
         let repaired = if self.repairs().is_empty() {
             ""
@@ -197,9 +203,11 @@ impl Answer {
     #[must_use]
     pub fn unknown_obstacles(&self, scenario: &Scenario) -> Vec<i64> {
         let named = match &self.judged {
-            Judged::Verdict(parsed) => parsed.verdict.obstacles.iter().map(|o| o.id).collect(),
-            Judged::Other(reading) => reading.said.named(),
-            Judged::Missing(_) => Vec::new(),
+            JudgeOutcome::Verdict(parsed) => {
+                parsed.verdict.obstacles.iter().map(|o| o.id).collect()
+            }
+            JudgeOutcome::Other(reading) => reading.said.named(),
+            JudgeOutcome::Missing(_) => Vec::new(),
         };
         named
             .into_iter()
@@ -211,7 +219,7 @@ impl Answer {
     #[must_use]
     pub(super) fn ending(&self) -> Ending {
         let (state, verdict, reading, error) = match &self.judged {
-            Judged::Verdict(parsed) => {
+            JudgeOutcome::Verdict(parsed) => {
                 let reading = reading(&parsed.how);
                 (
                     self.whole(),
@@ -220,20 +228,22 @@ impl Answer {
                     None,
                 )
             }
-            Judged::Other(read) => {
+            JudgeOutcome::Other(read) => {
                 let reading = reading(&read.how);
                 (self.whole(), Some(read.said.clone()), Some(reading), None)
             }
-            Judged::Missing(Missing::NotInAnswer(why)) => {
+            JudgeOutcome::Missing(MissingVerdict::NotInAnswer(why)) => {
                 (self.whole(), None, Some(why.clone()), None)
             }
-            Judged::Missing(Missing::NoAnswer(why)) => {
+            JudgeOutcome::Missing(MissingVerdict::NoAnswer(why)) => {
                 (RunState::Failed, None, None, Some(why.clone()))
             }
-            Judged::Missing(missing @ Missing::NotSent(_)) => {
+            JudgeOutcome::Missing(missing @ MissingVerdict::NotSent(_)) => {
                 (RunState::Failed, None, None, Some(missing.to_string()))
             }
-            Judged::Missing(Missing::Cancelled) => (RunState::Cancelled, None, None, None),
+            JudgeOutcome::Missing(MissingVerdict::Cancelled) => {
+                (RunState::Cancelled, None, None, None)
+            }
         };
         Ending {
             state,
@@ -297,25 +307,27 @@ impl From<Run> for Answer {
                     }
                     None => ParseQuality::Strict,
                 };
-                Judged::from(Reading { said, how })
+                JudgeOutcome::from(Reading { said, how })
             }
-            (None, RunState::Answered | RunState::Truncated) => Judged::Missing(
-                Missing::NotInAnswer(ending.reading.unwrap_or_else(|| "none was found".into())),
-            ),
+            (None, RunState::Answered | RunState::Truncated) => {
+                JudgeOutcome::Missing(MissingVerdict::NotInAnswer(
+                    ending.reading.unwrap_or_else(|| "none was found".into()),
+                ))
+            }
             (None, RunState::Failed) => {
                 let error = ending.error.unwrap_or_else(|| "it failed".into());
-                Judged::Missing(match error.strip_prefix(NOT_SENT) {
-                    Some(why) => Missing::NotSent(why.into()),
-                    None => Missing::NoAnswer(error),
+                JudgeOutcome::Missing(match error.strip_prefix(NOT_SENT) {
+                    Some(why) => MissingVerdict::NotSent(why.into()),
+                    None => MissingVerdict::NoAnswer(error),
                 })
             }
             (None, RunState::Running) => {
-                Judged::Missing(Missing::NoAnswer("it is still arriving".into()))
+                JudgeOutcome::Missing(MissingVerdict::NoAnswer("it is still arriving".into()))
             }
-            (None, RunState::Interrupted) => Judged::Missing(Missing::NoAnswer(
+            (None, RunState::Interrupted) => JudgeOutcome::Missing(MissingVerdict::NoAnswer(
                 "interrupted: the program ended while it arrived".into(),
             )),
-            (None, RunState::Cancelled) => Judged::Missing(Missing::Cancelled),
+            (None, RunState::Cancelled) => JudgeOutcome::Missing(MissingVerdict::Cancelled),
         };
         Self {
             run: Some(run.id),

@@ -28,7 +28,7 @@ pub struct Strength {
 /// Why there are no strengths.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoStrengths {
-    /// There are fewer than two things.
+    /// Fewer than two items.
     #[error("there are fewer than two to compare")]
     TooFew,
     /// Some are never beaten by the others, or never met them: the likelihood has no greatest value.
@@ -62,7 +62,7 @@ impl Comparisons {
     /// One beat another.
     ///
     /// # Panics
-    /// There is no such place.
+    /// The index is out of range.
     pub fn win(&mut self, winner: usize, loser: usize) {
         self.wins[(winner, loser)] += 1.0;
     }
@@ -70,7 +70,7 @@ impl Comparisons {
     /// Two were equally good.
     ///
     /// # Panics
-    /// There is no such place.
+    /// The index is out of range.
     pub fn tie(&mut self, one: usize, other: usize) {
         self.wins[(one, other)] += 0.5;
         self.wins[(other, one)] += 0.5;
@@ -87,7 +87,7 @@ impl Comparisons {
     /// The strengths, by place.
     ///
     /// # Errors
-    /// There is no greatest likelihood: it needs that from everyone a chain of wins leads to everyone else.
+    /// The likelihood has no maximum: that needs a chain of wins from each item to each other one.
     pub fn strengths(&self) -> Result<Vec<Strength>, NoStrengths> {
         let count = self.count();
         if count < 2 {
@@ -151,7 +151,7 @@ impl Comparisons {
         Some(errors.collect())
     }
 
-    /// Whether from everyone a chain of wins leads to everyone else.
+    /// Whether a chain of wins leads from each item to each other one.
     fn is_connected(&self) -> bool {
         let reaches_all = |wins: &dyn Fn(usize, usize) -> bool| {
             let mut reached = vec![false; self.count()];

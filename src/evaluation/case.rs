@@ -6,7 +6,7 @@ use std::time::Duration;
 use futures_util::StreamExt;
 use tokio::time::Instant;
 
-use super::answer::{Answer, Judged, Missing};
+use super::answer::{Answer, JudgeOutcome, MissingVerdict};
 use super::ended::{read, stopped_short, too_long, word};
 use super::judges::{Judge, ModelJudge};
 use super::price_words::stated;
@@ -67,7 +67,7 @@ pub async fn run(
         None => ready(question, judge).await?,
         Some(store) => {
             let run = record(question, judge, wanted).map_err(StoreError::from)?;
-            // What is there needs neither key nor budget, and what cannot be asked leaves no run.
+            // A stored answer needs neither key nor budget, and an unaskable question leaves no run.
             let there = match wanted.fresh {
                 true => None,
                 false => store.answer_to(&run)?,
@@ -118,7 +118,7 @@ pub async fn run(
         asking.answer.run = None;
         return Ok(asking.answer);
     }
-    if let (Judged::Missing(Missing::NotSent(_)), Some((store, run))) =
+    if let (JudgeOutcome::Missing(MissingVerdict::NotSent(_)), Some((store, run))) =
         (&asking.answer.judged, place)
     {
         store.bound(run, Some(0.0))?;
@@ -219,7 +219,7 @@ fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer 
         window: Some((case.window.first(), case.window.last())),
         how: question.how(),
         model_returned: None,
-        judged: Judged::Missing(Missing::Cancelled),
+        judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
         text: String::new(),
         reasoning: String::new(),
         consumed: Consumed::default(),
@@ -258,7 +258,7 @@ impl Asking {
         let text = serde_json::to_string(&judgement.verdict)?;
         self.piece(Chunk::Reasoning(judgement.reasoning));
         self.piece(Chunk::Text(text));
-        self.answer.judged = Judged::Verdict(Parsed {
+        self.answer.judged = JudgeOutcome::Verdict(Parsed {
             verdict: judgement.verdict,
             how: ParseQuality::Strict,
         });
@@ -329,8 +329,8 @@ impl Asking {
                         over_budget = Some(error.to_string());
                     }
                     failure = Some(match error.before_sending() && !retried {
-                        true => Missing::NotSent(error.to_string()),
-                        false => Missing::NoAnswer(error.to_string()),
+                        true => MissingVerdict::NotSent(error.to_string()),
+                        false => MissingVerdict::NoAnswer(error.to_string()),
                     });
                 }
             }

@@ -3,13 +3,13 @@
 /// Counts of answers by verdict and ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Confusion {
-    /// Said yes, and it is.
+    /// Yes, and right.
     pub true_positives: u32,
-    /// Said yes, and it is not.
+    /// Yes, and wrong.
     pub false_positives: u32,
-    /// Said no, and it is.
+    /// No, and wrong.
     pub false_negatives: u32,
-    /// Said no, and it is not.
+    /// No, and right.
     pub true_negatives: u32,
 }
 

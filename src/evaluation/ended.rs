@@ -1,11 +1,11 @@
 //! The end of an answer: its verdict, or why it has none.
 
-use super::answer::{Answer, Judged, Missing, TOO_LONG};
+use super::answer::{Answer, JudgeOutcome, MissingVerdict, TOO_LONG};
 use crate::llm::{Finish, LONGEST_ANSWER};
 use crate::verdict::{self, Task};
 
 /// Reads an answer whose text is complete, truncated or missing.
-pub(super) fn read(task: Task, answer: &Answer, failure: Option<Missing>) -> Judged {
+pub(super) fn read(task: Task, answer: &Answer, failure: Option<MissingVerdict>) -> JudgeOutcome {
     // A model that puts everything into its reasoning has still answered.
     let whole = if answer.text.trim().is_empty() {
         &answer.reasoning
@@ -13,17 +13,19 @@ pub(super) fn read(task: Task, answer: &Answer, failure: Option<Missing>) -> Jud
         &answer.text
     };
     match failure {
-        Some(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => Judged::Missing(missing),
+        Some(missing @ (MissingVerdict::NoAnswer(_) | MissingVerdict::NotSent(_))) => {
+            JudgeOutcome::Missing(missing)
+        }
         stopped => match (verdict::read(task, whole), stopped) {
-            (Ok(reading), _) => Judged::from(reading),
-            (Err(_), Some(stopped)) => Judged::Missing(stopped),
-            (Err(why), None) => Judged::Missing(Missing::NotInAnswer(why.to_string())),
+            (Ok(reading), _) => JudgeOutcome::from(reading),
+            (Err(_), Some(stopped)) => JudgeOutcome::Missing(stopped),
+            (Err(why), None) => JudgeOutcome::Missing(MissingVerdict::NotInAnswer(why.to_string())),
         },
     }
 }
 
 /// Why an answer that ended this way may hold no verdict.
-pub(super) fn stopped_short(finish: &Finish) -> Option<Missing> {
+pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
     let why = match finish {
         Finish::Length => "the answer ran into the token limit; raise max_tokens".to_string(),
         Finish::TooLong => too_long(),
@@ -36,7 +38,7 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<Missing> {
         Finish::Refusal(text) => format!("the model declined: {text}"),
         Finish::Stop | Finish::Other(_) => return None,
     };
-    Some(Missing::NotInAnswer(why))
+    Some(MissingVerdict::NotInAnswer(why))
 }
 
 /// The message for an answer cut off by this program.

@@ -23,7 +23,7 @@ pub struct Labelled<'a> {
     pub scene: &'a Scene,
     /// The label.
     pub label: Label,
-    /// The first step with an exact overlap of the ego with anyone.
+    /// The first step with an exact overlap of the ego with an obstacle.
     pub contact: Option<i64>,
 }
 

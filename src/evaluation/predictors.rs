@@ -114,7 +114,7 @@ impl Setting {
         let mut before: Option<i64> = None;
         for last in first_whole(scene, self.history)..scene.steps().end {
             let window = Window::ending_at(scene, last, self.history);
-            let past = ObservedHistory::of(scene, &window);
+            let past = ObservedHistory::from_window(scene, &window);
             let prospects = candidate.criterion.prospects(&past, Some(self.radius));
             let alarm = prospects.iter().any(|p| candidate.criterion.critical(p));
             found.windows += 1;

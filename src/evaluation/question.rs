@@ -98,7 +98,7 @@ pub enum CaseError {
 /// `draft` is a template's file name and text to use instead of the library's, as an editor has it.
 ///
 /// # Errors
-/// There is no template, or it cannot be filled.
+/// The template is missing, or it cannot be filled.
 pub fn prepare(
     case: Case,
     library: &Library,
@@ -135,7 +135,7 @@ pub fn prepare(
 /// The template for a task and a frame, with its file name.
 ///
 /// # Errors
-/// There is none.
+/// No such template.
 pub fn template(
     library: &Library,
     task: Task,
@@ -206,7 +206,7 @@ impl Question {
         next
     }
 
-    /// What the built-in judge says to it; nothing to tasks that it does not answer.
+    /// The built-in judge's answer; `None` for tasks it does not answer.
     #[must_use]
     pub fn reference(&self) -> Option<Verdict> {
         let case = &self.case;

@@ -15,11 +15,11 @@ use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};
 use super::question::Question;
 use super::request::{record, request};
-use crate::llm::batch::{Batches, Item, Lookup, Mark, split, surely_not_created};
+use crate::llm::batch::{Batches, Item, Lookup, SubmissionMark, split, surely_not_created};
 use crate::llm::{self, Error, Request};
 use crate::store::{
-    Ending, HandedState, NewProviderBatch, NewRun, Opened, ProviderBatch, ProviderBatchId,
-    RunState, Store, StoreError,
+    Ending, NewProviderBatch, NewRun, ProviderBatch, ProviderBatchId, ProviderBatchState,
+    ReadyBatch, RunState, Store, StoreError,
 };
 pub use collect::{Progress, cancel, collect};
 pub use give_up::{GivenUp, give_up, give_up_unasked};
@@ -30,7 +30,7 @@ const GRACE_MS: i64 = 5 * 60 * 1000;
 
 /// Outcome of a submission.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Submitted {
+pub struct SubmissionOutcome {
     /// The batches that the provider has now.
     pub batches: Vec<ProviderBatchId>,
     /// Questions in them.
@@ -120,8 +120,8 @@ pub async fn submit(
     questions: &[(Question, RunOptions)],
     model: &ModelJudge,
     store: &Arc<Store>,
-) -> Result<Submitted, RemoteError> {
-    let mut done = Submitted::default();
+) -> Result<SubmissionOutcome, RemoteError> {
+    let mut done = SubmissionOutcome::default();
     let judge = Judge::Model(Box::new(model.clone()));
     let mut asked: Vec<(NewRun, Request)> = Vec::new();
     for (question, wanted) in questions {
@@ -142,7 +142,7 @@ pub async fn submit(
     let batches = Batches::new(&model.client, endpoint, &model.name).await?;
     for batch in store.provider_batches()? {
         let ours = batch.address == place.url && batch.model == model.id;
-        if ours && batch.state == HandedState::Submitting {
+        if ours && batch.state == ProviderBatchState::Submitting {
             find(&batch, &batches, store).await?;
         }
     }
@@ -178,7 +178,7 @@ pub async fn submit(
 
 /// Sends one batch that the store knows of.
 async fn send(
-    opened: &Opened,
+    opened: &ReadyBatch,
     items: &[Item],
     batches: &Batches,
     store: &Store,
@@ -239,7 +239,7 @@ fn never_sent(batch: ProviderBatchId, why: &str, store: &Store) -> Result<(), St
         error: Some(format!("nothing was sent: {why}")),
         ..Ending::bare(RunState::Failed)
     };
-    store.close_provider_batch(batch, HandedState::NotSent, Some(why), &rest)?;
+    store.close_provider_batch(batch, ProviderBatchState::NotSent, Some(why), &rest)?;
     Ok(())
 }
 
@@ -259,7 +259,7 @@ async fn find(
     let known = known.filter(|other| other.address == batch.address);
     let others: Vec<String> = known.filter_map(|other| other.remote_id).collect();
     let since = Timestamp::from_millisecond(batch.submitted_ms).unwrap_or(Timestamp::UNIX_EPOCH);
-    let mark = Mark {
+    let mark = SubmissionMark {
         tag: &batch.tag,
         since,
         ids: &ids,

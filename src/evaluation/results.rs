@@ -33,7 +33,7 @@ pub enum Outcome {
 
 /// An answer of a prompt configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Counted {
+pub struct AnswerOutcome {
     /// The run in the store; `None` if a question of a batch came to none.
     pub run: Option<RunId>,
     /// Name of the scenario, with the change in brackets where the scene was changed.
@@ -52,7 +52,7 @@ pub struct Results {
     /// How it was asked.
     pub way: PromptConfig,
     /// The answers, by scenario and sample.
-    pub answers: Vec<Counted>,
+    pub answers: Vec<AnswerOutcome>,
     /// The bootstrap interval of F1, over scenarios; `None` before [`with_intervals`] worked it out.
     pub f1: Option<Interval>,
     /// How many answers came to each outcome, in their order.
@@ -157,7 +157,7 @@ impl Outcome {
     }
 }
 
-impl Counted {
+impl AnswerOutcome {
     /// An answer of a batch, compared with the batch's ground truth; `None` if the question was not asked.
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
@@ -179,7 +179,7 @@ impl Counted {
 impl Results {
     /// The answers of a way, in any order.
     #[must_use]
-    pub fn new(way: PromptConfig, mut answers: Vec<Counted>) -> Self {
+    pub fn new(way: PromptConfig, mut answers: Vec<AnswerOutcome>) -> Self {
         answers.sort_by(|a, b| (&a.scenario, a.sample, a.run).cmp(&(&b.scenario, b.sample, b.run)));
         let count = |outcome| answers.iter().filter(|a| a.outcome == outcome).count() as u32;
         Self {
@@ -248,7 +248,7 @@ pub fn results<'a>(
     // The words of a way are read once, not for each of a hundred thousand runs.
     let mut words: HashMap<(Task, [&str; 3]), usize> = HashMap::new();
     let mut ways: BTreeMap<PromptConfig, usize> = BTreeMap::new();
-    let mut answers: Vec<Vec<Counted>> = Vec::new();
+    let mut answers: Vec<Vec<AnswerOutcome>> = Vec::new();
     let mut seen = HashSet::new();
     for (stored, truth) in stored {
         let asked = [&stored.frame, &stored.techniques, &stored.model].map(String::as_str);
@@ -268,7 +268,7 @@ pub fn results<'a>(
         let about = (place, scenario, &stored.ego, stored.window, stored.sample);
         if seen.insert(about) {
             let outcome = Outcome::classify(stored, truth);
-            answers[place].push(Counted {
+            answers[place].push(AnswerOutcome {
                 run: Some(stored.run),
                 scenario: stored.scenario.clone(),
                 sample: stored.sample,
@@ -328,8 +328,8 @@ mod tests {
         assert_eq!(of(Task::Safety, &[], &truth), FalseNegative);
         assert_eq!(of(Task::Collision, &[], &truth), TruePositive);
         // Where no obstacle is known, yes is enough; where none is dangerous, yes is wrong whichever it names.
-        let nobody = GroundTruth::judged(true, []);
-        assert_eq!(of(Task::Safety, &[], &nobody), TruePositive);
+        let unnamed = GroundTruth::judged(true, []);
+        assert_eq!(of(Task::Safety, &[], &unnamed), TruePositive);
         let safe = GroundTruth::judged(false, [(8, 3)]);
         assert_eq!(of(Task::Safety, &[(8, 0)], &safe), FalsePositive);
     }

@@ -26,7 +26,7 @@ pub struct Settings {
 
 /// Effective settings of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Decided {
+pub struct EffectiveSettings {
     /// Steps in the window.
     pub history: usize,
     /// Which techniques are on.
@@ -41,13 +41,13 @@ const HISTORY: usize = 10;
 impl Settings {
     /// The effective settings with a template of these defaults.
     #[must_use]
-    pub fn with(&self, template: &Defaults) -> Decided {
+    pub fn with(&self, template: &Defaults) -> EffectiveSettings {
         let usual = Options::default();
         let form = template.form.map(|wording| match wording {
             Wording::Prose => Form::Prose,
             Wording::Compact => Form::Compact,
         });
-        Decided {
+        EffectiveSettings {
             history: self
                 .history
                 .or(template.history.map(usize::from))

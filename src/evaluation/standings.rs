@@ -9,7 +9,7 @@ use crate::store::{Choice, RatedAnswer, Rating};
 
 /// By what ratings are summed up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum By {
+pub enum StandingsBy {
     /// Who answered.
     Model,
     /// How it was asked: frame and techniques.
@@ -53,10 +53,10 @@ pub struct Standings {
 impl Standings {
     /// Sums ratings up. Two answers of the same model, or to the same prompt, are no game.
     #[must_use]
-    pub fn from_ratings(ratings: &[Rating], by: By) -> Self {
+    pub fn from_ratings(ratings: &[Rating], by: StandingsBy) -> Self {
         let name = |answer: &RatedAnswer| match by {
-            By::Model => answer.model.clone(),
-            By::Prompt => answer.prompt.clone(),
+            StandingsBy::Model => answer.model.clone(),
+            StandingsBy::Prompt => answer.prompt.clone(),
         };
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for answer in ratings.iter().flat_map(|r| &r.answers) {
@@ -169,7 +169,7 @@ mod tests {
             rating(Choice::AllWrong, &[("a", "p", false), ("c", "p", false)]),
             rating(Choice::Best(0), &[("c", "p", false), ("a", "q", false)]),
         ];
-        let standings = Standings::from_ratings(&ratings, By::Model);
+        let standings = Standings::from_ratings(&ratings, StandingsBy::Model);
         let row = |name: &str| {
             let row = standings.rows.iter().find(|r| r.name == name);
             row.map(|r| (r.shown, r.games, r.wins, r.ties, r.losses, r.wrong))
@@ -184,7 +184,7 @@ mod tests {
                 .windows(2)
                 .all(|w| w[0].strength >= w[1].strength)
         );
-        let prompts = Standings::from_ratings(&ratings, By::Prompt);
+        let prompts = Standings::from_ratings(&ratings, StandingsBy::Prompt);
         let q = prompts.rows.iter().find(|r| r.name == "q");
         // The best of the first rating beats the one other prompt; the same prompt is no game.
         assert_eq!(
@@ -199,9 +199,9 @@ mod tests {
             Choice::Best(0),
             &[("a", "p", false), ("b", "p", false)],
         )];
-        let standings = Standings::from_ratings(&one, By::Model);
+        let standings = Standings::from_ratings(&one, StandingsBy::Model);
         assert_eq!(standings.without, Some(NoStrengths::Unbounded));
         assert_eq!(standings.rows[0].name, "a");
-        assert_eq!(Standings::from_ratings(&[], By::Model).rows, []);
+        assert_eq!(Standings::from_ratings(&[], StandingsBy::Model).rows, []);
     }
 }

@@ -7,7 +7,7 @@ use tokio::time::Instant;
 
 use super::case::Event;
 use crate::llm::Chunk;
-use crate::store::{Ending, Piece, RENEWAL, RunId, RunState, Store, StoreError};
+use crate::store::{AnswerPiece, Ending, RENEWAL, RunId, RunState, Store, StoreError};
 
 /// The longest that a piece waits for others before all are written, and shown.
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -108,12 +108,12 @@ impl StreamRecorder {
     }
 }
 
-fn pieces(joined: &[(bool, String)]) -> Vec<Piece<'_>> {
+fn pieces(joined: &[(bool, String)]) -> Vec<AnswerPiece<'_>> {
     joined
         .iter()
         .map(|(reasoning, text)| match reasoning {
-            true => Piece::Reasoning(text),
-            false => Piece::Answer(text),
+            true => AnswerPiece::Reasoning(text),
+            false => AnswerPiece::Answer(text),
         })
         .collect()
 }
@@ -179,7 +179,7 @@ mod tests {
             answer_schema: None,
         };
         let Claim::Granted(run) = store.claim(&question, true).unwrap() else {
-            panic!("nobody else asks");
+            panic!("no other program asks");
         };
         let mut recorder = StreamRecorder::new(Some((store.clone(), run)));
         recorder.take(Chunk::Reasoning("because".into()));

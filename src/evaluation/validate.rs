@@ -43,7 +43,7 @@ fn at_fault(library: &Library, file: &str) -> Option<(String, String)> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::prompts::{Instead, Origin};
+    use crate::prompts::{Fallback, Origin};
 
     #[test]
     fn what_cannot_be_filled_is_not_used() {
@@ -72,7 +72,7 @@ mod tests {
         assert!(told.contains("`{{ nonsense }}`"), "{told}");
         assert!(of("_critical.md").contains("line 1: "), "{said:?}");
         for problem in &library.problems {
-            assert_eq!(problem.instead, Instead::Shipped);
+            assert_eq!(problem.instead, Fallback::Shipped);
         }
     }
 }

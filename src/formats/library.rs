@@ -11,7 +11,7 @@ use crate::system;
 
 /// Location of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum Place {
+pub enum EntryLocation {
     /// A file.
     File(PathBuf),
     /// In the program itself, by its place in [`bundled`].
@@ -21,12 +21,12 @@ pub enum Place {
 /// A scenario that can be opened.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Entry {
-    /// What people call it: the file's name without its ending, and without the `-SC` of 2024 protobuf.
+    /// Its display name: the file's name without its extension and the `-SC` of 2024 protobuf.
     pub name: String,
     /// The folder it is in, as far as it tells entries apart; may be empty.
     pub group: String,
-    /// Where it lies.
-    pub place: Place,
+    /// Its location.
+    pub place: EntryLocation,
 }
 
 /// A bundled scenario: its name, its XML, its ego trajectory.
@@ -60,7 +60,7 @@ pub fn bundled() -> Vec<Entry> {
         .map(|(place, (name, ..))| Entry {
             name: (*name).to_string(),
             group: String::new(),
-            place: Place::Bundled(place),
+            place: EntryLocation::Bundled(place),
         })
         .collect()
 }
@@ -73,7 +73,7 @@ impl Entry {
         Self {
             name: commonroad::scenario_name(path),
             group: folder.map_or_else(String::new, |f| f.to_string_lossy().into_owned()),
-            place: Place::File(path.to_path_buf()),
+            place: EntryLocation::File(path.to_path_buf()),
         }
     }
 
@@ -89,12 +89,12 @@ impl Entry {
         }
     }
 
-    /// What to call the file in messages.
+    /// The name of the file in messages.
     #[must_use]
     pub fn display(&self) -> String {
         match &self.place {
-            Place::File(path) => path.display().to_string(),
-            Place::Bundled(_) => format!("{} (bundled)", self.name),
+            EntryLocation::File(path) => path.display().to_string(),
+            EntryLocation::Bundled(_) => format!("{} (bundled)", self.name),
         }
     }
 
@@ -103,12 +103,12 @@ impl Entry {
     /// # Errors
     /// The file cannot be read, or is not a scenario: with file, line and element.
     pub fn read(&self) -> Result<Arc<Scenario>, ReadError> {
-        if let Place::File(path) = &self.place {
+        if let EntryLocation::File(path) = &self.place {
             system::activity::reading(path);
         }
         match &self.place {
-            Place::File(path) => commonroad::read_file(path),
-            Place::Bundled(i) => commonroad::read(BUNDLED[*i].1, &self.display()),
+            EntryLocation::File(path) => commonroad::read_file(path),
+            EntryLocation::Bundled(i) => commonroad::read(BUNDLED[*i].1, &self.display()),
         }
         .map(Arc::new)
     }
@@ -120,11 +120,11 @@ impl Entry {
     pub fn source(&self) -> Result<String, String> {
         let named = |words: &str| format!("{}: {words}", self.display());
         let bytes = match &self.place {
-            Place::Bundled(i) => BUNDLED[*i].1.to_vec(),
-            Place::File(path) if commonroad::is_protobuf_name(path) => {
+            EntryLocation::Bundled(i) => BUNDLED[*i].1.to_vec(),
+            EntryLocation::File(path) if commonroad::is_protobuf_name(path) => {
                 return Err(named("this is protobuf, which has no text to show"));
             }
-            Place::File(path) => system::read_file(path, system::LARGEST)
+            EntryLocation::File(path) => system::read_file(path, system::LARGEST)
                 .map_err(|error| named(&system::words(&error)))?,
         };
         String::from_utf8(bytes).map_err(|_| named("the file is not UTF-8 text"))
@@ -148,11 +148,11 @@ impl Entry {
         planning_problem: Option<i64>,
     ) -> Result<Option<Ego>, EgoError> {
         match &self.place {
-            Place::Bundled(i) => {
+            EntryLocation::Bundled(i) => {
                 let name = format!("{}.ego_trajectory.csv", self.name);
                 read_ego(BUNDLED[*i].2, &name, scenario, planning_problem).map(Some)
             }
-            Place::File(path) => {
+            EntryLocation::File(path) => {
                 let Some(recording) = find_recording(path) else {
                     return Ok(None);
                 };

@@ -6,7 +6,7 @@ use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
 use super::commonroad::{self, Unrecognised};
-use super::library::{Entry, Place};
+use super::library::{Entry, EntryLocation};
 use crate::system;
 
 /// Results of a search.
@@ -22,7 +22,7 @@ pub struct SearchResults {
 /// A skipped file or folder.
 #[derive(Debug)]
 pub struct PassedOver {
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
     /// Why it was.
     pub why: PassedOverReason,
@@ -47,7 +47,7 @@ pub enum LibraryError {
     Io {
         /// Which path.
         path: PathBuf,
-        /// What the system said.
+        /// The system's message.
         source: std::io::Error,
     },
     /// The path is `-`.
@@ -55,7 +55,7 @@ pub enum LibraryError {
         "-: standard input is not read; save it in a file and name that (one that is called `-` is meant by `./-`)"
     )]
     StandardInput,
-    /// There is no scenario below a path.
+    /// No scenario lies below a path.
     #[error(
         "{path}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) in this folder or below\
          {}{}",
@@ -65,12 +65,12 @@ pub enum LibraryError {
     Nothing {
         /// Which path.
         path: PathBuf,
-        /// What was passed over, in short.
+        /// The skipped files, in short.
         passed_over: Option<String>,
     },
 }
 
-/// So many of those that were passed over are named where there is little room.
+/// Most skipped files to name in a short message.
 const NAMED: usize = 3;
 
 impl SearchResults {
@@ -80,7 +80,7 @@ impl SearchResults {
         count(&self.passed_over)
     }
 
-    /// What was passed over, in a line: the first few with why. Nothing if nothing was.
+    /// The first skipped files with their reasons, in a line; `None` if no file was skipped.
     #[must_use]
     pub fn passed_over_in_short(&self) -> Option<String> {
         let (all, named) = (&self.passed_over, self.passed_over.iter().take(NAMED));
@@ -222,7 +222,7 @@ fn search(
         path: path.to_path_buf(),
         source,
     };
-    let named = Entry::of_argument(path).place != Place::File(path.to_path_buf());
+    let named = Entry::of_argument(path).place != EntryLocation::File(path.to_path_buf());
     if named || !path.metadata().map_err(io)?.is_dir() {
         give(vec![path.to_path_buf()]);
         return Ok(Vec::new());

@@ -12,11 +12,11 @@ use crate::verdict::Motion;
 pub struct Attack {
     /// The motion requested of the attacker.
     pub asked: Motion,
-    /// What it does.
+    /// Its motion.
     pub change: Change,
     /// How near that comes to an ego that only brakes.
     pub rehearsal: OpenLoopScreening,
-    /// What the ego makes of it, where it was driven.
+    /// Its effect on the ego, if it was driven.
     pub effect: Option<Effect>,
     /// Whether a good driver survives it with the reaction time that is asked for, where that was looked for.
     pub survivable: Option<bool>,
@@ -24,16 +24,16 @@ pub struct Attack {
 
 /// Shared input of attacks, and the checks they must pass.
 #[derive(Debug)]
-pub struct Ground<'a> {
+pub struct AttackSetup<'a> {
     /// The original scenario with the ego's motion.
     pub stage: &'a AttackContext<'a>,
-    /// What every motion has to pass.
+    /// The gate that every motion must pass.
     pub gate: &'a Gate<'a>,
-    /// What drives the ego.
+    /// The closed loop of the ego.
     pub closed_loop: &'a ClosedLoop,
 }
 
-/// So long after it was nearest to the ego an attack is over, seconds.
+/// An attack ends this long after its closest approach to the ego, seconds.
 const OVER: f64 = 2.0;
 
 /// Added cost of an attack that cannot be survived.
@@ -42,14 +42,14 @@ const HOPELESS: f64 = 3.2;
 /// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.
 const ENOUGH: f64 = 3.0;
 
-/// What an attack that was not driven yet costs more: driving shows what a rehearsal only hopes.
+/// Added cost of an attack that was only screened and not driven yet.
 const UNTRIED: f64 = 0.8;
 
-impl Ground<'_> {
+impl AttackSetup<'_> {
     /// The obstacle with this id.
     ///
     /// # Errors
-    /// There is none.
+    /// It does not exist.
     pub fn obstacle(&self, id: i64) -> Result<&Obstacle, Refusal> {
         let found = self.stage.scenario.obstacle(id);
         found.ok_or_else(|| Refusal::answer(format!("there is no obstacle {id} in the scenario")))

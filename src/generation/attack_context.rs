@@ -87,7 +87,7 @@ impl<'a> AttackContext<'a> {
         let on = self.lanes(obstacle, end);
         if let (Some(first), Some(from)) = (on.first(), recorded.last().copied()) {
             recorded.extend(thinned(first.iter().copied()).into_iter().filter(|p| {
-                // What lies beside the last point is none of the way on.
+                // The point beside the last one is not part of the remaining path.
                 (p - from).norm() > SPACING
             }));
         }

@@ -30,10 +30,10 @@ pub const NEAR: f64 = 30.0;
 /// No obstacle attacks before it has been seen for so long, seconds.
 const SEEN: f64 = 0.5;
 
-/// Who stands or crawls cannot be tested, m/s.
+/// An ego slower than this cannot be tested, m/s.
 const MOVING: f64 = 2.0;
 
-/// Everyone who could attack, with the least change first; of equal ones in the file's order.
+/// The obstacles that could attack, the least change first; ties in the file's order.
 ///
 /// Steps at which the ego hardly moves do not count. Left out is what does not move by itself. An obstacle that is only ever
 /// behind the ego comes last: a collision from behind tests the other one, and it would have to overtake first.

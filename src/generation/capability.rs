@@ -31,8 +31,8 @@ impl Capability {
     #[must_use]
     pub fn for_obstacle(obstacle: &Obstacle) -> Option<Self> {
         let (length, width) = obstacle.footprint.as_ref()?.shape().size();
-        let car = Limits::of(VehicleType::Bmw320i);
-        let truck = Limits::of(VehicleType::Truck);
+        let car = Limits::for_vehicle(VehicleType::Bmw320i);
+        let truck = Limits::for_vehicle(VehicleType::Truck);
         let sized = |limits: Limits| Limits {
             length,
             width,

@@ -1,14 +1,13 @@
-//! Whether a good driver could have avoided the collision: for several reaction times an escape, or what was searched.
+//! Whether a good driver could have avoided the collision: for several reaction times an evasive manoeuvre, or the search that found none.
 //!
-//! The ego drives as if nothing had changed until the reaction time has passed since the last recorded state of the
-//! attacker; from there on it may do whatever its vehicle can do, and knows everyone's future. The others drive as
-//! recorded and do not react: an ego that dodges the attacker and is then hit from behind has not avoided the
-//! collision.
+//! The ego drives unchanged until the reaction time has passed since the last recorded state of the attacker. From then
+//! on it may use its vehicle's full limits and knows the future of all road users. The others follow their recording and
+//! do not react: an ego that dodges the attacker and is then hit from behind has not avoided the collision.
 
 use std::sync::Arc;
 
-use super::escape::Search;
-use super::{ClosedLoop, Effect, Evasion};
+use super::evasive_search::Search;
+use super::{ClosedLoop, Effect, EvasiveManoeuvre};
 use crate::simulation::{Collision, Outcome, Rollout};
 
 /// The reaction times that are looked at, seconds.
@@ -24,45 +23,44 @@ pub struct Avoidability {
 /// Result of the search for one reaction time.
 #[derive(Debug, Clone)]
 pub enum Certificate {
-    /// This trajectory avoids it. It has been verified: see [`Avoidance`].
-    Avoided(Arc<Avoidance>),
-    /// No trajectory was found. That proves nothing but that these were not it.
+    /// A verified trajectory avoids the collision.
+    Avoided(Arc<EvasiveTrajectory>),
+    /// The search found none, which does not prove that there is none.
     NotFound(NotFound),
 }
 
 /// A trajectory that touches no obstacle.
 ///
-/// It was held, once it was finished, against the exact bodies of everyone at every step and between two steps, against
-/// the road, and, from
-/// the end of the reaction time on, against the limits of the vehicle. It ends at the goal, at least a second after
-/// the contact that it avoids; or at the problem's deadline; or when no obstacle is left to be touched. From its
-/// end on it could go straight on for two seconds, braking or accelerating, without being touched.
+/// The finished trajectory has been checked against the exact bodies of all obstacles at and between all steps, against
+/// the road and, after the reaction time, against the vehicle's limits. It ends at the goal at least a second after the
+/// contact it avoids, at the problem's deadline, or when no obstacle is left. From its end the ego could drive straight
+/// on for two seconds, braking or accelerating, without contact.
 #[derive(Debug, Clone)]
-pub struct Avoidance {
+pub struct EvasiveTrajectory {
     /// The ego from its start on.
     pub drive: Rollout,
     /// Up to this step it is the unchanged drive.
     pub reaction: i64,
     /// How it was found.
     pub found: Finder,
-    /// What had been searched by then.
-    pub searched: Searched,
+    /// The search effort until then.
+    pub searched: SearchEffort,
 }
 
 /// The method that found a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finder {
-    /// Nothing has to be done: who drives on as if nothing had changed touches no obstacle.
+    /// No reaction is needed: the unchanged drive touches no obstacle.
     Unchanged,
-    /// One manoeuvre that is kept up.
-    Evasion(Evasion),
-    /// The planner, told everyone's future; with settings of this name.
+    /// One evasive manoeuvre, held to the end.
+    Manoeuvre(EvasiveManoeuvre),
+    /// The planner with known futures; its settings have this name.
     Planner(&'static str),
 }
 
 /// Extent of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Searched {
+pub struct SearchEffort {
     /// Manoeuvres that were driven to their end or to a contact.
     pub manoeuvres: usize,
     /// Drives of the planner.
@@ -80,8 +78,8 @@ pub struct Searched {
 pub struct NotFound {
     /// Why.
     pub why: Unavoidable,
-    /// What was searched.
-    pub searched: Searched,
+    /// The search effort.
+    pub searched: SearchEffort,
 }
 
 /// The kinds of reasons.
@@ -101,11 +99,11 @@ impl Avoidability {
     #[must_use]
     pub fn search(closed: &ClosedLoop, effect: &Effect) -> Self {
         let search = Search::new(closed, effect);
-        let mut known: Option<Arc<Avoidance>> = None;
+        let mut known: Option<Arc<EvasiveTrajectory>> = None;
         let mut certificates = DELAYS.map(|delay| {
             let nothing = NotFound {
                 why: Unavoidable::NothingFound,
-                searched: Searched::default(),
+                searched: SearchEffort::default(),
             };
             (delay, Certificate::NotFound(nothing))
         });
@@ -134,7 +132,7 @@ impl Avoidability {
         found.avoidance().is_some()
     }
 
-    /// Whether it can be avoided with this reaction time, seconds; of other ones than [`DELAYS`] nothing is known.
+    /// Whether it can be avoided with this reaction time, seconds; `None` for delays other than [`DELAYS`].
     #[must_use]
     pub fn at(&self, delay: f64) -> Option<bool> {
         let found = self.certificates.iter().find(|(d, _)| *d == delay);
@@ -145,7 +143,7 @@ impl Avoidability {
 impl Certificate {
     /// The trajectory, if there is one.
     #[must_use]
-    pub fn avoidance(&self) -> Option<&Arc<Avoidance>> {
+    pub fn avoidance(&self) -> Option<&Arc<EvasiveTrajectory>> {
         match self {
             Self::Avoided(avoidance) => Some(avoidance),
             Self::NotFound(_) => None,
@@ -158,7 +156,7 @@ impl std::fmt::Display for Finder {
         match self {
             Self::Unchanged => f.write_str("driving on as if nothing had changed"),
             Self::Planner(name) => write!(f, "planner, {name}"),
-            Self::Evasion(m) => write!(
+            Self::Manoeuvre(m) => write!(
                 f,
                 "manoeuvre: {:.2} m/s² until {:.1} m/s, {:.2} m left of the path, {:.0} % of the friction to steer with",
                 m.acceleration,
@@ -170,7 +168,7 @@ impl std::fmt::Display for Finder {
     }
 }
 
-impl std::fmt::Display for Searched {
+impl std::fmt::Display for SearchEffort {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,

@@ -7,7 +7,7 @@ use crate::scenario::{
 /// Another motion for one obstacle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// Whose.
+    /// The obstacle's id.
     pub obstacle: i64,
     /// Time steps and the motion of the body's centre, in order, one a step. The first one is the recorded state that
     /// it departs from; what was recorded before stays, what was recorded after is gone.
@@ -20,7 +20,7 @@ pub enum ChangeError {
     /// No such obstacle.
     #[error("no obstacle {0} in the scenario")]
     NoSuchObstacle(i64),
-    /// What stands for ever cannot be given a motion, nor what is only feared.
+    /// Static and phantom obstacles cannot be given a motion.
     #[error("obstacle {0} is none that moves")]
     DoesNotMove(i64),
     /// It has nothing to begin with, or is not there at its first step.
@@ -47,7 +47,7 @@ impl Change {
     /// steering angles, signals) would not be true of them and is left out.
     ///
     /// # Errors
-    /// There is no such obstacle, it does not move, or it is not there when the change begins.
+    /// The obstacle does not exist, does not move, or is absent when the change begins.
     pub fn apply(&self, scenario: &Scenario) -> Result<Scenario, ChangeError> {
         let id = self.obstacle;
         let place = scenario.obstacles.iter().position(|o| o.id == id);

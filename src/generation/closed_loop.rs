@@ -7,7 +7,7 @@ use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::{Cancel, Forecast, Planner};
 use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
 use crate::simulation::{
-    Collision, ContactSide, Cycle, DriveError, Driver, Noted, Outcome, Rollout, Settings,
+    Collision, ContactSide, Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings,
 };
 
 /// One planning problem, driven once as recorded and then repeatedly against changed traffic.
@@ -21,7 +21,7 @@ pub struct ClosedLoop {
 /// The ego's drive in the scenario as it was recorded.
 #[derive(Debug)]
 pub struct Baseline {
-    noted: Noted,
+    noted: ResumableRollout,
     scores: Series,
 }
 
@@ -54,7 +54,7 @@ impl Consequence {
 /// The ego's drive against a change, and how dangerous it was.
 #[derive(Debug, Clone)]
 pub struct Effect {
-    /// Whose motion was changed.
+    /// The obstacle whose motion was changed.
     pub attacker: i64,
     /// The step of the last state before its motion is another one.
     pub from: i64,
@@ -62,7 +62,7 @@ pub struct Effect {
     pub scenario: Arc<Scenario>,
     /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
     pub drive: Rollout,
-    /// What it came to.
+    /// Its outcome.
     pub consequence: Consequence,
     /// The attacker's risk scores against the baseline, with its recorded motion.
     pub before: RiskCurve,
@@ -128,7 +128,7 @@ impl ClosedLoop {
         &self.scenario
     }
 
-    /// What drives.
+    /// The driver.
     #[must_use]
     pub fn driver(&self) -> &Driver {
         &self.driver
@@ -285,7 +285,7 @@ fn scene(driver: &Driver, scenario: &Arc<Scenario>, drive: &Rollout) -> Scene {
     Scene::new(Arc::clone(scenario), ego)
 }
 
-/// A measure of everyone but the one whose place the ego took, who is not there in the drive.
+/// A measure over all obstacles but the one the ego replaces, which is absent in the drive.
 fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Rollout, id: &str) -> Series {
     let without = driver.settings().without;
     let scene = match without {

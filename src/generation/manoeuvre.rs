@@ -12,7 +12,7 @@ use crate::verdict::{Manoeuvre, ManoeuvreKind};
 pub struct Plan {
     /// The step that it departs from.
     pub from: i64,
-    /// What is wanted at the steps after it.
+    /// The targets at the following steps.
     pub wanted: Vec<Option<TrackingTarget>>,
 }
 

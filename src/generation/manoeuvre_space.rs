@@ -11,9 +11,9 @@ pub type Numbers = [f64; 4];
 /// One obstacle and one kind of manoeuvre, with a normal distribution over its parameters.
 #[derive(Debug, Clone)]
 pub struct ManoeuvreSpace {
-    /// Whose.
+    /// The obstacle's id.
     pub obstacle: i64,
-    /// What.
+    /// The kind of manoeuvre.
     pub kind: ManoeuvreKind,
     /// Which of its ways that cross the ego's.
     pub way: usize,

@@ -11,17 +11,17 @@ mod certificate;
 mod change;
 mod choice;
 mod closed_loop;
-mod escape;
-mod evasion;
+mod evasive_manoeuvre;
+mod evasive_search;
 mod gate;
 pub mod manoeuvre;
 mod manoeuvre_space;
 pub mod motion;
 mod refusal;
+mod refusal_summary;
 mod repair;
 mod screening;
 mod search;
-mod summed;
 mod surrogate;
 #[cfg(test)]
 mod tests;
@@ -31,23 +31,24 @@ mod variant_document;
 mod variant_generator;
 mod waypoints;
 
-pub use attack::{Attack, Ground};
+pub use attack::{Attack, AttackSetup};
 pub use attack_context::AttackContext;
 pub use capability::Capability;
 pub use certificate::{
-    Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Unavoidable,
+    Avoidability, Certificate, DELAYS, EvasiveTrajectory, Finder, NotFound, SearchEffort,
+    Unavoidable,
 };
 pub use change::{Change, ChangeError};
 pub use choice::{SelectedAttack, choose};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
-pub use evasion::Evasion;
-pub use gate::{Comparison, Gate, Joint, Judged, Passed};
+pub use evasive_manoeuvre::EvasiveManoeuvre;
+pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
 pub use refusal::{Reason, Refusal};
-pub use repair::{Admitted, FARTHEST, Repair, admit};
+pub use refusal_summary::{RefusalSummary, summarize};
+pub use repair::{AdmittedAttack, FARTHEST, Repair, admit};
 pub use screening::OpenLoopScreening;
 pub use search::{Effort, Progress, SearchResult, search_until};
-pub use summed::{Summed, summed};
 pub use tracking::{TrackingTarget, track};
-pub use variant::{MARK, Saved, Variant, VariantError};
+pub use variant::{MARK, Variant, VariantError, VariantFiles};
 pub use variant_document::{asked, refusal};
 pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};

@@ -8,7 +8,7 @@ use crate::planner::{Limits, VehicleState};
 use crate::scenario::{Motion, Obstacle};
 use crate::verdict::Manoeuvre;
 
-/// What attackers use of the road's grip, m/s²: a dry road gives little more.
+/// Acceleration limit of attackers by friction, m/s²: a dry road gives little more.
 const GRIP: f64 = 8.0;
 
 /// How fast attackers change their acceleration, m/s³.

@@ -6,7 +6,7 @@ use crate::planner::{Bound, Broken};
 /// Why a changed motion, or the answer meant to give one, is refused.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal {
-    /// What is wrong.
+    /// The reason.
     pub reason: Reason,
     /// The time step at which it is; of what concerns no step none.
     pub step: Option<i64>,
@@ -14,9 +14,9 @@ pub struct Refusal {
     pub value: Option<f64>,
     /// The most that is allowed, in the same unit.
     pub limit: Option<f64>,
-    /// Whose motion it is, where that is known.
+    /// The obstacle, where known.
     pub attacker: Option<i64>,
-    /// What kind of motion, where that is known: see [`crate::verdict::Motion::name`].
+    /// The kind of motion, where known: see [`crate::verdict::Motion::name`].
     pub manoeuvre: Option<&'static str>,
 }
 
@@ -27,7 +27,7 @@ pub enum Reason {
     Start(&'static str),
     /// A single-track vehicle of its kind cannot drive it.
     Kinematics(Bound),
-    /// There is no obstacle whose motion could be changed so.
+    /// No obstacle's motion can be changed this way.
     Obstacle(ChangeError),
     /// This obstacle does not move by itself, or has no body of one size.
     Unable(i64),
@@ -57,11 +57,11 @@ pub enum Reason {
     Added(i64),
     /// This obstacle is of another type, role or shape in the variant, or has its id twice.
     Reshaped(i64),
-    /// So many obstacles move in another way in the variant, where one may.
+    /// More than one obstacle's motion was changed.
     Several,
     /// No obstacle moves in another way in the variant.
     Unchanged,
-    /// What else is not that of the original.
+    /// Another difference from the original.
     Differs(&'static str),
     /// An answer cannot be made into a motion, and why.
     Answer(String),
@@ -129,7 +129,7 @@ impl Refusal {
         Self::whole_motion(Reason::Answer(words.into()))
     }
 
-    /// One that concerns no step.
+    /// A refusal without a step.
     #[must_use]
     pub fn whole_motion(reason: Reason) -> Self {
         Self {
@@ -142,7 +142,7 @@ impl Refusal {
         }
     }
 
-    /// One at a step.
+    /// A refusal at a step.
     #[must_use]
     pub fn at(step: i64, reason: Reason) -> Self {
         Self {

@@ -6,7 +6,7 @@
 use super::manoeuvre::Plan;
 use super::motion::{self, follow};
 use super::{
-    Attack, AttackContext, Capability, Change, Ground, OpenLoopScreening, Reason, Refusal,
+    Attack, AttackContext, AttackSetup, Capability, Change, OpenLoopScreening, Reason, Refusal,
     waypoints,
 };
 use crate::geometry::angle_between;
@@ -16,10 +16,10 @@ use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, Waypoint};
 
 /// An attack as it was asked for.
 #[derive(Debug, Clone)]
-pub struct Admitted {
+pub struct AdmittedAttack {
     /// The attack.
     pub attack: Attack,
-    /// What was repaired, where waypoints were not taken as they are.
+    /// The repairs, if waypoints were not taken as they are.
     pub repair: Option<Repair>,
 }
 
@@ -30,7 +30,7 @@ pub struct Repair {
     pub moved: f64,
     /// The step at which it is so far.
     pub step: i64,
-    /// What the gate refused.
+    /// The gate's refusals.
     pub refused: Vec<Refusal>,
 }
 
@@ -41,7 +41,7 @@ pub const FARTHEST: f64 = 1.0;
 const TURNED: f64 = 0.2;
 const FASTER: f64 = 2.0;
 
-/// So far may a body leave the road to be repaired, metres.
+/// A body that leaves the road by no more than this is repaired, metres.
 const BESIDE: f64 = 0.1;
 
 /// The attack that is asked of the obstacle with an id.
@@ -50,7 +50,11 @@ const BESIDE: f64 = 0.1;
 ///
 /// # Errors
 /// All reasons why there is none, never none.
-pub fn admit(ground: &Ground<'_>, id: i64, asked: &Motion) -> Result<Admitted, Vec<Refusal>> {
+pub fn admit(
+    ground: &AttackSetup<'_>,
+    id: i64,
+    asked: &Motion,
+) -> Result<AdmittedAttack, Vec<Refusal>> {
     let obstacle = ground.obstacle(id).map_err(|refusal| vec![refusal])?;
     match asked {
         Motion::Waypoints(points) => through(ground, obstacle, points),
@@ -62,10 +66,10 @@ pub fn admit(ground: &Ground<'_>, id: i64, asked: &Motion) -> Result<Admitted, V
 const WAYS: usize = 3;
 
 fn by_manoeuvre(
-    ground: &Ground<'_>,
+    ground: &AttackSetup<'_>,
     obstacle: &Obstacle,
     manoeuvre: &Manoeuvre,
-) -> Result<Admitted, Vec<Refusal>> {
+) -> Result<AdmittedAttack, Vec<Refusal>> {
     sensible(ground, obstacle, manoeuvre).map_err(|refusal| vec![refusal])?;
     let ways = match manoeuvre.kind {
         ManoeuvreKind::LateTurn | ManoeuvreKind::PullOut => WAYS,
@@ -78,7 +82,7 @@ fn by_manoeuvre(
         let attack = attack.and_then(|change| passing(ground, manoeuvre, change));
         match attack {
             Ok(attack) => {
-                return Ok(Admitted {
+                return Ok(AdmittedAttack {
                     attack,
                     repair: None,
                 });
@@ -91,7 +95,7 @@ fn by_manoeuvre(
 
 /// The attack with this motion, or all that is wrong with it.
 fn passing(
-    ground: &Ground<'_>,
+    ground: &AttackSetup<'_>,
     manoeuvre: &Manoeuvre,
     change: Change,
 ) -> Result<Attack, Vec<Refusal>> {
@@ -109,7 +113,7 @@ fn passing(
 
 /// Numbers beyond the scenario mean nothing, however they are answered.
 fn sensible(
-    ground: &Ground<'_>,
+    ground: &AttackSetup<'_>,
     obstacle: &Obstacle,
     manoeuvre: &Manoeuvre,
 ) -> Result<(), Refusal> {
@@ -137,15 +141,15 @@ fn sensible(
 }
 
 fn through(
-    ground: &Ground<'_>,
+    ground: &AttackSetup<'_>,
     obstacle: &Obstacle,
     points: &[Waypoint],
-) -> Result<Admitted, Vec<Refusal>> {
+) -> Result<AdmittedAttack, Vec<Refusal>> {
     let asked = Motion::Waypoints(points.to_vec());
     let given = waypoints::as_given(ground.stage, obstacle, points)?;
     let Err(mut refused) = ground.gate.check(&given, None) else {
         let attack = ground.attack(asked, given).map_err(|refusal| vec![refusal]);
-        return attack.map(|attack| Admitted {
+        return attack.map(|attack| AdmittedAttack {
             attack,
             repair: None,
         });
@@ -171,7 +175,7 @@ fn through(
         return Err(refused);
     }
     match ground.attack(asked, driven) {
-        Ok(attack) => Ok(Admitted {
+        Ok(attack) => Ok(AdmittedAttack {
             attack,
             repair: Some(Repair {
                 moved,
@@ -187,7 +191,12 @@ fn through(
 }
 
 /// Whether nothing is wrong but what a repair may put right, or what comes when the attack is over.
-fn is_near(ground: &Ground<'_>, obstacle: &Obstacle, given: &Change, refused: &[Refusal]) -> bool {
+fn is_near(
+    ground: &AttackSetup<'_>,
+    obstacle: &Obstacle,
+    given: &Change,
+    refused: &[Refusal],
+) -> bool {
     let finite = refused.iter().all(|r| r.reason != Reason::NotANumber);
     let seen = finite.then(|| OpenLoopScreening::evaluate(ground.stage, obstacle, given));
     let Some(over) = seen.flatten().map(|seen| ground.over(&seen)) else {

@@ -38,7 +38,7 @@ const CHANCE: f64 = 1.3;
 /// An attack that takes longer than this is seen through, seconds.
 const SEEN_THROUGH: f64 = 3.0;
 
-/// A contact hurts no one below this speed, m/s.
+/// Below this speed a contact is harmless, m/s.
 const CRAWLING: f64 = 2.0;
 
 /// The ego on its way.

@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 
-use super::attack::{Attack, Ground};
+use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 use super::surrogate::{self, Trial};
@@ -30,7 +30,7 @@ pub struct Effort {
     pub attackers: usize,
     /// A good driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
     pub delay: f64,
-    /// Of the random numbers.
+    /// The seed of the random numbers.
     pub seed: u64,
 }
 
@@ -62,7 +62,7 @@ impl std::fmt::Display for Effort {
 pub struct SearchResult {
     /// Everything that passed the gate and comes near to the ego.
     pub attacks: Vec<Attack>,
-    /// What was refused, one reason a motion.
+    /// Refused motions, one reason each.
     pub refused: Vec<Refusal>,
     /// How many motions were tried.
     pub candidates: usize,
@@ -77,7 +77,7 @@ pub struct Progress {
     pub refused: usize,
     /// Against how many the ego was driven.
     pub driven: usize,
-    /// What the best of these leads to.
+    /// The effect of the best attack.
     pub best: Option<Consequence>,
 }
 
@@ -87,7 +87,7 @@ const BEST: f64 = -3.0;
 /// One of this cost is a near miss that a good driver survives; half of the rounds are spent to find better ones.
 const GOOD: f64 = -2.0;
 
-/// So many attacks with an effect are looked at in a round for whether they can be survived.
+/// Attacks checked for avoidability per round.
 const LOOKED_AT: usize = 2;
 
 /// The share of the motions that is tried in the first round.
@@ -107,7 +107,7 @@ const SHARPNESS: f64 = 2.0;
 /// more is started.
 #[must_use]
 pub fn search_until(
-    ground: &Ground<'_>,
+    ground: &AttackSetup<'_>,
     effort: &Effort,
     only: Option<i64>,
     watch: &mut dyn FnMut(Progress) -> bool,
@@ -156,7 +156,7 @@ impl SearchResult {
 
 /// The search in one scenario.
 struct Search<'a> {
-    ground: &'a Ground<'a>,
+    ground: &'a AttackSetup<'a>,
     stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<ManoeuvreSpace>,
     tried: Vec<Trial>,

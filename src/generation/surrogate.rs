@@ -14,7 +14,7 @@ pub(super) struct Trial {
     pub arm: usize,
     /// Its numbers.
     pub numbers: Numbers,
-    /// What came of it.
+    /// Its result.
     pub attack: Attack,
 }
 
@@ -98,7 +98,7 @@ pub(super) fn promising(
     chosen
 }
 
-/// So many are learned from, and of no arm more than a third of them.
+/// Number of trials to learn from; at most a third from one arm.
 const ELITE: usize = 9;
 
 /// The most promising of `tried` and those that did best, in order, each with its expected cost.

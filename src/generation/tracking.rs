@@ -17,13 +17,13 @@ use model::Car;
 /// Targets at a step; `None` for unconstrained quantities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingTarget {
-    /// Where the centre of the body is to be, metres.
+    /// The target position of the body's centre, metres.
     pub position: Point,
     /// How fast, m/s.
     pub velocity: Option<f64>,
     /// Which way it is to point, radians.
     pub heading: Option<f64>,
-    /// What a metre of distance weighs, squared.
+    /// The weight of a squared metre of distance.
     pub weight: f64,
 }
 
@@ -89,7 +89,7 @@ mod tests {
 
     fn able() -> Capability {
         Capability {
-            limits: Limits::of(VehicleType::Bmw320i),
+            limits: Limits::for_vehicle(VehicleType::Bmw320i),
             jerk: 20.0,
             on_road: true,
         }

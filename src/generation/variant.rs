@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::variant_document;
-use super::{Avoidability, Avoidance, Change, ClosedLoop, Consequence, Effect, Refusal};
+use super::{Avoidability, Change, ClosedLoop, Consequence, Effect, EvasiveTrajectory, Refusal};
 use crate::formats::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
@@ -41,7 +41,7 @@ pub struct Variant<'a> {
 
 /// The files of a variant.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Saved {
+pub struct VariantFiles {
     /// Its benchmark id, and the names of the files but for their endings.
     pub id: String,
     /// The changed scenario.
@@ -145,17 +145,22 @@ impl Variant<'_> {
         )
     }
 
-    /// Saves everything in `folder`, which exists, under the benchmark id `id`: see [`Saved`].
+    /// Saves everything in `folder`, which exists, under the benchmark id `id`: see [`VariantFiles`].
     ///
     /// Nothing is overwritten without `overwrite`. The scenario is written last, so there is none without its manifest.
     ///
     /// # Errors
     /// See [`VariantError`].
-    pub fn save(&self, folder: &Path, id: &str, overwrite: bool) -> Result<Saved, VariantError> {
+    pub fn save(
+        &self,
+        folder: &Path,
+        id: &str,
+        overwrite: bool,
+    ) -> Result<VariantFiles, VariantError> {
         let path = |ending: &str| folder.join(format!("{id}{ending}"));
         let [scenario, ego, solution, document] = ENDINGS.map(path);
-        let avoiding: Vec<(f64, &Avoidance)> = self.avoiding().collect();
-        let saved = Saved {
+        let avoiding: Vec<(f64, &EvasiveTrajectory)> = self.avoiding().collect();
+        let saved = VariantFiles {
             id: id.into(),
             scenario,
             ego,
@@ -190,7 +195,7 @@ impl Variant<'_> {
     }
 
     /// Reaction times (s) and trajectories that avoid it.
-    pub(super) fn avoiding(&self) -> impl Iterator<Item = (f64, &Avoidance)> {
+    pub(super) fn avoiding(&self) -> impl Iterator<Item = (f64, &EvasiveTrajectory)> {
         let all = self.avoidability.certificates.iter();
         all.filter_map(|(delay, certificate)| Some((*delay, &**certificate.avoidance()?)))
     }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 
 use super::variant::{OTHERS, PROGRAM};
-use super::{Avoidance, Certificate, Finder, Refusal, RiskCurve, Saved, Searched, Variant};
+use super::{
+    Certificate, EvasiveTrajectory, Finder, Refusal, RiskCurve, SearchEffort, Variant, VariantFiles,
+};
 use crate::scenario::ContentHash;
 use crate::simulation::{Collision, ContactSide, Rollout};
 use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
@@ -13,11 +15,11 @@ use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
 /// The document of a variant that is saved in these files.
 pub(super) fn variant_document(
     variant: &Variant<'_>,
-    saved: &Saved,
+    saved: &VariantFiles,
     files: &[(&PathBuf, Vec<u8>)],
 ) -> Value {
     let hash = |(path, bytes): &(&PathBuf, Vec<u8>)| {
-        let hash = ContentHash::of(bytes).to_string();
+        let hash = ContentHash::digest(bytes).to_string();
         (name(path), Value::String(hash))
     };
     let effect = variant.effect;
@@ -117,7 +119,7 @@ fn curve(curve: &RiskCurve) -> Value {
 }
 
 /// An answer for each reaction time, each with its proof.
-fn certificates(variant: &Variant<'_>, saved: &Saved) -> Value {
+fn certificates(variant: &Variant<'_>, saved: &VariantFiles) -> Value {
     let all = variant.avoidability.certificates.iter();
     let all = all.map(|(delay, certificate)| {
         let file = saved.avoiding.iter().find(|(of, _)| of == delay);
@@ -137,9 +139,9 @@ fn certificates(variant: &Variant<'_>, saved: &Saved) -> Value {
     Value::Object(all.collect())
 }
 
-fn avoided(avoidance: &Avoidance, file: Option<String>) -> Value {
+fn avoided(avoidance: &EvasiveTrajectory, file: Option<String>) -> Value {
     let manoeuvre = match avoidance.found {
-        Finder::Evasion(m) => Some(json!({
+        Finder::Manoeuvre(m) => Some(json!({
             "acceleration": m.acceleration,
             "until_speed": m.until,
             "offset": m.offset,
@@ -159,7 +161,7 @@ fn avoided(avoidance: &Avoidance, file: Option<String>) -> Value {
     })
 }
 
-fn searched(searched: &Searched) -> Value {
+fn searched(searched: &SearchEffort) -> Value {
     json!({
         "manoeuvres": searched.manoeuvres,
         "drives": searched.drives,

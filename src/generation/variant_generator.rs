@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::attack::Ground;
+use super::attack::AttackSetup;
 use super::closed_loop::NEAR_MISS;
 use super::{
     AttackContext, ClosedLoop, Effort, Gate, Progress, SearchResult, SelectedAttack, choose,
@@ -83,10 +83,10 @@ impl VariantGenerator {
     ///
     /// # Errors
     /// The ego stands.
-    pub fn on<T>(&self, work: impl FnOnce(&Ground<'_>) -> T) -> Result<T, GeneratorError> {
+    pub fn on<T>(&self, work: impl FnOnce(&AttackSetup<'_>) -> T) -> Result<T, GeneratorError> {
         let stage = self.stage().ok_or(GeneratorError::Stands)?;
         let gate = self.gate();
-        Ok(work(&Ground {
+        Ok(work(&AttackSetup {
             stage: &stage,
             gate: &gate,
             closed_loop: &self.closed,

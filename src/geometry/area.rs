@@ -25,7 +25,7 @@ pub struct Area {
 
 type Contour = Vec<[f64; 2]>;
 
-/// The parts of something that are not on an area. Of what is not on the Earth, there are no parts.
+/// The parts of a body outside an area; empty for a body farther away than the Earth is large.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
     /// The parts, as rings (not closed); a disc counts as the polygon of its outline.
@@ -38,10 +38,10 @@ pub struct Outside {
     pub distance: f64,
 }
 
-/// What sticks out by less than this is on the area, metres: corners of contours are rounded that much.
+/// A body that sticks out by less than this is on the area, metres: corners of contours are rounded that much.
 pub(super) const SLACK: f64 = 1e-3;
 
-/// Farther away there is no road, metres: the way round the Earth is 4e7 m.
+/// Coordinates beyond this are off the Earth, metres: its circumference is 4e7 m.
 const FARTHEST: f64 = 1e8;
 
 impl Area {
@@ -117,7 +117,7 @@ impl Area {
         inside
     }
 
-    /// Whether all of `body` is on the area; what sticks out by less than a millimetre is.
+    /// Whether all of `body` is on the area, with a tolerance of a millimetre.
     #[must_use]
     pub fn covers(&self, body: &Placed<'_>) -> bool {
         let around = body.bounds();

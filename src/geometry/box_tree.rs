@@ -1,4 +1,4 @@
-//! Boxes in a row, in a tree over their order: what lies in order in space is found by halving.
+//! A tree of bounding boxes over a sequence whose order follows space.
 //!
 //! For pieces of a curve or steps of a motion, where neighbours in the row are neighbours in the plane, this
 //! is as good as an R-tree and cheaper to build and to ask.
@@ -34,7 +34,7 @@ impl BoxTree {
         Self { nodes }
     }
 
-    /// The box around all; nothing without boxes.
+    /// The box around all; `None` without boxes.
     #[must_use]
     pub fn bounds(&self) -> Option<Bounds> {
         self.nodes.get(1).copied().flatten()

@@ -57,14 +57,14 @@ pub fn ring_within(ring: &[Point], bounds: &Bounds) -> Vec<Point> {
     kept
 }
 
-/// What lies on one side of a line along an axis: above `edge` where `sign` is positive, else below.
+/// The part on one side of a line along an axis: above `edge` where `sign` is positive, else below.
 fn half_plane(ring: &[Point], axis: usize, edge: f64, sign: f64) -> Vec<Point> {
     let holds = |p: &Point| (p[axis] - edge) * sign >= 0.0;
     let mut kept = Vec::with_capacity(ring.len() + 2);
     let before = ring.iter().cycle().skip(ring.len().saturating_sub(1));
     for (a, b) in before.zip(ring) {
         if holds(a) != holds(b) {
-            // From the end that is nearer, so that few digits are lost.
+            // From the nearer end, to lose few digits.
             let (near, far) = match (a[axis] - edge).abs() < (b[axis] - edge).abs() {
                 true => (a, b),
                 false => (b, a),

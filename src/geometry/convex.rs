@@ -34,7 +34,7 @@ pub fn convex_hull(points: &[Point]) -> Vec<Point> {
     hull
 }
 
-/// Polygons nearer than this touch, metres: rounding must not part what touches.
+/// Polygons nearer than this touch, metres: rounding must not separate touching bodies.
 const TOUCHING: f64 = 1e-7;
 
 /// Whether two convex polygons (counter-clockwise, not closed) share a point.

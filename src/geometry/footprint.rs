@@ -10,7 +10,7 @@ use parry2d_f64::transformation::hertel_mehlhorn;
 use super::shape::{box_frame, is_flat};
 use super::{Point, Pose, Shape, ShapeError, Vector, convert};
 
-/// A checked [`Shape`] with what is needed to measure against it. Cheap to clone.
+/// A checked [`Shape`], prepared for measuring distances. Cheap to clone.
 #[derive(Clone)]
 pub struct Footprint {
     shape: Arc<Shape>,
@@ -21,10 +21,10 @@ pub struct Footprint {
     corners: Arc<[Point]>,
 }
 
-/// A footprint standing somewhere.
+/// A footprint at a pose.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<'a> {
-    /// What stands there.
+    /// The footprint.
     pub footprint: &'a Footprint,
     /// Where.
     pub pose: Pose,
@@ -245,7 +245,7 @@ fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<
             let corners: Vec<_> = vertices.iter().map(convert::point).collect();
             let hull = |points: &[math::Vector]| {
                 let corners: Vec<Point> = points.iter().map(|p| Point::new(p.x, p.y)).collect();
-                // Cutting may leave slivers, which enclose nothing.
+                // Cutting may leave slivers without area.
                 (!is_flat(&corners))
                     .then(|| SharedShape::convex_hull(points))
                     .flatten()

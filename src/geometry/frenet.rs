@@ -129,7 +129,7 @@ impl ReferencePath {
         Ok((normalize_angle(here.heading + delta), curvature))
     }
 
-    /// The lateral profile of what has `heading` (rad) and `curvature` (1/m) at the coordinates `at`.
+    /// The lateral profile of a motion with `heading` (rad) and `curvature` (1/m) at the coordinates `at`.
     ///
     /// Against the path too: d' is by the path's own arc length.
     ///

@@ -9,7 +9,7 @@ use super::{Placed, Point, convert};
 pub enum Tip<'a> {
     /// A point of the world.
     Point(Point),
-    /// A body where it stands.
+    /// A body at its pose.
     Body(Placed<'a>),
 }
 

@@ -14,7 +14,7 @@ pub struct Bounds {
 
 impl Bounds {
     /// The smallest box around `points`; `None` for no points.
-    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Option<Self> {
+    pub fn from_points<'a>(points: impl IntoIterator<Item = &'a Point>) -> Option<Self> {
         points.into_iter().fold(None, |bounds, p| {
             Some(bounds.map_or(Self { min: *p, max: *p }, |b: Self| Self {
                 min: Point::new(b.min.x.min(p.x), b.min.y.min(p.y)),

@@ -27,7 +27,7 @@ const SAME_POINT: f64 = 1e-9;
 const AT_POINT: f64 = 1e-7;
 
 impl Polyline {
-    /// A polyline through `points`; repeated neighbours are dropped, fewer than two left give nothing.
+    /// A polyline through `points` without repeated neighbours; `None` if fewer than two are left.
     pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
         let mut kept: Vec<Point> = Vec::new();
         let mut arc: Vec<f64> = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::{Point, Vector};
 
-/// Where something is and where it points.
+/// A position and a heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// Position, metres.

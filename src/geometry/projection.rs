@@ -127,7 +127,7 @@ impl ReferencePath {
         }
     }
 
-    /// The coordinates by the foot that was found; nothing where it is not square to the path.
+    /// The coordinates by the foot found; `None` if it is not perpendicular to the path.
     fn settle(
         &self,
         search: &Search,
@@ -172,7 +172,7 @@ impl ReferencePath {
     }
 }
 
-/// The nearest foot so far, and another one that is as near.
+/// The nearest foot so far, and a second one at the same distance.
 #[derive(Default)]
 struct Search {
     best: Option<Foot>,
@@ -180,7 +180,7 @@ struct Search {
 }
 
 impl Search {
-    /// What is farther away cannot matter any more, metres.
+    /// Feet farther away are ignored, metres.
     fn reach(&self) -> f64 {
         self.best.map_or(f64::MAX, |b| b.distance + EQUALLY_NEAR)
     }

@@ -114,7 +114,7 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError>
     }
 }
 
-/// What prepares a polygon for measuring takes their square in time.
+/// Preparing a polygon for measuring takes time quadratic in its corners.
 const MOST_CORNERS: usize = 1000;
 
 /// Thinner than this, in parts of its length, points count as lying on a line.
@@ -152,7 +152,7 @@ impl Shape {
         }
     }
 
-    /// Several shapes as one, those of groups one by one; `None` for none.
+    /// Several shapes as one, groups flattened; `None` for none.
     #[must_use]
     pub fn union(shapes: Vec<Self>) -> Option<Self> {
         let mut members = Vec::with_capacity(shapes.len());
@@ -295,7 +295,7 @@ impl Shape {
         if let Self::Circle { radius, .. } = self {
             return (2.0 * radius, 2.0 * radius);
         }
-        let bounds = super::Bounds::of(self.outlines().iter().flatten());
+        let bounds = super::Bounds::from_points(self.outlines().iter().flatten());
         bounds.map_or((0.0, 0.0), |b| (b.max.x - b.min.x, b.max.y - b.min.y))
     }
 }

@@ -29,7 +29,7 @@ const GAUSS: [(f64, f64); 7] = [
 /// A point of the curve this near to the foot of a perpendicular is one, metres.
 pub(super) const SQUARE: f64 = 1e-9;
 
-/// Pieces in which minima are looked for where there may be several.
+/// Number of pieces to search where there may be several minima.
 const PIECES: u32 = 16;
 
 /// One polynomial piece, over the parameter u in [0, 1].

@@ -126,7 +126,7 @@ mod tests {
     fn the_origin_is_the_rear_axle_and_the_trailer_follows() {
         // Rear axle at 0: the tractor covers -1 to 5, the hitch is at 0.5, the trailer covers -11.5 to 1.5.
         let straight = semi_trailer_truck(0.0);
-        let bounds = Bounds::of(straight.outlines().iter().flatten()).unwrap();
+        let bounds = Bounds::from_points(straight.outlines().iter().flatten()).unwrap();
         assert!((bounds.min.x + 11.5).abs() < 1e-12 && (bounds.max.x - 5.0).abs() < 1e-12);
         assert!((straight.size().0 - 16.5).abs() < 1e-12);
     }
@@ -136,7 +136,7 @@ mod tests {
         // Turned by a right angle the trailer, which trails, lies to the right of the hitch.
         let bent = semi_trailer_truck(0.0).hitched_at(FRAC_PI_2).unwrap();
         let trailer = &bent.outlines()[1];
-        let bounds = Bounds::of(trailer).unwrap();
+        let bounds = Bounds::from_points(trailer).unwrap();
         assert!((bounds.min.y + 12.0).abs() < 1e-12 && (bounds.max.y - 1.0).abs() < 1e-12);
         assert!((bounds.center().x - 0.5).abs() < 1e-12);
         assert!(Shape::rectangle(4.0, 2.0).hitched_at(0.1).is_none());

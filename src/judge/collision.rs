@@ -56,7 +56,7 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             name(&nearest.participant),
             moment(scene, nearest.nearest_step),
         ),
-        (None, None) => "Nobody else is ever there.".to_string(),
+        (None, None) => "No other road user is ever there.".to_string(),
     };
     let _ = write!(reasoning, "\n{justification}");
     Judgement {

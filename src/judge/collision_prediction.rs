@@ -52,8 +52,8 @@ impl Criterion {
         prospect.probability >= self.threshold
     }
 
-    /// The prospects of everybody who is within `radius` metres of the ego now (centre to centre; nothing for
-    /// everybody), most probable first. Without an ego at the end of the past there are none.
+    /// The predicted contacts of all obstacles within `radius` metres of the ego now (centre to centre; `None` for
+    /// all), most probable first. Empty without an ego at the end of the history.
     #[must_use]
     pub fn prospects(
         &self,
@@ -130,7 +130,7 @@ impl Sides<'_> {
                 }
             }
         }
-        // The sum of nothing is -0.
+        // The sum of an empty iterator is -0.
         let probability = contacts.iter().map(|(_, weight)| weight).sum::<f64>() + 0.0;
         CollisionPrediction {
             id: self.other.who.id,

@@ -35,7 +35,7 @@ struct Finding {
 pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> Judgement {
     let criterion = Criterion::REFERENCE;
     // All that is predicted comes from here, and it ends with the window.
-    let past = ObservedHistory::of(scene, window);
+    let past = ObservedHistory::from_window(scene, window);
     let prospects = criterion.prospects(&past, None);
     let mut found = findings(scene, &criterion, &past, prospects, thresholds);
     found.sort_by(|a, b| {
@@ -87,7 +87,7 @@ pub fn verdict_by(
     radius: f64,
     thresholds: &Thresholds,
 ) -> Verdict {
-    let past = ObservedHistory::of(scene, window);
+    let past = ObservedHistory::from_window(scene, window);
     let prospects = criterion.prospects(&past, Some(radius)).into_iter();
     let critical = prospects.filter(|prospect| criterion.critical(prospect));
     let found = findings(scene, criterion, &past, critical.collect(), thresholds);
@@ -214,7 +214,7 @@ fn justification(
                 None => format!("At {at}, no predicted motions touch; {rule}."),
             }
         }
-        None => format!("At {at}, nobody else is there."),
+        None => format!("At {at}, no other road user is there."),
     }
 }
 

@@ -3,14 +3,14 @@
 use serde_json::Value;
 
 use super::chunk::{Chunk, Finish, LONGEST_ANSWER, Usage};
-use super::error::{Error, Place};
+use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
-use super::think::{Part, Splitter};
+use super::think::{ContentPart, Splitter};
 
 /// The answer so far, and the chunks not yet taken.
 #[derive(Debug)]
 pub(super) struct ResponseAccumulator {
-    place: Place,
+    place: ProviderAddress,
     chunks: Vec<Chunk>,
     model: Option<String>,
     started: bool,
@@ -35,7 +35,7 @@ const LONGEST_WORD: usize = 300;
 
 impl ResponseAccumulator {
     /// An answer from that place, of which nothing has come yet.
-    pub fn new(place: Place) -> Self {
+    pub fn new(place: ProviderAddress) -> Self {
         Self {
             place,
             chunks: Vec::new(),
@@ -55,7 +55,7 @@ impl ResponseAccumulator {
     }
 
     /// Where the answer comes from.
-    pub fn place(&self) -> &Place {
+    pub fn place(&self) -> &ProviderAddress {
         &self.place
     }
 
@@ -173,7 +173,7 @@ impl ResponseAccumulator {
         self.complete
     }
 
-    /// Lets go of what is held back: text that might have become a tag, and the usage.
+    /// Releases held-back content: text that might have become a tag, and the usage.
     pub fn rest(&mut self) {
         let parts = self.content.end();
         self.sort(parts);
@@ -204,13 +204,13 @@ impl ResponseAccumulator {
         std::mem::take(&mut self.chunks)
     }
 
-    fn sort(&mut self, parts: Vec<Part>) {
+    fn sort(&mut self, parts: Vec<ContentPart>) {
         for part in parts {
             match part {
                 // Already received through a separate channel.
-                Part::Thought(_) if self.reasoned => {}
-                Part::Thought(text) => self.push(Chunk::Reasoning, text),
-                Part::Said(text) => {
+                ContentPart::Thought(_) if self.reasoned => {}
+                ContentPart::Thought(text) => self.push(Chunk::Reasoning, text),
+                ContentPart::Said(text) => {
                     self.spoke |= !text.trim().is_empty();
                     self.push(Chunk::Text, text);
                 }

@@ -42,7 +42,7 @@ pub struct ResolvedKey {
 
 impl Environment {
     /// The variables that `lookup` knows, and no files.
-    pub fn of(lookup: impl Fn(&str) -> Option<String> + Send + Sync + 'static) -> Self {
+    pub fn from_lookup(lookup: impl Fn(&str) -> Option<String> + Send + Sync + 'static) -> Self {
         Self {
             lookup: Arc::new(lookup),
             files: Vec::new(),
@@ -53,14 +53,14 @@ impl Environment {
     /// The variables of the process; keys also from the file `.env` of each folder, the first that has one.
     #[must_use]
     pub fn with_files(folders: &[&Path]) -> Self {
-        let mut environment = Self::of(|name| std::env::var(name).ok());
+        let mut environment = Self::from_lookup(|name| std::env::var(name).ok());
         for folder in folders {
             environment.add(&folder.join(".env"));
         }
         environment
     }
 
-    /// Adds the variables of a file below what is there; a file that is not there adds nothing.
+    /// Adds the variables of a file with lower precedence; a missing file adds none.
     pub fn add(&mut self, path: &Path) {
         let mut problem = |why: String| self.problems.push(format!("{}: {why}", path.display()));
         let text = match system::read_text(path, LONGEST) {
@@ -189,8 +189,9 @@ mod tests {
         let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         std::fs::write(one.path().join(".env"), "A=file1\nB='file 1' # why\nE=\n").unwrap();
         std::fs::write(two.path().join(".env"), "export B=x\nC=\"file2\"\nE=e\n").unwrap();
-        let mut environment =
-            Environment::of(|name| (name == "A" || name == "D").then(|| format!("{name}!")));
+        let mut environment = Environment::from_lookup(|name| {
+            (name == "A" || name == "D").then(|| format!("{name}!"))
+        });
         environment.add(&one.path().join(".env"));
         environment.add(&two.path().join(".env"));
         environment.add(Path::new("/no/such/.env"));
@@ -217,7 +218,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(".env");
         std::fs::write(&path, "A=1\nsk-geheim ohne\nB=2\n").unwrap();
-        let mut environment = Environment::of(|_| None);
+        let mut environment = Environment::from_lookup(|_| None);
         environment.add(&path);
         environment.add(folder.path());
         let text = environment.problems.join("\n");

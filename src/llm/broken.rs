@@ -44,7 +44,7 @@ impl Registry {
     }
 }
 
-/// The line, from 1, of what is wrong with a provider's entry in a file's text, and what that is.
+/// The line (from 1) and the message of a mistake in a provider's entry.
 fn in_text(text: &str, name: &str) -> Option<(usize, String)> {
     let mut whole = DeTable::parse(text).ok()?.into_inner();
     let (_, providers) = whole.remove_entry("provider")?;

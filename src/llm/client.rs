@@ -138,7 +138,7 @@ fn chain<'a>(
     error: &'a (dyn StdError + 'static),
 ) -> impl Iterator<Item = &'a (dyn StdError + 'static)> {
     std::iter::successors(Some(error), |&error| {
-        // An I/O error names as its source the source of what it wraps, and so hides the wrapped error itself.
+        // An I/O error reports the source of the error it wraps, which hides the wrapped error itself.
         match error
             .downcast_ref::<io::Error>()
             .and_then(io::Error::get_ref)

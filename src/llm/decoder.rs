@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::accumulator::ResponseAccumulator;
 use super::chunk::Chunk;
 use super::dialect::{AnswerReader, Dialect};
-use super::error::{Error, Place};
+use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
 use super::json::{MOST_VALUES, is_bounded};
 
@@ -19,7 +19,7 @@ pub(super) struct Decoder {
 
 impl Decoder {
     /// A decoder for one answer from that place.
-    pub fn new(dialect: Dialect, place: Place) -> Self {
+    pub fn new(dialect: Dialect, place: ProviderAddress) -> Self {
         Self {
             reader: dialect.protocol().reader(),
             answer: ResponseAccumulator::new(place),
@@ -42,7 +42,7 @@ impl Decoder {
             return Ok(Vec::new());
         }
         if data == "[DONE]" {
-            // Only one dialect ends with this word; from servers of the others it says nothing that a cut could not.
+            // Only one dialect ends with this word; from other servers it does not prove completeness.
             if self.reader.ends_with_word() || self.answer.has_finish() {
                 self.answer.complete();
             }
@@ -97,7 +97,7 @@ impl Decoder {
     /// The body is over, for the reason given. It is a success all the same if the model had said that it was finished.
     pub fn ended(
         &mut self,
-        cause: impl FnOnce(Place, usize) -> Error,
+        cause: impl FnOnce(ProviderAddress, usize) -> Error,
     ) -> Vec<Result<Chunk, Error>> {
         if self.is_done() {
             return Vec::new();
@@ -112,7 +112,10 @@ impl Decoder {
     }
 
     /// The answer exceeds the limit. Its text so far is kept as an answer cut off by this program.
-    pub fn too_long(&mut self, error: impl FnOnce(Place) -> Error) -> Vec<Result<Chunk, Error>> {
+    pub fn too_long(
+        &mut self,
+        error: impl FnOnce(ProviderAddress) -> Error,
+    ) -> Vec<Result<Chunk, Error>> {
         if self.answer.has_begun() && !self.is_done() {
             self.answer.cap();
             return self.answer.take().into_iter().map(Ok).collect();

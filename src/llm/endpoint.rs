@@ -11,7 +11,7 @@ use secrecy::{ExposeSecret, SecretString};
 
 use super::budget::Budget;
 use super::dialect::{Auth, Dialect};
-use super::error::{Error, Place};
+use super::error::{Error, ProviderAddress};
 use super::key_command::KeyCommand;
 use super::limits::Limits;
 use super::price::{Prices, Pricing};
@@ -166,7 +166,7 @@ impl Endpoint {
             why,
         };
         let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-        let pricing = self.prices.of(model, today).ok_or_else(|| {
+        let pricing = self.prices.pricing_for(model, today).ok_or_else(|| {
             let name = &self.name;
             no(format!(
                 "there is a budget, but no price is known for {model}; state one as [[provider.{name}.prices]] in config.toml, or leave the budget out"
@@ -217,9 +217,9 @@ impl Endpoint {
     }
 
     /// Name and address for messages to people; without user, password and query, which may hold secrets.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> ProviderAddress {
         match self.url() {
-            Ok(url) => Place {
+            Ok(url) => ProviderAddress {
                 provider: self.name.clone(),
                 url: plain(&url),
             },
@@ -251,13 +251,13 @@ impl Endpoint {
         Ok(Some((HeaderName::from_static(name), value)))
     }
 
-    fn place_as_written(&self) -> Place {
+    fn place_as_written(&self) -> ProviderAddress {
         let written = self.base_url.split(['?', '#']).next().unwrap_or_default();
         let shown = match written.rsplit_once('@') {
             Some((_, host)) => format!("…@{host}"),
             None => written.to_owned(),
         };
-        Place {
+        ProviderAddress {
             provider: self.name.clone(),
             url: format!("\"{}\"", shown.escape_debug()),
         }

@@ -9,14 +9,14 @@ use super::redaction::Secrets;
 
 /// Place of an error: the provider and the address without its secrets.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct ProviderAddress {
     /// The provider's name as people know it.
     pub provider: String,
     /// Scheme, host, port and path.
     pub url: String,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for ProviderAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({})", self.provider, self.url)
     }
@@ -41,7 +41,7 @@ pub enum Error {
     #[error("cannot use {place}: {why}")]
     Setup {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The problem and its remedy.
         why: String,
     },
@@ -51,7 +51,7 @@ pub enum Error {
     )]
     Refused {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The system's reason.
         why: String,
     },
@@ -59,7 +59,7 @@ pub enum Error {
     #[error("cannot reach {place}: {why}; check the network, then try again")]
     Unreachable {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The system's reason.
         why: String,
     },
@@ -69,7 +69,7 @@ pub enum Error {
     )]
     Tls {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The reason.
         why: String,
     },
@@ -77,7 +77,7 @@ pub enum Error {
     #[error("{}", timeout_text(place, *which, *after))]
     Timeout {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// Which limit was hit.
         which: TimeoutKind,
         /// The limit.
@@ -87,7 +87,7 @@ pub enum Error {
     #[error("{}", unauthorized_text(place, *status, message, key_source.as_deref(), *key_sent))]
     Unauthorized {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The HTTP status.
         status: u16,
         /// The server's words.
@@ -105,7 +105,7 @@ pub enum Error {
     )]
     NotFound {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The model asked for.
         model: String,
         /// The server's words.
@@ -117,7 +117,7 @@ pub enum Error {
     #[error("{}", limited_text(place, *status, message, retry.after(), *exhausted))]
     RateLimited {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The HTTP status, usually 429.
         status: u16,
         /// The server's words.
@@ -133,7 +133,7 @@ pub enum Error {
     )]
     BadRequest {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The HTTP status.
         status: u16,
         /// The server's words.
@@ -145,7 +145,7 @@ pub enum Error {
     #[error("{place} redirects to {to} ({status}); if that is right, set it as the address of {}", place.provider)]
     Redirected {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The HTTP status.
         status: u16,
         /// The other address, without its query.
@@ -157,7 +157,7 @@ pub enum Error {
     #[error("{place} failed ({status}: {message}); try again later")]
     Server {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The HTTP status.
         status: u16,
         /// The server's words.
@@ -171,7 +171,7 @@ pub enum Error {
     )]
     Truncated {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// Characters of reasoning and text received until then.
         received: usize,
         /// How it broke off.
@@ -183,7 +183,7 @@ pub enum Error {
     )]
     Malformed {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The unexpected response.
         what: String,
     },
@@ -191,7 +191,7 @@ pub enum Error {
     #[error("{place} was not asked: {why}")]
     Budget {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The missing setting and its remedy.
         why: String,
     },
@@ -199,7 +199,7 @@ pub enum Error {
     #[error("{place} reported an error while answering: {message}{}; try again, or choose another model", code.as_ref().map(|c| format!(" ({c})")).unwrap_or_default())]
     Provider {
         /// Where.
-        place: Place,
+        place: ProviderAddress,
         /// The server's code, if any.
         code: Option<String>,
         /// The server's words.
@@ -223,7 +223,7 @@ impl Error {
     }
 }
 
-fn timeout_text(place: &Place, which: TimeoutKind, after: Duration) -> String {
+fn timeout_text(place: &ProviderAddress, which: TimeoutKind, after: Duration) -> String {
     match which {
         TimeoutKind::Connect => {
             format!("no connection to {place} within {after:?}; check the network and the address")
@@ -238,7 +238,7 @@ fn timeout_text(place: &Place, which: TimeoutKind, after: Duration) -> String {
 }
 
 fn unauthorized_text(
-    place: &Place,
+    place: &ProviderAddress,
     status: u16,
     message: &str,
     key_source: Option<&str>,
@@ -259,7 +259,7 @@ fn unauthorized_text(
 }
 
 fn limited_text(
-    place: &Place,
+    place: &ProviderAddress,
     status: u16,
     message: &str,
     retry_after: Option<Duration>,
@@ -313,8 +313,8 @@ mod tests {
     use super::super::endpoint::Endpoint;
     use super::*;
 
-    fn place() -> Place {
-        Place {
+    fn place() -> ProviderAddress {
+        ProviderAddress {
             provider: "openai".into(),
             url: "https://api.openai.com/v1/chat/completions".into(),
         }

@@ -3,7 +3,7 @@
 
 use super::dialect::Framing;
 use super::frames::Frame;
-use super::text::Fault;
+use super::text::BodyError;
 
 /// More than any line or event of a stream is long, in bytes: some hold a whole answer.
 const LONGEST: usize = 8 << 20;
@@ -36,8 +36,8 @@ impl Parser {
     /// Reads on and gives the events that end here.
     ///
     /// # Errors
-    /// [`Fault::TooLong`]: a line or an event is longer than any that servers send.
-    pub fn push(&mut self, text: &str, mut found: impl FnMut(Frame)) -> Result<(), Fault> {
+    /// [`BodyError::TooLong`]: a line or an event is longer than any that servers send.
+    pub fn push(&mut self, text: &str, mut found: impl FnMut(Frame)) -> Result<(), BodyError> {
         let mut at = 0;
         // Each kind of end is looked for once: together it would take far longer, and anew in each line for ever.
         let (mut feed, mut carriage) = (Next::default(), Next::default());
@@ -53,7 +53,7 @@ impl Parser {
             };
             let piece = &text[at..end];
             if self.line.len() + piece.len() > LONGEST {
-                return Err(Fault::TooLong);
+                return Err(BodyError::TooLong);
             }
             if end == text.len() {
                 self.line.push_str(piece);
@@ -82,7 +82,7 @@ impl Parser {
         })
     }
 
-    fn end_line(&mut self, line: &str, found: &mut impl FnMut(Frame)) -> Result<(), Fault> {
+    fn end_line(&mut self, line: &str, found: &mut impl FnMut(Frame)) -> Result<(), BodyError> {
         if self.framing == Framing::Lines {
             found(Frame {
                 is_error: false,
@@ -104,7 +104,7 @@ impl Parser {
             "event" => self.event.is_error = value == "error",
             "data" => {
                 if self.event.data.len() + value.len() >= LONGEST {
-                    return Err(Fault::TooLong);
+                    return Err(BodyError::TooLong);
                 }
                 if std::mem::replace(&mut self.has_data, true) {
                     self.event.data.push('\n');
@@ -122,7 +122,7 @@ impl Parser {
 struct Next(Option<usize>);
 
 impl Next {
-    /// The next place from `at` on; the text's end where there is none.
+    /// The next place from `at` on, or the text's end.
     fn of(&mut self, wanted: char, text: &str, at: usize) -> usize {
         match self.0 {
             Some(place) if place >= at => place,
@@ -207,7 +207,7 @@ mod tests {
             let mut parser = Parser::new(Framing::Events);
             let text = filler.repeat((1 << 20) / filler.len());
             let refused = (0..100).find_map(|_| parser.push(&text, |_| panic!("no event")).err());
-            assert_eq!(refused, Some(Fault::TooLong), "{filler:?}");
+            assert_eq!(refused, Some(BodyError::TooLong), "{filler:?}");
         }
         assert!(
             begun.elapsed() < Duration::from_secs(20),

@@ -12,7 +12,7 @@ use super::dialect::{Dialect, Framing};
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::events::Parser;
-use super::text::{Fault, joined};
+use super::text::{BodyError, joined};
 
 /// One event.
 #[derive(Debug, PartialEq, Eq)]
@@ -23,12 +23,12 @@ pub(super) struct Frame {
 }
 
 /// The events of a stream of text.
-pub(super) type Frames = Pin<Box<dyn Stream<Item = Result<Frame, Fault>> + Send>>;
+pub(super) type Frames = Pin<Box<dyn Stream<Item = Result<Frame, BodyError>> + Send>>;
 
 /// The events in texts that are cut anywhere.
 pub(super) fn frames<S>(texts: S, framing: Framing) -> Frames
 where
-    S: Stream<Item = Result<String, Fault>> + Send + 'static,
+    S: Stream<Item = Result<String, BodyError>> + Send + 'static,
 {
     let state = Some((Box::pin(texts), Parser::new(framing)));
     let pieces = stream::unfold(state, |state| async move {
@@ -62,28 +62,28 @@ pub(super) async fn step(frames: &mut Frames, decoder: &mut Decoder) -> Vec<Resu
         },
         Some(Err(fault)) => ended(decoder, fault),
         // An event begun but not ended has been dropped, as the standard wants.
-        None => ended(decoder, Fault::Cut("the stream ended early".to_owned())),
+        None => ended(decoder, BodyError::Cut("the stream ended early".to_owned())),
     }
 }
 
 /// The chunks at the end of a body that ended with a fault.
-pub(super) fn ended(decoder: &mut Decoder, fault: Fault) -> Vec<Result<Chunk, Error>> {
-    if fault == Fault::TooLong {
+pub(super) fn ended(decoder: &mut Decoder, fault: BodyError) -> Vec<Result<Chunk, Error>> {
+    if fault == BodyError::TooLong {
         let what = "more than any answer can be".to_owned();
         return decoder.too_long(|place| Error::Malformed { place, what });
     }
     let items = decoder.ended(|place, received| match fault {
-        Fault::Elapsed(Elapsed { which, after }) => Error::Timeout {
+        BodyError::Elapsed(Elapsed { which, after }) => Error::Timeout {
             place,
             which,
             after,
         },
-        Fault::Cut(why) => Error::Truncated {
+        BodyError::Cut(why) => Error::Truncated {
             place,
             received,
             why,
         },
-        Fault::NotText | Fault::TooLong => Error::Malformed {
+        BodyError::NotText | BodyError::TooLong => Error::Malformed {
             place,
             what: "bytes that are no UTF-8 text".to_owned(),
         },
@@ -106,7 +106,7 @@ pub fn decode<'a>(
     let mut decoder = Decoder::new(dialect, place);
     let mut items = Vec::new();
     while !decoder.is_done() {
-        // All pieces are there, so nothing is ever waited for.
+        // All pieces are present, so this never waits.
         match step(&mut frames, &mut decoder).now_or_never() {
             Some(some) => {
                 items.extend(some.into_iter().map(|i| i.map_err(|e| e.cleared_of(&none))))

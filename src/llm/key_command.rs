@@ -53,7 +53,7 @@ impl KeyCommand {
     /// Runs the command and reads the key.
     ///
     /// # Errors
-    /// Why there is none; the command is named, what it printed is not.
+    /// Why the command gave no key; names the command, never its output.
     pub(super) async fn run(&self) -> Result<SecretString, String> {
         self.run_within(PATIENCE).await
     }

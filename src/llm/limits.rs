@@ -34,7 +34,7 @@ impl Limits {
     }
 }
 
-/// Keeps a provider's limits for all who ask it.
+/// Enforces a provider's limits over all requests.
 #[derive(Debug)]
 pub(super) struct Gate {
     limits: Limits,

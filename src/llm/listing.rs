@@ -5,7 +5,7 @@ use jiff::civil::Date;
 use super::api_keys::Environment;
 use super::dialect::Dialect;
 use super::price::Pricing;
-use super::provider::{ModelEntry, Provider, Words};
+use super::provider::{ModelEntry, Provider, StringOrList};
 use super::registry::Registry;
 
 /// Lists warn of a model's retirement this many days ahead.
@@ -13,7 +13,7 @@ const NEAR: i32 = 90;
 
 /// A model that can be chosen.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Offer {
+pub struct ModelOffer {
     /// `provider/model`.
     pub id: String,
     /// Source of its key, and whether the key is there; `None` if none is needed.
@@ -50,7 +50,7 @@ pub struct Retirement {
 
 /// A model and its metadata.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Listed {
+pub struct ModelListing {
     /// `provider/model`; without a model where every name of one has to be typed.
     pub id: String,
     /// The protocol it is asked in.
@@ -109,7 +109,7 @@ impl Provider {
         if let Some(found) = self.key(environment) {
             return KeyState::Present(found.source);
         }
-        if let Some(command) = self.key_command.as_ref().map(Words::command) {
+        if let Some(command) = self.key_command.as_ref().map(StringOrList::command) {
             return KeyState::Command(command.to_string());
         }
         // Without an address no server is on this machine.
@@ -156,12 +156,12 @@ impl Registry {
     #[must_use]
     pub fn pricing(&self, id: &str, day: Date) -> Option<Pricing> {
         let (name, model) = id.split_once('/')?;
-        self.providers.get(name)?.prices().of(model, day)
+        self.providers.get(name)?.prices().pricing_for(model, day)
     }
 
     /// Every offered model, with its metadata on a day; a provider that offers none by name has one line.
     #[must_use]
-    pub fn models(&self, environment: &Environment, today: Date) -> Vec<Listed> {
+    pub fn models(&self, environment: &Environment, today: Date) -> Vec<ModelListing> {
         let mut listed = Vec::new();
         for (name, provider) in &self.providers {
             let names = provider.models.iter().flatten();
@@ -173,11 +173,11 @@ impl Registry {
                 names.push("…");
             }
             let key = provider.key_state(name, environment);
-            listed.extend(names.into_iter().map(|model| Listed {
+            listed.extend(names.into_iter().map(|model| ModelListing {
                 id: format!("{name}/{model}"),
                 dialect: provider.dialect.unwrap_or_default(),
                 key: key.clone(),
-                pricing: provider.prices().of(model, today),
+                pricing: provider.prices().pricing_for(model, today),
                 retirement: provider.entries(model).find_map(ModelEntry::retirement),
             }));
         }
@@ -186,14 +186,14 @@ impl Registry {
 
     /// A model by its name, listed or not, with its metadata on a day.
     #[must_use]
-    pub fn known(&self, id: &str, environment: &Environment, today: Date) -> Option<Listed> {
+    pub fn known(&self, id: &str, environment: &Environment, today: Date) -> Option<ModelListing> {
         let (name, model) = id.split_once('/')?;
         let provider = self.providers.get(name)?;
-        Some(Listed {
+        Some(ModelListing {
             id: id.to_string(),
             dialect: provider.dialect.unwrap_or_default(),
             key: provider.key_state(name, environment),
-            pricing: provider.prices().of(model, today),
+            pricing: provider.prices().pricing_for(model, today),
             retirement: provider.entries(model).find_map(ModelEntry::retirement),
         })
     }
@@ -208,7 +208,7 @@ impl Registry {
 
     /// Every model that is offered by name, with whether its key is there and whether it is about to go.
     #[must_use]
-    pub fn offers(&self, environment: &Environment, today: Date) -> Vec<Offer> {
+    pub fn offers(&self, environment: &Environment, today: Date) -> Vec<ModelOffer> {
         let mut offers = Vec::new();
         for (name, provider) in &self.providers {
             let key = match provider.key_state(name, environment) {
@@ -219,7 +219,7 @@ impl Registry {
             };
             let models = provider.models.iter().flatten().filter(|m| m.listed);
             offers.extend(models.map(|model| {
-                Offer {
+                ModelOffer {
                     id: format!("{name}/{}", model.name),
                     key: key.clone(),
                     warning: provider

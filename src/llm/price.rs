@@ -52,7 +52,7 @@ pub struct PriceEntry {
 impl Prices {
     /// Price of a model on a day, if known.
     #[must_use]
-    pub fn of(&self, model: &str, day: Date) -> Option<Pricing> {
+    pub fn pricing_for(&self, model: &str, day: Date) -> Option<Pricing> {
         let mut fitting = self.entries.iter().filter(|entry| {
             fits(&entry.model, model)
                 && entry.from.is_none_or(|from| from <= day)
@@ -81,16 +81,16 @@ impl Prices {
     #[must_use]
     pub fn of_answer(&self, asked: &str, returned: Option<&str>, day: Date) -> Option<Pricing> {
         let Some(returned) = returned else {
-            return self.of(asked, day);
+            return self.pricing_for(asked, day);
         };
         let name = |id: &str| id.rsplit('/').next().unwrap_or(id).to_ascii_lowercase();
         let version = name(returned).starts_with(&name(asked));
-        self.of(returned, day)
-            .or_else(|| self.of(asked, day).filter(|_| version))
+        self.pricing_for(returned, day)
+            .or_else(|| self.pricing_for(asked, day).filter(|_| version))
     }
 }
 
-/// Whether a name, or the beginning of one and `*`, is that of a model.
+/// Whether a name, or a prefix and `*`, matches a model.
 pub(super) fn fits(pattern: &str, model: &str) -> bool {
     match pattern.strip_suffix('*') {
         Some(beginning) => model.starts_with(beginning),
@@ -298,9 +298,15 @@ mod tests {
         };
         let day = |day: &str| day.parse::<Date>().unwrap();
         let input = |pricing: Option<Pricing>| pricing.map(|p| p.price.input);
-        assert_eq!(input(prices.of("old", day("2026-11-30"))), Some(1.0));
-        assert_eq!(input(prices.of("old", day("2026-12-01"))), Some(2.0));
-        assert_eq!(input(prices.of("older", day("2026-12-01"))), None);
+        assert_eq!(
+            input(prices.pricing_for("old", day("2026-11-30"))),
+            Some(1.0)
+        );
+        assert_eq!(
+            input(prices.pricing_for("old", day("2026-12-01"))),
+            Some(2.0)
+        );
+        assert_eq!(input(prices.pricing_for("older", day("2026-12-01"))), None);
         let answer = |returned| input(prices.of_answer("old", returned, day("2026-12-01")));
         assert_eq!(answer(None), Some(2.0));
         assert_eq!(answer(Some("old-2026-01-01")), Some(2.0));
@@ -356,7 +362,9 @@ mod tests {
                 entries,
                 ..Prices::default()
             };
-            prices.of("a", "2026-11-20".parse().unwrap()).unwrap()
+            prices
+                .pricing_for("a", "2026-11-20".parse().unwrap())
+                .unwrap()
         };
         let stepped = priced(vec![
             entry(Some(1000), 1.0),

@@ -49,7 +49,7 @@ pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discov
     let client = Client::direct();
     let asked = registry.providers.iter().filter_map(|(name, provider)| {
         let mut endpoint = provider.endpoint(name, "", environment).ok()?;
-        // Without a valid base URL there is no server to ask; `resolve` reports what is wrong with it.
+        // Without a valid base URL no server can be asked; `resolve` reports the mistake.
         endpoint.is_here().then_some(())?;
         endpoint.key = provider.key(environment).map(|found| found.key);
         let client = client.clone();

@@ -15,7 +15,7 @@ use super::key_command::KeyCommand;
 use super::price::{Peak, Price, PriceEntry};
 use super::quirks::StatedQuirks;
 
-/// Metadata of one provider. What is not stated is unknown.
+/// Metadata of one provider. Unstated values are unknown.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Provider {
@@ -24,11 +24,11 @@ pub(super) struct Provider {
     /// Variable that overrides the address.
     pub base_url_env: Option<String>,
     /// Variables that hold the key, the first that is set wins; keys are never written in these files.
-    pub key_env: Option<Words>,
+    pub key_env: Option<StringOrList>,
     /// Whether the user names these variables, and so wants the key sent wherever the server is.
     #[serde(skip)]
     pub key_wanted: bool,
-    pub key_command: Option<Words>,
+    pub key_command: Option<StringOrList>,
     pub auth: Option<Auth>,
     /// Headers, and the variables that hold their values.
     pub header_env: BTreeMap<String, String>,
@@ -53,12 +53,12 @@ pub(super) struct Provider {
 /// One string or several.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(untagged, expecting = "a string or a list of strings is needed")]
-pub(super) enum Words {
+pub(super) enum StringOrList {
     One(String),
     Many(Vec<String>),
 }
 
-impl Words {
+impl StringOrList {
     pub fn list(&self) -> &[String] {
         match self {
             Self::One(word) => std::slice::from_ref(word),
@@ -157,7 +157,7 @@ impl<'de> Deserialize<'de> for ModelEntry {
 #[serde(deny_unknown_fields)]
 pub(super) struct PriceLine {
     /// A model, or several that cost the same.
-    model: Words,
+    model: StringOrList,
     #[serde(deserialize_with = "amount")]
     input: f64,
     #[serde(deserialize_with = "amount")]

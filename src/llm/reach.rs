@@ -17,7 +17,7 @@ const ELSEWHERE: Duration = Duration::from_secs(10);
 
 /// Outcome of trying to reach a provider.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Reach {
+pub enum Reachability {
     /// It serves this many models.
     Serves(usize),
     /// It refused the key, with this status.
@@ -34,7 +34,7 @@ pub enum Reach {
 
 /// A provider and what came of trying to reach it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reached {
+pub struct ProviderStatus {
     /// Its name.
     pub provider: String,
     /// Name and address, without secrets.
@@ -46,12 +46,16 @@ pub struct Reached {
     /// Whether the user's configuration wants the key sent.
     pub key_wanted: bool,
     /// The outcome.
-    pub reach: Reach,
+    pub reach: Reachability,
 }
 
 /// Tries every provider on this machine, all at once, and the others only where `online` and their key is there without
 /// a command. What is sent is a request for the list of models, which costs nothing. In the order of the names.
-pub async fn reach(registry: &Registry, environment: &Environment, online: bool) -> Vec<Reached> {
+pub async fn reach(
+    registry: &Registry,
+    environment: &Environment,
+    online: bool,
+) -> Vec<ProviderStatus> {
     let (here, elsewhere) = (Client::direct(), Client::new());
     let all = registry.providers.iter().map(|(name, provider)| {
         let key = provider.key_state(name, environment);
@@ -59,7 +63,7 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
         let (client_here, client_elsewhere) = (here.clone(), elsewhere.clone());
         async move {
             let key_wanted = provider.key_wanted;
-            let reached = |place: String, here: bool, reach: Reach| Reached {
+            let reached = |place: String, here: bool, reach: Reachability| ProviderStatus {
                 provider: name.clone(),
                 place,
                 here,
@@ -70,7 +74,7 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
             let mut endpoint = match found {
                 Ok(endpoint) => endpoint,
                 Err(error) => {
-                    return reached(name.clone(), false, Reach::Wrong(error.to_string()));
+                    return reached(name.clone(), false, Reachability::Wrong(error.to_string()));
                 }
             };
             let (place, is_here) = (endpoint.place().to_string(), endpoint.is_here());
@@ -80,10 +84,10 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
                 endpoint.key_source = Some(found.source);
             }
             if let Err(error) = endpoint.keeps_secrets() {
-                return reached(place, is_here, Reach::Wrong(error.to_string()));
+                return reached(place, is_here, Reachability::Wrong(error.to_string()));
             }
             if !(is_here || online && has_key) {
-                return reached(place, is_here, Reach::NotAsked);
+                return reached(place, is_here, Reachability::NotAsked);
             }
             // A proxy has no business with this machine.
             let (client, patience) = match is_here {
@@ -91,7 +95,7 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
                 false => (client_elsewhere, ELSEWHERE),
             };
             let reach = match list(&client, &endpoint, patience).await {
-                Ok(models) => Reach::Serves(models.len()),
+                Ok(models) => Reachability::Serves(models.len()),
                 Err(error) => unlisted(&error),
             };
             reached(place, is_here, reach)
@@ -101,12 +105,12 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
 }
 
 /// Interprets a provider's refusal to list its models.
-fn unlisted(error: &Error) -> Reach {
+fn unlisted(error: &Error) -> Reachability {
     match (error, error.status()) {
-        (_, Some(status @ (401 | 403))) => Reach::Refused(status),
-        (_, Some(status)) => Reach::Answers(Some(status)),
-        (Error::Malformed { .. }, None) => Reach::Answers(None),
-        (Error::Setup { .. }, None) => Reach::Wrong(error.to_string()),
-        (_, None) => Reach::Silent(error.cause().into_owned()),
+        (_, Some(status @ (401 | 403))) => Reachability::Refused(status),
+        (_, Some(status)) => Reachability::Answers(Some(status)),
+        (Error::Malformed { .. }, None) => Reachability::Answers(None),
+        (Error::Setup { .. }, None) => Reachability::Wrong(error.to_string()),
+        (_, None) => Reachability::Silent(error.cause().into_owned()),
     }
 }

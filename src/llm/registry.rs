@@ -9,7 +9,7 @@ use super::api_keys::{Environment, ResolvedKey};
 use super::endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 use super::limits::Limits;
 use super::price::{PriceEntry, Prices};
-use super::provider::{PriceLine, Provider, RegistryError, Words};
+use super::provider::{PriceLine, Provider, RegistryError, StringOrList};
 use super::quirks::StatedQuirks;
 
 /// The providers.
@@ -91,7 +91,7 @@ impl Registry {
             }
             None => endpoint.key_source = provider.key_names(),
         }
-        endpoint.key_command = provider.key_command.as_ref().map(Words::command);
+        endpoint.key_command = provider.key_command.as_ref().map(StringOrList::command);
         if endpoint.key.is_none()
             && let Some(command) = &endpoint.key_command
         {
@@ -172,7 +172,7 @@ impl Provider {
     }
 
     pub(super) fn key(&self, environment: &Environment) -> Option<ResolvedKey> {
-        environment.key(self.key_env.as_ref().map_or(&[], Words::list))
+        environment.key(self.key_env.as_ref().map_or(&[], StringOrList::list))
     }
 
     /// The variables that the key should be in and is not. Servers on this machine rarely want one: there it is missed

@@ -11,7 +11,7 @@ fn registry(user: &str) -> Result<Registry, RegistryError> {
 }
 
 fn variables(list: &'static [(&str, &str)]) -> Environment {
-    Environment::of(move |name| {
+    Environment::from_lookup(move |name| {
         let found = list.iter().find(|(known, _)| *known == name);
         found.map(|(_, value)| value.to_string())
     })
@@ -134,12 +134,12 @@ fn prices_are_the_users_until_one_is_known() {
     let day = "2026-11-20".parse().unwrap();
     let prices = |id: &str| registry.resolve(id, &keys).unwrap().0.prices;
     let pricing = prices("deepseek/deepseek-flash")
-        .of("deepseek-flash", day)
+        .pricing_for("deepseek-flash", day)
         .unwrap();
     assert_eq!(pricing.price.cached, Some(0.05));
     assert_eq!(pricing.peak.unwrap().factor, 2.0);
     assert_eq!(
-        prices("openai/gpt-7").of("gpt-7", day),
+        prices("openai/gpt-7").pricing_for("gpt-7", day),
         None,
         "unknown, not nothing"
     );

@@ -10,7 +10,7 @@ const LONGEST: usize = 64 << 20;
 
 /// Why a body ended early.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(super) enum BodyError {
     /// Patience ran out.
     Elapsed(Elapsed),
     /// The connection was cut.
@@ -25,7 +25,7 @@ pub(super) enum Fault {
 pub(super) fn texts<S, B, E>(
     bytes: S,
     patience: Deadlines,
-) -> impl Stream<Item = Result<String, Fault>> + Send
+) -> impl Stream<Item = Result<String, BodyError>> + Send
 where
     S: Stream<Item = Result<B, E>> + Send + 'static,
     B: AsRef<[u8]> + Send,
@@ -37,8 +37,8 @@ where
         let text = match patience.wait(bytes.next()).await {
             Ok(None) => return None,
             Ok(Some(Ok(piece))) => joiner.join(piece.as_ref()),
-            Ok(Some(Err(error))) => Err(Fault::Cut(deepest(&error))),
-            Err(elapsed) => Err(Fault::Elapsed(elapsed)),
+            Ok(Some(Err(error))) => Err(BodyError::Cut(deepest(&error))),
+            Err(elapsed) => Err(BodyError::Elapsed(elapsed)),
         };
         let state = text.is_ok().then_some((bytes, joiner));
         Some((text, state))
@@ -46,7 +46,7 @@ where
 }
 
 /// The same for pieces that are all there.
-pub(super) fn joined<S>(pieces: S) -> impl Stream<Item = Result<String, Fault>> + Send
+pub(super) fn joined<S>(pieces: S) -> impl Stream<Item = Result<String, BodyError>> + Send
 where
     S: Stream<Item = Vec<u8>> + Send + 'static,
 {
@@ -64,7 +64,7 @@ pub(super) async fn whole(
     response: reqwest::Response,
     patience: Deadlines,
     longest: usize,
-) -> Result<String, (String, Fault)> {
+) -> Result<String, (String, BodyError)> {
     let mut pieces = Box::pin(texts(response.bytes_stream(), patience));
     let mut body = String::new();
     while let Some(piece) = pieces.next().await {
@@ -73,7 +73,7 @@ pub(super) async fn whole(
             Err(fault) => return Err((body, fault)),
         }
         if body.len() > longest {
-            return Err((body, Fault::TooLong));
+            return Err((body, BodyError::TooLong));
         }
     }
     Ok(body)
@@ -87,20 +87,20 @@ struct Joiner {
 }
 
 impl Joiner {
-    fn join(&mut self, piece: &[u8]) -> Result<String, Fault> {
+    fn join(&mut self, piece: &[u8]) -> Result<String, BodyError> {
         self.seen += piece.len();
         if self.seen > LONGEST {
-            return Err(Fault::TooLong);
+            return Err(BodyError::TooLong);
         }
         self.held.extend_from_slice(piece);
         let whole = match std::str::from_utf8(&self.held) {
             Ok(text) => text.len(),
             Err(error) if error.error_len().is_none() => error.valid_up_to(),
-            Err(_) => return Err(Fault::NotText),
+            Err(_) => return Err(BodyError::NotText),
         };
         let rest = self.held.split_off(whole);
         let bytes = std::mem::replace(&mut self.held, rest);
-        let mut text = String::from_utf8(bytes).map_err(|_| Fault::NotText)?;
+        let mut text = String::from_utf8(bytes).map_err(|_| BodyError::NotText)?;
         if !self.begun {
             // However many there are: a second mark would be the beginning of a field's name.
             text = text.trim_start_matches('\u{feff}').to_owned();
@@ -115,7 +115,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    fn join(bytes: &[u8], size: usize) -> Result<String, Fault> {
+    fn join(bytes: &[u8], size: usize) -> Result<String, BodyError> {
         let mut joiner = Joiner::default();
         bytes.chunks(size).map(|c| joiner.join(c)).collect()
     }
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn bytes_that_are_no_text_are_reported_at_once() {
         for size in 1..4 {
-            assert_eq!(join(b"ab\xffcd", size), Err(Fault::NotText));
+            assert_eq!(join(b"ab\xffcd", size), Err(BodyError::NotText));
         }
         assert_eq!(join("é".as_bytes().split_last().unwrap().1, 4).unwrap(), "");
     }

@@ -8,7 +8,7 @@ const MOST_SPACE: usize = 1024;
 
 /// Kind of a piece of content.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum ContentPart {
     /// Between the tags.
     Thought(String),
     /// Everything else.
@@ -35,7 +35,7 @@ enum Place {
 
 impl Splitter {
     /// Takes the next piece and gives what is certain.
-    pub fn push(&mut self, piece: &str) -> Vec<Part> {
+    pub fn push(&mut self, piece: &str) -> Vec<ContentPart> {
         let mut parts = Vec::new();
         self.held.push_str(piece);
         loop {
@@ -58,10 +58,10 @@ impl Splitter {
                     let Some((thought, rest)) = text.split_once(CLOSE) else {
                         let certain = text.len() - tag_begun(&text);
                         self.held = text[certain..].to_owned();
-                        add(&mut parts, Part::Thought, &text[..certain]);
+                        add(&mut parts, ContentPart::Thought, &text[..certain]);
                         return parts;
                     };
-                    add(&mut parts, Part::Thought, thought);
+                    add(&mut parts, ContentPart::Thought, thought);
                     self.place = Place::Gap;
                     self.held = rest.to_owned();
                 }
@@ -74,7 +74,7 @@ impl Splitter {
                     self.held = rest.to_owned();
                 }
                 Place::Open => {
-                    add(&mut parts, Part::Said, &text);
+                    add(&mut parts, ContentPart::Said, &text);
                     return parts;
                 }
             }
@@ -82,19 +82,19 @@ impl Splitter {
     }
 
     /// The text is over: gives what was held back.
-    pub fn end(&mut self) -> Vec<Part> {
+    pub fn end(&mut self) -> Vec<ContentPart> {
         let mut parts = Vec::new();
         let kind = if matches!(self.place, Place::Inside) {
-            Part::Thought
+            ContentPart::Thought
         } else {
-            Part::Said
+            ContentPart::Said
         };
         add(&mut parts, kind, &std::mem::take(&mut self.held));
         parts
     }
 }
 
-fn add(parts: &mut Vec<Part>, kind: fn(String) -> Part, text: &str) {
+fn add(parts: &mut Vec<ContentPart>, kind: fn(String) -> ContentPart, text: &str) {
     if !text.is_empty() {
         parts.push(kind(text.to_owned()));
     }
@@ -117,15 +117,15 @@ mod tests {
         let (mut thought, mut said) = (String::new(), String::new());
         let mut splitter = Splitter::default();
         let letters: Vec<char> = text.chars().collect();
-        let mut parts: Vec<Part> = letters
+        let mut parts: Vec<ContentPart> = letters
             .chunks(size)
             .flat_map(|c| splitter.push(&c.iter().collect::<String>()))
             .collect();
         parts.extend(splitter.end());
         for part in parts {
             match part {
-                Part::Thought(t) => thought.push_str(&t),
-                Part::Said(t) => said.push_str(&t),
+                ContentPart::Thought(t) => thought.push_str(&t),
+                ContentPart::Said(t) => said.push_str(&t),
             }
         }
         (thought, said)
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn plain_text_is_not_held_back() {
         let mut splitter = Splitter::default();
-        assert_eq!(splitter.push("Hello"), [Part::Said("Hello".into())]);
-        assert_eq!(splitter.push(" <"), [Part::Said(" <".into())]);
+        assert_eq!(splitter.push("Hello"), [ContentPart::Said("Hello".into())]);
+        assert_eq!(splitter.push(" <"), [ContentPart::Said(" <".into())]);
     }
 }

@@ -16,7 +16,7 @@ pub(super) type BodyAtStep<'s> = (&'s Motion, &'s Footprint);
 
 /// A scene prepared for measuring.
 ///
-/// Nothing is worked out before it is asked: the distances alone cost nothing more than distances.
+/// Values are computed lazily: asking for distances costs no more than the distances.
 #[derive(Debug)]
 pub struct Context<'s> {
     pub(super) scene: &'s Scene,
@@ -91,7 +91,7 @@ impl<'s> Context<'s> {
         self.steps.clone()
     }
 
-    /// Everyone but the ego, in the file's order.
+    /// The obstacles other than the ego, in the file's order.
     #[must_use]
     pub fn participants(&self) -> &[Participant<'s>] {
         &self.participants
@@ -121,7 +121,7 @@ impl<'s> Context<'s> {
                 let poses: Vec<_> = self.ego.iter().flatten().map(|(m, _)| m.pose).collect();
                 Road::ahead(self.scene, &poses)
             } else {
-                Road::of(self.scene)
+                Road::from_scene(self.scene)
             }
         });
         road.as_ref()

@@ -19,14 +19,14 @@ pub struct Encounter<'a> {
     place: Place<'a>,
 }
 
-/// Where the rest of the recording is.
+/// The source of the remaining recording.
 #[derive(Debug, Clone, Copy)]
 enum Place<'a> {
     /// Prepared, with the places of the other and of the step.
     Context(&'a Context<'a>, usize, usize),
     /// Not prepared, with the id of the other and the step.
     Scene(&'a Scene, i64, i64),
-    /// There is none.
+    /// None.
     #[cfg(test)]
     Nowhere,
 }
@@ -112,7 +112,7 @@ impl<'a> Encounter<'a> {
         known.unwrap_or_else(|| self.ego_placed().distance(&self.other_placed()))
     }
 
-    /// Where the other is and how it moves, seen from the ego.
+    /// Position and motion of the other relative to the ego.
     #[must_use]
     pub fn relation(&self) -> Relation {
         let known = match self.place {

@@ -9,11 +9,11 @@ pub struct Nearest {
     pub value: f64,
     /// When, first.
     pub step: i64,
-    /// Who.
+    /// The obstacle.
     pub obstacle: i64,
 }
 
-/// What is most dangerous in a scene.
+/// The greatest danger in a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Headline {
     /// Minimum distance, metres (MDC); 0 in a collision.
@@ -35,7 +35,7 @@ impl Headline {
         }
     }
 
-    /// Whether the ego touches anyone at any recorded step.
+    /// Whether the ego touches an obstacle at any recorded step.
     #[must_use]
     pub fn collides(&self) -> bool {
         self.distance.is_some_and(|d| d.value == 0.0)

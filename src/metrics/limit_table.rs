@@ -9,15 +9,15 @@ use super::limits::Limits;
 pub struct Limit {
     /// Its name in a file of thresholds.
     pub id: &'static str,
-    /// What it is.
+    /// Its description.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// What it may be, in its unit.
+    /// Its allowed range, in its unit.
     pub allowed: RangeInclusive<f64>,
     /// Ids of the measures that take it.
     pub measures: &'static [&'static str],
-    /// Where the shipped value comes from.
+    /// The source of the shipped value.
     pub source: &'static str,
     get: fn(&Limits) -> f64,
     place: fn(&mut Limits) -> &mut f64,

@@ -15,7 +15,7 @@ pub struct Limits {
     pub evasion: f64,
     /// The tightest curve that can be steered, 1/m: at low speed it limits the evasive manoeuvre.
     pub tightest: f64,
-    /// Acceleration in any direction that is feared of everyone who moves, m/s² (worst-case time to collision).
+    /// Worst-case acceleration of a road user in any direction, m/s² (worst-case time to collision).
     pub worst_case: f64,
     /// Threshold of the time-exposed and time-integrated time to collision, seconds.
     pub tau: f64,
@@ -38,7 +38,7 @@ pub struct Madr {
     pub most: f64,
 }
 
-/// Parameters of responsibility-sensitive safety, the same for everyone.
+/// Parameters of responsibility-sensitive safety, the same for all road users.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rss {
     /// Response time ρ, seconds.
@@ -53,14 +53,14 @@ pub struct Rss {
     pub brake_correct: f64,
     /// Largest lateral acceleration during the response time, m/s².
     pub lateral_accelerate: f64,
-    /// Lateral deceleration that everyone brakes with at least, m/s².
+    /// Minimum lateral deceleration of all road users, m/s².
     pub lateral_brake: f64,
     /// Margin μ for lateral fluctuations, metres.
     pub lateral_margin: f64,
 }
 
 impl Limits {
-    /// Those that come with the program; where each is from, [`super::LIMITS`] says.
+    /// The shipped limits; [`super::LIMITS`] gives their sources.
     pub const SHIPPED: Self = Self {
         brake_threat: 11.5,
         steer_threat: 8.0,

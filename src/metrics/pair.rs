@@ -18,7 +18,7 @@ pub(super) struct Pair {
     exposure: OnceCell<Vec<Exposure>>,
     conflict: OnceCell<Conflict>,
     starts: OnceCell<Starts>,
-    /// Of one that stands for ever.
+    /// The lanes of a static obstacle.
     standing_lanes: OnceCell<LaneSet>,
 }
 
@@ -102,7 +102,7 @@ impl Context<'_> {
         starts.get_or_init(|| Starts::new(self, participant..participant + 1))
     }
 
-    /// The latest starts of manoeuvres that avoid everyone.
+    /// The latest starts of manoeuvres that avoid all obstacles.
     pub(super) fn starts(&self) -> &Starts {
         self.starts
             .get_or_init(|| Starts::new(self, 0..self.participants().len()))

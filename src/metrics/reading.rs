@@ -1,18 +1,18 @@
 //! The value of a measure, or the reason why there is none.
 
-/// What a measure says about one obstacle at one step.
+/// The value of a measure for one obstacle at one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reading {
     /// A finite number in the measure's unit.
     Value(f64),
-    /// There is no number, and this is why.
+    /// No value, and why.
     None(NoValue),
 }
 
 /// Why a measure has no value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum NoValue {
-    /// One of the two is not there at this step.
+    /// One of the two is absent at this step.
     Absent,
     /// They do not come closer along this direction.
     NotApproaching,

@@ -52,7 +52,7 @@ impl Danger {
     }
 }
 
-/// What becomes of a measure in the mirror image of a scene, where left is right.
+/// The behaviour of a measure under mirroring of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mirrored {
     /// It stays.
@@ -66,15 +66,15 @@ pub enum Mirrored {
 pub struct Measure {
     /// Short name for columns and the command line.
     pub id: &'static str,
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
     /// Its unit; empty for a score.
     pub unit: &'static str,
     /// Which values are dangerous.
     pub danger: Danger,
-    /// What becomes of it in a mirror.
+    /// Its behaviour under mirroring.
     pub mirrored: Mirrored,
-    /// Where its definition comes from.
+    /// The source of its definition.
     pub source: &'static str,
     /// Computes it.
     pub compute: fn(&Encounter<'_>) -> Reading,

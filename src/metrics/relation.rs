@@ -1,9 +1,9 @@
-//! Where another participant is and how it moves, in the ego's frame: x forward, y left.
+//! Position and motion of another participant in the ego's frame: x forward, y left.
 
 use super::Encounter;
 use crate::geometry::Vector;
 
-/// Where another participant is, seen from the ego's body.
+/// The position of another participant relative to the ego's body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// Ahead, overlapping sideways.
@@ -58,7 +58,7 @@ impl Direction {
 /// The relation of another participant to the ego at one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relation {
-    /// Where it is.
+    /// Its position.
     pub direction: Direction,
     /// Free distance along the ego's heading, metres; negative behind, 0 where the bodies overlap along it.
     pub gap_long: f64,

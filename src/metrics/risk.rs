@@ -17,9 +17,9 @@ use super::{Danger, Direction, Encounter, Measure, Mirrored, Reading, time_to_co
 pub struct RiskLevel {
     /// 0 (collision) to 5 (negligible).
     pub score: u8,
-    /// One word for it.
+    /// Its name, one word.
     pub name: String,
-    /// What it means.
+    /// Its meaning.
     pub meaning: String,
     /// Largest gap with this score, metres; the last level has none.
     pub distance: Option<f64>,
@@ -30,7 +30,7 @@ pub struct RiskLevel {
 /// The thresholds, as data.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct RiskTable {
-    /// Where the thresholds come from.
+    /// The source of the thresholds.
     pub source: String,
     /// From the most to the least dangerous.
     #[serde(rename = "level")]
@@ -72,7 +72,7 @@ impl RiskTable {
         self.levels.iter().find(|l| l.score == score)
     }
 
-    fn of(&self, encounter: &Encounter<'_>) -> u8 {
+    fn of_encounter(&self, encounter: &Encounter<'_>) -> u8 {
         let mean = self.mean(encounter, |value, bound| {
             f64::from(self.score(value, bound))
         });
@@ -157,7 +157,9 @@ pub(super) const MEASURE: Measure = Measure {
 
 /// The risk score, 0 to 5.
 fn compute(encounter: &Encounter<'_>) -> Reading {
-    Reading::Value(f64::from(encounter.thresholds().risk.of(encounter)))
+    Reading::Value(f64::from(
+        encounter.thresholds().risk.of_encounter(encounter),
+    ))
 }
 
 #[cfg(test)]

@@ -1,20 +1,20 @@
-//! Measures of the whole scene at one step: of the ego against everyone together.
+//! Measures of the whole scene at one step: of the ego against all obstacles together.
 
 use super::recorded::Starts;
 use super::{Context, Danger, NoValue, Reading};
 
-/// A measure of the ego and everyone else at one step.
+/// A measure of the ego against all obstacles at one step.
 #[derive(Debug)]
 pub struct SceneMeasure {
     /// Short name, that of the measure of one obstacle which it sums up.
     pub id: &'static str,
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
     /// Which values are dangerous.
     pub danger: Danger,
-    /// Where its definition comes from.
+    /// The source of its definition.
     pub source: &'static str,
     /// Computes it at a step.
     pub compute: fn(&Context<'_>, i64) -> Reading,
@@ -22,7 +22,7 @@ pub struct SceneMeasure {
 
 /// Every measure of whole scenes.
 ///
-/// The times to manoeuvres are not the least of those of single obstacles: here the manoeuvre avoids everyone.
+/// The times to manoeuvres are not minima over single obstacles: here one manoeuvre avoids all obstacles.
 pub const SCENE_MEASURES: &[SceneMeasure] = &[
     SceneMeasure {
         id: "dce",

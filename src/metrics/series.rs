@@ -125,7 +125,7 @@ impl Series {
         let place = place.filter(|&place| place < length);
         let measure = self.measures.iter().position(|m| m.id == measure);
         let start = measure.map(|m| m * self.obstacles.len() * length);
-        // Of every obstacle the reading at the step: the rows lie one after the other.
+        // Each obstacle's reading at the step: the rows are contiguous.
         let first = start.zip(place).map(|(start, place)| start + place);
         // Without obstacles there are no rows, whatever the step.
         let readings = first.and_then(|first| self.readings.get(first..));

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::tables::{Comparison, Finding, Paper, Part, Published};
 use crate::evaluation::Confusion;
 use crate::evaluation::report::{
-    Block, Cell, Document, Half, NONE, Table, counts, csv, number, p_value, way, with_interval,
+    Block, Cell, DataHalf, Document, NONE, Table, counts, csv, number, p_value, way, with_interval,
 };
 use crate::evaluation::statistics::Interval;
 
@@ -87,8 +87,8 @@ impl Paper {
                  (Two-sided hypergeometric test, not corrected for many rows: one in twenty would differ by chance.) \
                  Impossible: so few cannot be left of the published answers. Which of these scenarios the paper counted is \
                  not known.",
-                most(Half::Collision),
-                most(Half::Normal)
+                most(DataHalf::Collision),
+                most(DataHalf::Normal)
             ),
             format!(
                 "Of {} published counts {} agree, {} differ, {} are impossible, and of {} nothing was recorded.{again}",

@@ -66,7 +66,7 @@ fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> R
         Task::Safety => ego.and_then(|ego| ego.windows[usize::from(!answer.collision)]),
         _ => None,
     };
-    let key = Key::of(&json!({
+    let key = Key::digest(&json!({
         "recorded": answer.model,
         "scenario": answer.scenario,
         "collision": answer.collision,

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::description::Frame;
-use crate::evaluation::report::{About, Cell, Report};
+use crate::evaluation::report::{Cell, Report, ReportSubject};
 use crate::evaluation::statistics::{Interval, part_of, wilson};
 use crate::evaluation::{Confusion, PromptConfig, Scored};
 use crate::judge;
@@ -146,7 +146,7 @@ impl Published {
         let compared = names.into_iter().zip(rates).zip(self.rates);
         compared
             .filter_map(|((name, counted), printed)| {
-                // Half a unit of the last digit that is printed.
+                // DataHalf a unit of the last digit that is printed.
                 let off = counted.is_none_or(|counted| (counted - printed).abs() > 0.005 + 1e-9);
                 let counted = counted.map_or_else(|| "none".into(), |c| format!("{c:.3}"));
                 off.then(|| {
@@ -201,7 +201,7 @@ impl Paper {
 impl Paper {
     /// The same, saying what the recorded answers are.
     #[must_use]
-    pub fn about(self, about: About) -> Self {
+    pub fn about(self, about: ReportSubject) -> Self {
         Self {
             report: self.report.about(about),
             ..self

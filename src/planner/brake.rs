@@ -35,7 +35,7 @@ pub(super) fn brake(
     states
 }
 
-/// The curvature that leads back to the path, 1/m; the present one where there is no path.
+/// The curvature that leads back to the path, 1/m; the present curvature beyond its end.
 fn wanted_curvature(at: &VehicleState, guide: &ReferenceTrack, hint: &mut Option<f64>) -> f64 {
     let path = &guide.path;
     let near = hint.and_then(|s| path.project_near(&at.rear.position, s, 10.0).ok());

@@ -2,7 +2,7 @@
 
 use super::brake::brake;
 use super::candidate::{Candidate, Rejection};
-use super::traffic::Own;
+use super::traffic::EgoBox;
 use super::{Limits, Plan, Planner, Traffic, VehicleState};
 
 /// Fallback when no candidate is feasible.
@@ -18,7 +18,7 @@ pub enum Emergency {
 const BRAKING: [f64; 3] = [0.4, 0.7, 1.0];
 
 impl Planner<'_> {
-    /// The mildest braking that touches no obstacle's prediction; where there is none, what touches an obstacle last.
+    /// The mildest braking without a predicted contact; if there is none, the one with the latest contact.
     pub(super) fn stop(
         &mut self,
         now: &VehicleState,
@@ -94,7 +94,7 @@ fn first_contact(states: &[VehicleState], traffic: &Traffic, limits: &Limits) ->
     states.iter().enumerate().skip(1).find_map(|(step, state)| {
         let centre = state.centre(limits).pose;
         let (sin, cos) = centre.heading.sin_cos();
-        let own = Own {
+        let own = EgoBox {
             x: centre.position.x,
             y: centre.position.y,
             cos,

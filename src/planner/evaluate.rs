@@ -4,7 +4,7 @@ use super::candidate::{Candidate, Cost, Rejection};
 use super::lateral::Lateral;
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
-use super::traffic::{Occupied, Own, Traffic};
+use super::traffic::{EgoBox, Occupied, Traffic};
 use super::{CurvatureSpeedLimit, Limit, Limits, Settings};
 
 /// Shared checks for all candidates of a plan.
@@ -102,7 +102,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Adds what everyone's closeness costs at a step; says whom it would touch.
+    /// Adds the cost of proximity to all obstacles at a step; returns the obstacle it would touch.
     #[inline]
     fn meet(&self, step: usize, moved: &Moved, sums: &mut Sums) -> Option<i64> {
         let own = self.own(moved);
@@ -138,9 +138,9 @@ impl Judge<'_> {
         None
     }
 
-    fn own(&self, moved: &Moved) -> Own {
+    fn own(&self, moved: &Moved) -> EgoBox {
         let limits = &self.allowed.limits;
-        Own {
+        EgoBox {
             x: moved.x + moved.cos * limits.rear_to_centre,
             y: moved.y + moved.sin * limits.rear_to_centre,
             cos: moved.cos,
@@ -153,7 +153,14 @@ impl Judge<'_> {
     /// The share of the wanted gap that is missing behind an obstacle `forward` and `left` metres away, squared; one stops
     /// within `stopping` metres.
     #[inline]
-    fn missing(&self, own: &Own, other: &Occupied, forward: f64, left: f64, stopping: f64) -> f64 {
+    fn missing(
+        &self,
+        own: &EgoBox,
+        other: &Occupied,
+        forward: f64,
+        left: f64,
+        stopping: f64,
+    ) -> f64 {
         let cos = own.cos * other.cos + own.sin * other.sin;
         let sin = (own.cos * other.sin - own.sin * other.cos).abs();
         let wide = other.half_width * cos.abs() + other.half_length * sin + own.half_width;
@@ -180,7 +187,7 @@ pub(super) struct Allowed {
     reach: f64,
     /// The tightest curvature, 1/m.
     tightest: f64,
-    /// Tangent of what the steering angle may change within a step.
+    /// Tangent of the largest change of the steering angle within a step.
     turned: f64,
     /// Seconds between two steps, and its inverse.
     dt: f64,

@@ -122,7 +122,7 @@ pub struct Tolerance {
     pub heading: f64,
     /// The share of a limit by which it may be exceeded.
     pub share: f64,
-    /// How exactly positions (m) and headings (rad) are known: half of what a file rounds to.
+    /// The precision of positions (m) and headings (rad): half the rounding of a file.
     pub rounding: f64,
 }
 
@@ -277,7 +277,7 @@ struct Violations<'a> {
 }
 
 impl Violations<'_> {
-    /// A value that is no number keeps no bound.
+    /// NaN violates every bound.
     fn ask(&mut self, step: i64, bound: Bound, value: f64, most: f64) {
         let broken = value.partial_cmp(&most).is_none_or(Ordering::is_gt);
         if broken {
@@ -304,7 +304,7 @@ impl Violations<'_> {
         self.ask(at.step, Bound::Backwards, -at.velocity, BACKWARDS);
     }
 
-    /// Asks all of one step; says which share of the friction circle it uses.
+    /// Checks all bounds at one step; returns the share of the friction circle used.
     fn way(&mut self, from: &Moment, to: &Moment, turn: &Turn) -> f64 {
         let Feasibility {
             limits,
@@ -348,7 +348,7 @@ impl Violations<'_> {
         };
         self.limit(step, Bound::Friction, friction, most);
         let off = to.rear.position - reached.rear.position;
-        // `max` would pass over what is no number.
+        // `max` would ignore NaN.
         let worst = if off.y.abs() <= off.x.abs() || off.x.is_nan() {
             off.x.abs()
         } else {

@@ -45,14 +45,14 @@ pub struct Forecaster<'a> {
     without: Option<i64>,
 }
 
-/// Seconds of everyone's past that a forecast may look at.
+/// Seconds of observed history available to a forecast.
 const MEMORY: f64 = 1.0;
 
 /// Ways that are less likely are not looked at.
 const LEAST: f64 = 0.05;
 
 impl<'a> Forecaster<'a> {
-    /// A forecaster for everyone in `scenario` but `without`.
+    /// A forecaster for all obstacles of `scenario` except `without`.
     #[must_use]
     pub fn new(scenario: &'a Scenario, forecast: Forecast, without: Option<i64>) -> Self {
         Self {
@@ -62,7 +62,7 @@ impl<'a> Forecaster<'a> {
         }
     }
 
-    /// Everyone's bodies for `steps` steps from `now` on.
+    /// The bodies of all obstacles for `steps` steps from `now` on.
     #[must_use]
     pub fn traffic(&self, now: i64, steps: usize) -> Traffic {
         match self.forecast {
@@ -116,7 +116,7 @@ impl<'a> Forecaster<'a> {
             let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
                 continue;
             };
-            let extent = Extent::of(seen.footprint);
+            let extent = Extent::from_footprint(seen.footprint);
             for course in prediction
                 .courses
                 .iter()

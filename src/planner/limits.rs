@@ -69,7 +69,7 @@ impl std::fmt::Display for Limit {
 impl Limits {
     /// The limits of a benchmark vehicle.
     #[must_use]
-    pub fn of(vehicle: VehicleType) -> Self {
+    pub fn for_vehicle(vehicle: VehicleType) -> Self {
         let (steering, steering_rate, switch_speed, speed) = match vehicle {
             VehicleType::FordEscort => (0.910, 0.4, 4.755, 45.8),
             VehicleType::Bmw320i => (1.066, 0.4, 7.319, 50.8),

@@ -49,7 +49,7 @@ pub(super) struct Moved {
     pub curvature: f64,
 }
 
-/// Nearer to the centre of the path's curvature than this share of its radius nothing is planned.
+/// Motions closer to the path's centre of curvature than this share of its radius are rejected.
 const NEAREST: f64 = 0.05;
 
 /// The state at a station with an offset; `None` if the offset all but reaches the centre of curvature.
@@ -82,7 +82,7 @@ pub(super) fn state(at: &Station, offset: Offset) -> Option<Moved> {
 }
 
 impl Moved {
-    pub fn of(state: &VehicleState) -> Self {
+    pub fn from_state(state: &VehicleState) -> Self {
         let (sin, cos) = state.rear.heading.sin_cos();
         Self {
             x: state.rear.position.x,

@@ -52,7 +52,7 @@ pub struct Planner<'a> {
     profiles: Vec<Profile>,
     stations: Vec<Station>,
     pub(super) candidates: Vec<Candidate>,
-    /// Costs and places of those that can be driven.
+    /// Costs and indices of the feasible candidates.
     order: Vec<(f64, usize)>,
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,
@@ -124,7 +124,7 @@ impl<'a> Planner<'a> {
         let centre = along[0] + self.limits.rear_to_centre;
         let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
         let wanted = wanted.min(self.guide.bends.speed(along[0] + now.velocity));
-        let moved = Moved::of(now);
+        let moved = Moved::from_state(now);
         let settings = self.settings;
         let (limits, guide) = (self.limits, self.guide);
         let mut near = std::mem::take(&mut self.near);
@@ -280,7 +280,7 @@ impl<'a> Planner<'a> {
         let steps = self.steps();
         let stations = &self.stations[candidate.profile * (steps + 1)..][..=steps];
         let (now, dt) = (self.now, self.dt);
-        let now = now.as_ref().map(Moved::of);
+        let now = now.as_ref().map(Moved::from_state);
         stations
             .iter()
             .enumerate()

@@ -76,7 +76,7 @@ impl ReferenceTrack {
     ///
     /// # Errors
     /// The problem has no start, or no way leads to its goal.
-    pub fn of(
+    pub fn for_problem(
         scenario: &Scenario,
         graph: &LaneGraph<'_>,
         problem: &PlanningProblem,

@@ -39,7 +39,7 @@ pub struct Sampling {
     pub changes: usize,
     /// The largest offset to either side, metres.
     pub widest: f64,
-    /// Times that all are refined where nothing is left.
+    /// Refinements of all samples if no candidate is left.
     pub refinements: usize,
 }
 
@@ -103,7 +103,7 @@ impl Settings {
     /// The limits that plans keep.
     #[must_use]
     pub fn limits(&self) -> Limits {
-        Limits::of(self.vehicle).scaled(self.share)
+        Limits::for_vehicle(self.vehicle).scaled(self.share)
     }
 
     /// The way (m) in which one stops from `velocity` (m/s).
@@ -115,7 +115,7 @@ impl Settings {
     /// Steps of `dt` seconds in the horizon, at least one and at most [`MOST_STEPS`].
     #[must_use]
     pub fn steps(&self, dt: f64) -> usize {
-        // Nothing of what is no number is one step.
+        // NaN is not one step.
         ((self.horizon / dt).round() as usize).clamp(1, MOST_STEPS)
     }
 

@@ -36,7 +36,7 @@ pub struct Occupied {
     pub velocity: f64,
 }
 
-/// Everyone's predicted bodies at each step from now; bodies that are no rectangles are covered by one.
+/// The predicted bodies of all obstacles at each step from now, each covered by a rectangle.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Traffic {
     /// The hypotheses.
@@ -52,7 +52,7 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    pub fn of(footprint: &Footprint) -> Self {
+    pub fn from_footprint(footprint: &Footprint) -> Self {
         let mut corners = footprint.corners().iter();
         let first = corners.next().map_or(Vector::zeros(), |p| p.coords);
         let (min, max) = corners.fold((first, first), |(min, max), p| {
@@ -81,7 +81,7 @@ impl Traffic {
         self.steps.len().saturating_sub(1)
     }
 
-    /// Who is where `step` steps from now; at the horizon after it.
+    /// The occupied boxes `step` steps from now; beyond the horizon those at its end.
     #[must_use]
     pub fn at(&self, step: usize) -> &[Occupied] {
         let last = self.steps.len().saturating_sub(1);
@@ -120,7 +120,13 @@ impl Traffic {
         pose: &Pose,
         velocity: f64,
     ) {
-        self.occupy_box(body, step, Extent::of(footprint), pose, velocity);
+        self.occupy_box(
+            body,
+            step,
+            Extent::from_footprint(footprint),
+            pose,
+            velocity,
+        );
     }
 
     pub(super) fn occupy_box(
@@ -152,7 +158,7 @@ impl Traffic {
 
 /// The box of the planned vehicle at one step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Own {
+pub(super) struct EgoBox {
     pub x: f64,
     pub y: f64,
     pub cos: f64,
@@ -165,7 +171,7 @@ impl Occupied {
     /// The largest distance (m) between the two boxes' shadows on any of their four axes: below 0 exactly where they
     /// overlap, and never more than their distance.
     #[inline]
-    pub(super) fn separation(&self, own: &Own) -> f64 {
+    pub(super) fn separation(&self, own: &EgoBox) -> f64 {
         let (dx, dy) = (self.x - own.x, self.y - own.y);
         let cos = (own.cos * self.cos + own.sin * self.sin).abs();
         let sin = (own.cos * self.sin - own.sin * self.cos).abs();

@@ -36,7 +36,7 @@ impl TemplateChoices {
 
     /// The file for a task and a frame.
     #[must_use]
-    pub fn of(&self, task: &str, frame: &str) -> Option<&str> {
+    pub fn get(&self, task: &str, frame: &str) -> Option<&str> {
         Some(self.0.get(task)?.get(frame)?.as_str())
     }
 

@@ -71,12 +71,12 @@ pub struct Problem {
     /// What is wrong, with the line.
     pub message: String,
     /// What is in use in its place.
-    pub instead: Instead,
+    pub instead: Fallback,
 }
 
 /// Replacement in use for a broken file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Instead {
+pub enum Fallback {
     /// The shipped file of the same name.
     Shipped,
     /// The user's own file, as it was when it could last be read.
@@ -90,10 +90,10 @@ pub enum Instead {
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let instead = match self.instead {
-            Instead::Shipped => "the shipped template is used instead",
-            Instead::LastGood => "its last good version stays in use",
-            Instead::Nothing => "it is not used",
-            Instead::Usual => "the usual template is used",
+            Fallback::Shipped => "the shipped template is used instead",
+            Fallback::LastGood => "its last good version stays in use",
+            Fallback::Nothing => "it is not used",
+            Fallback::Usual => "the usual template is used",
         };
         write!(f, "{}: {}; {instead}", self.path.display(), self.message)
     }
@@ -164,12 +164,12 @@ impl Library {
             {
                 let kept = (template.clone(), origin.clone());
                 self.templates.insert(file, kept);
-                problem.instead = Instead::LastGood;
+                problem.instead = Fallback::LastGood;
             } else if let Some(origin) = before.fragment_origins.get(&file).filter(theirs) {
                 let text = before.fragments[&file].clone();
                 self.fragment_origins.insert(file.clone(), origin.clone());
                 self.fragments.insert(file, text);
-                problem.instead = Instead::LastGood;
+                problem.instead = Fallback::LastGood;
             }
         }
         self
@@ -183,7 +183,7 @@ impl Library {
                     self.problems.push(Problem {
                         path: folder.to_path_buf(),
                         message: system::words(&error),
-                        instead: Instead::Shipped,
+                        instead: Fallback::Shipped,
                     });
                 }
                 return;
@@ -204,8 +204,8 @@ impl Library {
                     path,
                     message,
                     instead: match Self::shipped(&name) {
-                        Some(_) => Instead::Shipped,
-                        None => Instead::Nothing,
+                        Some(_) => Fallback::Shipped,
+                        None => Fallback::Nothing,
                     },
                 });
             }
@@ -244,7 +244,7 @@ impl Library {
             self.problems.push(Problem {
                 path: path.clone(),
                 message,
-                instead: Instead::Usual,
+                instead: Fallback::Usual,
             });
         };
         let mut chosen = TemplateChoices::read(folder).unwrap_or_else(|message| {
@@ -271,7 +271,7 @@ impl Library {
     /// that overrides the shipped one.
     #[must_use]
     pub fn find(&self, task: &str, frame: &str) -> Option<(&str, &Template)> {
-        let chosen = self.chosen.of(task, frame);
+        let chosen = self.chosen.get(task, frame);
         let rank = |file: &str, origin: &Origin| {
             let user = matches!(origin, Origin::User(_));
             (chosen == Some(file), user, Self::shipped(file).is_some())

@@ -16,7 +16,7 @@ pub use answer_form::{answer_form, answer_keys};
 pub use chosen::choose_template;
 pub use defaults::{Defaults, MOST_DECIMALS, Wording};
 pub use includes::hash;
-pub use library::{Instead, Library, Origin, Problem, Shipped};
+pub use library::{Fallback, Library, Origin, Problem, Shipped};
 pub use rename::{renamed, template_file};
 pub use render::{Prompt, RenderError, render};
 pub use techniques::Techniques;

@@ -8,7 +8,7 @@ use minijinja::{Environment, ErrorKind, Value};
 use serde::Serialize;
 
 use super::TemplateError;
-use super::guard::{self, Fault};
+use super::guard::{self, GuardError};
 use super::includes::included;
 use super::template::body_in_place;
 
@@ -80,7 +80,7 @@ fn fill(
 ) -> Result<Prompt, RenderError> {
     let budget = Arc::new(guard::Budget::with(&values));
     let mut environment = guard::environment(&budget);
-    let fail = |error: minijinja::Error| describe(file, &Fault::Engine(error));
+    let fail = |error: minijinja::Error| describe(file, &GuardError::Engine(error));
     for name in included(source, fragments) {
         let text =
             guard::guarded(name, &fragments[name]).map_err(|fault| describe(name, &fault))?;
@@ -127,10 +127,10 @@ fn without_holes(text: &str) -> String {
     whole
 }
 
-fn describe(file: &str, fault: &Fault) -> RenderError {
+fn describe(file: &str, fault: &GuardError) -> RenderError {
     let error = match fault {
-        Fault::Engine(error) => error,
-        Fault::Limit { line, message } => {
+        GuardError::Engine(error) => error,
+        GuardError::Limit { line, message } => {
             return RenderError {
                 file: file.to_string(),
                 line: Some(*line),

@@ -15,7 +15,10 @@ fn scene(name: &str) -> Scene {
         .find(|e| e.name.contains(name))
         .unwrap();
     let scenario = entry.read().unwrap();
-    let ego = EgoSelection::Beside.of(&entry, &scenario).unwrap().unwrap();
+    let ego = EgoSelection::Beside
+        .resolve(&entry, &scenario)
+        .unwrap()
+        .unwrap();
     Scene::new(scenario, ego)
 }
 

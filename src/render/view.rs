@@ -110,7 +110,7 @@ impl View {
                 };
                 let spots = subject.everywhere();
                 let local: Vec<Point> = spots.iter().map(|p| turned.to_local(p)).collect();
-                let Some(bounds) = Bounds::of(&local) else {
+                let Some(bounds) = Bounds::from_points(&local) else {
                     return around(Point::origin(), 100.0);
                 };
                 let size = bounds.max - bounds.min;

@@ -1,4 +1,4 @@
-//! The benchmark id: whether it follows the rule, and what the reference reader makes of one that does not.
+//! The benchmark id: its syntax, and how the reference reader normalises an invalid one.
 
 use std::borrow::Cow;
 
@@ -32,7 +32,7 @@ fn is_number(text: &str) -> bool {
     !text.starts_with('0') && !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// The id as the reference reader prints it: one that breaks the rule becomes the name of a map in Zamunda.
+/// The id as the reference reader prints it: an invalid one becomes the name of a map in Zamunda.
 #[must_use]
 pub fn normalized(id: &str) -> Cow<'_, str> {
     if is_valid(id) {
@@ -60,7 +60,7 @@ pub fn other_traffic(id: &str, number: u32) -> String {
     // The letter, and the numbers before the last one.
     let (before, last) = prediction.rsplit_once('-').unwrap_or(("T", "0"));
     let before = before.split_once('-').map(|(_, numbers)| numbers);
-    // Numbers of any length are valid; one that is too long for counting gets another one behind it.
+    // Numbers of any length are valid; one too long to count gets a second number appended.
     let (before, last) = match last.parse::<u64>() {
         Ok(last) => (before.map(str::to_string), last),
         Err(_) => {

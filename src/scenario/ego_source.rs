@@ -24,7 +24,7 @@ pub enum EgoSource {
     Planned {
         /// The vehicle, e.g. `BMW 320i`.
         vehicle: String,
-        /// What the planner was told of the others' future, e.g. `lane`.
+        /// The forecast given to the planner, e.g. `lane`.
         forecast: String,
         /// The planning problem that it solves.
         planning_problem: i64,

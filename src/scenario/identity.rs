@@ -1,4 +1,4 @@
-//! What identifies contents: a SHA-256 hash of the bytes.
+//! Content identity: the SHA-256 hash of a file's bytes.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ pub struct ContentHash([u8; 32]);
 impl ContentHash {
     /// The hash of `bytes`.
     #[must_use]
-    pub fn of(bytes: &[u8]) -> Self {
+    pub fn digest(bytes: &[u8]) -> Self {
         Self(Sha256::digest(bytes).into())
     }
 
@@ -42,13 +42,13 @@ mod tests {
 
     #[test]
     fn prints_the_known_hash_of_nothing() {
-        let text = ContentHash::of(b"").to_string();
+        let text = ContentHash::digest(b"").to_string();
         assert!(text.starts_with("e3b0c44298fc1c14") && text.len() == 64);
     }
 
     #[test]
     fn parts_have_the_hash_of_the_whole() {
         let parts: [&[u8]; 3] = [b"ma", b"", b"p"];
-        assert_eq!(ContentHash::of_parts(parts), ContentHash::of(b"map"));
+        assert_eq!(ContentHash::of_parts(parts), ContentHash::digest(b"map"));
     }
 }

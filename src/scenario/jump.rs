@@ -10,7 +10,7 @@ const FASTEST: f64 = 100.0;
 /// No road user speeds up more than this between two records, m/s².
 const STRONGEST: f64 = 20.0;
 
-/// What positions and speeds may be wrong by, metres: some recordings are a step late in their speeds.
+/// Tolerance of positions against speeds, metres: some recordings give speeds a step late.
 const SLACK: f64 = 2.0;
 
 /// The first jump of a track, and how many more there are.

@@ -1,4 +1,4 @@
-//! Scenarios: the road, its users and what is planned; immutable once read.
+//! Scenarios: the road network, road users and planning problems; immutable once read.
 
 pub mod benchmark_id;
 mod ego_source;
@@ -38,12 +38,13 @@ pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use road::{
-    Destination, Direction, DrivableArea, Driven, Lane, LaneGraph, Leg, Route, RouteError, Side,
+    Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, Leg, Route, RouteError,
+    Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use signs::SignMeaning;
 pub use summary::{alike, in_short};
-pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
+pub use track::{DerivedCounts, LONGEST_TRACK, Motion, Sample, Track};
 pub use transform::{Transform, TransformError, Transformed};
 pub use vehicle::{VehicleModel, VehicleType};
 pub use window::Window;
@@ -51,19 +52,19 @@ pub use window::Window;
 /// One scenario: a map with traffic on it and a planning problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// Who made it, when, of what.
+    /// Author, date and source.
     pub header: Header,
-    /// Where on Earth, as far as it is said.
+    /// The location on Earth, as far as the file gives it.
     pub location: Option<Location>,
     /// The tags, as written (`urban`, `intersection`, …).
     pub tags: Vec<String>,
     /// The road.
     pub network: LaneletNetwork,
-    /// Everyone on the road but the ego, in the file's order.
+    /// All obstacles, in the file's order.
     pub obstacles: Vec<Obstacle>,
-    /// What the ego shall do; usually one.
+    /// The ego's planning problems; usually one.
     pub planning_problems: Vec<PlanningProblem>,
-    /// What was assumed or skipped while reading.
+    /// Assumptions and omissions made while reading.
     pub diagnostics: Vec<Diagnostic>,
     /// Hash of the bytes it was read from; of several files, of one after the other.
     pub hash: ContentHash,
@@ -78,7 +79,7 @@ pub struct Header {
     pub version: String,
     /// Seconds between two time steps.
     pub time_step_size: f64,
-    /// Author, affiliation, source, date and what else the root says.
+    /// Author, affiliation, source, date and the other attributes of the root.
     pub attributes: BTreeMap<String, String>,
 }
 
@@ -132,7 +133,7 @@ pub struct Environment {
     pub underground: Option<String>,
 }
 
-/// A note on what reading assumed or skipped.
+/// A note on an assumption or omission made while reading.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Diagnostic {
     /// How much it matters.

@@ -40,7 +40,7 @@ macro_rules! names {
 }
 
 names! {
-    /// What is painted on, or stands at, the border of a lanelet.
+    /// The marking or barrier at the border of a lanelet.
     LineMarking {
         Dashed = "dashed", Solid = "solid", SolidSolid = "solid_solid",
         DashedDashed = "dashed_dashed", SolidDashed = "solid_dashed",
@@ -51,7 +51,7 @@ names! {
 }
 
 names! {
-    /// What kind of road a lanelet is part of.
+    /// The kind of road that a lanelet is part of.
     LaneletType {
         Urban = "urban", Country = "country", Highway = "highway", Interstate = "interstate",
         Parking = "parking", DriveWay = "driveWay", MainCarriageWay = "mainCarriageWay",
@@ -64,7 +64,7 @@ names! {
 }
 
 names! {
-    /// Who may use a lanelet.
+    /// Road users that may use a lanelet.
     RoadUser {
         Vehicle = "vehicle", Car = "car", Truck = "truck", Bus = "bus",
         Motorcycle = "motorcycle", Bicycle = "bicycle", Pedestrian = "pedestrian",
@@ -73,7 +73,7 @@ names! {
 }
 
 names! {
-    /// What an obstacle is.
+    /// The type of an obstacle.
     ObstacleType {
         Unknown = "unknown", Car = "car", Truck = "truck", Bus = "bus", Bicycle = "bicycle",
         Pedestrian = "pedestrian", PriorityVehicle = "priorityVehicle",
@@ -99,7 +99,7 @@ names! {
 }
 
 names! {
-    /// What a vehicle can signal.
+    /// The signals of a vehicle.
     Signal {
         Horn = "horn", IndicatorLeft = "indicatorLeft", IndicatorRight = "indicatorRight",
         BrakingLights = "brakingLights", HazardWarningLights = "hazardWarningLights",

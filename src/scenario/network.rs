@@ -8,7 +8,7 @@ use super::road::Index;
 use super::{LaneletType, LineMarking, RoadUser, SignalColor, TrafficDirection};
 use crate::geometry::{Bounds, Point};
 
-/// The lanelets of a scenario and what stands beside them.
+/// The lanelets of a scenario, with signs, lights and intersections.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LaneletNetwork {
     /// In the file's order.
@@ -43,11 +43,11 @@ pub struct Lanelet {
     pub adjacent_right: Option<Adjacent>,
     /// Where to stop.
     pub stop_line: Option<StopLine>,
-    /// What kinds of road it is part of.
+    /// The kinds of road it is part of.
     pub types: Vec<LaneletType>,
-    /// Who may use it along its direction.
+    /// Road users that may use it in its direction.
     pub users_one_way: Vec<RoadUser>,
-    /// Who may use it in both directions.
+    /// Road users that may use it in both directions.
     pub users_bidirectional: Vec<RoadUser>,
     /// Signs that hold on it.
     pub signs: Vec<i64>,
@@ -62,7 +62,7 @@ pub struct Bound {
     pub points: Vec<Point>,
     /// Heights of the points, metres; empty where the file has none.
     pub heights: Vec<f64>,
-    /// What is painted there.
+    /// The line marking.
     pub marking: LineMarking,
 }
 
@@ -219,7 +219,7 @@ impl LaneletNetwork {
             .iter()
             .map(|l| {
                 let points = l.left.points.iter().chain(&l.right.points);
-                Bounds::of(points).unwrap_or(Bounds {
+                Bounds::from_points(points).unwrap_or(Bounds {
                     min: Point::origin(),
                     max: Point::origin(),
                 })

@@ -1,4 +1,4 @@
-//! Everyone and everything on the road but the ego.
+//! Obstacles: all road users but the ego, and objects on or beside the road.
 
 use serde::{Serialize, Serializer};
 
@@ -14,15 +14,15 @@ pub struct Obstacle {
     pub id: i64,
     /// Whether it moves, stands, or is only feared.
     pub role: ObstacleRole,
-    /// What it is.
+    /// Its type.
     pub kind: ObstacleType,
     /// The region it covers, in its own frame; phantom obstacles have none.
     pub footprint: Option<Footprint>,
     /// Its first state; environment and phantom obstacles have none.
     pub initial: Option<State>,
-    /// What it does afterwards.
+    /// Its motion afterwards.
     pub prediction: Prediction,
-    /// What it signals, in order of time; the first may belong to the initial state.
+    /// Its signals in order of time; the first may belong to the initial state.
     pub signals: Vec<SignalState>,
     track: Track,
     /// The footprint at the steps where its trailer is turned, by step.
@@ -36,15 +36,15 @@ pub struct ObstacleParts {
     pub id: i64,
     /// Whether it moves, stands, or is only feared.
     pub role: ObstacleRole,
-    /// What it is.
+    /// Its type.
     pub kind: ObstacleType,
     /// The region it covers, in its own frame.
     pub footprint: Option<Footprint>,
     /// Its first state.
     pub initial: Option<State>,
-    /// What it does afterwards.
+    /// Its motion afterwards.
     pub prediction: Prediction,
-    /// What it signals.
+    /// Its signals.
     pub signals: Vec<SignalState>,
 }
 
@@ -66,7 +66,7 @@ fn by_name<S: Serializer>(signals: &[(Signal, bool)], to: S) -> Result<S::Ok, S:
 /// What an obstacle does after its first state.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Prediction {
-    /// Nothing is said.
+    /// The file gives none.
     None,
     /// It follows these states.
     Trajectory(Vec<State>),
@@ -86,7 +86,7 @@ pub struct Occupancy {
 }
 
 impl ObstacleParts {
-    /// What is uncertain about its motion, in a sentence: states that say no point but a region.
+    /// The uncertainty of its motion, in a sentence: states that give a region instead of a point.
     #[must_use]
     pub fn uncertainty(&self) -> Option<String> {
         let later: &[State] = match &self.prediction {
@@ -155,7 +155,7 @@ impl Obstacle {
     }
 }
 
-/// The footprint with the trailer turned as the state says; `None` if nothing turns.
+/// The footprint with the trailer turned as in the state; `None` without a trailer that turns.
 fn bent(straight: &Footprint, state: &State) -> Option<(i64, Footprint)> {
     let angle = state.quantity(StateField::HitchAngle)?;
     let shape = straight.shape().hitched_at(angle.middle())?;
@@ -165,12 +165,12 @@ fn bent(straight: &Footprint, state: &State) -> Option<(i64, Footprint)> {
 /// A point mass slower than this has no heading, m/s.
 const STANDSTILL: f64 = 1e-3;
 
-/// What a state says of the motion; `None` if it says no place.
+/// The motion in a state; `None` if it gives no position.
 pub(super) fn sample(state: &State) -> Option<Sample> {
     let vector = state.point_mass_velocity();
     let direction = vector.filter(|v| v.norm() > STANDSTILL);
     let said = |quantity: Option<Quantity>| quantity.map(|q| q.middle());
-    // That of a point mass is told along the world's axes, too, where there are two of them.
+    // A point mass may also give its velocity along the world's two axes.
     let across = vector.and(state.quantity(StateField::AccelerationY));
     let acceleration = match (said(state.acceleration), across) {
         (Some(x), Some(y)) => {

@@ -1,20 +1,20 @@
-//! Planning problems: where the ego starts and what counts as having arrived.
+//! Planning problems: the ego's initial state and its goals.
 
 use super::{LaneletNetwork, Motion, Position, Quantity, State, Steps};
 use crate::geometry::{Footprint, Pose, angle_between};
 
-/// What an ego vehicle shall do.
+/// The task of an ego vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanningProblem {
     /// Unique in the scenario; recorded egos carry it as their id.
     pub id: i64,
-    /// Where it starts.
+    /// The initial state.
     pub initial: State,
     /// Any one of these is an arrival.
     pub goals: Vec<Goal>,
 }
 
-/// One way to arrive: all that is given must hold.
+/// One goal: all of its conditions must hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
     /// When, in time steps.
@@ -48,7 +48,7 @@ impl PlanningProblem {
         goals.position(|goal| goal.is_reached(step, motion, network))
     }
 
-    /// The last time step at which a goal can be reached; nothing without goals.
+    /// The last time step at which a goal can be reached; `None` without goals.
     #[must_use]
     pub fn deadline(&self) -> Option<i64> {
         self.goals.iter().map(|goal| goal.time.to).max()

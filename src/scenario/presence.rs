@@ -4,7 +4,7 @@ use super::{Motion, Obstacle, ObstacleRole, SignalState, StateField, Steps};
 use crate::geometry::{Placed, angle_between};
 
 impl Obstacle {
-    /// Its motion at a step; what stands, stands always.
+    /// Its motion at a step; static obstacles are present at all steps.
     #[must_use]
     pub fn motion_at(&self, step: i64) -> Option<&Motion> {
         match self.role {
@@ -19,7 +19,7 @@ impl Obstacle {
         Some(self.footprint_at(step)?.at(self.motion_at(step)?.pose))
     }
 
-    /// What it signals at a step; `None` if the file does not say.
+    /// Its signals at a step; `None` if the file gives none.
     #[must_use]
     pub fn signals_at(&self, step: i64) -> Option<&SignalState> {
         let covers = |time: &Steps| (time.from..=time.to).contains(&step);

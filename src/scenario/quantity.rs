@@ -12,7 +12,7 @@ use crate::geometry::{Point, Shape, Vector};
 pub enum Quantity {
     /// The number.
     Exact(f64),
-    /// Somewhere between the two, ends included.
+    /// An interval, ends included.
     Interval(f64, f64),
 }
 
@@ -62,7 +62,7 @@ pub enum Position {
     /// Here.
     #[serde(serialize_with = "point")]
     Point(Point),
-    /// Somewhere in this region of the world.
+    /// Within this region of the world.
     Region(Shape),
     /// Somewhere on these lanelets.
     #[serde(serialize_with = "lanelets")]

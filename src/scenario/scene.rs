@@ -32,7 +32,7 @@ impl std::fmt::Display for Ego {
 /// A scenario and an ego in it. Cheap to share, never changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// The map and everyone else.
+    /// The road network and the obstacles.
     pub scenario: Arc<Scenario>,
     /// The ego.
     pub ego: Ego,
@@ -161,7 +161,7 @@ impl Scene {
         step as f64 * self.scenario.dt()
     }
 
-    /// Everyone with a body but the ego, in the file's order.
+    /// The obstacles with a body other than the ego, in the file's order.
     pub fn participants(&self) -> impl Iterator<Item = Participant<'_>> {
         let taken = match self.ego.source {
             EgoSource::Obstacle(id) => Some(id),

@@ -44,7 +44,7 @@ impl Motion {
 
 /// How many steps had to be filled, by quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Derived {
+pub struct DerivedCounts {
     /// Headings, from displacements or held.
     pub headings: usize,
     /// Velocities, from displacements.
@@ -59,7 +59,7 @@ pub struct Track {
     /// In order of time, so that gaps cost nothing.
     motions: Vec<(i64, Motion)>,
     /// What was filled.
-    pub derived: Derived,
+    pub derived: DerivedCounts,
 }
 
 /// A displacement below this says nothing about the heading: files round to tenths of millimetres.
@@ -83,7 +83,7 @@ impl Track {
             return Self::default();
         };
         samples.retain(|s| s.step.saturating_sub(first) <= LONGEST_TRACK);
-        let mut derived = Derived::default();
+        let mut derived = DerivedCounts::default();
         let headings = headings(&samples, resting, &mut derived);
         let velocities = velocities(&samples, &headings, dt, &mut derived);
         let mut motions = Vec::with_capacity(samples.len());
@@ -159,7 +159,7 @@ fn neighbours(i: usize, count: usize) -> (usize, usize) {
     }
 }
 
-fn headings(samples: &[Sample], resting: Option<f64>, derived: &mut Derived) -> Vec<f64> {
+fn headings(samples: &[Sample], resting: Option<f64>, derived: &mut DerivedCounts) -> Vec<f64> {
     let mut known: Vec<Option<f64>> = Vec::with_capacity(samples.len());
     for (i, sample) in samples.iter().enumerate() {
         let held = known.last().copied().flatten();
@@ -183,7 +183,12 @@ fn headings(samples: &[Sample], resting: Option<f64>, derived: &mut Derived) -> 
     known.into_iter().flatten().collect()
 }
 
-fn velocities(samples: &[Sample], headings: &[f64], dt: f64, derived: &mut Derived) -> Vec<f64> {
+fn velocities(
+    samples: &[Sample],
+    headings: &[f64],
+    dt: f64,
+    derived: &mut DerivedCounts,
+) -> Vec<f64> {
     let filled = samples.iter().enumerate().map(|(i, sample)| {
         sample.velocity.unwrap_or_else(|| {
             derived.velocities += 1;

@@ -30,7 +30,7 @@ impl Tags {
 
     /// The tags of a scenario.
     #[must_use]
-    pub fn of(&self, scenario: &str) -> &[String] {
+    pub fn tags_for(&self, scenario: &str) -> &[String] {
         self.of.get(scenario).map_or(&[], Vec::as_slice)
     }
 
@@ -89,10 +89,10 @@ mod tests {
         Tags::change(&path, "DEU_A-1 \"x\"", typed.clone()).unwrap();
         let both = Tags::change(&path, "USA_B-1", vec!["later".into()]).unwrap();
         assert_eq!(Tags::read(&path).as_ref(), Ok(&both));
-        assert_eq!(both.of("DEU_A-1 \"x\""), typed);
+        assert_eq!(both.tags_for("DEU_A-1 \"x\""), typed);
         assert_eq!(both.all(), ["for_paper", "later", "odd"]);
         let one = Tags::change(&path, "USA_B-1", Vec::new()).unwrap();
-        assert!(one.of("USA_B-1").is_empty() && one.all().len() == 2);
+        assert!(one.tags_for("USA_B-1").is_empty() && one.all().len() == 2);
         std::fs::write(&path, "a = [\"b\"]\nc = 3\n").unwrap();
         let error = Tags::change(&path, "a", Vec::new()).unwrap_err();
         assert!(error.contains("tags.toml: line 2"), "{error}");

@@ -1,4 +1,4 @@
-//! Who touches whom, and with which side of the body.
+//! Collisions: which obstacle touches the ego, and with which side of its body.
 
 use crate::geometry::{Footprint, Placed, Point, Pose, Vector, angle_between};
 use crate::scenario::{Obstacle, ObstacleRole, Scenario};

@@ -1,4 +1,4 @@
-//! Driving: plan, advance, look, until it ends; with what several drives of one problem share made once.
+//! The closed loop: plan, advance, check, until the drive ends. Drives of one problem share their preparation.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -29,12 +29,12 @@ pub struct Driver {
     cancel: Cancel,
 }
 
-/// Steps that a drive has at most: a deadline beyond them is no time that anyone plans for.
+/// Longest drive, steps; a later deadline is treated as unreasonable.
 pub const MOST_DRIVEN: i64 = 1000;
 
 /// Where a drive begins, and when it ends at the latest and at the earliest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub struct DriveSpan {
     /// The first time step.
     pub step: i64,
     /// The vehicle there.
@@ -47,7 +47,7 @@ pub struct Stretch {
 
 /// A drive, and what the planner carried from cycle to cycle: enough to drive on from any of them.
 #[derive(Debug, Clone)]
-pub struct Noted {
+pub struct ResumableRollout {
     /// The drive.
     pub drive: Rollout,
     /// The planner's memory after each cycle.
@@ -72,8 +72,8 @@ impl Driver {
             return Err(DriveError::TooFine { dt, horizon });
         }
         let graph = scenario.network.lane_graph(None);
-        let guide = ReferenceTrack::of(scenario, &graph, problem)?;
-        let limits = Limits::of(settings.planner.vehicle);
+        let guide = ReferenceTrack::for_problem(scenario, &graph, problem)?;
+        let limits = Limits::for_vehicle(settings.planner.vehicle);
         let start = start(problem, &guide, &limits).ok_or(DriveError::NoStart {
             problem: problem.id,
             what: "position, heading and velocity",
@@ -155,9 +155,9 @@ impl Driver {
     /// The whole of the problem, from its start to the last step at which a goal can be reached, or to the
     /// [`MOST_DRIVEN`]th step.
     #[must_use]
-    pub fn whole(&self) -> Stretch {
+    pub fn whole(&self) -> DriveSpan {
         let step = self.problem.initial.time.from;
-        Stretch {
+        DriveSpan {
             step,
             state: self.start,
             last: self.last,
@@ -170,7 +170,7 @@ impl Driver {
     pub fn drive_watched(
         &self,
         scenario: &Scenario,
-        stretch: &Stretch,
+        stretch: &DriveSpan,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Rollout {
         self.run(scenario, stretch, None, watch).drive
@@ -194,13 +194,13 @@ impl Driver {
 
     /// Drives a stretch.
     #[must_use]
-    pub fn drive(&self, scenario: &Scenario, stretch: &Stretch) -> Rollout {
+    pub fn drive(&self, scenario: &Scenario, stretch: &DriveSpan) -> Rollout {
         self.drive_watched(scenario, stretch, &mut |_, _| true)
     }
 
     /// Drives the whole problem, so that other drives can take over its first cycles.
     #[must_use]
-    pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> Noted {
+    pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> ResumableRollout {
         self.drive_noted_watched(scenario, until, &mut |_, _| true)
     }
 
@@ -211,7 +211,7 @@ impl Driver {
         scenario: &Scenario,
         until: i64,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
-    ) -> Noted {
+    ) -> ResumableRollout {
         self.run(scenario, &self.until(until), None, watch)
     }
 
@@ -222,7 +222,13 @@ impl Driver {
     /// the vehicle's state, on what is told of the traffic and on what the planner carries from cycle to cycle, and on
     /// nothing else. Contacts and arrivals are looked for at every step again.
     #[must_use]
-    pub fn drive_again(&self, scenario: &Scenario, before: &Noted, same: i64, until: i64) -> Noted {
+    pub fn drive_again(
+        &self,
+        scenario: &Scenario,
+        before: &ResumableRollout,
+        same: i64,
+        until: i64,
+    ) -> ResumableRollout {
         self.run(
             scenario,
             &self.until(until),
@@ -232,9 +238,9 @@ impl Driver {
     }
 
     /// The whole drive, but no farther than to step `until`.
-    fn until(&self, until: i64) -> Stretch {
+    fn until(&self, until: i64) -> DriveSpan {
         let whole = self.whole();
-        Stretch {
+        DriveSpan {
             last: whole.last.min(until),
             ..whole
         }
@@ -243,16 +249,16 @@ impl Driver {
     fn run(
         &self,
         scenario: &Scenario,
-        stretch: &Stretch,
-        known: Option<(&Noted, i64)>,
+        stretch: &DriveSpan,
+        known: Option<(&ResumableRollout, i64)>,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
-    ) -> Noted {
+    ) -> ResumableRollout {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
         let forecaster = Forecaster::new(scenario, forecast, without);
         let planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
         let mut planner = planner.cancelled_by(&self.cancel);
         let (mut step, mut state, last) = (stretch.step, stretch.state, stretch.last);
-        let mut noted = Noted {
+        let mut noted = ResumableRollout {
             drive: Rollout {
                 states: vec![(step, state)],
                 cycles: Vec::new(),
@@ -324,7 +330,7 @@ impl Driver {
     }
 }
 
-impl Noted {
+impl ResumableRollout {
     /// A cycle that can be taken over, and the planner's memory after it.
     fn cycle(&self, place: usize, step: i64, same: i64) -> Option<(&Cycle, &Memory)> {
         let cycle = self.drive.cycles.get(place)?;

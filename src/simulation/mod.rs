@@ -8,7 +8,7 @@ mod rollout;
 mod solution;
 
 pub use collision::{Collision, ContactSide};
-pub use driver::{Driver, Look, MOST_DRIVEN, Noted, Stretch};
+pub use driver::{DriveSpan, Driver, Look, MOST_DRIVEN, ResumableRollout};
 pub use outcome::Outcome;
 pub use rollout::{Cycle, DriveError, Rollout, Settings, drive};
 

@@ -82,7 +82,7 @@ impl Store {
     }
 }
 
-/// The answer to a request, or who is asking for one; nothing where there is neither.
+/// The answer to a request, or the run that is asking for one; `None` without either.
 pub(super) fn there(
     transaction: &Transaction<'_>,
     key: &Key,
@@ -131,7 +131,7 @@ fn any_too_long(connection: &Connection) -> Result<bool, StoreError> {
     Ok(statement.query_row(params![lease_from_now(), FOR_EVER], |row| row.get(0))?)
 }
 
-/// Lets claims that a clock which was set back made too long end when any other would. Who is alive renews its own.
+/// Shortens claims that a clock set back made too long. A live program renews its own.
 fn shorten(transaction: &Transaction<'_>) -> Result<(), StoreError> {
     let sql = format!("UPDATE claims SET until_ms = ?1 WHERE {TOO_LONG}");
     let mut statement = transaction.prepare_cached(&sql)?;

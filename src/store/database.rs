@@ -16,7 +16,7 @@ use crate::system;
 #[derive(Debug)]
 pub struct Store {
     connection: Mutex<Connection>,
-    /// Nothing where there is no log: in memory, or where the file's system cannot have one.
+    /// `None` without a log: in memory, or on a file system that cannot have one.
     log: Option<Log>,
     /// Where the copy lies that is read in place of a file that cannot be written. It goes after the connection.
     _copy: Option<TempDir>,
@@ -44,7 +44,7 @@ pub enum StoreError {
         /// What SQLite said.
         source: rusqlite::Error,
     },
-    /// The system does not open the file, or it is none.
+    /// The system cannot open the file, or it is not a file.
     #[error(
         "{file}: {}; move it away, or set NEARMISS_DATA to another folder",
         system::words(source)
@@ -80,7 +80,7 @@ pub enum StoreError {
     /// A word that another version wrote.
     #[error("the store of runs: {0}")]
     Word(String),
-    /// There is no run with this number.
+    /// No run has this number.
     #[error("there is no run {0}; `nearmiss runs` lists them")]
     NoRun(super::RunId),
     /// A person has no rating with this number.

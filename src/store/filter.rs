@@ -72,7 +72,7 @@ impl Decision {
 /// A part of a filter that means nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FilterError {
-    /// A word that is not one of those that there are.
+    /// An unknown word.
     #[error("{field}: there are {known}, not `{word}`")]
     Word {
         /// Of what.
@@ -93,7 +93,7 @@ pub enum FilterError {
     /// Nothing after the colon.
     #[error("{0}: say what after the colon")]
     Empty(&'static str),
-    /// A name before a colon that is not one of those that there are.
+    /// An unknown name before a colon.
     #[error("`{0}:` is no filter; there are {names}", names = Filter::NAMES)]
     Name(String),
 }

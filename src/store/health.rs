@@ -33,7 +33,7 @@ impl Health {
     ///
     /// # Errors
     /// It cannot be opened, or is no SQLite file: in SQLite's words.
-    pub fn of(path: &Path) -> Result<Option<Self>, String> {
+    pub fn inspect(path: &Path) -> Result<Option<Self>, String> {
         let bytes = match path.metadata() {
             Ok(data) => data.len(),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
@@ -82,16 +82,16 @@ mod tests {
     fn a_sound_store_a_locked_one_and_what_is_none() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.sqlite");
-        assert_eq!(Health::of(&path), Ok(None));
+        assert_eq!(Health::inspect(&path), Ok(None));
         assert!(!path.exists(), "looking makes nothing");
         drop(Store::open(&path).unwrap());
-        let health = Health::of(&path).unwrap().unwrap();
+        let health = Health::inspect(&path).unwrap().unwrap();
         assert_eq!((health.version, health.runs), (VERSION, Some(0)));
         assert!(health.damage.is_empty() && health.locked.is_none() && health.bytes > 0);
 
         let writer = Connection::open(&path).unwrap();
         writer.execute_batch("BEGIN IMMEDIATE").unwrap();
-        let busy = Health::of(&path).unwrap().unwrap();
+        let busy = Health::inspect(&path).unwrap().unwrap();
         assert!(busy.locked.unwrap().contains("locked"));
         drop(writer);
 
@@ -100,7 +100,11 @@ mod tests {
             "this is no database, and long enough to be read as one",
         )
         .unwrap();
-        assert!(Health::of(&path).unwrap_err().contains("not a database"));
+        assert!(
+            Health::inspect(&path)
+                .unwrap_err()
+                .contains("not a database")
+        );
     }
 
     #[test]
@@ -113,7 +117,7 @@ mod tests {
         assert!(bytes.len() > 4 * page);
         bytes[2 * page..3 * page].fill(0xa5);
         std::fs::write(&path, bytes).unwrap();
-        let found = Health::of(&path);
+        let found = Health::inspect(&path);
         let damaged = match &found {
             Ok(Some(health)) => !health.damage.is_empty(),
             Ok(None) => false,

@@ -197,10 +197,10 @@ impl Store {
         })
     }
 
-    /// Writes down another truth: by place, whether the ego collides, and with whom.
+    /// Replaces the ground truth: by place, whether the ego collides, and with which obstacle.
     ///
     /// # Errors
-    /// SQLite refused; nothing is changed then.
+    /// SQLite refused; no change is made.
     pub fn set_truth(
         &self,
         batch: BatchId,

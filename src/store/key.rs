@@ -13,7 +13,7 @@ impl Key {
     ///
     /// That form has no white space, and the names of every object are sorted by their code points.
     #[must_use]
-    pub fn of(document: &Value) -> Self {
+    pub fn digest(document: &Value) -> Self {
         let mut text = String::new();
         write(document, &mut text);
         let digest = Sha256::digest(text.as_bytes());
@@ -81,14 +81,14 @@ mod tests {
         let a: Value =
             serde_json::from_str(r#"{"b": [1, {"d": 2, "c": "x\n"}], "a": null}"#).unwrap();
         let b: Value = serde_json::from_str(r#"{"a":null,"b":[1,{"c":"x\n","d":2}]}"#).unwrap();
-        assert_eq!(Key::of(&a), Key::of(&b));
+        assert_eq!(Key::digest(&a), Key::digest(&b));
         for other in [
             json!({"a": null, "b": [{"c": "x\n", "d": 2}, 1]}),
             json!({"a": null, "b": [1, {"c": "x", "d": 2}]}),
             json!({"a": false, "b": [1, {"c": "x\n", "d": 2}]}),
             json!({"b": [1, {"c": "x\n", "d": 2}]}),
         ] {
-            assert_ne!(Key::of(&a), Key::of(&other), "{other}");
+            assert_ne!(Key::digest(&a), Key::digest(&other), "{other}");
         }
     }
 
@@ -96,7 +96,7 @@ mod tests {
     fn a_key_is_the_digest_of_the_canonical_text() {
         // printf '{"a":[1,"b"]}' | sha256sum
         let known = "ee70aef572200b15408cec63724334e0ccd6c2b5d1cd7225a7f6a3f2a9aa80a9";
-        let key = Key::of(&json!({"a": [1, "b"]}));
+        let key = Key::digest(&json!({"a": [1, "b"]}));
         assert_eq!(key.as_str(), known);
         assert_eq!(Key::parse(known), Some(key));
         assert_eq!(Key::parse(&known[1..]), None);

@@ -36,7 +36,7 @@ pub struct Summary {
     pub frame: String,
     /// How it was asked.
     pub techniques: String,
-    /// Who was asked, `provider/model`.
+    /// The model asked, `provider/model`.
     pub model: String,
     /// Which of several answers to the same request.
     pub sample: u32,

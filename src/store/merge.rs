@@ -11,7 +11,7 @@ use super::{Batch, BatchId, Item, ItemState, Run, RunId, RunState, Store, StoreE
 
 /// Counts of merged rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Merged {
+pub struct MergeCounts {
     /// Runs that are new here.
     pub runs: usize,
     /// Runs that were here already.
@@ -32,8 +32,8 @@ impl Store {
     ///
     /// # Errors
     /// SQLite refused one of the two. What was added until then stays, and adding it again does no harm.
-    pub fn merge(&self, other: &Self) -> Result<Merged, StoreError> {
-        let mut merged = Merged::default();
+    pub fn merge(&self, other: &Self) -> Result<MergeCounts, StoreError> {
+        let mut merged = MergeCounts::default();
         // Batches first, so that their runs can be told which they belong to; their questions last, as they name runs.
         let mut names = HashMap::new();
         let mut batches = Vec::new();

@@ -38,18 +38,19 @@ pub use identity::Identity;
 pub use items::{Item, ItemState, NewItem, NewestAnswer};
 pub use key::Key;
 pub use list::{MOST_SHOWN, Summary};
-pub use merge::Merged;
+pub use merge::MergeCounts;
 pub use outcomes::Outcome;
 pub use page::{Cursor, Edge, Interrupter, Page};
 pub use provider_batches::{
-    Handed, HandedState, NewProviderBatch, Opened, ProviderBatch, ProviderBatchId,
+    NewProviderBatch, PendingRequest, ProviderBatch, ProviderBatchId, ProviderBatchState,
+    ReadyBatch,
 };
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
-pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
+pub use run::{AnswerPiece, Consumed, Ending, NewRun, Origin, Run, RunId, RunState};
 pub use secondary_runs::SecondaryRuns;
 pub use truths::RunLabel;
-pub use unstored::Unstored;
+pub use unstored::UnstoredAnswer;
 pub use verdicts::StoredVerdict;
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ pub struct Page {
 pub struct Interrupter(InterruptHandle);
 
 impl Interrupter {
-    /// Stops it; where nothing is being read, nothing happens.
+    /// Stops reading, if any is under way.
     pub fn interrupt(&self) {
         self.0.interrupt();
     }

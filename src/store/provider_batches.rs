@@ -7,7 +7,7 @@ use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
 use super::rows::from_row;
 use super::run::names;
-use super::{Claim, Ending, Key, NewRun, Piece, RunId, Store, StoreError, write};
+use super::{AnswerPiece, Claim, Ending, Key, NewRun, RunId, Store, StoreError, write};
 
 /// Identifies a batch in its store; the provider uses a separate id.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
@@ -21,7 +21,7 @@ impl std::fmt::Display for ProviderBatchId {
 
 /// State of a submitted batch, as far as this store knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HandedState {
+pub enum ProviderBatchState {
     /// It is about to be sent, or it is unknown whether it arrived.
     Submitting,
     /// The provider has it.
@@ -40,10 +40,10 @@ pub enum HandedState {
     NotSent,
 }
 
-names!(HandedState, Submitting => "submitting", Submitted => "submitted", Cancelling => "cancelling",
+names!(ProviderBatchState, Submitting => "submitting", Submitted => "submitted", Cancelling => "cancelling",
     Ended => "ended", Cancelled => "cancelled", Expired => "expired", Failed => "failed", NotSent => "not_sent");
 
-impl HandedState {
+impl ProviderBatchState {
     /// Whether the provider may still return something.
     #[must_use]
     pub fn is_open(self) -> bool {
@@ -62,7 +62,7 @@ pub struct NewProviderBatch {
 
 /// A batch that may be sent now.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Opened {
+pub struct ReadyBatch {
     /// Its number.
     pub id: ProviderBatchId,
     /// What it is recognised by.
@@ -90,7 +90,7 @@ pub struct ProviderBatch {
     /// The provider's id; `None` until it arrived.
     pub remote_id: Option<String>,
     /// Where it stands.
-    pub state: HandedState,
+    pub state: ProviderBatchState,
     /// Why it has no answers.
     pub problem: Option<String>,
     /// Questions in it.
@@ -101,7 +101,7 @@ pub struct ProviderBatch {
 
 /// A question of a batch whose result is not in the store yet.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-pub struct Handed {
+pub struct PendingRequest {
     /// Its run.
     pub run: RunId,
     /// What the provider calls it.
@@ -145,7 +145,7 @@ impl Store {
         &self,
         batch: &NewProviderBatch,
         runs: &[NewRun],
-    ) -> Result<Option<Opened>, StoreError> {
+    ) -> Result<Option<ReadyBatch>, StoreError> {
         self.durably(|transaction| {
             interrupt_abandoned(transaction)?;
             let mut fresh = Vec::with_capacity(runs.len());
@@ -183,7 +183,7 @@ impl Store {
                     None => None,
                 });
             }
-            Ok(Some(Opened { id, tag, requests }))
+            Ok(Some(ReadyBatch { id, tag, requests }))
         })
     }
 
@@ -234,7 +234,7 @@ impl Store {
     pub fn settle(
         &self,
         run: RunId,
-        pieces: &[Piece<'_>],
+        pieces: &[AnswerPiece<'_>],
         ending: &Ending,
     ) -> Result<bool, StoreError> {
         self.durably(|transaction| settle(transaction, run, pieces, ending))
@@ -247,7 +247,7 @@ impl Store {
     pub fn close_provider_batch(
         &self,
         batch: ProviderBatchId,
-        state: HandedState,
+        state: ProviderBatchState,
         problem: Option<&str>,
         rest: &Ending,
     ) -> Result<u64, StoreError> {
@@ -266,7 +266,7 @@ impl Store {
     ///
     /// # Errors
     /// SQLite refused.
-    pub fn handed(&self, batch: ProviderBatchId) -> Result<Vec<Handed>, StoreError> {
+    pub fn handed(&self, batch: ProviderBatchId) -> Result<Vec<PendingRequest>, StoreError> {
         self.change(|transaction| open_requests(transaction, batch))
     }
 
@@ -307,7 +307,7 @@ fn insert(
 fn settle(
     transaction: &Transaction<'_>,
     run: RunId,
-    pieces: &[Piece<'_>],
+    pieces: &[AnswerPiece<'_>],
     ending: &Ending,
 ) -> Result<bool, StoreError> {
     let sql = "UPDATE provider_requests SET done = 1 WHERE run = ?1 AND done = 0";
@@ -321,7 +321,7 @@ fn settle(
 fn open_requests(
     transaction: &Transaction<'_>,
     batch: ProviderBatchId,
-) -> Result<Vec<Handed>, StoreError> {
+) -> Result<Vec<PendingRequest>, StoreError> {
     let sql =
         "SELECT run, custom_id FROM provider_requests WHERE batch = ?1 AND done = 0 ORDER BY run";
     let mut statement = transaction.prepare_cached(sql)?;

@@ -11,7 +11,7 @@ fn question(sample: u32) -> NewRun {
     }
 }
 
-fn opened(store: &Store, runs: &[NewRun]) -> Option<Opened> {
+fn opened(store: &Store, runs: &[NewRun]) -> Option<ReadyBatch> {
     let batch = NewProviderBatch {
         model: "lab/x".into(),
         address: "http://a".into(),
@@ -36,17 +36,19 @@ fn a_question_is_handed_over_once_and_settled_once() {
 
     let ending = Ending::bare(RunState::Answered);
     for first in [true, false] {
-        let settled = store.settle(run, &[Piece::Answer("yes")], &ending).unwrap();
+        let settled = store
+            .settle(run, &[AnswerPiece::Answer("yes")], &ending)
+            .unwrap();
         assert_eq!(settled, first);
         assert_eq!(store.run(run).unwrap().unwrap().answer, "yes");
     }
     let rest = Ending::bare(RunState::Failed);
-    let closed = store.close_provider_batch(first.id, HandedState::Ended, None, &rest);
+    let closed = store.close_provider_batch(first.id, ProviderBatchState::Ended, None, &rest);
     assert_eq!(closed.unwrap(), 1);
     let batch = store.provider_batch(first.id).unwrap().unwrap();
     assert_eq!(
         (batch.state, batch.requests, batch.done),
-        (HandedState::Ended, 2, 2)
+        (ProviderBatchState::Ended, 2, 2)
     );
     // What failed is free, what is answered is not asked.
     let again = opened(&store, &[question(0), question(1)]).unwrap();
@@ -59,7 +61,7 @@ fn a_batch_that_was_given_up_is_not_sent_and_one_that_is_there_is_known() {
     let batch = opened(&store, &[question(0)]).unwrap();
     assert!(store.about_to_submit(batch.id).unwrap());
     let rest = Ending::bare(RunState::Failed);
-    let state = HandedState::NotSent;
+    let state = ProviderBatchState::NotSent;
     store
         .close_provider_batch(batch.id, state, Some("gone"), &rest)
         .unwrap();
@@ -70,6 +72,6 @@ fn a_batch_that_was_given_up_is_not_sent_and_one_that_is_there_is_known() {
     store.cancelling(other.id).unwrap();
     let kept = store.provider_batch(other.id).unwrap().unwrap();
     assert_eq!(kept.remote_id.as_deref(), Some("batch_1"));
-    assert_eq!(kept.state, HandedState::Cancelling);
+    assert_eq!(kept.state, ProviderBatchState::Cancelling);
     assert!(!store.about_to_submit(other.id).unwrap());
 }

@@ -37,7 +37,7 @@ impl Choice {
 pub struct RatedAnswer {
     /// Its run; `None` if it is in none.
     pub run: Option<RunId>,
-    /// Who was asked, `provider/model`.
+    /// The model asked, `provider/model`.
     pub model: String,
     /// How it was asked: frame and techniques.
     pub prompt: String,
@@ -62,7 +62,7 @@ fn choice<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Choice, D::Error>
 /// A rating before it is stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewRating {
-    /// Who rated.
+    /// The rater.
     pub person: String,
     /// Name of the scenario.
     pub scenario: String,
@@ -87,7 +87,7 @@ pub struct Rating {
     pub id: i64,
     /// When, milliseconds since 1970, UTC.
     pub created_ms: i64,
-    /// Who rated.
+    /// The rater.
     pub person: String,
     /// Name of the scenario.
     pub scenario: String,
@@ -111,7 +111,7 @@ impl Store {
     /// Keeps a rating; afterwards it is on the disk.
     ///
     /// # Errors
-    /// A run is not there; SQLite refused.
+    /// A run does not exist; SQLite refused.
     pub fn rate(&self, rating: &NewRating) -> Result<i64, StoreError> {
         self.durably(|transaction| {
             transaction.execute(
@@ -137,7 +137,7 @@ impl Store {
     /// Keeps a rating in the place of one that the same person made of the same answers; afterwards it is on the disk.
     ///
     /// # Errors
-    /// There is no such rating, or a run is not there; SQLite refused. The old one stays then.
+    /// The rating or a run does not exist; SQLite refused. The old rating then stays.
     pub fn rate_anew(&self, id: i64, rating: &NewRating) -> Result<(), StoreError> {
         self.durably(|transaction| {
             let changed = transaction.execute(

@@ -198,7 +198,7 @@ mod tests {
     use crate::store::tests::question;
     use crate::store::{Claim, Filter, RunId};
 
-    /// A name that is none in an address.
+    /// A name that is invalid in an address.
     const NAME: &str = "50% of #1?.sqlite";
 
     /// A store with one run in a folder.
@@ -286,7 +286,7 @@ mod tests {
             let mut refusals = vec![Store::open(&path).map(drop)];
             if ending.is_empty() {
                 refusals.push(Store::open_to_read(&path).map(drop));
-                assert!(crate::store::Health::of(&path).is_err());
+                assert!(crate::store::Health::inspect(&path).is_err());
             }
             for refused in refusals {
                 let said = refused.unwrap_err().to_string();

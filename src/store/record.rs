@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use super::{Origin, Run, RunState};
 use crate::verdict::Task;
 
-/// Why a line is no valid run.
+/// Why a line is not a valid run.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// It is not JSON of this form.
@@ -69,7 +69,7 @@ impl Run {
     /// replayed here, and keeps the number of the other store.
     ///
     /// # Errors
-    /// The line is no run, or not as it was written.
+    /// The line is not a run, or was altered.
     pub fn from_record(line: &str) -> Result<Self, RecordError> {
         #[derive(Deserialize)]
         struct Form {

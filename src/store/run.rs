@@ -41,7 +41,7 @@ pub struct NewRun {
     pub window: Option<(i64, i64)>,
     /// `provider/model`, as asked for.
     pub model: String,
-    /// Who serves the model.
+    /// The provider of the model.
     pub provider: String,
     /// The protocol spoken; `None` if no request is sent.
     pub dialect: Option<String>,
@@ -78,7 +78,7 @@ impl NewRun {
             .model
             .split_once('/')
             .map_or(self.model.as_str(), |(_, name)| name);
-        Some(Key::of(&json!({
+        Some(Key::digest(&json!({
             "address": self.address.as_ref()?,
             "dialect": self.dialect.as_ref()?,
             "model": name,
@@ -103,7 +103,7 @@ pub enum Origin {
 
 /// A piece of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Piece<'a> {
+pub enum AnswerPiece<'a> {
     /// Of the reasoning.
     Reasoning(&'a str),
     /// Of the answer itself.

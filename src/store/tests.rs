@@ -48,7 +48,7 @@ fn granted(store: &Store, run: &NewRun, fresh: bool) -> RunId {
 
 fn answered(store: &Store, run: &NewRun, text: &str) -> RunId {
     let id = granted(store, run, true);
-    store.append(id, &[Piece::Answer(text)]).unwrap();
+    store.append(id, &[AnswerPiece::Answer(text)]).unwrap();
     let verdict = Verdict {
         task: Task::Collision,
         dangerous: true,
@@ -75,9 +75,9 @@ fn abandon(store: &Store, run: RunId) {
 fn pieces_are_there_at_once_and_put_together_at_the_end() {
     let store = Store::in_memory().unwrap();
     let id = granted(&store, &question(), false);
-    let pieces = [Piece::Reasoning("think "), Piece::Answer("a")];
+    let pieces = [AnswerPiece::Reasoning("think "), AnswerPiece::Answer("a")];
     store.append(id, &pieces).unwrap();
-    store.append(id, &[Piece::Answer("b")]).unwrap();
+    store.append(id, &[AnswerPiece::Answer("b")]).unwrap();
     let running = store.run(id).unwrap().unwrap();
     assert_eq!(
         (running.answer.as_str(), running.ending.state),
@@ -187,7 +187,7 @@ fn two_that_ask_the_same_ask_once_and_a_killed_one_is_interrupted() {
     let path = folder.path().join("runs.sqlite");
     let (a, b) = (Store::open(&path).unwrap(), Store::open(&path).unwrap());
     let id = granted(&a, &question(), false);
-    a.append(id, &[Piece::Answer("so far ")]).unwrap();
+    a.append(id, &[AnswerPiece::Answer("so far ")]).unwrap();
     assert_eq!(b.claim(&question(), false).unwrap(), Claim::Taken(id));
     abandon(&a, id);
     let c = Store::open(&path).unwrap();
@@ -196,7 +196,7 @@ fn two_that_ask_the_same_ask_once_and_a_killed_one_is_interrupted() {
     assert_eq!(killed.answer, "so far ");
     let again = granted(&b, &question(), false);
     // It was only asleep: nothing of it is lost.
-    a.append(id, &[Piece::Answer("and on")]).unwrap();
+    a.append(id, &[AnswerPiece::Answer("and on")]).unwrap();
     assert_eq!(a.run(id).unwrap().unwrap().ending.state, RunState::Running);
     a.finish(id, &Ending::bare(RunState::Answered)).unwrap();
     assert_eq!(a.run(id).unwrap().unwrap().answer, "so far and on");
@@ -209,8 +209,11 @@ fn the_last_piece_and_the_end_are_written_together_or_not_at_all() {
     let path = folder.path().join("runs.sqlite");
     let store = Store::open(&path).unwrap();
     let id = granted(&store, &question(), false);
-    store.append(id, &[Piece::Answer("almost ")]).unwrap();
-    let (last, ending) = ([Piece::Answer("whole")], Ending::bare(RunState::Answered));
+    store.append(id, &[AnswerPiece::Answer("almost ")]).unwrap();
+    let (last, ending) = (
+        [AnswerPiece::Answer("whole")],
+        Ending::bare(RunState::Answered),
+    );
     let breaks = "CREATE TEMP TRIGGER breaks BEFORE UPDATE OF state ON main.runs
         BEGIN SELECT RAISE(ABORT, 'as if it were killed here'); END";
     store.lock().execute_batch(breaks).unwrap();

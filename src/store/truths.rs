@@ -12,7 +12,7 @@ pub struct RunLabel {
     pub batch: BatchId,
     /// Whether the ego collides.
     pub collides: bool,
-    /// With whom, where that is known.
+    /// The colliding obstacle, where known.
     pub obstacle: Option<i64>,
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rusqlite::{OptionalExtension, Transaction, params};
 
 use super::database::now_ms;
-use super::{Ending, NewRun, Origin, Piece, Run, RunId, Store, StoreError, write};
+use super::{AnswerPiece, Ending, NewRun, Origin, Run, RunId, Store, StoreError, write};
 use crate::system;
 
 /// How the names of the files begin and end.
@@ -17,7 +17,7 @@ const LONGEST: u64 = 64 << 20;
 
 /// An answer that arrived and is not in the store.
 #[derive(Debug)]
-pub struct Unstored {
+pub struct UnstoredAnswer {
     /// Why the store does not have it.
     pub why: StoreError,
     /// The file that it was written to; `None` if none could be written.
@@ -26,7 +26,7 @@ pub struct Unstored {
     pub beside: bool,
 }
 
-impl std::fmt::Display for Unstored {
+impl std::fmt::Display for UnstoredAnswer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "the answer could not be stored: {}; ", self.why)?;
         match &self.file {
@@ -49,7 +49,7 @@ impl Store {
     /// [`Store::conclude`]s a run of which some pieces may be stored already: these are its whole texts.
     ///
     /// # Errors
-    /// SQLite refused; nothing is written then.
+    /// SQLite refused; no data is written.
     pub fn conclude_whole(
         &self,
         run: RunId,
@@ -70,7 +70,7 @@ impl Store {
         (reasoning, answer): (&str, &str),
         ending: &Ending,
         why: StoreError,
-    ) -> Unstored {
+    ) -> UnstoredAnswer {
         let now = now_ms();
         let verdict = ending.verdict.as_ref();
         let run = Run {
@@ -93,7 +93,7 @@ impl Store {
         let name = format!("{}{id}-{now}{}", NAME.0, NAME.1);
         let written = |folder: &Path| save(&folder.join(&name), &line).ok();
         let beside = self.folder().as_deref().and_then(written);
-        Unstored {
+        UnstoredAnswer {
             why,
             beside: beside.is_some(),
             file: beside.or_else(|| written(&std::env::temp_dir())),
@@ -150,7 +150,7 @@ impl Store {
         Ok(())
     }
 
-    /// The folder of the store's file; nothing of a store in memory.
+    /// The folder of the store's file; `None` for a store in memory.
     fn folder(&self) -> Option<PathBuf> {
         let connection = self.lock();
         let file = connection.path().filter(|path| !path.is_empty())?;
@@ -168,7 +168,10 @@ fn conclude_whole(
     transaction.execute("DELETE FROM pieces WHERE run = ?1", [run.0])?;
     let sql = "UPDATE runs SET answer = '', reasoning = '' WHERE id = ?1";
     transaction.execute(sql, [run.0])?;
-    let pieces = [Piece::Reasoning(reasoning), Piece::Answer(answer)];
+    let pieces = [
+        AnswerPiece::Reasoning(reasoning),
+        AnswerPiece::Answer(answer),
+    ];
     write::conclude(transaction, run, &pieces, ending)
 }
 

@@ -52,7 +52,9 @@ fn an_answer_that_was_set_aside_ends_its_run_when_the_store_opens() {
     let path = folder.path().join("runs.sqlite");
     let store = Store::open(&path).unwrap();
     let run = granted(&store);
-    store.append(run, &[Piece::Answer("the beg")]).unwrap();
+    store
+        .append(run, &[AnswerPiece::Answer("the beg")])
+        .unwrap();
     let ending = Ending::bare(RunState::Answered);
     let why = StoreError::Word("the disk is full".into());
     let texts = ("because", "the beginning and the end");
@@ -102,7 +104,7 @@ fn numbers_that_sqlite_does_not_have_cost_no_answer() {
     ending.consumed.output_tokens = Some(34);
     ending.consumed.cost_usd = Some(f64::INFINITY);
     store
-        .conclude(run, &[Piece::Answer("yes")], &ending)
+        .conclude(run, &[AnswerPiece::Answer("yes")], &ending)
         .unwrap();
     let kept = store.run(run).unwrap().unwrap();
     let consumed = kept.ending.consumed;

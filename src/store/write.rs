@@ -5,14 +5,14 @@ use rusqlite::{Connection, OptionalExtension, params};
 use super::claim::renew;
 use super::database::now_ms;
 use super::rows::{self, Columns};
-use super::{Ending, NewRun, Origin, Piece, Run, RunId, RunState, Store, StoreError};
+use super::{AnswerPiece, Ending, NewRun, Origin, Run, RunId, RunState, Store, StoreError};
 
 impl Store {
     /// Adds pieces of the answer, in one transaction, and renews the claim.
     ///
     /// # Errors
     /// SQLite refused.
-    pub fn append(&self, run: RunId, pieces: &[Piece<'_>]) -> Result<(), StoreError> {
+    pub fn append(&self, run: RunId, pieces: &[AnswerPiece<'_>]) -> Result<(), StoreError> {
         self.change(|transaction| {
             insert(transaction, run, pieces)?;
             renew(transaction, run)
@@ -35,7 +35,7 @@ impl Store {
     pub fn conclude(
         &self,
         run: RunId,
-        pieces: &[Piece<'_>],
+        pieces: &[AnswerPiece<'_>],
         ending: &Ending,
     ) -> Result<(), StoreError> {
         self.durably(|transaction| conclude(transaction, run, pieces, ending))
@@ -113,7 +113,7 @@ impl Store {
 pub(super) fn conclude(
     transaction: &Connection,
     run: RunId,
-    pieces: &[Piece<'_>],
+    pieces: &[AnswerPiece<'_>],
     ending: &Ending,
 ) -> Result<(), StoreError> {
     let verdict = ending
@@ -135,13 +135,17 @@ pub(super) fn conclude(
     Ok(())
 }
 
-fn insert(connection: &Connection, run: RunId, pieces: &[Piece<'_>]) -> Result<(), StoreError> {
+fn insert(
+    connection: &Connection,
+    run: RunId,
+    pieces: &[AnswerPiece<'_>],
+) -> Result<(), StoreError> {
     let mut statement = connection
         .prepare_cached("INSERT INTO pieces (run, reasoning, text) VALUES (?1, ?2, ?3)")?;
     for piece in pieces {
         let (reasoning, text) = match piece {
-            Piece::Reasoning(text) => (true, text),
-            Piece::Answer(text) => (false, text),
+            AnswerPiece::Reasoning(text) => (true, text),
+            AnswerPiece::Answer(text) => (false, text),
         };
         statement.execute(params![run.0, reasoning, text])?;
     }

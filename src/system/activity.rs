@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::ThreadId;
 
-use super::marks::Marks;
+use super::activity_locks::ActivityLocks;
 
 /// Something risky that is attempted, under a name that stays the same at the next start.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,7 +59,7 @@ struct State {
     /// The file that was read last, by this thread and by any.
     files: BTreeMap<String, PathBuf>,
     last: Option<PathBuf>,
-    marks: Option<Marks>,
+    marks: Option<ActivityLocks>,
 }
 
 static STATE: Mutex<Option<State>> = Mutex::new(None);
@@ -79,9 +79,9 @@ fn lock() -> Locked {
 /// A guard that marks an activity as running until dropped.
 #[derive(Debug)]
 #[must_use = "it is over when this is dropped"]
-pub struct Doing(u64);
+pub struct ActivityGuard(u64);
 
-impl Drop for Doing {
+impl Drop for ActivityGuard {
     fn drop(&mut self) {
         let mut locked = lock();
         let task = locked.state().tasks.remove(&self.0);
@@ -91,7 +91,7 @@ impl Drop for Doing {
     }
 }
 
-impl Doing {
+impl ActivityGuard {
     /// It went well: when the program is killed from now on, this was not the cause.
     pub fn settle(&self) {
         let mut locked = lock();
@@ -103,12 +103,12 @@ impl Doing {
 }
 
 /// Says what is being done from now on, in words such as `planning`.
-pub fn doing(words: impl Into<String>) -> Doing {
+pub fn doing(words: impl Into<String>) -> ActivityGuard {
     lock().state().begin(words.into(), None)
 }
 
 /// Says what is being tried from now on, and marks it on the disk where marks are kept.
-pub fn trying(words: impl Into<String>, subject: Subject) -> Doing {
+pub fn trying(words: impl Into<String>, subject: Subject) -> ActivityGuard {
     lock().state().begin(words.into(), Some(subject))
 }
 
@@ -128,7 +128,7 @@ pub fn reading(file: &Path) {
 const MOST_THREADS: usize = 256;
 
 impl State {
-    fn begin(&mut self, words: String, subject: Option<Subject>) -> Doing {
+    fn begin(&mut self, words: String, subject: Option<Subject>) -> ActivityGuard {
         let id = self.next;
         self.next += 1;
         let marked = subject.is_some();
@@ -144,7 +144,7 @@ impl State {
         if marked {
             self.mark();
         }
-        Doing(id)
+        ActivityGuard(id)
     }
 
     /// Writes down what is being tried now.
@@ -163,7 +163,7 @@ impl State {
 /// # Errors
 /// The folder cannot be made or written in; marks are not kept then.
 pub fn keep_marks(folder: &Path) -> std::io::Result<()> {
-    let marks = Marks::open(folder)?;
+    let marks = ActivityLocks::open(folder)?;
     lock().state().marks = Some(marks);
     Ok(())
 }
@@ -190,7 +190,7 @@ pub fn release(subject: &Subject) {
 
 /// The activity and file of a thread that panicked.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Crashed {
+pub struct CrashedActivity {
     /// The tasks of this thread, the first the widest; of all threads if it has none.
     pub tasks: Vec<String>,
     /// The file that this thread read last, else the one that any read.
@@ -199,10 +199,10 @@ pub struct Crashed {
 
 /// What was being done: asked in a panic. Holds what was being tried, so that it is not tried by itself again.
 #[must_use]
-pub fn crashed() -> Crashed {
+pub fn crashed() -> CrashedActivity {
     // A panic within this module must not wait for itself.
     let Ok(mut guard) = STATE.try_lock() else {
-        return Crashed::default();
+        return CrashedActivity::default();
     };
     let state = guard.get_or_insert_default();
     let here = std::thread::current().id();
@@ -229,5 +229,5 @@ pub fn crashed() -> Crashed {
     }
     let thread = format!("{here:?}");
     let file = state.files.get(&thread).or(state.last.as_ref()).cloned();
-    Crashed { tasks: words, file }
+    CrashedActivity { tasks: words, file }
 }

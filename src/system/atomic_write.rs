@@ -4,7 +4,7 @@ use std::fs::Permissions;
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use super::temporary_file::{Part, Readers};
+use super::temporary_file::{PartialFile, Readers};
 use crate::system;
 
 /// Why a file was not saved. An existing file at its path is unchanged.
@@ -38,7 +38,7 @@ pub enum SaveError {
 /// part with a name may stay, which the next write of the same file removes.
 #[derive(Debug)]
 pub struct NewFile {
-    part: Part,
+    part: PartialFile,
     path: PathBuf,
     /// Where a symbolic link at the path leads.
     target: PathBuf,
@@ -103,7 +103,7 @@ impl NewFile {
         let name: String = name.to_string_lossy().chars().take(40).collect();
         let replaced = replaced.filter(|_| readers == Readers::Umask);
         Ok(Self {
-            part: Part::begin(folder, &name, readers).map_err(io)?,
+            part: PartialFile::begin(folder, &name, readers).map_err(io)?,
             path: path.to_path_buf(),
             target,
             replaced: replaced.map(|m| m.permissions()),

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::activity::{self, Crashed};
-use super::marks::make_private;
+use super::activity::{self, CrashedActivity};
+use super::activity_locks::make_private;
 
 /// Exit status after an internal error.
 pub const STATUS: i32 = 101;
@@ -49,7 +49,11 @@ pub fn report_panics(folder: Option<PathBuf>, redact: Redact) {
 }
 
 /// The crash message: activity, file and place of the report.
-fn sentence(crashed: &Crashed, command: &[String], written: Result<&Path, &String>) -> String {
+fn sentence(
+    crashed: &CrashedActivity,
+    command: &[String],
+    written: Result<&Path, &String>,
+) -> String {
     let fallback = || {
         command
             .get(1)
@@ -72,7 +76,7 @@ fn sentence(crashed: &Crashed, command: &[String], written: Result<&Path, &Strin
         .collect()
 }
 
-fn report(panic: &str, command: &[String], crashed: &Crashed) -> String {
+fn report(panic: &str, command: &[String], crashed: &CrashedActivity) -> String {
     let mut text = String::new();
     let version = env!("CARGO_PKG_VERSION");
     let thread = std::thread::current();
@@ -133,8 +137,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    fn crashed() -> Crashed {
-        Crashed {
+    fn crashed() -> CrashedActivity {
+        CrashedActivity {
             tasks: vec!["running `plan`".into(), "planning".into()],
             file: Some("a\u{1b}[2J.xml".into()),
         }
@@ -150,7 +154,7 @@ mod tests {
         assert_eq!(said.lines().count(), 1);
         assert!(!said.contains('\u{1b}'));
         let why = "read-only".to_string();
-        let said = sentence(&Crashed::default(), &command, Err(&why));
+        let said = sentence(&CrashedActivity::default(), &command, Err(&why));
         assert!(
             said.contains("plan") && said.contains("read-only"),
             "{said}"

@@ -1,10 +1,10 @@
 //! The operating system: what it says, in plain words, and files that users name or that are theirs alone.
 
 pub mod activity;
+mod activity_locks;
 mod atomic_write;
 pub mod crash;
 pub mod job_control;
-mod marks;
 mod private;
 mod read_file;
 mod temporary_file;

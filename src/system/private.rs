@@ -30,7 +30,7 @@ pub fn make_file(path: &Path) -> Result<()> {
     }
 }
 
-/// Takes a file that an older program made from everybody but the user.
+/// Takes a file that an older program made, from all other users.
 ///
 /// A folder with the set-group-ID bit was made for a group to share; its files stay as they are. So does what belongs to
 /// another user.
@@ -45,7 +45,7 @@ pub fn close_file(path: &Path) {
     }
 }
 
-/// Takes a folder that an older program made from everybody but the user, if nothing lies in it but what `ours` knows:
+/// Takes a folder that an older program made, from all other users, if nothing lies in it but what `ours` knows:
 /// a folder that is used for other things as well is not the program's to close.
 #[cfg(unix)]
 pub fn close_folder(path: &Path, ours: impl Fn(&str) -> bool) {
@@ -144,7 +144,7 @@ mod tests {
         open(0o2775);
         assert_eq!(close("runs"), (0o2775, 0o664), "a group shares it");
         open(0o1777);
-        assert_eq!(close("runs"), (0o1777, 0o600), "everybody writes there");
+        assert_eq!(close("runs"), (0o1777, 0o600), "all users write there");
         close_file(&folder.path().join("nowhere"));
         close_folder(&folder.path().join("nowhere"), |_| true);
     }

@@ -23,7 +23,7 @@ pub enum Readers {
 /// has no such files it is called `.NAME` and six letters and `.part`, and locked as long as it is written: one that is
 /// not locked belongs to a program that was killed, and is removed when the same file is written the next time.
 #[derive(Debug)]
-pub struct Part {
+pub struct PartialFile {
     written: Written,
     /// Prefix of its temporary name.
     prefix: String,
@@ -54,7 +54,7 @@ const LETTERS: usize = 6;
 /// Tries to find a name that is free, or that stays with a file while it is locked.
 const TRIES: usize = 16;
 
-impl Part {
+impl PartialFile {
     /// Begins a file that will be called about `name`.
     pub fn begin(folder: &Path, name: &str, readers: Readers) -> Result<Self> {
         let prefix = format!(".{name}");
@@ -246,8 +246,8 @@ mod tests {
     }
 
     /// A part as it is where the system knows no files without a name.
-    fn with_a_name(folder: &Path) -> Part {
-        Part {
+    fn with_a_name(folder: &Path) -> PartialFile {
+        PartialFile {
             written: Written::with_name(named(folder, ".a.csv", Readers::Umask).unwrap()),
             prefix: ".a.csv".into(),
             readers: Readers::Umask,
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn a_file_that_is_being_written_has_no_name() {
         let folder = tempfile::tempdir().unwrap();
-        let part = Part::begin(folder.path(), "a.csv", Readers::Umask).unwrap();
+        let part = PartialFile::begin(folder.path(), "a.csv", Readers::Umask).unwrap();
         part.file().write_all(b"half").unwrap();
         assert_eq!(names(folder.path()), [""; 0]);
         part.place(&folder.path().join("a.csv"), true).unwrap();

@@ -15,12 +15,12 @@ pub struct Clock {
     /// Whether it runs.
     pub playing: bool,
     speed: f64,
-    lap: Lap,
+    lap: PlayRange,
 }
 
 /// The range played, and whether it repeats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Lap {
+pub enum PlayRange {
     /// Everything, once.
     #[default]
     Once,
@@ -44,7 +44,7 @@ impl Clock {
             pending: 0.0,
             playing: false,
             speed: 1.0,
-            lap: Lap::Once,
+            lap: PlayRange::Once,
         }
     }
 
@@ -53,8 +53,8 @@ impl Clock {
     #[must_use]
     pub fn like(self, other: &Self) -> Self {
         let lap = match other.lap {
-            Lap::Once => Lap::Once,
-            Lap::Whole | Lap::Part(..) => Lap::Whole,
+            PlayRange::Once => PlayRange::Once,
+            PlayRange::Whole | PlayRange::Part(..) => PlayRange::Whole,
         };
         Self {
             speed: other.speed,
@@ -65,12 +65,12 @@ impl Clock {
 
     /// The range played.
     #[must_use]
-    pub fn lap(&self) -> Lap {
+    pub fn lap(&self) -> PlayRange {
         self.lap
     }
 
     /// Plays this from now on.
-    pub fn go_round(&mut self, lap: Lap) {
+    pub fn go_round(&mut self, lap: PlayRange) {
         self.lap = lap;
     }
 
@@ -78,11 +78,11 @@ impl Clock {
     #[must_use]
     pub fn played(&self) -> (i64, i64) {
         match self.lap {
-            Lap::Part(first, last) => (
+            PlayRange::Part(first, last) => (
                 first.clamp(self.first, self.last),
                 last.clamp(self.first, self.last),
             ),
-            Lap::Once | Lap::Whole => (self.first, self.last),
+            PlayRange::Once | PlayRange::Whole => (self.first, self.last),
         }
     }
 
@@ -147,7 +147,7 @@ impl Clock {
         let before = self.step;
         let (first, last) = self.played();
         let next = self.step.saturating_add(steps as i64);
-        if self.lap != Lap::Once && first < last {
+        if self.lap != PlayRange::Once && first < last {
             // The last step is shown as long as every other one.
             self.step = match next {
                 inside if inside <= last => inside,
@@ -184,20 +184,20 @@ mod tests {
     #[test]
     fn goes_round_the_whole_or_a_part_and_another_scenario_has_no_part() {
         let mut clock = Clock::new(0..31, 0.1);
-        clock.go_round(Lap::Part(10, 14));
+        clock.go_round(PlayRange::Part(10, 14));
         clock.toggle();
         assert_eq!(clock.step(), 10, "from outside to the beginning");
         clock.pass(Duration::from_millis(410));
         assert_eq!(clock.step(), 14);
         assert!(clock.pass(Duration::from_millis(110)) && clock.playing);
         assert_eq!(clock.step(), 10);
-        clock.go_round(Lap::Whole);
+        clock.go_round(PlayRange::Whole);
         clock.pass(Duration::from_secs(60));
         assert!(clock.playing && (0..=30).contains(&clock.step()));
         clock.change_speed(true);
-        clock.go_round(Lap::Part(10, 14));
+        clock.go_round(PlayRange::Part(10, 14));
         let other = Clock::new(0..5, 0.1).like(&clock);
-        assert_eq!((other.lap(), other.speed()), (Lap::Whole, 2.0));
+        assert_eq!((other.lap(), other.speed()), (PlayRange::Whole, 2.0));
         assert!(!other.playing);
     }
 

@@ -11,7 +11,7 @@ use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 pub use chord::Chord;
 pub use line::{edit_line, first_line};
-pub use lookup::{Keymap, Meaning, Preset};
+pub use lookup::{KeyMeaning, Keymap, Preset};
 pub use positions::latin;
 pub use print::{as_file, as_table};
 

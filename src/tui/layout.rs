@@ -2,14 +2,14 @@
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
-use super::model::{Border, Edge, Model, Pane, Shares};
+use super::model::{Border, Edge, Model, Pane, PaneShares};
 
 /// The smallest terminal that the workbench fits into.
 pub const SMALLEST: (u16, u16) = (80, 24);
 
 /// The parts of the screen.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Parts {
+pub struct ScreenAreas {
     /// The line at the top.
     pub header: Rect,
     /// The panes that are shown.
@@ -22,7 +22,7 @@ pub struct Parts {
 
 /// Splits the screen; `None` if it is too small.
 #[must_use]
-pub fn split(screen: Rect, model: &Model) -> Option<Parts> {
+pub fn split(screen: Rect, model: &Model) -> Option<ScreenAreas> {
     if screen.width < SMALLEST.0 || screen.height < SMALLEST.1 {
         return None;
     }
@@ -42,7 +42,7 @@ pub fn split(screen: Rect, model: &Model) -> Option<Parts> {
     } else {
         arranged.compact(body, model.look.sizes.compact, model.focus);
     }
-    Some(Parts {
+    Some(ScreenAreas {
         header,
         panes: arranged.panes,
         borders: arranged.borders,
@@ -94,7 +94,14 @@ struct Cut {
 
 impl Arranged {
     /// Cuts an area in two, with a border between them; `whole` is the area that shares are parts of.
-    fn cut(&mut self, area: Rect, whole: Rect, shares: Shares, wide: bool, cut: Cut) -> [Rect; 2] {
+    fn cut(
+        &mut self,
+        area: Rect,
+        whole: Rect,
+        shares: PaneShares,
+        wide: bool,
+        cut: Cut,
+    ) -> [Rect; 2] {
         let total = if cut.upright {
             whole.width
         } else {
@@ -136,7 +143,7 @@ impl Arranged {
     }
 
     /// Everything at once.
-    fn wide(&mut self, body: Rect, shares: Shares, longest: usize) {
+    fn wide(&mut self, body: Rect, shares: PaneShares, longest: usize) {
         // Where there is room, the list shows more than names.
         let list = match body.width {
             ..160 => (body.width * 17 / 100).max(named(longest)),
@@ -206,7 +213,7 @@ impl Arranged {
     }
 
     /// Two columns: the subject on the left (list, map or prompt), statements about it on the right.
-    fn compact(&mut self, body: Rect, shares: Shares, focus: Pane) {
+    fn compact(&mut self, body: Rect, shares: PaneShares, focus: Pane) {
         let [left, right] = self.cut(
             body,
             body,
@@ -262,7 +269,14 @@ impl Arranged {
     }
 
     /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many rows.
-    fn answers(&mut self, area: Rect, body: Rect, shares: Shares, wide: bool, usual: (u16, u16)) {
+    fn answers(
+        &mut self,
+        area: Rect,
+        body: Rect,
+        shares: PaneShares,
+        wide: bool,
+        usual: (u16, u16),
+    ) {
         let rest = area.height.saturating_sub(LOWEST);
         let verdict = shares.cells(
             Edge::Verdict,

@@ -1,4 +1,4 @@
-//! What tasks load and compute from scenario files: facts for the list, and complete opened scenarios.
+//! Data that tasks load and compute from scenario files: facts for the list, and opened scenarios.
 
 mod authorship;
 mod cycle;
@@ -12,15 +12,17 @@ mod variant;
 
 use std::sync::Arc;
 
-pub use authorship::{Authorship, Writer, Writing};
+pub use authorship::{AuthoringProgress, Authorship, Writer};
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use facts::{Facts, Tally, Verdicts, country_of};
-pub use generated::{GenerationProgress, How};
+pub use generated::{GenerationInputs, GenerationProgress};
 pub use picture::{PictureJob, PictureKind};
-pub use planned::Planned;
+pub use planned::PlannedEgo;
 pub use source::Source;
-pub use variant::{Generated, Made, VariantRequest, VariantShown, Working};
+pub use variant::{
+    GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
+};
 
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{Judgement, judge_collision};
@@ -63,7 +65,7 @@ pub struct Opened {
     /// Obstacles, the most dangerous first.
     pub ranking: Vec<i64>,
     /// How the ego was planned, where it was.
-    pub planned: Option<Arc<Planned>>,
+    pub planned: Option<Arc<PlannedEgo>>,
     /// The variant that was made of it, where that or the original beside it is shown.
     pub variant: Option<VariantShown>,
 }
@@ -197,7 +199,7 @@ pub fn worst_of(
 ) -> Option<f64> {
     let measure = MEASURES.iter().find(|m| m.id == measure)?;
     let scenario = entry.read().ok()?;
-    let ego = ego.of(entry, &scenario).ok()??;
+    let ego = ego.resolve(entry, &scenario).ok()??;
     let scene = Scene::new(scenario, ego);
     let series = Series::from_context(&Context::under(&scene, thresholds), vec![measure]);
     let rows = series
@@ -228,7 +230,7 @@ pub struct Measured {
 impl Measured {
     /// Works them out.
     #[must_use]
-    pub fn of(scene: &Scene, obstacle: Option<i64>, thresholds: &Thresholds) -> Self {
+    pub fn new(scene: &Scene, obstacle: Option<i64>, thresholds: &Thresholds) -> Self {
         let context = Context::under(scene, thresholds);
         let all = || MEASURES.iter().collect();
         let series = match obstacle {

@@ -3,7 +3,6 @@
 mod computation;
 mod job;
 pub mod runs;
-pub mod session;
 
 pub use computation::{Computation, Computed, MeasureId, SeriesId, WindowJudgement};
 pub use job::{BatchProgress, JobEvent, JobId, JobRequest, Update};
@@ -15,7 +14,7 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::{Key, Keymap};
-use super::loaded::{DriveFiles, DriveKey, Facts, Made, Opened, PictureJob, Source};
+use super::loaded::{DriveFiles, DriveKey, Facts, GeneratedVariant, Opened, PictureJob, Source};
 use super::theme::Named;
 use crate::evaluation::Answer;
 use crate::formats::{Entry, PassedOver, SearchResults};
@@ -73,7 +72,7 @@ pub enum Msg {
     /// A planned ego was written: the files, or why not.
     DriveSaved(DriveKey, Result<String, String>),
     /// A variant was written: the files, or why not.
-    VariantSaved(Arc<Made>, Result<String, String>),
+    VariantSaved(Arc<GeneratedVariant>, Result<String, String>),
     /// A rating of the answers of a round of the comparison was kept, under this number, or why not.
     Rated(u64, Result<i64, String>),
     /// Every rating, or why they cannot be read.
@@ -85,7 +84,7 @@ pub enum Msg {
     /// A file that says how the workbench looks was changed.
     Reloaded(Reloaded),
     /// A text was edited in the user's editor: which, and how it is now or why it is as before.
-    EditedOutside(Outside, Result<String, String>),
+    EditedOutside(ExternalEdit, Result<String, String>),
     /// The source of a scenario was read: of which place in the list.
     Source(usize, Result<Box<Source>, String>),
     /// A picture was saved, and where; or why not.
@@ -147,7 +146,7 @@ pub enum Mouse {
 
 /// A text for the user's own editor.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outside {
+pub struct ExternalEdit {
     /// Name of its file.
     pub file: String,
     /// The text.
@@ -198,7 +197,7 @@ pub enum Effect {
     /// Say [`Msg::KeepSession`] after a while.
     RememberLater,
     /// Keep what the workbench looks like for the next start.
-    Remember(Box<session::Session>),
+    Remember(Box<super::session::Session>),
     /// Something for the history of runs.
     History(runs::HistoryCommand),
     /// Something for the screen of results.
@@ -210,7 +209,7 @@ pub enum Effect {
     /// Write a planned ego.
     SaveDrive(Box<DriveFiles>),
     /// Write a variant into a folder; the current one if none is named.
-    SaveVariant(Arc<Made>, Option<PathBuf>),
+    SaveVariant(Arc<GeneratedVariant>, Option<PathBuf>),
     /// Stop working out facts of scenarios.
     StopSurvey,
     /// Stop working out a measure of scenarios.
@@ -224,7 +223,7 @@ pub enum Effect {
     /// Use this template, of all those for its task and frame.
     UseTemplate(String),
     /// Let the user edit a text in an editor of theirs.
-    EditOutside(Outside),
+    EditOutside(ExternalEdit),
     /// Read the source of a scenario, by its place in the list.
     ReadSource(usize, Entry),
     /// Read all templates again.

@@ -13,6 +13,7 @@ mod reload;
 mod run;
 mod screen;
 mod screens;
+mod session;
 mod shell;
 /// The workbench without a terminal, for benches.
 #[doc(hidden)]
@@ -27,6 +28,6 @@ mod user_file;
 mod views;
 mod widgets;
 
-pub use run::{Ended, run};
+pub use run::{RunResult, run};
 pub use screen::screen;
 pub use shell::{keys, terminal_here, theme_mistakes, themes};

@@ -5,13 +5,12 @@ mod batch;
 mod camera;
 mod claims;
 mod compare;
-mod drawn;
 mod editor;
 mod generation;
 mod history;
 mod jobs;
 mod judgements;
-mod kept;
+mod last_frame;
 mod list;
 mod look;
 mod map;
@@ -23,8 +22,8 @@ mod plot;
 mod prices;
 mod prompt;
 mod question;
-mod recall;
 mod results;
+mod rollout_cache;
 mod sizes;
 mod timeline;
 mod values;
@@ -33,20 +32,20 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use answers::{Answers, Column, Progress, Shown, parts};
-pub use batch::{Card, Marks};
+pub use answers::{Answers, Column, Progress, ShownAnswer, parts};
+pub use batch::{Card, MarkedScenarios};
 pub use camera::Camera;
 pub use claims::{Claims, Document, counted};
 pub use compare::{
-    Blind, Compare, Keeping, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
-    REASONS, shuffle,
+    BlindMode, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
+    PendingRating, REASONS, shuffle,
 };
-pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn, Readings};
 pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use generation::{GenerationState, Search, consequence_words, working_words};
-pub use history::{COUNTED, History, PAGE, Typing};
+pub use history::{COUNTED, History, InputPurpose, PAGE};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use judgements::Judgements;
+pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, Readings};
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
 pub use look::{Glyphs, Look, themes_shown};
 pub use map::{
@@ -58,13 +57,12 @@ pub use pane::Pane;
 pub use picker::{
     Picker, matching, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
 };
-pub use planner::{Driver, UnderWay, forecast_words};
+pub use planner::{Driver, RunningDrive, forecast_words};
 pub use plot::{Drives, Plot};
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
-pub use recall::SessionState;
 pub use results::{ResultsDrawn, ResultsView};
-pub use sizes::{Border, Edge, Shares, Sizes};
+pub use sizes::{Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 
@@ -73,11 +71,12 @@ use super::clock::Clock;
 use super::loaded::{Opened, Source};
 use super::message::{JobId, OpenId};
 use super::screens::Screens;
+use super::session::SessionState;
 use super::theme::Theme;
 use crate::description::Frame;
-use crate::evaluation::{Decided, Settings};
+use crate::evaluation::{EffectiveSettings, Settings};
 use crate::judge;
-use crate::llm::Offer;
+use crate::llm::ModelOffer;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window};
@@ -159,7 +158,7 @@ pub struct Model {
     /// The model that is asked.
     pub model: String,
     /// Models that can be chosen.
-    pub offers: Vec<Offer>,
+    pub offers: Vec<ModelOffer>,
     /// The history of runs.
     pub history: History,
     /// A run that is being opened again, and the opening that does it.
@@ -167,7 +166,7 @@ pub struct Model {
     /// A run that was opened again and has yet to stand among the earlier answers.
     pub reopened: Option<RunId>,
     /// The marked scenarios.
-    pub marks: Marks,
+    pub marks: MarkedScenarios,
     /// A batch of questions that waits for a yes.
     pub card: Option<Card>,
     /// Everything that runs, and what ran.
@@ -191,7 +190,7 @@ pub struct Model {
     /// Whether the mouse is used.
     pub mouse: bool,
     /// Where things were drawn last: what the mouse and the page keys need.
-    pub drawn: Drawn,
+    pub drawn: LastFrame,
     next_id: u64,
 }
 
@@ -203,7 +202,7 @@ impl Model {
         config: Config,
         theme: Theme,
         library: Library,
-        offers: Vec<Offer>,
+        offers: Vec<ModelOffer>,
     ) -> Self {
         Self {
             size: (0, 0),
@@ -248,7 +247,7 @@ impl Model {
             history: History::default(),
             reopening: None,
             reopened: None,
-            marks: Marks::default(),
+            marks: MarkedScenarios::default(),
             card: None,
             jobs: Jobs::default(),
             results: ResultsView::default(),
@@ -260,7 +259,7 @@ impl Model {
             look: Look::default(),
             mouse: config.mouse,
             config,
-            drawn: Drawn::default(),
+            drawn: LastFrame::default(),
             next_id: 0,
         }
     }
@@ -291,7 +290,7 @@ impl Model {
 
     /// How the scene is described: as the configuration says, else as the saved template does.
     #[must_use]
-    pub fn decided(&self) -> Decided {
+    pub fn decided(&self) -> EffectiveSettings {
         let found = self.library.find(self.task.name(), self.frame.name());
         let defaults = found.map(|(_, template)| template.front.defaults);
         let said = Settings {

@@ -37,7 +37,7 @@ pub struct Stamps {
 impl Stamps {
     /// Takes them. To be done before the files are read, so that no change is missed.
     #[must_use]
-    pub fn of(folders: &Folders) -> Self {
+    pub fn read(folders: &Folders) -> Self {
         let files = std::fs::read_dir(folders.themes());
         let files = files
             .into_iter()
@@ -64,7 +64,7 @@ fn stamp(path: &Path) -> Stamp {
 pub async fn watch(folders: Folders, mut before: Stamps, sender: UnboundedSender<Msg>) {
     loop {
         tokio::time::sleep(PAUSE).await;
-        let mut now = Stamps::of(&folders);
+        let mut now = Stamps::read(&folders);
         if now == before {
             if sender.is_closed() {
                 return;
@@ -73,7 +73,7 @@ pub async fn watch(folders: Folders, mut before: Stamps, sender: UnboundedSender
         }
         for _ in 0..PATIENCE {
             tokio::time::sleep(SETTLED).await;
-            let after = Stamps::of(&folders);
+            let after = Stamps::read(&folders);
             if after == now {
                 break;
             }
@@ -122,10 +122,10 @@ mod tests {
             config: folder.path().to_path_buf(),
             data: folder.path().to_path_buf(),
         };
-        let start = Stamps::of(&folders);
-        assert!(changed(&folders, &start, &Stamps::of(&folders)).is_empty());
+        let start = Stamps::read(&folders);
+        assert!(changed(&folders, &start, &Stamps::read(&folders)).is_empty());
         write(&folders.keymap(), "[global]\nplay = \"hyper\"\n");
-        let broken = Stamps::of(&folders);
+        let broken = Stamps::read(&folders);
         match &changed(&folders, &start, &broken)[..] {
             [Reloaded::Keymap(Err(error))] => {
                 assert!(error.contains("keymap.toml:2: global.play"), "{error}")
@@ -134,7 +134,7 @@ mod tests {
         }
         write(&folders.themes().join("mine.toml"), "dark = true\n");
         write(&folders.config_file(), "theme = \"mine\"\nmouse = 3\n");
-        match &changed(&folders, &broken, &Stamps::of(&folders))[..] {
+        match &changed(&folders, &broken, &Stamps::read(&folders))[..] {
             [Reloaded::Themes(themes), Reloaded::Config(Err(error))] => {
                 assert!(themes.iter().any(|named| named.name == "mine"));
                 assert!(error.contains("config.toml:2: "), "{error}");
@@ -151,7 +151,7 @@ mod tests {
             data: folder.path().to_path_buf(),
         };
         let (sender, mut receiver) = tokio::sync::mpsc::unbounded_channel();
-        let stamps = Stamps::of(&folders);
+        let stamps = Stamps::read(&folders);
         tokio::spawn(watch(folders.clone(), stamps, sender));
         let quiet = PAUSE * 3 / 2;
         tokio::time::sleep(quiet).await;

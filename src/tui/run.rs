@@ -1,9 +1,9 @@
 //! The main loop: drain all messages, draw once if something changed, sleep; at most 60 frames a second, keys excepted.
 
 mod ending;
+mod last_opened;
 mod pace;
 mod prepare;
-mod tried;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,36 +11,37 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use self::ending::{Ending, Heard};
+use self::ending::{Ending, TerminationSignal};
+use self::last_opened::LastOpened;
 use self::pace::Pace;
 use self::prepare::prepare;
-use self::tried::Tried;
-use super::message::{Effect, Msg, Outside};
+use super::message::{Effect, ExternalEdit, Msg};
 use super::model::Model;
 use super::outside;
 use super::reload::{self, Stamps};
-use super::tasks::{Remaining, Tasks, session_file};
+use super::session;
+use super::tasks::{LoopEffect, Tasks};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{start, update};
 use super::{screen, views, widgets};
-use crate::formats::{EgoSelection, Entry, Place, not_standard_input};
+use crate::formats::{EgoSelection, Entry, EntryLocation, not_standard_input};
 use crate::settings::Folders;
 use crate::store::{Filter, Store};
 use crate::system;
 use crate::system::job_control::{self, JobSignal};
 
 /// Result of running the workbench.
-pub type Ended = Result<(), String>;
+pub type RunResult = Result<(), String>;
 
 /// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego.
 ///
 /// # Errors
 /// A path is not there; the terminal cannot be taken, or went away.
-pub fn run(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
+pub fn run(paths: Vec<PathBuf>, ego: EgoSelection) -> RunResult {
     // Better said on the shell, where the mistake was made.
     for path in &paths {
         not_standard_input(path).map_err(|error| error.to_string())?;
-        if let Place::File(file) = Entry::of_argument(path).place {
+        if let EntryLocation::File(file) = Entry::of_argument(path).place {
             file.metadata()
                 .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
         }
@@ -68,20 +69,20 @@ fn is_new(folders: &Folders, store: Option<&Store>) -> bool {
         let listed = store.and_then(|store| store.list(filter, 1).ok());
         listed.is_some_and(|runs| runs.is_empty())
     };
-    !session_file::any(&folders.sessions()) && empty(&Filter::default()) && empty(&everything)
+    !session::file::any(&folders.sessions()) && empty(&Filter::default()) && empty(&everything)
 }
 
 fn the_terminal(error: &std::io::Error) -> String {
     format!("the terminal: {}", system::words(error))
 }
 
-async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
+async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> RunResult {
     give_back_on_panic();
     let folders = Folders::find()?;
     folders.close();
     // Without marks a scenario that ends the program is opened again; everything else continues.
     let unmarked = system::activity::keep_marks(&folders.marks()).err();
-    let stamps = Stamps::of(&folders);
+    let stamps = Stamps::read(&folders);
     let (mut model, models, background) = prepare(paths, &ego, &folders);
     if let Some(error) = unmarked {
         let folder = folders.marks();
@@ -126,7 +127,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
         tasks,
         receiver,
         stray: background.late,
-        tried: Tried::default(),
+        tried: LastOpened::default(),
     };
     let effects = start(&looping.model);
     if looping.perform(effects).map_err(|e| the_terminal(&e))? {
@@ -146,7 +147,7 @@ struct Loop {
     /// Whether the terminal may still answer what it was asked before the start.
     stray: bool,
     /// Marks the open scenario on disk.
-    tried: Tried,
+    tried: LastOpened,
 }
 
 impl Loop {
@@ -179,10 +180,10 @@ impl Loop {
                 },
                 msg = self.receiver.recv() => msg,
                 heard = ending.wait() => match heard {
-                    Heard::End | Heard::Interrupt => Some(Msg::Terminate),
-                    Heard::Job(JobSignal::Stop) => Some(Msg::Stop),
+                    TerminationSignal::End | TerminationSignal::Interrupt => Some(Msg::Terminate),
+                    TerminationSignal::Job(JobSignal::Stop) => Some(Msg::Stop),
                     // The shell has had the terminal, unless that was seen to.
-                    Heard::Job(JobSignal::Continue) => {
+                    TerminationSignal::Job(JobSignal::Continue) => {
                         if job_control::was_continued() {
                             self.screen.take_again()?;
                             self.model.size = self.screen.size()?;
@@ -200,7 +201,7 @@ impl Loop {
             let elapsed = passed.elapsed();
             self.model.uptime = begun.elapsed();
             passed = Instant::now();
-            // What rested until now did not age.
+            // Time at rest does not count.
             if self.model.moves() && elapsed < Duration::from_secs(1) {
                 msgs.push(Msg::Passed(elapsed));
             }
@@ -273,15 +274,15 @@ impl Loop {
             self.tried.hear(&effect, &self.model.recall.here);
             match self.tasks.perform(effect) {
                 None => {}
-                Some(Remaining::Copy(text)) => self.screen.copy(&text)?,
-                Some(Remaining::Picture(mut job)) => {
+                Some(LoopEffect::Copy(text)) => self.screen.copy(&text)?,
+                Some(LoopEffect::Picture(mut job)) => {
                     job.screen = screen::paint(&self.model).map(Some);
                     self.tasks.draw(job);
                 }
-                Some(Remaining::UseMouse(on)) => self.screen.use_mouse(on)?,
-                Some(Remaining::Suspend) => step = Step::Suspend,
-                Some(Remaining::EditOutside(outside)) => step = Step::EditOutside(outside),
-                Some(Remaining::Quit) => return Ok(Step::Quit),
+                Some(LoopEffect::UseMouse(on)) => self.screen.use_mouse(on)?,
+                Some(LoopEffect::Suspend) => step = Step::Suspend,
+                Some(LoopEffect::EditOutside(outside)) => step = Step::EditOutside(outside),
+                Some(LoopEffect::Quit) => return Ok(Step::Quit),
             }
         }
         Ok(step)
@@ -291,11 +292,11 @@ impl Loop {
     async fn lend(
         &mut self,
         command: Vec<String>,
-        sent: &Outside,
+        sent: &ExternalEdit,
         signals: &mut Ending,
     ) -> std::io::Result<(Result<String, String>, bool)> {
         self.screen.lend();
-        let Outside { file, text, .. } = sent.clone();
+        let ExternalEdit { file, text, .. } = sent.clone();
         let mut editing =
             tokio::task::spawn_blocking(move || outside::edit(&command, &file, &text));
         let mut ends = false;
@@ -304,13 +305,13 @@ impl Loop {
                 edited = &mut editing => break edited,
                 heard = signals.wait() => match heard {
                     // The shell waits until both have stopped.
-                    Heard::Job(JobSignal::Stop) => job_control::stop()?,
-                    Heard::Job(JobSignal::Continue) => {
+                    TerminationSignal::Job(JobSignal::Stop) => job_control::stop()?,
+                    TerminationSignal::Job(JobSignal::Continue) => {
                         let _ = job_control::was_continued();
                     }
                     // The user's text is not discarded.
-                    Heard::End => ends = true,
-                    Heard::Interrupt => {}
+                    TerminationSignal::End => ends = true,
+                    TerminationSignal::Interrupt => {}
                 },
             }
         };
@@ -323,7 +324,7 @@ impl Loop {
     fn perform(&mut self, effects: Vec<Effect>) -> std::io::Result<bool> {
         let mut quit = false;
         for effect in effects {
-            quit |= matches!(self.tasks.perform(effect), Some(Remaining::Quit));
+            quit |= matches!(self.tasks.perform(effect), Some(LoopEffect::Quit));
         }
         Ok(quit)
     }
@@ -332,7 +333,7 @@ impl Loop {
 enum Step {
     On,
     Suspend,
-    EditOutside(Outside),
+    EditOutside(ExternalEdit),
     Quit,
 }
 

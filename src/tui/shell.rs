@@ -5,7 +5,7 @@ use std::path::Path;
 use super::keymap::{Keymap, Preset, as_file, as_table};
 use super::layout::SMALLEST;
 use super::model::Glyphs;
-use super::theme::{Depth, Theme, preview};
+use super::theme::{ColorDepth, Theme, preview};
 use super::{background, terminal};
 use crate::system::Terminal;
 
@@ -13,12 +13,12 @@ use crate::system::Terminal;
 /// `true`, `256`, `16` or `none`, and plain text for `plain`. The user's themes are in `folder`.
 ///
 /// # Errors
-/// There is no such theme, or its file is wrong: with file, line and key.
+/// The theme does not exist, or its file is invalid: with file, line and key.
 pub fn themes(name: Option<&str>, folder: &Path, depth: Option<&str>) -> Result<String, String> {
     let depth = match depth {
-        None => Some(Depth::of_environment(|name| std::env::var(name).ok())),
+        None => Some(ColorDepth::of_environment(|name| std::env::var(name).ok())),
         Some(said) => {
-            let mut named = Depth::NAMED.iter();
+            let mut named = ColorDepth::NAMED.iter();
             named
                 .find(|(name, _)| *name == said)
                 .map(|(_, depth)| *depth)
@@ -33,7 +33,7 @@ pub fn themes(name: Option<&str>, folder: &Path, depth: Option<&str>) -> Result<
 /// Every mistake in the file, with file, line and key.
 pub fn keys(file: &Path, preset: Option<&str>, print: bool) -> Result<String, Vec<String>> {
     let map = match preset.and_then(Preset::parse) {
-        Some(preset) => Keymap::of(preset),
+        Some(preset) => Keymap::from_preset(preset),
         None => Keymap::load(file)?,
     };
     Ok(if print { as_file(&map) } else { as_table(&map) })
@@ -60,8 +60,8 @@ pub fn theme_mistakes(chosen: &str, folder: &Path) -> Vec<String> {
 #[must_use]
 pub fn terminal_here() -> Terminal {
     let env = |name: &str| std::env::var(name).ok();
-    let depth = Depth::of_environment(env);
-    let named = Depth::NAMED.iter().find(|(_, d)| *d == depth);
+    let depth = ColorDepth::of_environment(env);
+    let named = ColorDepth::NAMED.iter().find(|(_, d)| *d == depth);
     let size = terminal::size_here();
     let dark = size.and_then(|_| {
         let asked = background::ask(env);

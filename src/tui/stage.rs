@@ -15,7 +15,7 @@ use super::tasks::history::Judging;
 use super::theme::Theme;
 use super::update::{compute_now, update};
 use super::{tasks, views, widgets};
-use crate::evaluation::{Answer, Event, Judged, Missing, default_planning};
+use crate::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, default_planning};
 use crate::formats::{EgoSelection, Entry};
 use crate::llm::Chunk;
 use crate::planner::Cancel;
@@ -85,7 +85,7 @@ impl Stage {
     /// Presses keys by their names, separated by spaces.
     ///
     /// # Panics
-    /// There is no such key.
+    /// The key does not exist.
     pub fn press(&mut self, keys: &str) {
         for name in keys.split_whitespace() {
             let key = Key::parse(name).unwrap_or_else(|| panic!("no key `{name}`"));
@@ -126,7 +126,7 @@ impl Stage {
             window,
             how,
             model_returned: None,
-            judged: Judged::Missing(Missing::NotInAnswer("no verdict in it".into())),
+            judged: JudgeOutcome::Missing(MissingVerdict::NotInAnswer("no verdict in it".into())),
             text: text.into(),
             reasoning: String::new(),
             consumed: Consumed::default(),
@@ -143,13 +143,13 @@ impl Stage {
     #[must_use]
     pub fn claims(&self) -> usize {
         let document = self.model.document(self.model.answers.shown);
-        document.map_or(0, |d| self.model.claims.of(d.key).len())
+        document.map_or(0, |d| self.model.claims.get(d.key).len())
     }
 
     /// Runs the planner to the end of the open scenario, and shows the drive.
     ///
     /// # Errors
-    /// There is nothing to plan, or the planner cannot begin.
+    /// The scenario has no planning problem, or the planner cannot begin.
     pub fn drive(&mut self) -> Result<(), String> {
         let key = Key::parse("shift-w").unwrap_or_else(|| panic!("shift-w is a key"));
         let asks = self.send(Msg::Key(key)).into_iter();

@@ -11,7 +11,6 @@ mod queue;
 pub mod results;
 mod scenarios;
 mod scenes;
-pub mod session_file;
 mod templates;
 
 use std::path::Path;
@@ -23,7 +22,8 @@ use tokio::sync::mpsc::UnboundedSender;
 use self::job::{Canceller, RunningJobs};
 use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
-use super::message::{Effect, JobEvent, JobId, Msg, Outside, StoredOf, Update};
+use super::message::{Effect, ExternalEdit, JobEvent, JobId, Msg, StoredOf, Update};
+use super::session;
 use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::EgoSelection;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
@@ -37,6 +37,9 @@ use crate::workflow::{AskRequest, Models, ask};
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
+
+/// How long after a change the session is saved: what a killed program loses.
+const SESSION_DELAY: Duration = Duration::from_secs(2);
 
 /// Earlier answers that are looked through: the newest on a scenario and task.
 const MOST_STORED: usize = 100;
@@ -71,7 +74,7 @@ pub struct Tasks {
 
 /// Effects left to the main loop, which owns the terminal.
 #[derive(Debug)]
-pub enum Remaining {
+pub enum LoopEffect {
     /// Paint the screen for a picture, and give it back.
     Picture(Box<PictureJob>),
     /// Put text into the clipboard.
@@ -79,7 +82,7 @@ pub enum Remaining {
     /// Use the mouse, or not.
     UseMouse(bool),
     /// Let the user edit a text in an editor of theirs.
-    EditOutside(Outside),
+    EditOutside(ExternalEdit),
     /// Go back to the shell for a while.
     Suspend,
     /// End the program.
@@ -118,7 +121,7 @@ impl Tasks {
     }
 
     /// Begins what an effect asks for; gives back what only the loop can do.
-    pub fn perform(&mut self, effect: Effect) -> Option<Remaining> {
+    pub fn perform(&mut self, effect: Effect) -> Option<LoopEffect> {
         match effect {
             Effect::Find(paths) => self.find(paths),
             Effect::Probe => self.probe(),
@@ -156,8 +159,21 @@ impl Tasks {
                 });
             }
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
-            Effect::RememberLater => self.remember_later(),
-            Effect::Remember(session) => self.remember(&session),
+            Effect::RememberLater => {
+                let sender = self.sender.clone();
+                tokio::spawn(async move {
+                    tokio::time::sleep(SESSION_DELAY).await;
+                    // The receiver is gone once the loop has ended.
+                    let _ = sender.send(Msg::KeepSession);
+                });
+            }
+            // At once and not in the background: the program may be about to end.
+            Effect::Remember(session) => {
+                if let Err(error) = session::file::write(&self.folders.sessions(), &session) {
+                    let complaint = format!("{error}; the session is not kept");
+                    let _ = self.sender.send(Msg::Complaint(complaint));
+                }
+            }
             Effect::History(ask) => self.history(ask),
             Effect::Results(ask) => self.results(ask),
             Effect::Start(id, request) => self.start(id, request),
@@ -196,7 +212,7 @@ impl Tasks {
                 let folder = self.folders.prompts();
                 self.change_template(file.clone(), move || templates::choose(&folder, &file));
             }
-            Effect::EditOutside(outside) => return Some(Remaining::EditOutside(outside)),
+            Effect::EditOutside(outside) => return Some(LoopEffect::EditOutside(outside)),
             Effect::ReadSource(place, entry) => {
                 self.background(move || Msg::Source(place, Source::read(&entry).map(Box::new)))
             }
@@ -204,12 +220,12 @@ impl Tasks {
                 let folder = self.folders.prompts();
                 self.background(move || Msg::Reread(Library::load(Some(&folder))));
             }
-            Effect::Picture(job) if job.needs_screen() => return Some(Remaining::Picture(job)),
+            Effect::Picture(job) if job.needs_screen() => return Some(LoopEffect::Picture(job)),
             Effect::Picture(job) => self.draw(job),
-            Effect::Copy(text) => return Some(Remaining::Copy(text)),
-            Effect::UseMouse(on) => return Some(Remaining::UseMouse(on)),
-            Effect::Suspend => return Some(Remaining::Suspend),
-            Effect::Quit => return Some(Remaining::Quit),
+            Effect::Copy(text) => return Some(LoopEffect::Copy(text)),
+            Effect::UseMouse(on) => return Some(LoopEffect::UseMouse(on)),
+            Effect::Suspend => return Some(LoopEffect::Suspend),
+            Effect::Quit => return Some(LoopEffect::Quit),
         }
         None
     }

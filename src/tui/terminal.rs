@@ -35,7 +35,7 @@ static TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// The terminal while the workbench has it; dropped, it is as it was before.
 pub struct Screen {
-    /// Nothing once it is gone.
+    /// `None` once it is gone.
     terminal: Option<Terminal<CrosstermBackend<Stdout>>>,
     mouse: bool,
 }
@@ -132,7 +132,7 @@ impl Screen {
     /// # Errors
     /// The terminal is gone.
     pub fn take_again(&mut self) -> io::Result<()> {
-        // Who is continued from here on is so once more.
+        // A continuation from here on counts as another one.
         let _ = job_control::was_continued();
         give_back();
         enter(self.mouse)?;
@@ -147,7 +147,7 @@ impl Screen {
 #[must_use]
 pub fn is_gone(error: &io::Error) -> bool {
     use io::ErrorKind::{BrokenPipe, NotConnected, UnexpectedEof};
-    /// What the system calls `EIO` and `ENXIO`.
+    /// The system's `EIO` and `ENXIO`.
     const GONE: [i32; 2] = [5, 6];
     let known = [BrokenPipe, NotConnected, UnexpectedEof].contains(&error.kind());
     // Where it was hung up, it is none any more.

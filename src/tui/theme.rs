@@ -16,7 +16,7 @@ use super::user_file::{all_visible, first};
 use crate::settings::{self, NamedTheme, ThemeColor, ThemeFile};
 
 pub use crate::settings::{AUTO, ROLES};
-pub use depth::Depth;
+pub use depth::ColorDepth;
 pub use preview::preview;
 
 /// A theme in the colours of a terminal.
@@ -29,7 +29,7 @@ impl Theme {
     /// The theme `name`: the user's file of that name in `folder`, else a shipped one; `auto` is `dark` or `light`.
     ///
     /// # Errors
-    /// There is none, or its file is wrong: with file, line and key.
+    /// It does not exist, or its file is invalid: with file, line and key.
     pub fn load(name: &str, folder: &Path, dark: bool) -> Result<Self, String> {
         let name = match name {
             AUTO if dark => "dark",
@@ -43,7 +43,7 @@ impl Theme {
         }
     }
 
-    /// There is no such theme.
+    /// The theme does not exist.
     fn unknown(name: &str, folder: &Path) -> String {
         let names: Vec<&str> = ThemeFile::shipped().collect();
         format!(
@@ -81,14 +81,14 @@ impl Theme {
 
     /// The same theme for a terminal with fewer colours.
     #[must_use]
-    pub fn at_depth(mut self, depth: Depth) -> Self {
+    pub fn at_depth(mut self, depth: ColorDepth) -> Self {
         let sixteen = std::mem::take(&mut self.sixteen);
         let dark = self.dark;
         for name in ROLES {
             let own = sixteen.iter().find(|(role, _)| role == name);
             if let Some(role) = self.role_mut(name) {
                 *role = match (depth, own) {
-                    (Depth::Sixteen, Some((_, color))) => *color,
+                    (ColorDepth::Sixteen, Some((_, color))) => *color,
                     _ => color::at_depth(*role, depth, dark),
                 };
             }
@@ -148,13 +148,16 @@ mod tests {
         let nowhere = Path::new("/nonexistent");
         for name in ThemeFile::shipped() {
             let theme = Theme::load(name, nowhere, true).unwrap();
-            for depth in [Depth::True, Depth::Indexed, Depth::Sixteen] {
+            for depth in [ColorDepth::True, ColorDepth::Indexed, ColorDepth::Sixteen] {
                 let theme = theme.clone().at_depth(depth);
                 for role in ROLES {
                     let color = theme.role(role).unwrap();
                     assert_ne!(color, Color::Reset, "{name}: {role}");
                     let few = color::number(color).is_some();
-                    assert!(few || depth != Depth::Sixteen, "{name}: {role} {color}");
+                    assert!(
+                        few || depth != ColorDepth::Sixteen,
+                        "{name}: {role} {color}"
+                    );
                 }
             }
         }
@@ -181,8 +184,8 @@ mod tests {
         // Not black, which stands for the default's text.
         let (mine, light) = (load("mine").unwrap(), Theme::default_for(false));
         let (mine, light) = (
-            mine.at_depth(Depth::Sixteen),
-            light.at_depth(Depth::Sixteen),
+            mine.at_depth(ColorDepth::Sixteen),
+            light.at_depth(ColorDepth::Sixteen),
         );
         assert_ne!(mine.text, light.text);
         assert_eq!(mine.danger, light.danger);

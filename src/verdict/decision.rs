@@ -1,7 +1,7 @@
 //! Reads yes or no from an object: by the requested key, by synonyms, or by the obstacles named.
 
 use super::groups::{self, Group};
-use super::lenient::Piece;
+use super::lenient::JsonPiece;
 use super::notes::Notes;
 use super::parse::NoVerdict;
 use super::values::{self, Object};
@@ -38,10 +38,10 @@ const SAFETY: [&str; 7] = [
     "iscritical",
 ];
 
-/// The decision in an object, the nearest level first; nothing if there is none.
+/// The decision in an object, the nearest level first; `None` without one.
 ///
 /// # Errors
-/// Two keys of one level say different things.
+/// Two keys of one level contradict each other.
 pub(super) fn read_decision(task: Task, object: &Object) -> Result<Option<Decision>, NoVerdict> {
     let names = match task {
         Task::Collision => COLLISION,
@@ -102,7 +102,7 @@ fn decides(task: Task, group: &Group<'_>) -> bool {
 /// Nothing where the last object stands alone.
 pub(super) fn merge(
     task: Task,
-    objects: &[(&Piece, &Object)],
+    objects: &[(&JsonPiece, &Object)],
     notes: &mut Notes,
 ) -> Option<Object> {
     let ((_, last), before) = objects.split_last()?;
@@ -150,7 +150,7 @@ pub(super) fn obstacles(
 ) -> Vec<ObstacleRisk> {
     let found = groups::obstacles(object, notes);
     if decision.from_groups && decision.dangerous && found.is_empty() {
-        notes.add("somebody is named, but by no id");
+        notes.add("an obstacle is named, but by no id");
     }
     found
 }

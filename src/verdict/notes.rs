@@ -1,7 +1,7 @@
 //! Describes the repairs made while parsing an answer.
 
 use super::ParseQuality;
-use super::lenient::{End, Piece};
+use super::lenient::{End, JsonPiece};
 
 /// Notes, each once; a hostile answer does not make them endless.
 #[derive(Debug, Default)]
@@ -30,7 +30,7 @@ impl Notes {
     }
 
     /// How the text of a piece departed from JSON.
-    pub(super) fn note_repairs(&mut self, piece: &Piece) {
+    pub(super) fn note_repairs(&mut self, piece: &JsonPiece) {
         for repair in &piece.repairs {
             self.add(repair.to_string());
         }

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use serde_json::Value;
 
 use super::answer_schema::{self, CollisionAnswer, SafetyAnswer};
-use super::lenient::{self, End, Piece};
+use super::lenient::{self, End, JsonPiece};
 use super::notes::Notes;
 use super::trajectory::TrajectoryAnswer;
 use super::values::{self, Object};
@@ -41,7 +41,7 @@ pub struct Reading {
 /// Why an answer has no verdict.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoVerdict {
-    /// There is no text.
+    /// The text is empty.
     #[error("the answer is empty")]
     Empty,
     /// There is no JSON object in it.
@@ -100,13 +100,13 @@ pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
 
 /// The objects of an answer, outermost ones and those in outermost lists, with the pieces they are from.
 struct AnswerObjects<'a> {
-    pieces: &'a [Piece],
-    objects: Vec<(&'a Piece, &'a Object)>,
+    pieces: &'a [JsonPiece],
+    objects: Vec<(&'a JsonPiece, &'a Object)>,
 }
 
 impl<'a> AnswerObjects<'a> {
-    fn new(pieces: &'a [Piece]) -> Self {
-        let of = |piece: &'a Piece| {
+    fn new(pieces: &'a [JsonPiece]) -> Self {
+        let of = |piece: &'a JsonPiece| {
             let items = match &piece.value {
                 Value::Array(items) => items.iter().collect(),
                 other => vec![other],
@@ -123,7 +123,7 @@ impl<'a> AnswerObjects<'a> {
     }
 
     /// Notes on the texts of some pieces, on later ones that say nothing more, and on how they depart from the schema.
-    fn notes(&self, piece: &Piece) -> Notes {
+    fn notes(&self, piece: &JsonPiece) -> Notes {
         let mut notes = Notes::default();
         notes.note_repairs(piece);
         let last = self.pieces.last();
@@ -302,7 +302,7 @@ fn strict_verdict(task: Task, object: &Object) -> Option<Verdict> {
     }
 }
 
-/// The reason that an object gives for all of it; noted where there is none.
+/// The overall justification in an object; notes its absence.
 pub(super) fn justification(object: &Object, notes: &mut Notes) -> String {
     let names = [
         "justification",

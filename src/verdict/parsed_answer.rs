@@ -11,7 +11,7 @@ use super::{AttackerChoice, NewMotion, ObstacleRisk, Task, TrajectoryAnswer, Ver
 pub enum ParsedAnswer {
     /// Yes or no, to the collision or the safety task.
     Verdict(Verdict),
-    /// Who could attack the ego.
+    /// The obstacles that could attack the ego.
     Attacker(AttackerChoice),
     /// How an attacker is to move.
     Trajectory(NewMotion),

@@ -9,7 +9,7 @@ use tokio::sync::mpsc::unbounded_channel;
 use super::{PlanError, PlanEvent, PreparedPlan};
 use crate::evaluation::generating::{self, Author, AuthorError, Authored};
 use crate::generation::{
-    Capability, ClosedLoop, Effort, GeneratorError, Ground, Progress, SearchEvent, Selection,
+    AttackSetup, Capability, ClosedLoop, Effort, GeneratorError, Progress, SearchEvent, Selection,
     VariantGenerator,
 };
 use crate::planner::Cancel;
@@ -45,7 +45,7 @@ pub trait AttackWriter {
     /// Nothing could be asked.
     fn write(
         &self,
-        ground: &Ground<'_>,
+        ground: &AttackSetup<'_>,
         scene: &Arc<Scene>,
         cancel: &Cancel,
         on_progress: &mut dyn FnMut(generating::Progress),
@@ -217,7 +217,7 @@ fn attack(
 impl AttackWriter for ModelWriter<'_> {
     fn write(
         &self,
-        ground: &Ground<'_>,
+        ground: &AttackSetup<'_>,
         scene: &Arc<Scene>,
         cancel: &Cancel,
         on_progress: &mut dyn FnMut(generating::Progress),

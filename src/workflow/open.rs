@@ -77,7 +77,7 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
         }
         _ => ego,
     };
-    let scene = match ego.of(entry, &scenario) {
+    let scene = match ego.resolve(entry, &scenario) {
         Ok(Some(ego)) => Ok(Arc::new(Scene::new(Arc::clone(&scenario), ego))),
         Ok(None) => Err(MissingEgo::NotRecorded),
         Err(error) if *ego == EgoSelection::Beside && !strict => {

@@ -178,7 +178,7 @@ impl PreparedPlan {
 
     fn starts_slowly_enough(&self) -> Result<(), PlanError> {
         let (problem, vehicle) = (self.problem(), self.settings.planner.vehicle);
-        let (start, most) = (problem.initial.velocity, Limits::of(vehicle).speed);
+        let (start, most) = (problem.initial.velocity, Limits::for_vehicle(vehicle).speed);
         match start.map(|v| v.middle()).filter(|v| *v > most) {
             None => Ok(()),
             Some(start) => Err(self.nothing(&format!(

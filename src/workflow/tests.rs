@@ -103,12 +103,12 @@ fn errors_name_the_scenario_and_what_is_there() {
     let words = error.to_string();
     assert!(words.starts_with(&entry.display()) && words.contains("the only one in it has the id"));
     let prepared = prepare(&request(&entry, &settings)).unwrap();
-    let nobody = GenerateRequest {
+    let absent = GenerateRequest {
         prepared: &prepared,
         attacker: Some(-4),
         delay: 0.5,
         source: AttackSource::Search(&crate::generation::Effort::default()),
     };
-    let error = generate(&nobody, &Cancel::default(), &mut |_| {}).unwrap_err();
+    let error = generate(&absent, &Cancel::default(), &mut |_| {}).unwrap_err();
     assert!(error.to_string().contains("there is no obstacle -4"));
 }

@@ -94,7 +94,7 @@ const HOMES: [(&str, &[&str]); 17] = [
 
 /// What the parts of the terminal may import of each other; parts that are not here are free.
 /// Views read the tables of actions and keys because footer, help and palette are made from them.
-const TUI_ALLOWED: [(&str, &[&str]); 4] = [
+const TUI_ALLOWED: [(&str, &[&str]); 5] = [
     (
         "views",
         &[
@@ -112,10 +112,15 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
         "update",
         &[
             "model", "action", "message", "keymap", "effects", "update", "screens", "clock",
-            "loaded",
+            "loaded", "session",
         ],
     ),
-    ("tasks", &["loaded", "message", "effects", "tasks"]),
+    (
+        "tasks",
+        &["loaded", "message", "effects", "tasks", "session"],
+    ),
+    // A session is restored by opening scenarios and moving the clock, as keys do.
+    ("session", &["model", "action", "message", "update"]),
 ];
 
 /// What no other part of the terminal may import: the root module and the loop put the parts together.

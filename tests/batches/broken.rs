@@ -35,7 +35,7 @@ async fn a_batch_whose_id_was_lost_is_found_and_not_sent_again() {
         assert_eq!((again.handed, again.taken), (0, 2), "{dialect:?}");
         assert_eq!(bench.provider.world().batches.len(), 2);
         let ended = bench.collect(batch).await.unwrap();
-        assert_eq!(ended, over(HandedState::Ended, 2, 0), "{dialect:?}");
+        assert_eq!(ended, over(ProviderBatchState::Ended, 2, 0), "{dialect:?}");
         bench.each_has_its_own();
     }
 }
@@ -60,7 +60,7 @@ async fn a_program_that_dies_while_it_submits_submits_once() {
         let id = batch.id;
         assert_eq!(
             (batch.state, &batch.remote_id),
-            (HandedState::Submitting, &None)
+            (ProviderBatchState::Submitting, &None)
         );
         // Anthropic's cannot be told while it is worked on, so that nothing is done yet.
         let working = bench.collect(id).await.unwrap();
@@ -72,7 +72,7 @@ async fn a_program_that_dies_while_it_submits_submits_once() {
         bench.provider.world().state = String::new();
         assert_eq!(
             bench.collect(id).await.unwrap(),
-            over(HandedState::Ended, 2, 0),
+            over(ProviderBatchState::Ended, 2, 0),
             "{dialect:?}"
         );
         assert_eq!(bench.provider.world().batches.len(), 1);
@@ -134,7 +134,7 @@ async fn a_crash_between_two_results_takes_none_twice() {
             bench.reopen();
             bench.provider.world().cut = None;
             let rest = bench.collect(id).await.unwrap();
-            assert_eq!(rest, over(HandedState::Ended, 1, 0));
+            assert_eq!(rest, over(ProviderBatchState::Ended, 1, 0));
             assert_eq!(bench.states(), [RunState::Answered; 3]);
             bench.each_has_its_own();
         }
@@ -149,7 +149,7 @@ async fn refusals_for_the_moment_are_tried_again() {
         bench.provider.world().busy = [0, 2, 4, 6, 8].into();
         let id = bench.submit(2).await.unwrap().batches[0];
         let ended = bench.collect(id).await.unwrap();
-        assert_eq!(ended, over(HandedState::Ended, 2, 0), "{dialect:?}");
+        assert_eq!(ended, over(ProviderBatchState::Ended, 2, 0), "{dialect:?}");
         assert_eq!(bench.provider.world().batches.len(), 1);
     }
 }
@@ -170,7 +170,7 @@ async fn a_refused_batch_leaves_its_questions_free() {
             "{refused}"
         );
         let batches = bench.store.provider_batches().unwrap();
-        assert_eq!(batches[0].state, HandedState::NotSent);
+        assert_eq!(batches[0].state, ProviderBatchState::NotSent);
         clean(batches[0].problem.as_deref().unwrap());
         for run in bench.runs() {
             assert_eq!(run.ending.state, RunState::Failed);
@@ -232,7 +232,7 @@ async fn a_result_that_nobody_asked_for_is_left_alone_and_one_that_lacks_fails()
             world.state = String::new();
         }
         let ended = bench.collect(id).await.unwrap();
-        assert_eq!(ended, over(HandedState::Ended, 1, 1), "{dialect:?}");
+        assert_eq!(ended, over(ProviderBatchState::Ended, 1, 1), "{dialect:?}");
         assert_eq!(bench.states(), [RunState::Answered, RunState::Failed]);
     }
 }

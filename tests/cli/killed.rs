@@ -22,7 +22,7 @@ const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 fn text(n: usize) -> String {
     let words =
         json!({"collision": false, "obstacles": [], "justification": format!("answer {n}.")});
-    format!("Step by step: the gap grows, nobody brakes. So:\n{words}\n")
+    format!("Step by step: the gap grows, no vehicle brakes. So:\n{words}\n")
 }
 
 fn script(n: usize) -> Script {

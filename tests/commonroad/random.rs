@@ -318,7 +318,7 @@ prop_compose! {
             obstacles,
             planning_problems,
             diagnostics: Vec::new(),
-            hash: ContentHash::of(b""),
+            hash: ContentHash::digest(b""),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use nearmiss::evaluation::generating::{Author, AuthorError, Authored, Progress, write};
 use nearmiss::evaluation::{Judge, ModelJudge, Settings, default_planning};
 use nearmiss::formats::bundled;
-use nearmiss::generation::{AttackContext, ClosedLoop, Gate, Ground, admit};
+use nearmiss::generation::{AttackContext, AttackSetup, ClosedLoop, Gate, admit};
 use nearmiss::geometry::{Footprint, Point, Shape};
 use nearmiss::llm::{Client, Endpoint, Parameters, Price, PriceEntry, Prices};
 use nearmiss::metrics::Thresholds;
@@ -84,11 +84,11 @@ pub fn scene() -> Arc<Scene> {
 }
 
 /// Does something on the ground of the scene.
-pub fn on_ground<T>(scene: &Scene, with: impl FnOnce(&Ground<'_>) -> T) -> T {
+pub fn on_ground<T>(scene: &Scene, with: impl FnOnce(&AttackSetup<'_>) -> T) -> T {
     let ego = &scene.ego;
     let stage = AttackContext::new(&scene.scenario, &ego.footprint, &ego.track).unwrap();
     let gate = Gate::new(&scene.scenario).with_ego(ego);
-    with(&Ground {
+    with(&AttackSetup {
         stage: &stage,
         gate: &gate,
         closed_loop: closed_loop(),
@@ -253,7 +253,7 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
     let stage =
         AttackContext::new(&scene.scenario, &scene.ego.footprint, &scene.ego.track).unwrap();
     let gate = Gate::new(&scene.scenario).with_ego(&scene.ego);
-    let ground = Ground {
+    let ground = AttackSetup {
         stage: &stage,
         gate: &gate,
         closed_loop: closed_loop(),

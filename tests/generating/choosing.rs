@@ -8,7 +8,7 @@ use super::bench::{ATTACKER, OTHER, PARKED, chooses, cut_in, does, says, scene, 
 #[tokio::test]
 async fn a_choice_that_cannot_be_taken_is_refused_with_the_reason() {
     let cases = [
-        (json!(null), "nobody can attack"),
+        (json!(null), "no obstacle can attack"),
         (json!(424_242), "no obstacle 424242 in the scenario"),
         (json!(PARKED), "is parked and does not move"),
         (json!(scene().ego.id), "is the ego itself"),
@@ -18,7 +18,7 @@ async fn a_choice_that_cannot_be_taken_is_refused_with_the_reason() {
         let obeyed = written(vec![chooses(choice.clone())], |author| author.obey = true).await;
         assert!(obeyed.choice_refused().contains(why), "{choice}");
         let authored = obeyed.authored();
-        assert_eq!(authored.choice.by, ChosenBy::Nobody);
+        assert_eq!(authored.choice.by, ChosenBy::NoAttacker);
         assert_eq!((authored.choice.attacker, obeyed.requests.len()), (None, 1));
         assert!(authored.attacks.is_empty() && authored.declined.is_empty());
         assert!(authored.refusals()[0].to_string().contains(why));

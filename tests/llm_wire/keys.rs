@@ -156,7 +156,7 @@ async fn servers_of_this_machine_are_found() {
         slow.base_url()
     );
     let registry = Registry::new(&toml::from_str(&users).unwrap()).unwrap();
-    let environment = Environment::of(|name| (name == "K").then(|| KEY.to_string()));
+    let environment = Environment::from_lookup(|name| (name == "K").then(|| KEY.to_string()));
     let begun = Instant::now();
     let found = probe(&registry, &environment).await;
     assert!(begun.elapsed() < Duration::from_secs(4));

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use nearmiss::llm::batch::{Batches, Mark};
+use nearmiss::llm::batch::{Batches, SubmissionMark};
 use nearmiss::llm::{Chunk, Client, Dialect, Endpoint, Error, Finish, LONGEST_ANSWER, decode};
 use serde_json::json;
 
@@ -93,7 +93,7 @@ async fn looked_up(dialect: Dialect, server: &Server) -> Result<(), Error> {
     };
     let batches = Batches::new(&Client::direct(), &endpoint, "m").await?;
     let ids = ["q-1".to_string(), "q-2".to_string()];
-    let mark = Mark {
+    let mark = SubmissionMark {
         tag: "ours",
         since: jiff::Timestamp::UNIX_EPOCH,
         ids: &ids,

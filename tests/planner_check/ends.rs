@@ -24,7 +24,7 @@ fn scenario(obstacles: Vec<Obstacle>) -> Scenario {
         obstacles,
         planning_problems: Vec::new(),
         diagnostics: Vec::new(),
-        hash: ContentHash::of(b"built"),
+        hash: ContentHash::digest(b"built"),
     }
 }
 

@@ -268,7 +268,7 @@ fn tolerances_and_vehicles_are_data() {
     assert!(check().within(wide).states(0, &states).is_ok());
     // A truck does not reach what a car drives.
     let fast = super::inputs::states(begin(30.0, 0.0), &[steady(0.0, 0.0); 3]);
-    let truck = nearmiss::planner::Limits::of(nearmiss::scenario::VehicleType::Truck);
+    let truck = nearmiss::planner::Limits::for_vehicle(nearmiss::scenario::VehicleType::Truck);
     let error = Feasibility::new(truck, DT).states(0, &fast).unwrap_err();
     assert_eq!(error.0.len(), 4);
     assert!(error.0.iter().all(|b| b.bound == Bound::Speed));

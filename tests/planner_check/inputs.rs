@@ -8,7 +8,7 @@ pub const DT: f64 = 0.1;
 const PARTS: usize = 400;
 
 pub fn limits() -> Limits {
-    Limits::of(VehicleType::Bmw320i)
+    Limits::for_vehicle(VehicleType::Bmw320i)
 }
 
 /// One step's inputs.

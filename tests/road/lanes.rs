@@ -46,7 +46,7 @@ fn no_point_falls_between_lanelets() {
 
 #[test]
 fn centre_lines_and_widths_of_all_kinds_of_borders() {
-    let plain = Lane::of(&lanelet(1, &[(0., 0.), (30., 40.)])).unwrap();
+    let plain = Lane::from_lanelet(&lanelet(1, &[(0., 0.), (30., 40.)])).unwrap();
     assert!((plain.length() - 50.0).abs() < 1e-6 && (plain.width_at(20.0) - WIDTH).abs() < 1e-6);
     // Different numbers of points: by shares of the arc length.
     let uneven = between(
@@ -54,7 +54,7 @@ fn centre_lines_and_widths_of_all_kinds_of_borders() {
         line(&[(0., 4.), (1., 4.), (2., 4.), (40., 4.)]),
         line(&[(0., 0.), (40., 0.)]),
     );
-    let uneven = Lane::of(&uneven).unwrap();
+    let uneven = Lane::from_lanelet(&uneven).unwrap();
     assert!(
         uneven
             .centre()
@@ -67,7 +67,7 @@ fn centre_lines_and_widths_of_all_kinds_of_borders() {
     let ahead = line(&[(0., 4.), (10., 4.), (40., 4.)]);
     let back = line(&[(40., 0.), (10., 0.), (0., 0.)]);
     let opposite = between(3, ahead.clone(), back.clone());
-    let lane = Lane::of(&opposite).unwrap();
+    let lane = Lane::from_lanelet(&opposite).unwrap();
     assert!(
         (lane.centre().pose_at(20.0).heading).abs() < 1e-9 && (lane.length() - 40.0).abs() < 1e-9
     );
@@ -75,16 +75,17 @@ fn centre_lines_and_widths_of_all_kinds_of_borders() {
         &opposite.ring(),
         &Point::new(30.0, 2.0)
     ));
-    let swapped = Lane::of(&between(4, back, ahead)).unwrap();
+    let swapped = Lane::from_lanelet(&between(4, back, ahead)).unwrap();
     assert!((swapped.centre().pose_at(20.0).heading.abs() - std::f64::consts::PI).abs() < 1e-9);
     // A ring of which the ends meet.
-    let ring = Lane::of(&lanelet(5, &arc(0., 0., 15., 0.0, std::f64::consts::TAU))).unwrap();
+    let ring =
+        Lane::from_lanelet(&lanelet(5, &arc(0., 0., 15., 0.0, std::f64::consts::TAU))).unwrap();
     assert!((ring.length() - 94.2).abs() < 0.5 && (ring.width_at(30.0) - WIDTH).abs() < 0.1);
     // A border without length, and nothing but one spot.
     let wedge = between(6, line(&[(0., 2.), (0., 2.)]), line(&[(0., 0.), (3., 0.)]));
-    assert!((Lane::of(&wedge).unwrap().length() - 1.5).abs() < 1e-9);
+    assert!((Lane::from_lanelet(&wedge).unwrap().length() - 1.5).abs() < 1e-9);
     let spot = between(7, line(&[(1., 1.), (1., 1.)]), line(&[(1., 1.), (1., 1.)]));
-    assert!(Lane::of(&spot).is_none());
+    assert!(Lane::from_lanelet(&spot).is_none());
 }
 
 fn network_of(lanelets: Vec<nearmiss::scenario::Lanelet>, on: &[(i64, i64)]) -> LaneletNetwork {

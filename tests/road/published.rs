@@ -97,7 +97,7 @@ fn lanelets_and_drivable_area_agree_on_real_maps() {
         let road = network.drivable_area(None);
         let (footprint, poses) = poses(&entry, &scenario);
         for lanelet in &network.lanelets {
-            let lane = Lane::of(lanelet).unwrap();
+            let lane = Lane::from_lanelet(lanelet).unwrap();
             let middle = (0..=8).map(|i| lane.length() * f64::from(i) / 8.0);
             let middle = middle.map(|s| lane.centre().pose_at(s).position);
             lanelets += 1;

@@ -4,13 +4,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nearmiss::geometry::{Point, Pose};
 use nearmiss::scenario::{
-    Destination, Direction, Driven, LaneletNetwork, Position, RoadUser, Route, RouteError, Side,
+    Destination, DirectedLanelet, Direction, LaneletNetwork, Position, RoadUser, Route, RouteError,
+    Side,
 };
 
 use crate::built::*;
 
-fn along(lanelet: i64) -> Driven {
-    Driven {
+fn along(lanelet: i64) -> DirectedLanelet {
+    DirectedLanelet {
         lanelet,
         direction: Direction::Along,
     }
@@ -173,7 +174,7 @@ fn bidirectional_lanelets_are_driven_both_ways() {
     let route = open.lane_graph(None).route(&overtake).unwrap();
     assert_eq!(
         route.legs[1].driven,
-        Driven {
+        DirectedLanelet {
             lanelet: 2,
             direction: Direction::Against
         }

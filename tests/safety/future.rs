@@ -29,7 +29,7 @@ fn another_future_changes_nothing() {
 fn what_is_before_the_window_changes_nothing_either_way_it_ends() {
     for (_, stage, _) in all() {
         let scene = stage.at(HERE);
-        let past = ObservedHistory::of(&scene, &Window::ending_at(&scene, NOW, 4));
+        let past = ObservedHistory::from_window(&scene, &Window::ending_at(&scene, NOW, 4));
         assert_eq!(past.now(), NOW);
         let seen = past.ego().into_iter().chain(past.others());
         for one in seen.filter(|one| !one.who.parked) {

@@ -129,7 +129,7 @@ const THRESHOLDS: [f64; 7] = [0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5];
 
 fn curves(case: &Labelled<'_>) -> Curves {
     let probability = |horizon: f64, lead: f64| {
-        let past = ObservedHistory::of(case.scene, &case.window(Lead::Seconds(lead), 10)?);
+        let past = ObservedHistory::from_window(case.scene, &case.window(Lead::Seconds(lead), 10)?);
         let criterion = Criterion {
             horizon,
             ..Criterion::REFERENCE

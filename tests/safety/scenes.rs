@@ -291,7 +291,9 @@ fn the_reasoning_cites_horizon_threshold_steps_and_numbers() {
     );
     let (_, alone, _) = scenes.last().unwrap();
     let alone = safety(&alone.at(HERE)).verdict;
-    assert!(alone.obstacles.is_empty() && alone.justification.contains("nobody else is there"));
+    assert!(
+        alone.obstacles.is_empty() && alone.justification.contains("no other road user is there")
+    );
 }
 
 #[test]
@@ -335,7 +337,7 @@ fn a_fork_is_followed_both_ways() {
     use nearmiss::scenario::prediction::{ObservedHistory, PredictedPath, Predictor};
     let ego: Motion = |t| (-10.0 + 10.0 * (t - T), 0.0, 0.0);
     let scene = stage(crossing(), ego, vec![]).at(HERE);
-    let past = ObservedHistory::of(&scene, &Window::ending_at(&scene, NOW, 10));
+    let past = ObservedHistory::from_window(&scene, &Window::ending_at(&scene, NOW, 10));
     let mut predictor = Predictor::new(&past, Model::AlongLanes);
     let prediction = predictor.predict(past.ego().unwrap(), 2.0);
     let weight = |way: &[i64]| -> f64 {

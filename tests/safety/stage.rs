@@ -103,7 +103,7 @@ impl Stage {
         self.changed_after(stand, STEPS, |_, pose| Some(pose))
     }
 
-    /// The scene with everybody's motion after `last` replaced; the ego has id 0. Nothing ends a track.
+    /// The scene with all motion after `last` replaced; the ego has id 0. Nothing ends a track.
     pub fn changed_after(
         &self,
         stand: Stand,
@@ -154,7 +154,7 @@ impl Stage {
             obstacles: obstacles.collect(),
             planning_problems: Vec::new(),
             diagnostics: Vec::new(),
-            hash: ContentHash::of(b"built"),
+            hash: ContentHash::digest(b"built"),
         };
         let samples = poses(0, self.ego).into_iter().map(|(step, pose)| Sample {
             step,

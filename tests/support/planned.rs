@@ -23,13 +23,13 @@ pub fn place() -> Place {
         let scenario = entry.read().expect("a bundled scenario");
         let graph = scenario.network.lane_graph(None);
         for problem in &scenario.planning_problems {
-            let Ok(guide) = ReferenceTrack::of(&scenario, &graph, problem) else {
+            let Ok(guide) = ReferenceTrack::for_problem(&scenario, &graph, problem) else {
                 continue;
             };
             if guide.path.length() < guide.start + 120.0 {
                 continue;
             }
-            let limits = Limits::of(Settings::default().vehicle);
+            let limits = Limits::for_vehicle(Settings::default().vehicle);
             let start = VehicleState {
                 rear: guide.path.pose_at(guide.start),
                 velocity: SPEED,

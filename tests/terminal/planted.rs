@@ -82,7 +82,7 @@ fn nothing_planted_reaches_the_terminal() {
     session.press("\x11");
     session.end();
     session.is_restored();
-    // OSC 11 asks for the background; everything else that is looked for is nobody's but the planter's.
+    // OSC 11 asks for the background; everything else that is looked for comes from the planted text alone.
     let raw = String::from_utf8_lossy(&session.raw).into_owned();
     let leaks = leaks(&raw);
     assert!(leaks.is_empty(), "{}", leaks.join("\n"));

@@ -10,7 +10,7 @@ const MARK: &str = "\u{feff}";
 
 /// What is in a scenario without what depends on its bytes.
 fn essence(mut scenario: Scenario) -> Scenario {
-    scenario.hash = nearmiss::scenario::ContentHash::of(b"");
+    scenario.hash = nearmiss::scenario::ContentHash::digest(b"");
     scenario.diagnostics.clear();
     scenario
 }

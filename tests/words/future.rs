@@ -12,7 +12,7 @@ use nearmiss::scenario::{
 
 use crate::scene;
 
-/// The same scene until `now`; afterwards everybody is somewhere else.
+/// The same scene until `now`; afterwards all obstacles are elsewhere.
 fn otherwise(scene: &Scene, now: i64) -> Scene {
     let elsewhere = |step: i64| Point::new(5e3 + 40.0 * step as f64, -5e3);
     let obstacle = |o: &Obstacle| {

@@ -48,7 +48,7 @@ pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
         "window": {"first": 48, "last": 50, "steps": 3, "described": 3, "seconds": 0.3, "from": 4.8, "until": 5.0},
         "risk_levels": levels,
         "thresholds": [{"measure": "ttc", "name": "time to collision", "value": 1.5, "unit": "s",
-            "level": "critical", "source": "somebody"}],
+            "level": "critical", "source": "a standard"}],
         "limits": {"acceleration": 3.5, "deceleration": 8.0, "lateral": 8.0, "curvature": 0.2},
         "answer_form": answer_form(&schema), "answer_keys": answer_keys(&schema),
         "answer_schema": schema.to_string(),
@@ -181,7 +181,7 @@ fn knowledge_comes_from_the_tables() {
                 assert!(text.contains(&told), "{file}: {told}");
             }
         }
-        let metrics = text.contains("time to collision up to 1.5 s: critical (somebody)");
+        let metrics = text.contains("time to collision up to 1.5 s: critical (a standard)");
         assert_eq!(metrics, file.ends_with("-metrics.md"), "{file}");
     }
 }

@@ -14,7 +14,7 @@ pub struct Bound {
 }
 
 /// The bound that holds, if there is one: the option wins.
-pub fn of(option: Option<f64>, config: &Config, folders: &Folders) -> Option<Bound> {
+pub fn resolve(option: Option<f64>, config: &Config, folders: &Folders) -> Option<Bound> {
     if let Some(usd) = option {
         return Some(Bound { usd, said: None });
     }

@@ -4,18 +4,18 @@ use serde_json::{Value, json};
 
 use super::{past, words};
 use crate::cli::{cost, time};
-use crate::evaluation::{Answer, Case, Judge, Judged};
+use crate::evaluation::{Answer, Case, Judge, JudgeOutcome};
 use crate::judge;
 use crate::verdict::Task;
 
 /// The verdict, its cost and where it is stored; the same keys with or without a verdict.
 pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
     let mut value = match &answer.judged {
-        Judged::Verdict(parsed) => {
+        JudgeOutcome::Verdict(parsed) => {
             json!(parsed.verdict)
         }
-        Judged::Other(reading) => json!(reading.said),
-        Judged::Missing(missing) => json!({
+        JudgeOutcome::Other(reading) => json!(reading.said),
+        JudgeOutcome::Missing(missing) => json!({
             "verdict": null,
             "problem": words::missing(missing),
             "answer": answer.text,
@@ -23,7 +23,7 @@ pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
         }),
     };
     let how = match &answer.judged {
-        Judged::Missing(_) => None,
+        JudgeOutcome::Missing(_) => None,
         _ if answer.repairs().is_empty() => Some("strict"),
         _ => Some("repaired"),
     };

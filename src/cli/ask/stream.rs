@@ -7,7 +7,7 @@ use crate::evaluation::Event;
 use crate::llm::Chunk;
 
 /// Streams the words of an answer to standard error, where a person is watching.
-pub(super) struct Words {
+pub(super) struct AnswerPrinter {
     on: bool,
     /// Whether what was written last does not end its line.
     open: bool,
@@ -21,7 +21,7 @@ enum Part {
     Answer,
 }
 
-impl Words {
+impl AnswerPrinter {
     /// Nothing is streamed unless that is wanted.
     pub(super) fn new(wanted: bool) -> Self {
         Self {

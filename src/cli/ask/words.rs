@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use crate::evaluation::Missing;
+use crate::evaluation::MissingVerdict;
 use crate::verdict::{Moment, Motion, ParsedAnswer};
 
 /// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
-pub(super) fn missing(missing: &Missing) -> String {
+pub(super) fn missing(missing: &MissingVerdict) -> String {
     match missing {
-        Missing::NotSent(why) => format!("no answer: {why}"),
-        Missing::NoAnswer(why) if is_too_long(why) => format!(
+        MissingVerdict::NotSent(why) => format!("no answer: {why}"),
+        MissingVerdict::NoAnswer(why) if is_too_long(why) => format!(
             "{missing}; a shorter question may fit: --form compact, a smaller --history or --radius, --techniques base"
         ),
         missing => missing.to_string(),
@@ -38,7 +38,7 @@ pub(super) fn said(said: &ParsedAnswer, model: &str) -> String {
             line(format!("\nverdict       {} ({model})", verdict.word()))
         }
         ParsedAnswer::Attacker(choice) => {
-            let who = choice.attacker.map_or("nobody".into(), |id| id.to_string());
+            let who = choice.attacker.map_or("none".into(), |id| id.to_string());
             line(format!("\nattacker      {who} ({model})"));
             for o in &choice.obstacles {
                 line(format!(

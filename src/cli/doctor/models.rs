@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Finding;
 use crate::cli::Failure;
 use crate::judge;
-use crate::llm::{Environment, KeyState, Reach, Reached, Registry, reach};
+use crate::llm::{Environment, KeyState, ProviderStatus, Reachability, Registry, reach};
 use crate::settings::{Config, Folders};
 
 const AREA: &str = "models";
@@ -50,7 +50,7 @@ pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Find
 }
 
 /// What is to be said of a provider; more where its model is asked first.
-fn line(reached: &Reached, chosen: bool, online: bool) -> Finding {
+fn line(reached: &ProviderStatus, chosen: bool, online: bool) -> Finding {
     let (place, here) = (&reached.place, reached.here);
     let wanted = chosen || reached.key_wanted;
     let key = match &reached.key {
@@ -67,37 +67,41 @@ fn line(reached: &Reached, chosen: bool, online: bool) -> Finding {
     };
     let words = |what: &str| format!("{place}: {key}; {what}");
     match &reached.reach {
-        Reach::Serves(models) => Finding::ok(
+        Reachability::Serves(models) => Finding::ok(
             AREA,
             words(&format!("it answers and lists {models} models")),
         ),
-        Reach::Refused(status) => Finding::problem(
+        Reachability::Refused(status) => Finding::problem(
             AREA,
             words(&format!("it refuses the key (status {status})")),
             "get a new key, or take this one away",
         ),
-        Reach::Answers(None) => Finding::ok(AREA, words("it answers, and lists no models")),
-        Reach::Answers(Some(status)) => Finding::warning(
+        Reachability::Answers(None) => Finding::ok(AREA, words("it answers, and lists no models")),
+        Reachability::Answers(Some(status)) => Finding::warning(
             AREA,
             words(&format!(
                 "it answers with status {status} where it should list its models"
             )),
             "look whether the address is right and the service in order",
         ),
-        Reach::Silent(_) if here && !chosen => Finding::ok(AREA, words("nothing runs there")),
-        Reach::Silent(why) if here => Finding::warning(
+        Reachability::Silent(_) if here && !chosen => {
+            Finding::ok(AREA, words("nothing runs there"))
+        }
+        Reachability::Silent(why) if here => Finding::warning(
             AREA,
             words(&format!("nothing runs there ({why})")),
             "start the server whose model is asked first",
         ),
-        Reach::Silent(why) => Finding::warning(
+        Reachability::Silent(why) => Finding::warning(
             AREA,
             words(&format!("it cannot be reached: {why}")),
             "look at the network, the address and the proxy",
         ),
-        Reach::Wrong(why) => Finding::problem(AREA, why.clone(), "mend the address or the key"),
-        Reach::NotAsked if online => Finding::ok(AREA, words("not asked")),
-        Reach::NotAsked => Finding::ok(AREA, words("not asked; --online does")),
+        Reachability::Wrong(why) => {
+            Finding::problem(AREA, why.clone(), "mend the address or the key")
+        }
+        Reachability::NotAsked if online => Finding::ok(AREA, words("not asked")),
+        Reachability::NotAsked => Finding::ok(AREA, words("not asked; --online does")),
     }
 }
 
@@ -108,7 +112,7 @@ mod tests {
 
     #[test]
     fn what_is_asked_first_is_missed_and_the_rest_is_not() {
-        let reached = |key: KeyState, here: bool, reach: Reach| Reached {
+        let reached = |key: KeyState, here: bool, reach: Reachability| ProviderStatus {
             provider: "lab".into(),
             place: "lab (http://x)".into(),
             here,
@@ -116,16 +120,24 @@ mod tests {
             key_wanted: false,
             reach,
         };
-        let missing = reached(KeyState::Missing("LAB_KEY".into()), false, Reach::NotAsked);
-        let silent = reached(KeyState::NotNeeded, true, Reach::Silent("refused".into()));
+        let missing = reached(
+            KeyState::Missing("LAB_KEY".into()),
+            false,
+            Reachability::NotAsked,
+        );
+        let silent = reached(
+            KeyState::NotNeeded,
+            true,
+            Reachability::Silent("refused".into()),
+        );
         for one in [&missing, &silent] {
             assert_eq!(line(one, false, false).state, State::Ok);
             assert_eq!(line(one, true, false).state, State::Warning);
         }
         let key = || KeyState::Present("LAB_KEY".into());
-        let refused = reached(key(), false, Reach::Refused(401));
+        let refused = reached(key(), false, Reachability::Refused(401));
         assert_eq!(line(&refused, false, true).state, State::Problem);
-        let serves = reached(key(), false, Reach::Serves(3));
+        let serves = reached(key(), false, Reachability::Serves(3));
         let said = line(&serves, false, true).line();
         assert!(
             said.contains("key in LAB_KEY") && said.contains("3 models"),

@@ -10,7 +10,7 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
     let path = folders.store();
     let shown = path.display();
     let other = "move it away, or set NEARMISS_DATA to another folder";
-    let health = match Health::of(&path) {
+    let health = match Health::inspect(&path) {
         Ok(Some(health)) => health,
         Ok(None) => {
             let words = format!("there is no {shown} yet; the first question makes it");

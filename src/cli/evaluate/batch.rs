@@ -10,7 +10,7 @@ use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
 use crate::description::Frame;
-use crate::evaluation::batch::{Matrix, More, RequestSettings, Shard};
+use crate::evaluation::batch::{Matrix, MatrixAdditions, RequestSettings, Shard};
 use crate::evaluation::{Lead, default_frame};
 use crate::formats::EgoSelection;
 use crate::llm::{Effort, Endpoint};
@@ -147,9 +147,9 @@ impl FromStr for Resumed {
 
 impl Options {
     /// Additions to a resumed batch.
-    pub fn more(&self) -> More {
+    pub fn more(&self) -> MatrixAdditions {
         let changes = self.add_transform.iter().flat_map(|changes| &changes.0);
-        More {
+        MatrixAdditions {
             models: self.add_model.clone(),
             techniques: self.add_techniques.clone(),
             leads: self.add_lead.clone(),
@@ -196,7 +196,7 @@ pub fn run(arguments: &Evaluate) -> Outcome {
 /// Begins a batch.
 fn begin(arguments: &Evaluate) -> Outcome {
     let options = &arguments.batch;
-    let added = More {
+    let added = MatrixAdditions {
         samples: None,
         ..options.more()
     };

@@ -15,7 +15,7 @@ use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::answers;
 use crate::store::{BatchId, Item, ItemState};
-use crate::workflow::batch::{BatchRun, DryRun, Ended, Paused, Selection};
+use crate::workflow::batch::{BatchRun, DryRun, PausedModel, QuestionOutcome, Selection};
 
 /// Format of a batch's table.
 #[derive(Debug, Clone, Copy)]
@@ -80,7 +80,7 @@ pub fn ask(
 }
 
 /// Who was not asked further, and why.
-fn words(paused: &Paused) -> String {
+fn words(paused: &PausedModel) -> String {
     let after = match paused.after {
         1 => "after one question that it refused".to_string(),
         after => format!("after {after} questions in a row without an answer"),
@@ -179,7 +179,7 @@ const NAMED: usize = 3;
 async fn until_interrupted(
     run: &Arc<BatchRun>,
     items: Vec<Item>,
-) -> Result<Option<Vec<Paused>>, Failure> {
+) -> Result<Option<Vec<PausedModel>>, Failure> {
     let mut meter = Meter::new(items.len());
     let all = Arc::clone(run).ask(items, |ended| meter.hear(&ended));
     tokio::pin!(all);
@@ -214,7 +214,7 @@ impl Meter {
         }
     }
 
-    fn hear(&mut self, ended: &Ended) {
+    fn hear(&mut self, ended: &QuestionOutcome) {
         self.done += 1;
         self.usd += ended.cost_usd().unwrap_or(0.0);
         let rate = f64::from(self.done) / self.begun.elapsed().as_secs_f64().max(0.001);

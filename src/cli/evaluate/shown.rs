@@ -6,12 +6,12 @@ use super::share;
 use crate::cli::Outcome;
 use crate::cli::output::Align::{self, Left, Right};
 use crate::cli::output::{self, Cell, Kind};
-use crate::evaluation::report::{self, Half, Report, technique};
+use crate::evaluation::report::{self, DataHalf, Report, technique};
 use crate::evaluation::{PromptConfig, Scored};
 use crate::store::BatchId;
 
 /// The rows of a batch's table: for each way of asking all of its answers, and which half of the data they are about.
-pub struct Rows(Vec<(Half, report::Cell)>);
+pub struct Rows(Vec<(DataHalf, report::Cell)>);
 
 /// What a row says; `report` says more.
 const FIELDS: [&str; 18] = [
@@ -62,7 +62,7 @@ impl Rows {
             match (halves.next(), halves.next(), halves.next()) {
                 // One half and the whole, which are the same.
                 (Some(only), Some(_), None) => only.half,
-                _ => Half::All,
+                _ => DataHalf::All,
             }
         };
         let rows = report.whole().map(|cell| (half(&cell.way), cell.clone()));

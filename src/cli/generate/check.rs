@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::{Entry, commonroad};
-use crate::generation::{Gate, Judged, Refusal, refusal};
+use crate::generation::{Gate, GateResult, Refusal, refusal};
 use crate::scenario::Scenario;
 
 /// Files round to four digits, mostly: half of the last one.
@@ -100,7 +100,7 @@ struct Gone {
 }
 
 impl Gone {
-    fn of(judged: &Judged, original: &Scenario) -> Option<Self> {
+    fn of(judged: &GateResult, original: &Scenario) -> Option<Self> {
         let early = judged.verdict.as_ref().ok()?.early;
         let obstacle = original.obstacle(judged.change.obstacle)?;
         let recorded = obstacle.track().steps().end - 1;

@@ -8,10 +8,10 @@ use serde_json::{Map, Value, json};
 use super::variant::Generated;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
-use crate::generation::{Avoidability, Refusal, Saved, asked, attacker, refusal};
+use crate::generation::{Avoidability, Refusal, VariantFiles, asked, attacker, refusal};
 
 /// Documents a scenario's variant.
-pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
+pub fn document(generated: &Generated, saved: Option<&VariantFiles>, by: &str) -> Value {
     let mut line = unsaved(generated, by);
     line["rejected"] = generated.refusals().iter().map(refusal).collect();
     if let Some(saved) = saved {

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::cli::{Failure, output};
-use crate::formats::{Entry, Place};
+use crate::formats::{Entry, EntryLocation};
 use crate::generation::MARK;
 use crate::system;
 
@@ -23,12 +23,12 @@ pub fn originals(mut entries: Vec<Entry>, paths: &[PathBuf]) -> Result<Vec<Entry
     let mut seen = HashSet::new();
     // The same file by two ways: `a.xml` and `./a.xml`.
     entries.retain(|entry| match &entry.place {
-        Place::File(path) => path.canonicalize().map_or(true, |real| seen.insert(real)),
-        Place::Bundled(_) => true,
+        EntryLocation::File(path) => path.canonicalize().map_or(true, |real| seen.insert(real)),
+        EntryLocation::Bundled(_) => true,
     });
     let mut variants = Vec::new();
     entries.retain(|entry| {
-        let Place::File(path) = &entry.place else {
+        let EntryLocation::File(path) = &entry.place else {
             return true;
         };
         let kept = paths.contains(path) || !is_variant(path);

@@ -12,7 +12,7 @@ use super::table::Table;
 use super::variant::{Generated, Product};
 use crate::cli::{Failure, output};
 use crate::formats::Entry;
-use crate::generation::{Saved, Variant};
+use crate::generation::{Variant, VariantFiles};
 use crate::workflow::PlanError;
 
 /// The work so far.
@@ -82,7 +82,7 @@ impl Job<'_> {
         })
     }
 
-    fn save(&self, generated: &Generated) -> Result<Option<Saved>, Failure> {
+    fn save(&self, generated: &Generated) -> Result<Option<VariantFiles>, Failure> {
         let (Some(folder), Some(chosen)) = (self.folder, &generated.made.chosen) else {
             return Ok(None);
         };

@@ -161,7 +161,7 @@ fn is_as_it_was(path: &Path, hash: &str) -> Result<(), String> {
     let named = |words: &str| format!("{}: {words}", path.display());
     let bytes = system::read_file(path, system::LARGEST);
     let bytes = bytes.map_err(|e| named(&system::words(&e)))?;
-    match ContentHash::of(&bytes).to_string() == hash {
+    match ContentHash::digest(&bytes).to_string() == hash {
         true => Ok(()),
         false => Err(named("it was changed after it was made")),
     }

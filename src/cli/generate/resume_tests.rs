@@ -25,10 +25,10 @@ fn papers(id: &str, scenario: &str) -> Value {
     json!({
         "variant": format!("{id}.xml"), "ego": format!("{id}.csv"), "benchmark_id": id,
         "sha256": {
-            format!("{id}.xml"): ContentHash::of(XML).to_string(),
-            format!("{id}.csv"): ContentHash::of(b"step").to_string(),
+            format!("{id}.xml"): ContentHash::digest(XML).to_string(),
+            format!("{id}.csv"): ContentHash::digest(b"step").to_string(),
         },
-        "original": {"sha256": ContentHash::of(b"original").to_string()},
+        "original": {"sha256": ContentHash::digest(b"original").to_string()},
         "rejected": [{"reason": "jerk"}], "made": {"settings": settings(), "line": line(scenario)},
     })
 }
@@ -52,7 +52,7 @@ fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
     std::fs::write(folder.path().join("report.json"), report.to_string()).unwrap();
     let (past, doubts) = EarlierRun::read(folder.path()).unwrap();
     assert_eq!(doubts, Vec::<String>::new());
-    let original = ContentHash::of(b"original");
+    let original = ContentHash::digest(b"original");
     let of = |name: &str| past.line_for(&entry(name), &original, &settings()).unwrap();
     let mine = of("mine");
     assert_eq!(mine.figures.id.as_deref(), Some("A_T-3"));
@@ -65,7 +65,7 @@ fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
     let third = of("third");
     assert_eq!(third.figures.id.as_deref(), Some("A_T-2"));
     assert_eq!(third.document["scenario"], "third");
-    let changed = ContentHash::of(b"another original");
+    let changed = ContentHash::digest(b"another original");
     assert!(
         past.line_for(&entry("mine"), &changed, &settings())
             .is_none()

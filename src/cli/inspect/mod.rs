@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use super::open::{self, EgoChoice};
 use super::{Failure, Outcome, output};
 use crate::formats::commonroad::{Root, root_of_file};
-use crate::formats::{EgoSelection, Place};
+use crate::formats::{EgoSelection, EntryLocation};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
@@ -32,7 +32,7 @@ pub struct Inspect {
 pub fn run(arguments: &Inspect) -> Outcome {
     let entry = open::entry(&arguments.file)?;
     let wanted = arguments.ego.wanted()?;
-    if let Place::File(path) = &entry.place
+    if let EntryLocation::File(path) = &entry.place
         && root_of_file(path) == Root::Solution
     {
         if wanted != EgoSelection::Beside {
@@ -44,7 +44,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
         return solution::run(path, arguments.json);
     }
     let scenario = entry.read().map_err(Failure::input)?;
-    let ego = wanted.of(&entry, &scenario);
+    let ego = wanted.resolve(&entry, &scenario);
     if arguments.json {
         output::json(&document::document(&scenario, &ego))?;
     } else {

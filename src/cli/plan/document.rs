@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::driven::Driven;
+use super::driven::DrivenScenario;
 use crate::cli::output;
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
@@ -10,7 +10,7 @@ use crate::simulation::{ContactSide, Cycle, Outcome};
 use crate::workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
-pub fn document(driven: &Driven) -> Value {
+pub fn document(driven: &DrivenScenario) -> Value {
     let collision = driven.collision();
     let ms = driven.milliseconds();
     let goal = match driven.outcome() {
@@ -56,7 +56,7 @@ pub fn missing(entry: &Entry, error: &PlanError) -> Value {
 }
 
 /// One planning cycle.
-pub fn cycle(driven: &Driven, cycle: &Cycle) -> Value {
+pub fn cycle(driven: &DrivenScenario, cycle: &Cycle) -> Value {
     let plan = &cycle.plan;
     let object = |pairs: &mut dyn Iterator<Item = (&str, Value)>| -> Value {
         let pairs = pairs.map(|(name, value)| (name.to_string(), value));
@@ -86,7 +86,7 @@ pub fn cycle(driven: &Driven, cycle: &Cycle) -> Value {
 }
 
 /// Of the vehicle's centre, as in the table of the ego; and the curvature of the rear axle's way, 1/m.
-fn state(driven: &Driven, state: &VehicleState) -> Value {
+fn state(driven: &DrivenScenario, state: &VehicleState) -> Value {
     let motion = state.centre(&driven.drive.limits);
     let at = motion.pose.position;
     json!({

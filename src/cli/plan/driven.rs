@@ -10,7 +10,7 @@ use crate::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
 use crate::workflow::{OpenRequest, PlanError, PlanOutcome, PlanRequest, prepare};
 
 /// A drive, and of what.
-pub struct Driven {
+pub struct DrivenScenario {
     /// The scenario's name.
     pub name: String,
     /// Its file, or that it is bundled.
@@ -28,7 +28,7 @@ pub fn drive(
     problem: Option<i64>,
     settings: &Settings,
     cancel: &Cancel,
-) -> Option<Result<Driven, PlanError>> {
+) -> Option<Result<DrivenScenario, PlanError>> {
     let request = PlanRequest {
         open: OpenRequest {
             entry,
@@ -40,7 +40,7 @@ pub fn drive(
         settings,
     };
     let planned = prepare(&request).and_then(|prepared| prepared.run(cancel, &mut |_| {}));
-    let driven = |PlanOutcome { prepared, drive }: PlanOutcome| Driven {
+    let driven = |PlanOutcome { prepared, drive }: PlanOutcome| DrivenScenario {
         name: output::visible(&entry.name),
         file: entry.display(),
         problem: prepared.problem().id,
@@ -51,7 +51,7 @@ pub fn drive(
     planned.map(|outcome| outcome.map(driven)).transpose()
 }
 
-impl Driven {
+impl DrivenScenario {
     pub fn outcome(&self) -> &Outcome {
         &self.drive.outcome
     }

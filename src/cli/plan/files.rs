@@ -5,13 +5,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::document;
-use super::driven::Driven;
+use super::driven::DrivenScenario;
 use super::places::{named_rightly, no_second_copies, writable};
 use crate::cli::Failure;
 use crate::cli::open::clash;
 use crate::cli::output::{self, Target, file_of, refused};
 use crate::formats::commonroad::{self, SaveError, save};
-use crate::formats::{Entry, Place, write_recording};
+use crate::formats::{Entry, EntryLocation, write_recording};
 use crate::scenario::VehicleModel;
 
 /// What to write.
@@ -151,15 +151,15 @@ impl Files {
     fn scenario_of(&self, entry: &Entry) -> Option<PathBuf> {
         let folder = self.output.as_deref().filter(|_| self.with_scenario)?;
         let path = folder.join(&entry.name).join(format!("{}.xml", entry.name));
-        let own = matches!(&entry.place, Place::File(own) if same(own, &path));
+        let own = matches!(&entry.place, EntryLocation::File(own) if same(own, &path));
         (!own).then_some(path)
     }
 
     /// No scenario that is read is ever written over, and no file twice.
     fn refuse_inputs(&self, entries: &[Entry]) -> Result<(), Failure> {
         let inputs = entries.iter().filter_map(|entry| match &entry.place {
-            Place::File(path) => path.canonicalize().ok(),
-            Place::Bundled(_) => None,
+            EntryLocation::File(path) => path.canonicalize().ok(),
+            EntryLocation::Bundled(_) => None,
         });
         let inputs: HashSet<PathBuf> = inputs.collect();
         let named = [
@@ -194,7 +194,7 @@ impl Files {
 
 impl Targets<'_> {
     /// Writes all that is wanted of a drive.
-    pub fn write(&mut self, entry: &Entry, driven: &Driven) -> Result<(), Failure> {
+    pub fn write(&mut self, entry: &Entry, driven: &DrivenScenario) -> Result<(), Failure> {
         if let Some(log) = &mut self.log {
             for cycle in &driven.drive.cycles {
                 let line = output::json_line(&document::cycle(driven, cycle))?;
@@ -232,7 +232,12 @@ impl Targets<'_> {
 }
 
 impl Files {
-    fn write_solution(&self, path: &Path, entry: &Entry, driven: &Driven) -> Result<(), Failure> {
+    fn write_solution(
+        &self,
+        path: &Path,
+        entry: &Entry,
+        driven: &DrivenScenario,
+    ) -> Result<(), Failure> {
         let model = VehicleModel::parse(&self.solution_model.to_uppercase());
         let header = &driven.scenario.header;
         let wrong = |e| Failure::input(format!("{}: {e}", entry.display()));

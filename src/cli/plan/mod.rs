@@ -22,7 +22,7 @@ use crate::planner::Cancel;
 use crate::scenario::VehicleType;
 use crate::workflow::PlanError;
 pub use document::missing;
-use driven::Driven;
+use driven::DrivenScenario;
 use files::{Files, Targets};
 pub use options::PlanOptions;
 use table::Table;
@@ -135,7 +135,10 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Shows and writes the next scenario.
-    fn take(&mut self, driven: Result<Driven, PlanError>) -> Result<ControlFlow<()>, Failure> {
+    fn take(
+        &mut self,
+        driven: Result<DrivenScenario, PlanError>,
+    ) -> Result<ControlFlow<()>, Failure> {
         let entry = &self.entries[self.next];
         self.next += 1;
         let driven = match driven {

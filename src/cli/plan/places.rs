@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::cli::Failure;
 use crate::cli::output::refused;
 use crate::formats::commonroad::{NewFile, SaveError};
-use crate::formats::{Entry, Place};
+use crate::formats::{Entry, EntryLocation};
 
 /// Refuses a place that is named as a folder and is none.
 pub fn named_rightly(flag: &str, path: &Path) -> Result<(), Failure> {
@@ -56,8 +56,8 @@ pub fn no_second_copies<'a>(
     };
     let read_from = paths.iter().find(|path| within(path));
     let mut files = copied.filter_map(|entry| match &entry.place {
-        Place::File(path) => path.canonicalize().ok(),
-        Place::Bundled(_) => None,
+        EntryLocation::File(path) => path.canonicalize().ok(),
+        EntryLocation::Bundled(_) => None,
     });
     let inside = files.find(|file| file.starts_with(&whole));
     let found = match (&inside, read_from) {

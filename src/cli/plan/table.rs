@@ -1,6 +1,6 @@
 //! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
 
-use super::driven::{Driven, median};
+use super::driven::{DrivenScenario, median};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::line;
 use crate::planner::Emergency;
@@ -50,7 +50,7 @@ impl Table {
     }
 
     /// Counts a drive, and shows it as a line.
-    pub fn row(&mut self, driven: &Driven) -> String {
+    pub fn row(&mut self, driven: &DrivenScenario) -> String {
         let name = driven.outcome().name();
         if let Some(place) = OUTCOMES.iter().position(|outcome| *outcome == name) {
             self.counts[place] += 1;

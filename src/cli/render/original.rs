@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::cli::open::entry;
 use crate::cli::{Failure, output};
-use crate::formats::{Entry, Place, bundled, commonroad};
+use crate::formats::{Entry, EntryLocation, bundled, commonroad};
 use crate::render::Variation;
 use crate::scenario::Scenario;
 use crate::system;
@@ -35,7 +35,7 @@ impl Original {
     /// # Errors
     /// The original is not available, and why.
     pub fn find(entry: &Entry) -> Result<Option<Self>, String> {
-        let Place::File(file) = &entry.place else {
+        let EntryLocation::File(file) = &entry.place else {
             return Ok(None);
         };
         let Some(papers) = Papers::beside(file) else {
@@ -61,7 +61,7 @@ impl Original {
     /// It cannot be read, there is no manifest beside the entry, or it names another original.
     pub fn named(variant: &Entry, original: &Path) -> Result<Self, Failure> {
         let about = match &variant.place {
-            Place::File(file) => Papers::beside(file),
+            EntryLocation::File(file) => Papers::beside(file),
             _ => None,
         };
         let papers = about.ok_or_else(|| {

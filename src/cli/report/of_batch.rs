@@ -5,9 +5,10 @@ use std::sync::Arc;
 use super::AnyReport;
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{
-    self, Answers, Described, QuestionBuilder, Spec, SpecError, Unjudged, beside_the_judge,
+    self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, UnjudgedScenario,
+    beside_the_judge,
 };
-use crate::evaluation::report::{About, Report, Varied};
+use crate::evaluation::report::{Report, ReportSubject, Varied};
 use crate::evaluation::{AnswerStatus, validate};
 use crate::prompts::Library;
 use crate::store::{BatchId, Item, Store};
@@ -51,7 +52,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
         notes.push(unfinished);
     }
     notes.extend(judged.map(|words| output::visible(&words)));
-    let about = About {
+    let about = ReportSubject {
         batch: Some(id.to_string()),
         asked: Some(spec.asked(described.as_ref())),
         truth,
@@ -66,7 +67,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
 }
 
 /// What the templates say where the batch does not; `None` if they cannot be read or are no longer the same.
-fn described(spec: &Spec) -> Option<Described> {
+fn described(spec: &Spec) -> Option<SceneDescriptions> {
     let (folders, _) = open::configuration().ok()?;
     spec.described(&validate(Library::load(Some(&folders.prompts()))))
 }
@@ -106,7 +107,7 @@ fn without(answers: &Answers) -> usize {
 /// Scenarios that are named each.
 const NAMED: usize = 3;
 
-fn words(unjudged: &[Unjudged]) -> Option<String> {
+fn words(unjudged: &[UnjudgedScenario]) -> Option<String> {
     let named = unjudged.iter().take(NAMED);
     let named: Vec<String> = named
         .map(|one| format!("{} ({})", one.scenario, one.why))

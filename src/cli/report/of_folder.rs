@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::AnyReport;
 use crate::cli::{Failure, output};
-use crate::evaluation::report::{About, Report};
+use crate::evaluation::report::{Report, ReportSubject};
 use crate::evaluation::{Loss, Problem, Scored};
 use crate::paper::{self, Paper};
 
@@ -28,7 +28,7 @@ pub fn made(folder: &Path) -> Result<(AnyReport, usize), Failure> {
 const NAMED: usize = 20;
 
 /// Recorded answers, what they are in words, and how many files could not be read.
-fn read(folder: &Path) -> Result<(Vec<Scored>, About, usize), Failure> {
+fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
     if !paper::is_laid_out(folder) {
         let what = match folder.is_dir() {
             true => "no recorded answers are in it",
@@ -76,11 +76,11 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, About, usize), Failure> {
             false => "; the scenarios are not there, so the built-in judge could not be asked",
         }
     ) + &without;
-    let about = About {
+    let about = ReportSubject {
         truth: "the annotations of the folder".into(),
         sources: vec![folder.display().to_string()],
         notes: vec![note],
-        ..About::default()
+        ..ReportSubject::default()
     };
     Ok((scored, about, lost.len()))
 }

@@ -6,7 +6,7 @@ use super::{AnyReport, ReportArguments, finding, of_batch, truth};
 use crate::cli::filters::store_to_read;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
-use crate::evaluation::report::{self, About, Report, Stored};
+use crate::evaluation::report::{self, Report, ReportSubject, Stored};
 use crate::store::{Filter, Outcome as Run, Store};
 use crate::verdict;
 
@@ -70,11 +70,11 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
                 .into(),
         );
     }
-    let about = About {
+    let about = ReportSubject {
         truth: words,
         sources: sources.iter().map(|s| s.display().to_string()).collect(),
         notes,
-        ..About::default()
+        ..ReportSubject::default()
     };
     Ok(AnyReport::Report(
         Report::from_scored(&stored.scored).about(about),

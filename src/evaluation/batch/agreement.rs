@@ -15,15 +15,15 @@ use crate::verdict::{Task, Verdict};
 
 /// A scenario that the judge could not be asked about, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unjudged {
+pub struct UnjudgedScenario {
     /// Its name.
     pub scenario: String,
     /// The reason.
     pub why: String,
 }
 
-/// What makes the judge's verdicts on one scenario differ.
-type About<'a> = (Task, Option<&'a str>, Option<&'a str>, Option<&'a str>);
+/// The settings that make the judge's verdicts on one scenario differ.
+type VerdictKey<'a> = (Task, Option<&'a str>, Option<&'a str>, Option<&'a str>);
 
 /// Sets the built-in judge's verdict beside those plain answers of a batch that have none, as the batch asks: each
 /// scenario is opened once, those of several at once. Says which could not be judged.
@@ -32,7 +32,7 @@ pub fn beside_the_judge(
     answers: &mut Answers,
     items: &[Item],
     builder: &QuestionBuilder,
-) -> Vec<Unjudged> {
+) -> Vec<UnjudgedScenario> {
     let by_place: HashMap<u64, &Item> = items.iter().map(|item| (item.place, item)).collect();
     let mut missing: BTreeMap<&str, Vec<(usize, &NewItem)>> = BTreeMap::new();
     for (at, (one, place)) in answers.plain.iter().zip(&answers.places).enumerate() {
@@ -59,7 +59,7 @@ pub fn beside_the_judge(
 struct OfScenario {
     /// By place among the plain answers.
     verdicts: Vec<(usize, Verdict)>,
-    unjudged: Option<Unjudged>,
+    unjudged: Option<UnjudgedScenario>,
 }
 
 fn of_scenario(path: &str, asked: &[(usize, &NewItem)], builder: &QuestionBuilder) -> OfScenario {
@@ -69,7 +69,7 @@ fn of_scenario(path: &str, asked: &[(usize, &NewItem)], builder: &QuestionBuilde
     // Many questions are about the same file.
     let hash = scene.as_ref().ok();
     let hash = hash.map(|scene| scene.scenario.hash.to_string());
-    let mut known: HashMap<About<'_>, Result<Verdict, String>> = HashMap::new();
+    let mut known: HashMap<VerdictKey<'_>, Result<Verdict, String>> = HashMap::new();
     for &(at, asked) in asked {
         let verdict = match &scene {
             Err(why) => Err(why.clone()),
@@ -91,7 +91,7 @@ fn of_scenario(path: &str, asked: &[(usize, &NewItem)], builder: &QuestionBuilde
         match verdict {
             Ok(verdict) => found.verdicts.push((at, verdict)),
             Err(why) => {
-                found.unjudged.get_or_insert_with(|| Unjudged {
+                found.unjudged.get_or_insert_with(|| UnjudgedScenario {
                     scenario: asked.scenario.clone(),
                     why,
                 });
@@ -103,7 +103,7 @@ fn of_scenario(path: &str, asked: &[(usize, &NewItem)], builder: &QuestionBuilde
 
 /// The window depends on the lead, and on what the template of the frame and the techniques say; the judge itself on
 /// neither.
-fn about(asked: &NewItem) -> About<'_> {
+fn about(asked: &NewItem) -> VerdictKey<'_> {
     let (frame, techniques) = (asked.frame.as_deref(), asked.techniques.as_deref());
     match asked.task {
         // The judge looks at the whole recording.

@@ -19,7 +19,7 @@ pub struct Size {
 /// Price of one question, US dollars.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Price {
-    /// Nothing: the built-in judge.
+    /// Free: the built-in judge.
     Free,
     /// At most this, the answer included.
     AtMost(f64),
@@ -44,7 +44,7 @@ impl Size {
             Judge::Model(model) => most_usd(question, model).map_or_else(
                 || {
                     let prices = &model.endpoint.prices;
-                    let pricing = prices.of(&model.name, Zoned::now().date());
+                    let pricing = prices.pricing_for(&model.name, Zoned::now().date());
                     let tokens = u32::try_from(tokens).unwrap_or(u32::MAX);
                     let alone = pricing.and_then(|pricing| {
                         let usd = pricing.at_most(tokens, 0)?;

@@ -19,7 +19,7 @@ pub struct Matrix {
     pub frames: Vec<Frame>,
     /// The combinations of prompting techniques.
     pub techniques: Vec<Techniques>,
-    /// Who is asked, as `provider/model`.
+    /// The models asked, as `provider/model`.
     pub models: Vec<String>,
     /// Answers to each request, at least one.
     pub samples: u32,
@@ -145,7 +145,7 @@ impl Matrix {
     }
 
     /// Adds what is not there yet.
-    pub fn extend(&mut self, more: &More) {
+    pub fn extend(&mut self, more: &MatrixAdditions) {
         add(&mut self.models, &more.models);
         add(&mut self.techniques, &more.techniques);
         let first = self.request.lead;
@@ -158,7 +158,7 @@ impl Matrix {
 
 /// Additions to a batch's matrix.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct More {
+pub struct MatrixAdditions {
     /// Models, as `provider/model`.
     pub models: Vec<String>,
     /// Combinations of prompting techniques.
@@ -171,7 +171,7 @@ pub struct More {
     pub samples: Option<u32>,
 }
 
-impl More {
+impl MatrixAdditions {
     /// Whether anything is added.
     #[must_use]
     pub fn any(&self) -> bool {

@@ -3,7 +3,7 @@
 //! [`crate::workflow::batch`] asks them.
 
 mod agreement;
-mod counted;
+mod answer_set;
 mod estimate;
 mod matrix;
 mod question_builder;
@@ -15,12 +15,12 @@ mod spec;
 mod truth;
 mod variant;
 
-pub use agreement::{Unjudged, beside_the_judge};
-pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
+pub use agreement::{UnjudgedScenario, beside_the_judge};
+pub use answer_set::{AnswerSet, BatchPart, BatchResults, CountingChoice, counted, offers};
 pub use estimate::Estimate;
-pub use matrix::{Matrix, More, RequestSettings};
+pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};
-pub use request_summary::Described;
+pub use request_summary::SceneDescriptions;
 pub use scored::{Answers, Relabelled, answers, label_of, retold, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};

@@ -9,10 +9,10 @@ use super::truth::Truth;
 use super::variant::Variant;
 use crate::evaluation::request::record;
 use crate::evaluation::{
-    Case, Decided, Judge, Judges, Label, LabelError, Labelled, Lead, PromptConfig, Question,
-    RunOptions, default_frame, prepare, template,
+    Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled, Lead, PromptConfig,
+    Question, RunOptions, default_frame, prepare, template,
 };
-use crate::formats::{EgoSelection, Entry, Place};
+use crate::formats::{EgoSelection, Entry, EntryLocation};
 use crate::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -28,14 +28,14 @@ pub struct QuestionBuilder {
     thresholds: Arc<Thresholds>,
     /// How all are asked.
     request: RequestSettings,
-    /// Whose ego scenarios have.
+    /// The ego of scenarios.
     ego: EgoSelection,
     scenes: Recent<String, Result<Reading, String>>,
-    questions: Recent<Asked, Result<Arc<Question>, String>>,
+    questions: Recent<QuestionId, Result<Arc<Question>, String>>,
 }
 
 /// Identity of a question: the scenario, the prompt configuration, the lead and the change.
-type Asked = (String, PromptConfig, (Option<String>, Option<String>));
+type QuestionId = (String, PromptConfig, (Option<String>, Option<String>));
 
 /// A scenario that was opened, with its recorded ego.
 #[derive(Debug, Clone)]
@@ -101,7 +101,7 @@ impl QuestionBuilder {
     pub fn open(&self, entry: &Entry) -> Result<Reading, String> {
         self.scenes.get(&path_of(entry), || {
             let scenario = entry.read().map_err(|e| e.to_string())?;
-            let ego = self.ego.of(entry, &scenario);
+            let ego = self.ego.resolve(entry, &scenario);
             let ego = ego.map_err(|e| e.to_string())?.ok_or_else(|| {
                 format!(
                     "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",
@@ -131,7 +131,7 @@ impl QuestionBuilder {
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Arc<Question>, String> {
-        // Whom it is sent to changes nothing of it.
+        // The recipient does not change the question.
         let whose = PromptConfig {
             model: String::new(),
             ..way.clone()
@@ -178,7 +178,7 @@ impl QuestionBuilder {
     }
 
     /// How a way asks: as the batch says, else as its template does.
-    fn decided(&self, way: &PromptConfig) -> Result<Decided, String> {
+    fn decided(&self, way: &PromptConfig) -> Result<EffectiveSettings, String> {
         let frame = way
             .frame
             .unwrap_or_else(|| default_frame(&self.library, way.task));
@@ -206,7 +206,7 @@ impl QuestionBuilder {
         }
     }
 
-    /// What the built-in judge says about the same steps of a scene as it is.
+    /// The built-in judge's verdict on the same steps of the unchanged scene.
     ///
     /// # Errors
     /// In words: there is no template, or the recording is too short.
@@ -326,8 +326,8 @@ pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
 /// The stored path of an entry: its file, or the name of a bundled scenario.
 pub(super) fn path_of(entry: &Entry) -> String {
     match &entry.place {
-        Place::File(path) => path.display().to_string(),
-        Place::Bundled(_) => entry.name.clone(),
+        EntryLocation::File(path) => path.display().to_string(),
+        EntryLocation::Bundled(_) => entry.name.clone(),
     }
 }
 

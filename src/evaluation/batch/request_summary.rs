@@ -9,7 +9,7 @@ use crate::prompts::{Library, Techniques};
 
 /// The scene descriptions of a batch, completed from its templates: each number once, in order.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Described {
+pub struct SceneDescriptions {
     /// Steps in a window.
     pub history: Vec<usize>,
     /// Obstacles farther from the ego are left out, metres.
@@ -19,12 +19,12 @@ pub struct Described {
 impl Spec {
     /// What its ways describe; `None` if the library no longer has the templates that the batch was begun with.
     #[must_use]
-    pub fn described(&self, library: &Library) -> Option<Described> {
+    pub fn described(&self, library: &Library) -> Option<SceneDescriptions> {
         let library = &self.library(library).ok()?;
         if Self::templates_of(&self.matrix, library) != self.templates {
             return None;
         }
-        let mut described = Described::default();
+        let mut described = SceneDescriptions::default();
         for way in self.matrix.ways() {
             let frame = way
                 .frame
@@ -47,8 +47,8 @@ impl Spec {
     /// of the server is left out, which may hold a key. `history` and `radius` are numbers also where the templates decide
     /// them, as far as they are known: a list where they differ, and `of_templates` names those that are not the batch's.
     #[must_use]
-    pub fn asked(&self, described: Option<&Described>) -> Value {
-        // What was written is an object.
+    pub fn asked(&self, described: Option<&SceneDescriptions>) -> Value {
+        // A serialised struct is an object.
         let mut asked: Value = serde_json::from_str(&self.to_json()).unwrap_or_default();
         if let Some(asked) = asked.as_object_mut() {
             for elsewhere in ["base_url", "truth", "truth_files"] {
@@ -83,7 +83,7 @@ impl Spec {
 
     /// Settings a reader needs to reproduce the table: window, sampling, templates.
     #[must_use]
-    pub fn asked_words(&self, described: Option<&Described>) -> String {
+    pub fn asked_words(&self, described: Option<&SceneDescriptions>) -> String {
         let request = &self.matrix.request;
         let usual = |value: Option<String>, else_: &str| value.unwrap_or_else(|| else_.into());
         let (history, radius) = match described {

@@ -32,7 +32,7 @@ pub struct Spec {
     pub thresholds: Vec<String>,
     /// The address of the server, where it is not the provider's own.
     pub base_url: Option<String>,
-    /// Whose ego the scenarios have.
+    /// The ego of the scenarios.
     pub ego: EgoSelection,
     /// Texts of templates that were not saved, by file name.
     pub drafts: BTreeMap<String, String>,

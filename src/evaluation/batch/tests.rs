@@ -85,19 +85,19 @@ fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
 #[test]
 fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
     let mut more = matrix();
-    more.extend(&More {
+    more.extend(&MatrixAdditions {
         models: vec!["lab/a".into(), "lab/b".into()],
         techniques: vec![techniques("cot+cp")],
         samples: Some(2),
-        ..More::default()
+        ..MatrixAdditions::default()
     });
     assert_eq!(more.models, ["lab/a", judge::MODEL, "lab/b"]);
     assert_eq!(more.techniques, matrix().techniques);
     assert_eq!(more.samples, 3, "samples are not taken away");
-    more.extend(&More {
+    more.extend(&MatrixAdditions {
         techniques: vec![techniques("all")],
         samples: Some(5),
-        ..More::default()
+        ..MatrixAdditions::default()
     });
     assert_eq!((more.techniques.len(), more.samples), (3, 5));
     let (before, after) = (matrix().ways(), more.ways());
@@ -109,16 +109,16 @@ fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
 fn leads_and_changes_are_added_beside_the_first_lead() {
     let mut more = matrix();
     more.request.lead = Some(Lead::Seconds(0.5));
-    let added = More {
+    let added = MatrixAdditions {
         leads: vec![Lead::Seconds(0.5), Lead::Seconds(1.0), Lead::Seconds(1.0)],
         transforms: vec![Transform::Mirror, Transform::Mirror],
-        ..More::default()
+        ..MatrixAdditions::default()
     };
     more.extend(&added);
     more.extend(&added);
     assert_eq!(more.more_leads, [Lead::Seconds(1.0)]);
     assert_eq!(more.transforms, [Transform::Mirror]);
-    assert!(added.any() && !More::default().any());
+    assert!(added.any() && !MatrixAdditions::default().any());
 }
 
 #[test]

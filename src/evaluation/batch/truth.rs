@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::evaluation::{Label, LabelError, Labelled, Labels, annotations};
-use crate::formats::{Entry, Place};
+use crate::formats::{Entry, EntryLocation};
 use crate::scenario::Scene;
 use crate::store::Item;
 use crate::system;
@@ -200,7 +200,7 @@ impl Truth {
 /// Whether the folder of a scenario is that of the collisions, and the repository that it is in; nothing if it is neither
 /// of the two.
 fn half(entry: &Entry) -> Option<(bool, PathBuf)> {
-    let Place::File(path) = &entry.place else {
+    let EntryLocation::File(path) = &entry.place else {
         return None;
     };
     path.ancestors().skip(1).find_map(|folder| {

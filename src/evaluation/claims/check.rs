@@ -1,6 +1,6 @@
 //! Checks claims against the geometry.
 
-use super::{Claim, Quantity, Side, Stated, Subject, excuse};
+use super::{Claim, ClaimedValue, Quantity, Side, Subject, excuse};
 use crate::geometry::Point;
 use crate::metrics::{Encounter, Relation, measure, paper};
 use crate::scenario::Participant;
@@ -8,9 +8,9 @@ use crate::scenario::Participant;
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last digit stated, 0.05 of the unit or 2 %, whichever is most; 10 % where it is said to be rough";
 
-/// What a claim was checked against.
+/// The geometry a claim was checked against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Basis {
+pub enum ClaimBasis {
     /// Exact bodies of real size.
     Exact,
     /// The distance between the centres: all that a Cartesian description lets one compute.
@@ -19,7 +19,7 @@ pub enum Basis {
     Paper,
 }
 
-impl Basis {
+impl ClaimBasis {
     /// Its description.
     #[must_use]
     pub fn words(self) -> &'static str {
@@ -44,7 +44,7 @@ pub enum Judgement {
 
 /// A claim with the truth beside it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Checked {
+pub struct CheckedClaim {
     /// The claim.
     pub claim: Claim,
     /// The step it was checked at.
@@ -53,18 +53,18 @@ pub struct Checked {
     pub truth: Option<f64>,
     /// The true state, described.
     pub is: String,
-    /// What it was checked against; for a wrong claim, the exact bodies.
-    pub basis: Basis,
+    /// The geometry it was checked against; for a wrong claim, the exact bodies.
+    pub basis: ClaimBasis,
     /// Whether it holds.
     pub judgement: Judgement,
 }
 
-impl Checked {
+impl CheckedClaim {
     /// The stated value with its unit.
     #[must_use]
     pub fn says(&self) -> String {
         match self.claim.stated {
-            Stated::Number {
+            ClaimedValue::Number {
                 value, decimals, ..
             } => {
                 format!(
@@ -73,8 +73,8 @@ impl Checked {
                     self.claim.quantity.unit()
                 )
             }
-            Stated::Side(side) => side.to_string(),
-            Stated::Contact => "contact".into(),
+            ClaimedValue::Side(side) => side.to_string(),
+            ClaimedValue::Contact => "contact".into(),
         }
     }
 
@@ -82,7 +82,7 @@ impl Checked {
     #[must_use]
     pub fn line(&self) -> String {
         let basis = match self.basis {
-            Basis::Exact => String::new(),
+            ClaimBasis::Exact => String::new(),
             other => format!(", {}", other.words()),
         };
         let why = match self.judgement {
@@ -104,10 +104,10 @@ impl Checked {
 ///
 /// It is right where it is within [`TOLERANCES`] of the number of the exact bodies, or of what it may have been told
 /// instead: the distance between the centres, or the number in the paper's convention. Which of them is
-/// [`Checked::basis`]. A number without a sign may be a magnitude. A value that was true at an earlier step of the
+/// [`CheckedClaim::basis`]. A number without a sign may be a magnitude. A value that was true at an earlier step of the
 /// window, where no step is named, is neither right nor wrong, nor is one that may mean something else.
 #[must_use]
-pub fn check(claim: Claim, subject: &Subject<'_>) -> Checked {
+pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     let step = claim.step.unwrap_or_else(|| subject.present());
     let mut checked = at(&claim, subject, step);
     if checked.judgement == Judgement::Wrong
@@ -130,7 +130,7 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> Checked {
     checked
 }
 
-pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
+pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClaim {
     let scene = subject.scene;
     let participant = scene
         .participants()
@@ -138,11 +138,11 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
     let encounter = participant
         .as_ref()
         .and_then(|p| Encounter::at(scene, p, step));
-    let mut checked = Checked {
+    let mut checked = CheckedClaim {
         step,
         truth: None,
         is: "not there".into(),
-        basis: Basis::Exact,
+        basis: ClaimBasis::Exact,
         judgement: Judgement::Unknown("the ego or the obstacle is not there then"),
         claim: claim.clone(),
     };
@@ -150,7 +150,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
         return checked;
     };
     match claim.stated {
-        Stated::Number {
+        ClaimedValue::Number {
             value,
             decimals,
             rough,
@@ -202,12 +202,12 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
                 }
             }
         }
-        Stated::Side(side) => {
+        ClaimedValue::Side(side) => {
             let relation = encounter.relation();
             checked.is = relation.direction.name().to_lowercase();
             checked.judgement = judge_side(side, &relation, &encounter);
         }
-        Stated::Contact => {
+        ClaimedValue::Contact => {
             let touches = encounter.distance() == 0.0;
             checked.judgement = if touches {
                 Judgement::Right
@@ -219,7 +219,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
                 && told(&encounter)
                     .is_some_and(|r| r.adjusted_d_long == 0.0 && r.adjusted_d_lat == 0.0)
             {
-                checked.basis = Basis::Paper;
+                checked.basis = ClaimBasis::Paper;
                 checked.judgement = Judgement::Right;
             }
         }
@@ -253,12 +253,12 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
 }
 
 /// Other values that the answer may have been given instead of the exact number.
-fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(Basis, f64)> {
+fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(ClaimBasis, f64)> {
     let centre: Point = encounter.ego.pose.to_local(&encounter.other.pose.position);
     let mut all = match quantity {
-        Quantity::Distance => vec![(Basis::Centres, centre.coords.norm())],
-        Quantity::GapLong => vec![(Basis::Centres, centre.x)],
-        Quantity::GapLat => vec![(Basis::Centres, centre.y)],
+        Quantity::Distance => vec![(ClaimBasis::Centres, centre.coords.norm())],
+        Quantity::GapLong => vec![(ClaimBasis::Centres, centre.x)],
+        Quantity::GapLat => vec![(ClaimBasis::Centres, centre.y)],
         _ => Vec::new(),
     };
     let Some(told) = told(encounter) else {
@@ -281,7 +281,7 @@ fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(Basis, f64)> {
         values
             .into_iter()
             .flatten()
-            .map(|value| (Basis::Paper, value)),
+            .map(|value| (ClaimBasis::Paper, value)),
     );
     all
 }

@@ -3,12 +3,12 @@
 //! Calling a true sentence wrong is worse than leaving a wrong one undecided.
 
 use super::check::{Judgement, at};
-use super::{Claim, Quantity, Stated, Subject};
+use super::{Claim, ClaimedValue, Quantity, Subject};
 use crate::metrics::{Encounter, Relation};
 
 /// Another possible meaning of the claim at that step; `None` if it is plainly wrong.
 pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
-    let Stated::Number {
+    let ClaimedValue::Number {
         value, decimals, ..
     } = claim.stated
     else {
@@ -30,7 +30,7 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
     );
     if time && value < 0.0 {
         let mut unsigned = claim.clone();
-        if let Stated::Number { value, .. } = &mut unsigned.stated {
+        if let ClaimedValue::Number { value, .. } = &mut unsigned.stated {
             *value = -*value;
         }
         return holds(&unsigned).then_some("it is so without the sign");
@@ -84,7 +84,7 @@ fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     let Some((speed, apart, _)) = met(claim, subject, step) else {
         return false;
     };
-    let Stated::Number { value, .. } = claim.stated else {
+    let ClaimedValue::Number { value, .. } = claim.stated else {
         return false;
     };
     let seen_from_it = match claim.quantity {
@@ -101,7 +101,7 @@ fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
 
 /// Whether a time is the gap by a velocity that was rounded to two decimals: of slow ones that changes much.
 fn from_rounded(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
-    let (Some((_, _, relation)), Stated::Number { value, .. }) =
+    let (Some((_, _, relation)), ClaimedValue::Number { value, .. }) =
         (met(claim, subject, step), claim.stated)
     else {
         return false;
@@ -129,7 +129,7 @@ fn from_rounded(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
 /// Whether a length is the difference of the centres along an axis of the map: what a model that was given coordinates may call
 /// longitudinal or lateral.
 fn along_the_map(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
-    let Stated::Number {
+    let ClaimedValue::Number {
         value,
         decimals,
         rough,

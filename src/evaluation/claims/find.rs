@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::Claim;
-use super::above::{Above, Kind};
+use super::context::{Above, LineKind};
 use super::mentions::{begins_with, mentions};
 use super::number::{Unit, numbers};
 use super::place::has_word;
@@ -12,7 +12,7 @@ use super::sentence::Sentence;
 use super::times::{MentionedTime, heading_time, times};
 
 /// Ids and time steps that a text can refer to.
-pub struct World<'a> {
+pub struct MentionContext<'a> {
     /// Ids of the obstacles.
     pub ids: &'a BTreeSet<i64>,
     /// The ego's id, which no obstacle has.
@@ -24,7 +24,7 @@ pub struct World<'a> {
 }
 
 /// The claims of a text.
-pub fn claims(text: &str, world: &World<'_>) -> Vec<Claim> {
+pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
     let mut above = Above::default();
     let mut found = Vec::new();
     let mut start = 0;
@@ -41,7 +41,13 @@ pub fn claims(text: &str, world: &World<'_>) -> Vec<Claim> {
     found
 }
 
-fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &mut Vec<Claim>) {
+fn take(
+    line: &str,
+    start: usize,
+    world: &MentionContext<'_>,
+    above: &mut Above,
+    found: &mut Vec<Claim>,
+) {
     let bare = line.trim();
     if bare.is_empty() {
         above.titles.clear();
@@ -66,9 +72,9 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
     let lower = lowered(line);
     let named = mentions(&lower, &numbers(line), world);
     let kind = match (heading, item) {
-        (true, _) => Kind::Heading,
-        (_, true) => Kind::Item,
-        _ => Kind::Line,
+        (true, _) => LineKind::Heading,
+        (_, true) => LineKind::Item,
+        _ => LineKind::Line,
     };
     if heading {
         above.time = heading_time(&lower, line, world, above.time);
@@ -89,7 +95,7 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
 /// A sentence: its claims, and whom the next one is about.
 fn sentence(
     (text, start): (&str, usize),
-    world: &World<'_>,
+    world: &MentionContext<'_>,
     above: &mut Above,
     found: &mut Vec<Claim>,
 ) {
@@ -99,7 +105,7 @@ fn sentence(
     let fixed = above.fixed();
     let before = above.obstacle();
     let whole = 0..text.len();
-    // Whom it is about, and which part of it.
+    // The obstacle it is about, and the range of text.
     let distinct = match named.as_slice() {
         // Named twice, it is still one.
         [one, more @ ..]
@@ -132,7 +138,7 @@ fn sentence(
             if before.is_none() && !above.open && fixed.is_none() {
                 above.sentence = one.id;
             }
-            let alone = before.is_none() && above.nobody() || above.fixed() == one.id;
+            let alone = before.is_none() && above.names_no_obstacle() || above.fixed() == one.id;
             one.id
                 .filter(|_| alone)
                 .map(|id| (id, one.span.end..text.len()))
@@ -187,7 +193,13 @@ fn sentence(
 }
 
 /// A row of a table: every cell is a sentence under its title.
-fn row(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &mut Vec<Claim>) {
+fn row(
+    line: &str,
+    start: usize,
+    world: &MentionContext<'_>,
+    above: &mut Above,
+    found: &mut Vec<Claim>,
+) {
     let cells: Vec<(usize, &str)> = cells(line).collect();
     if above.titles.is_empty() {
         above.titles = cells.iter().map(|(_, cell)| lowered(cell)).collect();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::find::{World, ends_with_word};
+use super::find::{MentionContext, ends_with_word};
 use super::number::Number;
 
 /// An obstacle that is named.
@@ -106,8 +106,8 @@ const OPENING: &[&str] = &[
     "another",
 ];
 
-/// Whom a text names, each once; `lower` is the text in lower case.
-pub fn mentions(lower: &str, all: &[Number], world: &World<'_>) -> Vec<Mention> {
+/// The obstacles that a text names, each once; `lower` is the text in lower case.
+pub fn mentions(lower: &str, all: &[Number], world: &MentionContext<'_>) -> Vec<Mention> {
     let mut found: Vec<Mention> = Vec::new();
     for number in all {
         let Some(id) = number.whole() else { continue };
@@ -199,7 +199,7 @@ mod tests {
 
     fn read(text: &str) -> Vec<(Option<i64>, bool, bool)> {
         let ids = BTreeSet::from([301, 302]);
-        let world = World {
+        let world = MentionContext {
             ids: &ids,
             ego: 9,
             dt: 0.1,

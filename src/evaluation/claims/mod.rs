@@ -3,8 +3,8 @@
 //! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
 //! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
-mod above;
 mod check;
+mod context;
 mod excuse;
 mod find;
 mod mentions;
@@ -16,7 +16,7 @@ mod times;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-pub use check::{Basis, Checked, Judgement, TOLERANCES, check};
+pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
 
 use crate::scenario::{Scene, Window};
 
@@ -115,7 +115,7 @@ impl std::fmt::Display for Side {
 
 /// The claimed value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Stated {
+pub enum ClaimedValue {
     /// A number in the quantity's unit.
     Number {
         /// The number.
@@ -145,7 +145,7 @@ pub struct Claim {
     /// The claimed quantity.
     pub quantity: Quantity,
     /// The claimed value.
-    pub stated: Stated,
+    pub stated: ClaimedValue,
     /// The time step that is named; `None` if none is.
     pub step: Option<i64>,
 }
@@ -179,7 +179,7 @@ impl Subject<'_> {
 pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
     let all = &subject.scene.scenario.obstacles;
     let ids: BTreeSet<i64> = all.iter().map(|o| o.id).collect();
-    let world = find::World {
+    let world = find::MentionContext {
         ids: &ids,
         ego: subject.scene.ego.id,
         dt: subject.scene.scenario.dt(),
@@ -190,7 +190,7 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
 
 /// The claims in a text, each checked against the geometry.
 #[must_use]
-pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<Checked> {
+pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<CheckedClaim> {
     let claims = find(text, subject);
     claims.into_iter().map(|c| check(c, subject)).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::number::{Number, Unit};
 use super::place::{has_word, side_in, touches_before};
-use super::{Claim, Quantity, Stated};
+use super::{Claim, ClaimedValue, Quantity};
 
 /// A sentence with its context.
 pub struct Sentence<'a> {
@@ -16,7 +16,7 @@ pub struct Sentence<'a> {
     pub start: usize,
     /// Words of the lines that it stands under, in lower case.
     pub above: &'a str,
-    /// Whom it is about.
+    /// The obstacle it is about.
     pub obstacle: i64,
     /// Whether it names it itself.
     pub named: bool,
@@ -124,7 +124,7 @@ impl Sentence<'_> {
                 if !self.taken[place]
                     && let Some((quantity, magnitude)) = self.quantity(place, from)
                 {
-                    let stated = Stated::Number {
+                    let stated = ClaimedValue::Number {
                         value: number.value,
                         decimals: number.decimals,
                         rough: self.rough(from, number.span.start),
@@ -139,7 +139,7 @@ impl Sentence<'_> {
             }
         }
         if let Some((span, side)) = side_in(self.lower) {
-            found.push(self.claim(span, Quantity::Side, Stated::Side(side)));
+            found.push(self.claim(span, Quantity::Side, ClaimedValue::Side(side)));
         }
         found.sort_by_key(|claim| claim.span.start);
         found
@@ -150,10 +150,15 @@ impl Sentence<'_> {
         let number = &self.numbers[place];
         let from = touches_before(&self.lower[..number.span.start])?;
         let span = from..number.span.end;
-        Some(self.claim(span, Quantity::Contact, Stated::Contact))
+        Some(self.claim(span, Quantity::Contact, ClaimedValue::Contact))
     }
 
-    fn claim(&self, span: std::ops::Range<usize>, quantity: Quantity, stated: Stated) -> Claim {
+    fn claim(
+        &self,
+        span: std::ops::Range<usize>,
+        quantity: Quantity,
+        stated: ClaimedValue,
+    ) -> Claim {
         Claim {
             span: self.start + span.start..self.start + span.end,
             obstacle: self.obstacle,

@@ -210,7 +210,7 @@ fn claims_are_held_against_the_geometry() {
     ));
     assert_eq!(
         (right.judgement, right.basis, right.step),
-        (Judgement::Right, Basis::Exact, window.1)
+        (Judgement::Right, ClaimBasis::Exact, window.1)
     );
     let wrong = one(format!(
         "Obstacle {a}: longitudinal gap {:.2} m",
@@ -241,7 +241,7 @@ fn claims_are_held_against_the_geometry() {
     let told = one(format!("Obstacle {a} is at a distance of {centre:.2} m"));
     assert_eq!(
         (told.judgement, told.basis),
-        (Judgement::Right, Basis::Centres)
+        (Judgement::Right, ClaimBasis::Centres)
     );
     // The opposite side is wrong, a sign that is written counts.
     let side = if now.gap_long > 0.0 {

@@ -1,6 +1,6 @@
 //! Times mentioned in a text, and the steps they denote.
 
-use super::find::{World, ends_with_word};
+use super::find::{MentionContext, ends_with_word};
 use super::number::{Number, Unit, numbers};
 use super::place::has_word;
 
@@ -15,7 +15,11 @@ pub enum MentionedTime {
 }
 
 /// Which numbers are times, and the step that they name.
-pub fn times(lower: &str, all: &[Number], world: &World<'_>) -> (Vec<usize>, MentionedTime) {
+pub fn times(
+    lower: &str,
+    all: &[Number],
+    world: &MentionContext<'_>,
+) -> (Vec<usize>, MentionedTime) {
     let mut places = Vec::new();
     let mut when = MentionedTime::Unsaid;
     for (place, number) in all.iter().enumerate() {
@@ -54,7 +58,7 @@ pub fn times(lower: &str, all: &[Number], world: &World<'_>) -> (Vec<usize>, Men
 pub fn heading_time(
     lower: &str,
     line: &str,
-    world: &World<'_>,
+    world: &MentionContext<'_>,
     now: MentionedTime,
 ) -> MentionedTime {
     let all = numbers(line);
@@ -87,7 +91,7 @@ pub fn heading_time(
 }
 
 /// The step at a time, seconds; nothing between steps and outside the recording.
-fn step_at(seconds: f64, world: &World<'_>) -> Option<i64> {
+fn step_at(seconds: f64, world: &MentionContext<'_>) -> Option<i64> {
     let step = (seconds / world.dt).round();
     let near = (step * world.dt - seconds).abs() < 0.1 * world.dt;
     Some(step as i64).filter(|s| near && world.steps.contains(s))

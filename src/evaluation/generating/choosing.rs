@@ -1,8 +1,8 @@
 //! Attacker selection: the model's choice beside the reference ranking, and which of them is used.
 
-use super::super::answer::{Answer, Judged};
+use super::super::answer::{Answer, JudgeOutcome};
 use super::super::defaults::default_frame;
-use super::{AuthorError, AuthorSession, Progress, Spent};
+use super::{AuthorError, AuthorSession, AuthoringUsage, Progress};
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Capability, ChangeError, Reason, Refusal};
 use crate::scenario::{ObstacleRole, ObstacleType, Window};
@@ -18,11 +18,11 @@ pub struct Choice {
     pub proposal: Option<Proposal>,
     /// The attacker, if there is one.
     pub attacker: Option<i64>,
-    /// Whose choice that is.
+    /// The origin of the choice.
     pub by: ChosenBy,
 }
 
-/// Whose choice the attacker is.
+/// The origin of the choice of attacker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChosenBy {
     /// The user named it.
@@ -31,8 +31,8 @@ pub enum ChosenBy {
     Model,
     /// It is the first of the reference's ranking, since the model's choice cannot be taken.
     Reference,
-    /// There is none: no obstacle can attack, or the model's choice is binding and cannot be used.
-    Nobody,
+    /// No attacker: no obstacle can attack, or the model's choice is binding and cannot be used.
+    NoAttacker,
 }
 
 impl ChosenBy {
@@ -43,7 +43,7 @@ impl ChosenBy {
             Self::User => "user",
             Self::Model => "model",
             Self::Reference => "reference",
-            Self::Nobody => "nobody",
+            Self::NoAttacker => "nobody",
         }
     }
 }
@@ -65,12 +65,12 @@ pub struct Proposal {
 
 impl AuthorSession<'_> {
     /// Decides who attacks; the model is asked unless the user has named the attacker or no obstacle can attack.
-    pub(super) async fn choose(&self, spent: &mut Spent) -> Result<Choice, AuthorError> {
+    pub(super) async fn choose(&self, spent: &mut AuthoringUsage) -> Result<Choice, AuthorError> {
         let mut choice = Choice {
             ranked: attacker::rank(self.ground.stage),
             proposal: None,
             attacker: None,
-            by: ChosenBy::Nobody,
+            by: ChosenBy::NoAttacker,
         };
         if let Some(id) = self.author.attacker {
             self.can_attack(id, &choice.ranked)
@@ -99,7 +99,7 @@ impl AuthorSession<'_> {
         &self,
         first: &Candidate,
         ranked: &[Candidate],
-        spent: &mut Spent,
+        spent: &mut AuthoringUsage,
     ) -> Result<Proposal, AuthorError> {
         (self.listener)(Progress::Choosing);
         let task = Task::Attacker;
@@ -114,18 +114,20 @@ impl AuthorSession<'_> {
 
     fn read(&self, answer: &Answer, window: &Window, ranked: &[Candidate]) -> Proposal {
         let (said, refused) = match &answer.judged {
-            Judged::Other(reading) => match &reading.said {
+            JudgeOutcome::Other(reading) => match &reading.said {
                 ParsedAnswer::Attacker(choice) => {
                     let refused = match choice.attacker {
                         Some(id) => self.can_attack(id, ranked).err(),
-                        None => Some(Refusal::answer("it says that nobody can attack the ego")),
+                        None => Some(Refusal::answer(
+                            "it says that no obstacle can attack the ego",
+                        )),
                     };
                     (Some(choice.clone()), refused)
                 }
                 other => (None, Some(other_task(other.task()))),
             },
-            Judged::Verdict(parsed) => (None, Some(other_task(parsed.verdict.task))),
-            Judged::Missing(missing) => (None, Some(Refusal::answer(missing.to_string()))),
+            JudgeOutcome::Verdict(parsed) => (None, Some(other_task(parsed.verdict.task))),
+            JudgeOutcome::Missing(missing) => (None, Some(Refusal::answer(missing.to_string()))),
         };
         let proposed = said.as_ref().and_then(|said| said.attacker);
         let refused = match proposed {

@@ -7,7 +7,7 @@
 mod choosing;
 mod document;
 mod outcome;
-mod spent;
+mod usage;
 mod words;
 mod writing;
 
@@ -16,8 +16,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use choosing::{Choice, ChosenBy, Proposal};
-pub use outcome::{Authored, AuthoredAttack, Declined, Source};
-pub use spent::Spent;
+pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
+pub use usage::AuthoringUsage;
 
 use super::answer::Answer;
 use super::case::{self, AskError, Event, RunOptions};
@@ -26,7 +26,7 @@ use super::judges::Judge;
 use super::question::{Case, CaseError, Question, prepare, template};
 use super::settings::Settings;
 use crate::description::Frame;
-use crate::generation::{Ground, Refusal};
+use crate::generation::{AttackSetup, Refusal};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Scene, Window};
@@ -119,7 +119,7 @@ pub enum Progress {
     /// An answer became an attack that passes the gate.
     Made(Source),
     /// An answer was refused.
-    Refused(Box<Declined>),
+    Refused(Box<RefusedAnswer>),
 }
 
 /// Motions that are asked for by default.
@@ -154,7 +154,7 @@ pub enum AuthorError {
 /// Nothing could be asked. A request that is refused later ends the work, and [`Authored::stopped`] says why.
 pub async fn write(
     author: &Author,
-    ground: &Ground<'_>,
+    ground: &AttackSetup<'_>,
     scene: &Arc<Scene>,
     listener: Listener<'_>,
 ) -> Result<Authored, AuthorError> {
@@ -165,7 +165,7 @@ pub async fn write(
         listener,
         barred: AtomicBool::new(false),
     };
-    let mut spent = Spent::default();
+    let mut spent = AuthoringUsage::default();
     let choice = session.choose(&mut spent).await?;
     listener(Progress::Chosen(Box::new(choice.clone())));
     let mut authored = Authored::new(choice, spent);
@@ -184,7 +184,7 @@ pub async fn write(
 /// One author at work on one scenario.
 struct AuthorSession<'a> {
     author: &'a Author,
-    ground: &'a Ground<'a>,
+    ground: &'a AttackSetup<'a>,
     scene: &'a Arc<Scene>,
     listener: Listener<'a>,
     /// Whether a request has failed in a way in which all others would.
@@ -229,7 +229,7 @@ impl AuthorSession<'_> {
         prepare(case, &author.library, None)
     }
 
-    /// Asks, as everybody asks.
+    /// Asks the model.
     async fn ask(&self, question: &Question, sample: Option<u32>) -> Result<Answer, AskError> {
         let wanted = RunOptions {
             sample: sample.unwrap_or(0),

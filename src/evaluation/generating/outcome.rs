@@ -1,21 +1,23 @@
 //! An author's output: attacks that passed the gate, and refused answers.
 
-use super::{Choice, Spent};
-use crate::generation::{Admitted, Attack, Ground, Refusal, SearchResult, Selection, choose};
+use super::{AuthoringUsage, Choice};
+use crate::generation::{
+    AdmittedAttack, Attack, AttackSetup, Refusal, SearchResult, Selection, choose,
+};
 use crate::store::RunId;
 use crate::verdict::NewMotion;
 
 /// A model's complete output for one scenario.
 #[derive(Debug, Clone)]
 pub struct Authored {
-    /// Who attacks.
+    /// The choice of attacker.
     pub choice: Choice,
     /// Attacks, which all pass the gate; in the order of the conversations until they are driven.
     pub attacks: Vec<AuthoredAttack>,
     /// Answers that are none, with all reasons; also those that were mended later.
-    pub declined: Vec<Declined>,
+    pub declined: Vec<RefusedAnswer>,
     /// Total consumption, the choice included.
-    pub spent: Spent,
+    pub spent: AuthoringUsage,
     /// Why the work ended before all conversations, where it did.
     pub stopped: Option<String>,
 }
@@ -24,7 +26,7 @@ pub struct Authored {
 #[derive(Debug, Clone)]
 pub struct AuthoredAttack {
     /// The attack, and what was repaired.
-    pub admitted: Admitted,
+    pub admitted: AdmittedAttack,
     /// Which answer it is from.
     pub source: Source,
     /// Why it endangers the ego, as the model says.
@@ -46,17 +48,17 @@ pub struct Source {
 
 /// An answer that became no attack.
 #[derive(Debug, Clone)]
-pub struct Declined {
+pub struct RefusedAnswer {
     /// Which answer.
     pub source: Source,
     /// The parsed motion, if it could be read.
     pub said: Option<NewMotion>,
-    /// All that is wrong with it, never nothing; see [`crate::generation::summed`] for few words.
+    /// All that is wrong with it, never nothing; see [`crate::generation::summarize`] for few words.
     pub refusals: Vec<Refusal>,
 }
 
 impl Authored {
-    pub(super) fn new(choice: Choice, spent: Spent) -> Self {
+    pub(super) fn new(choice: Choice, spent: AuthoringUsage) -> Self {
         Self {
             choice,
             attacks: Vec::new(),
@@ -77,7 +79,7 @@ impl Authored {
     /// against, and says whether to go on. False where it said no: the attacks stay in their order then.
     pub fn drive_watched(
         &mut self,
-        ground: &Ground<'_>,
+        ground: &AttackSetup<'_>,
         delay: f64,
         watch: &mut dyn FnMut(usize) -> bool,
     ) -> bool {
@@ -99,11 +101,11 @@ impl Authored {
     /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives, too.
     /// Of each refused answer it has the first reason; [`Authored::refusals`] are all.
     #[must_use]
-    pub fn taken(&self, ground: &Ground<'_>, delay: f64) -> Selection {
+    pub fn taken(&self, ground: &AttackSetup<'_>, delay: f64) -> Selection {
         let all = self.attacks.iter();
         let attacks: Vec<Attack> = all.map(|a| a.admitted.attack.clone()).collect();
         let chosen = choose(ground.closed_loop, &attacks, delay);
-        let first = |declined: &Declined| declined.refusals.first().cloned();
+        let first = |declined: &RefusedAnswer| declined.refusals.first().cloned();
         let found = SearchResult {
             attacks,
             refused: self.declined.iter().filter_map(first).collect(),

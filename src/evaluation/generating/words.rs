@@ -1,6 +1,6 @@
 //! Feedback to a model on a refused answer.
 
-use crate::generation::{Refusal, summed};
+use crate::generation::{Refusal, summarize};
 use crate::scenario::Motion;
 
 /// Most kinds of reasons that are told.
@@ -12,7 +12,7 @@ const ANSWER: usize = 8000;
 /// The reasons, and the renewed request. `start` is the recorded state of the obstacle at a step.
 pub(super) fn refused(attacker: i64, refusals: &[Refusal], start: Option<(i64, Motion)>) -> String {
     let mut words = String::from("This motion cannot be used:\n");
-    let all = summed(refusals);
+    let all = summarize(refusals);
     for one in all.iter().take(MOST) {
         words.push_str(&format!("- {one}\n"));
     }

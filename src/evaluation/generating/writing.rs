@@ -3,14 +3,14 @@
 use futures_util::future::BoxFuture;
 use futures_util::{FutureExt, StreamExt, stream};
 
-use super::super::answer::{Answer, Judged, Missing};
+use super::super::answer::{Answer, JudgeOutcome, MissingVerdict};
 use super::super::case::AskError;
 use super::super::defaults::default_frame;
 use super::super::question::Question;
 use super::choosing::other_task;
-use super::outcome::{Authored, AuthoredAttack, Declined, Source};
-use super::{AuthorError, AuthorSession, Progress, Spent, words};
-use crate::generation::{Admitted, Refusal, admit};
+use super::outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
+use super::{AuthorError, AuthorSession, AuthoringUsage, Progress, words};
+use crate::generation::{AdmittedAttack, Refusal, admit};
 use crate::scenario::{Motion, Window};
 use crate::verdict::{NewMotion, ParsedAnswer, Task};
 
@@ -21,8 +21,8 @@ const AFTER: f64 = 2.0;
 #[derive(Default)]
 struct Conversation {
     attack: Option<AuthoredAttack>,
-    declined: Vec<Declined>,
-    spent: Spent,
+    declined: Vec<RefusedAnswer>,
+    spent: AuthoringUsage,
     error: Option<AskError>,
 }
 
@@ -127,7 +127,7 @@ impl AuthorSession<'_> {
                     let refusals: Vec<_> = refusals.map(|r| r.about(about.0, about.1)).collect();
                     let start = self.start(&question, attacker);
                     let words = words::refused(attacker, &refusals, start);
-                    let declined = Declined {
+                    let declined = RefusedAnswer {
                         source,
                         said: said.ok(),
                         refusals,
@@ -145,7 +145,7 @@ impl AuthorSession<'_> {
         talk
     }
 
-    fn admitted(&self, attacker: i64, said: &NewMotion) -> Result<Admitted, Vec<Refusal>> {
+    fn admitted(&self, attacker: i64, said: &NewMotion) -> Result<AdmittedAttack, Vec<Refusal>> {
         if said.obstacle != attacker {
             let there = match self.ground.obstacle(said.obstacle) {
                 Ok(_) => "",
@@ -171,12 +171,14 @@ impl AuthorSession<'_> {
 /// The motion that an answer says.
 fn motion_of(answer: &Answer) -> Result<NewMotion, Refusal> {
     match &answer.judged {
-        Judged::Other(reading) => match &reading.said {
+        JudgeOutcome::Other(reading) => match &reading.said {
             ParsedAnswer::Trajectory(motion) => Ok(motion.clone()),
             other => Err(other_task(other.task())),
         },
-        Judged::Verdict(parsed) => Err(other_task(parsed.verdict.task)),
-        Judged::Missing(Missing::NotInAnswer(why)) => Err(Refusal::answer(why.clone())),
-        Judged::Missing(missing) => Err(Refusal::answer(missing.to_string())),
+        JudgeOutcome::Verdict(parsed) => Err(other_task(parsed.verdict.task)),
+        JudgeOutcome::Missing(MissingVerdict::NotInAnswer(why)) => {
+            Err(Refusal::answer(why.clone()))
+        }
+        JudgeOutcome::Missing(missing) => Err(Refusal::answer(missing.to_string())),
     }
 }

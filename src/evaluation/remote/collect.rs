@@ -7,8 +7,10 @@ use super::result::{EXPIRED, settled};
 use super::{RemoteError, find};
 use crate::evaluation::judges::ModelJudge;
 use crate::llm::Error;
-use crate::llm::batch::{Batches, Outcome, State};
-use crate::store::{Ending, HandedState, ProviderBatch, ProviderBatchId, RunId, RunState, Store};
+use crate::llm::batch::{BatchState, Batches, Outcome};
+use crate::store::{
+    Ending, ProviderBatch, ProviderBatchId, ProviderBatchState, RunId, RunState, Store,
+};
 
 /// Progress of a submitted batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,7 +31,7 @@ pub enum Progress {
     /// Everything that there is of it is in the store.
     Over {
         /// How it ended.
-        state: HandedState,
+        state: ProviderBatchState,
         /// Results that were taken into the store now.
         taken: usize,
         /// Questions that ended without a result now.
@@ -56,7 +58,7 @@ pub async fn collect(
     store: &Arc<Store>,
 ) -> Result<Progress, RemoteError> {
     let batch = known(id, model, store)?;
-    if batch.state == HandedState::NotSent {
+    if batch.state == ProviderBatchState::NotSent {
         return Ok(Progress::NotSent);
     }
     if !batch.state.is_open() {
@@ -65,7 +67,7 @@ pub async fn collect(
     let batches = Batches::new(&model.client, &model.endpoint, &model.name).await?;
     let Some(remote_id) = remote_id(&batch, &batches, store).await? else {
         return Ok(match known(id, model, store)?.state {
-            HandedState::NotSent => Progress::NotSent,
+            ProviderBatchState::NotSent => Progress::NotSent,
             _ => Progress::Unknown,
         });
     };
@@ -73,7 +75,7 @@ pub async fn collect(
     let status = status.map_err(|error| gone(id, error.into()))?;
     if !status.state.is_over() {
         return Ok(Progress::Working {
-            cancelling: status.state == State::Cancelling,
+            cancelling: status.state == BatchState::Cancelling,
             answered: status.answered,
             failed: status.failed,
         });
@@ -109,19 +111,23 @@ pub async fn collect(
         });
     }
     let (state, rest) = match status.state {
-        State::Cancelled => (HandedState::Cancelled, Ending::bare(RunState::Cancelled)),
-        State::Expired => (HandedState::Expired, failed(EXPIRED)),
-        State::Failed => {
+        BatchState::Cancelled => (
+            ProviderBatchState::Cancelled,
+            Ending::bare(RunState::Cancelled),
+        ),
+        BatchState::Expired => (ProviderBatchState::Expired, failed(EXPIRED)),
+        BatchState::Failed => {
             let why = status.problem.as_deref().unwrap_or("without a reason");
             let why = format!("the provider could not use the batch: {why}");
-            (HandedState::Failed, failed(&why))
+            (ProviderBatchState::Failed, failed(&why))
         }
-        _ if batch.state == HandedState::Cancelling => {
-            (HandedState::Cancelled, Ending::bare(RunState::Cancelled))
-        }
+        _ if batch.state == ProviderBatchState::Cancelling => (
+            ProviderBatchState::Cancelled,
+            Ending::bare(RunState::Cancelled),
+        ),
         _ => {
             let why = "the provider ended the batch without a result for it; ask again";
-            (HandedState::Ended, failed(why))
+            (ProviderBatchState::Ended, failed(why))
         }
     };
     let without = store.close_provider_batch(id, state, status.problem.as_deref(), &rest)?;
@@ -138,7 +144,7 @@ fn gone(batch: ProviderBatchId, error: RemoteError) -> RemoteError {
     }
 }
 
-fn over(state: HandedState, taken: usize, without: u64) -> Progress {
+fn over(state: ProviderBatchState, taken: usize, without: u64) -> Progress {
     Progress::Over {
         state,
         taken,

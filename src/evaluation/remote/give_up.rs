@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Progress, RemoteError, collect};
 use crate::evaluation::judges::ModelJudge;
-use crate::store::{Ending, HandedState, ProviderBatchId, RunState, Store};
+use crate::store::{Ending, ProviderBatchId, ProviderBatchState, RunState, Store};
 
 /// Why a question has no answer whose batch was given up.
 const GIVEN_UP: &str = "its batch was given up; the provider may have answered it all the same, and want to be paid for it";
@@ -65,7 +65,7 @@ pub fn give_up_unasked(
                 error: Some(GIVEN_UP.into()),
                 ..Ending::bare(RunState::Failed)
             };
-            store.close_provider_batch(id, HandedState::Failed, Some(why), &rest)?
+            store.close_provider_batch(id, ProviderBatchState::Failed, Some(why), &rest)?
         }
         false => 0,
     };

@@ -3,35 +3,38 @@
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
-use crate::evaluation::answer::{Answer, Judged, Missing};
+use crate::evaluation::answer::{Answer, JudgeOutcome, MissingVerdict};
 use crate::evaluation::ended::{read, stopped_short, word};
 use crate::evaluation::judges::ModelJudge;
 use crate::llm::Secrets;
-use crate::llm::batch::{Answered, Outcome};
-use crate::store::{Consumed, Ending, Piece, Run, RunState};
+use crate::llm::batch::{Outcome, WholeAnswer};
+use crate::store::{AnswerPiece, Consumed, Ending, Run, RunState};
 
 /// Why a question has no answer whose batch the provider did not finish in time.
 pub const EXPIRED: &str = "the provider did not get to it before its batch expired; ask again";
 
 /// The texts of a result and the end of its run.
-pub struct Settled {
+pub struct FinishedRun {
     pub reasoning: String,
     pub text: String,
     pub ending: Ending,
 }
 
-impl Settled {
-    pub fn pieces(&self) -> Vec<Piece<'_>> {
-        let pieces = [Piece::Reasoning(&self.reasoning), Piece::Answer(&self.text)];
-        let some = |piece: &Piece<'_>| match piece {
-            Piece::Reasoning(text) | Piece::Answer(text) => !text.is_empty(),
+impl FinishedRun {
+    pub fn pieces(&self) -> Vec<AnswerPiece<'_>> {
+        let pieces = [
+            AnswerPiece::Reasoning(&self.reasoning),
+            AnswerPiece::Answer(&self.text),
+        ];
+        let some = |piece: &AnswerPiece<'_>| match piece {
+            AnswerPiece::Reasoning(text) | AnswerPiece::Answer(text) => !text.is_empty(),
         };
         pieces.into_iter().filter(some).collect()
     }
 }
 
 /// The end of a question's run with this outcome.
-pub fn settled(run: Run, outcome: Outcome, model: &ModelJudge) -> Settled {
+pub fn settled(run: Run, outcome: Outcome, model: &ModelJudge) -> FinishedRun {
     match outcome {
         Outcome::Answered(answered) => answer(run, *answered, model),
         Outcome::Failed(why) => bare(RunState::Failed, Some(&why)),
@@ -40,8 +43,8 @@ pub fn settled(run: Run, outcome: Outcome, model: &ModelJudge) -> Settled {
     }
 }
 
-fn bare(state: RunState, error: Option<&str>) -> Settled {
-    Settled {
+fn bare(state: RunState, error: Option<&str>) -> FinishedRun {
+    FinishedRun {
         reasoning: String::new(),
         text: String::new(),
         ending: Ending {
@@ -51,7 +54,7 @@ fn bare(state: RunState, error: Option<&str>) -> Settled {
     }
 }
 
-fn answer(run: Run, answered: Answered, model: &ModelJudge) -> Settled {
+fn answer(run: Run, answered: WholeAnswer, model: &ModelJudge) -> FinishedRun {
     let task = run.question.task;
     let asked = Timestamp::from_millisecond(run.created_ms).unwrap_or(Timestamp::UNIX_EPOCH);
     let returned = answered.model.as_deref();
@@ -76,13 +79,13 @@ fn answer(run: Run, answered: Answered, model: &ModelJudge) -> Settled {
             duration_ms: None,
         },
         price_source,
-        judged: Judged::Missing(Missing::Cancelled),
+        judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
         ..Answer::from(run)
     };
     let secrets = Secrets::sent(&model.client, &model.endpoint);
     answer.judged = read(task, &answer, stopped_short(&answered.finish)).without(&secrets);
     let ending = answer.ending();
-    Settled {
+    FinishedRun {
         reasoning: answer.reasoning,
         text: answer.text,
         ending,
@@ -91,7 +94,7 @@ fn answer(run: Run, answered: Answered, model: &ModelJudge) -> Settled {
 
 /// Cost of an answer, US dollars, and its source.
 fn cost(
-    answered: &Answered,
+    answered: &WholeAnswer,
     asked: Timestamp,
     returned: Option<&str>,
     model: &ModelJudge,

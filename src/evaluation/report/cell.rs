@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::answer::NOT_SENT;
 use super::super::statistics::{
-    Calibration, Interval, Kappa, Spread, f1_interval, majority, wilson,
+    AnswerAgreement, Calibration, Interval, Kappa, f1_interval, majority, wilson,
 };
 use super::super::{AnswerStatus, Confusion, Label, PromptConfig, Scored, names_obstacle};
 use super::consumption::{Consumption, count};
@@ -13,7 +13,7 @@ use crate::store::Consumed;
 
 /// The half of the data that a cell counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Half {
+pub enum DataHalf {
     /// Those about scenarios that collide.
     Collision,
     /// Those about scenarios that do not.
@@ -24,7 +24,7 @@ pub enum Half {
     All,
 }
 
-impl Half {
+impl DataHalf {
     /// Every one, in the order of reports.
     pub const ALL: [Self; 4] = [Self::Collision, Self::Normal, Self::Unknown, Self::All];
 
@@ -68,7 +68,7 @@ pub struct Cell {
     /// The way.
     pub way: PromptConfig,
     /// Which answers are counted.
-    pub half: Half,
+    pub half: DataHalf,
     /// Scenarios asked about.
     pub scenarios: u32,
     /// Questions: each sample of each scenario, answered or not.
@@ -94,7 +94,7 @@ pub struct Cell {
     /// Risk scores beside the truth.
     pub calibration: Calibration,
     /// Agreement of several samples.
-    pub spread: Spread,
+    pub spread: AnswerAgreement,
     /// The majority of samples for each scenario, against the ground truth.
     pub majority: Confusion,
     /// Scenarios whose samples say yes and no equally often, or nothing at all: no vote.
@@ -130,7 +130,7 @@ fn taken(one: &Scored) -> Option<Consumed> {
 
 impl Cell {
     /// Counts the answers of one way.
-    pub(super) fn count(way: &PromptConfig, half: Half, scored: &[&Scored]) -> Self {
+    pub(super) fn count(way: &PromptConfig, half: DataHalf, scored: &[&Scored]) -> Self {
         let taken: Vec<Consumed> = scored.iter().copied().filter_map(taken).collect();
         let mut cell = Self {
             way: way.clone(),
@@ -147,10 +147,10 @@ impl Cell {
             kappa: None,
             named: NamingCounts::default(),
             calibration: Calibration::default(),
-            spread: Spread::default(),
+            spread: AnswerAgreement::default(),
             majority: Confusion::default(),
             undecided: 0,
-            consumption: Consumption::of(taken.iter()),
+            consumption: Consumption::from_answers(taken.iter()),
         };
         let mut votes: BTreeMap<&str, Votes> = BTreeMap::new();
         let mut both = [0; 4];
@@ -169,7 +169,7 @@ impl Cell {
                 (_, None) => {}
             }
         }
-        if half == Half::All {
+        if half == DataHalf::All {
             let counts: Vec<Confusion> = votes.values().map(|v| v.counts).collect();
             let counted: Vec<Confusion> = counts.into_iter().filter(|c| c.answered() > 0).collect();
             cell.f1_interval = f1_interval(&counted);
@@ -255,6 +255,6 @@ impl Cell {
     }
 
     fn whole(&self) -> Option<&Confusion> {
-        (self.half == Half::All).then_some(&self.confusion)
+        (self.half == DataHalf::All).then_some(&self.confusion)
     }
 }

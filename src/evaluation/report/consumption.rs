@@ -28,7 +28,7 @@ pub struct Consumption {
 
 impl Consumption {
     /// Of some answers. Medians and quantiles as in [`quantile`].
-    pub fn of<'a>(all: impl Iterator<Item = &'a Consumed> + Clone) -> Self {
+    pub fn from_answers<'a>(all: impl Iterator<Item = &'a Consumed> + Clone) -> Self {
         let times: Vec<f64> = all
             .clone()
             .filter_map(|c| c.duration_ms)

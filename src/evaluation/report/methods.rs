@@ -12,7 +12,7 @@ pub(super) fn counts() -> String {
     "n is every question, answered or not: TP, FP, FN and TN are verdicts beside the truth; unparsed answers hold no \
      verdict, failed questions were asked and have no whole answer, others were not asked, or not yet, and none of these \
      is counted as right or wrong. A yes to the safety task about a scenario whose truth names an obstacle has to name \
-     that obstacle as the danger (risk score 0 or 1, or 2 if that is the gravest of a yes); else it is a no. So many of FN say yes and name somebody else, or nobody: \
+     that obstacle as the danger (risk score 0 or 1, or 2 if that is the gravest of a yes); else it is a no. So many of FN say yes and name another obstacle, or none: \
      wrong obstacle."
         .into()
 }
@@ -35,7 +35,7 @@ pub(super) fn pairs() -> String {
 }
 
 pub(super) fn agreement() -> String {
-    "Named: the true obstacle is named as the danger (risk score 0 or 1, or 2 if that is the gravest of a yes); named worst: nobody has a graver score. κ is Cohen's, of \
+    "Named: the true obstacle is named as the danger (risk score 0 or 1, or 2 if that is the gravest of a yes); named worst: no obstacle has a graver score. κ is Cohen's, of \
      yes and no beside the built-in judge. Calibration takes the gravest risk score s of an answer as the \
      probability 1 − s/5 of a collision; ECE has a bin for each score."
         .into()

@@ -1,6 +1,5 @@
 //! Reports: figures from answers and ground truth, written for people, papers and programs.
 
-mod about;
 mod cell;
 mod consumption;
 mod contents;
@@ -15,10 +14,10 @@ mod names;
 mod pairs;
 mod plot;
 mod stored;
+mod subject;
 mod varied;
 
-pub use about::About;
-pub use cell::{Cell, Half, NamingCounts};
+pub use cell::{Cell, DataHalf, NamingCounts};
 pub use consumption::Consumption;
 pub(crate) use contents::with_interval;
 pub(crate) use csv::csv;
@@ -28,6 +27,7 @@ pub use names::technique;
 pub(crate) use names::{NONE, number, p_value};
 pub use pairs::Pair;
 pub use stored::{Stored, Truth, stored};
+pub use subject::ReportSubject;
 pub use varied::{SAME_WORDS, Varied};
 
 use std::collections::BTreeMap;
@@ -44,7 +44,7 @@ pub struct Report {
     /// Ways that differ in one thing, on the same scenarios.
     pub pairs: Vec<Pair>,
     /// Which answers these are, and beside which truth.
-    pub about: About,
+    pub about: ReportSubject,
     /// Of batches: changed scenes and other leads.
     pub varied: Varied,
 }
@@ -59,7 +59,7 @@ impl Report {
         }
         let ways: Vec<(&PromptConfig, Vec<&Scored>)> = ways.into_iter().collect();
         let cells = ways.par_iter().map(|(way, of_way)| {
-            let half = |half: Half| {
+            let half = |half: DataHalf| {
                 let part: Vec<&Scored> = of_way
                     .iter()
                     .copied()
@@ -67,19 +67,22 @@ impl Report {
                     .collect();
                 (!part.is_empty()).then(|| Cell::count(way, half, &part))
             };
-            Half::ALL.into_iter().filter_map(half).collect::<Vec<_>>()
+            DataHalf::ALL
+                .into_iter()
+                .filter_map(half)
+                .collect::<Vec<_>>()
         });
         Self {
             cells: cells.flatten().collect(),
             pairs: pairs::compare_pairs(&ways),
-            about: About::default(),
+            about: ReportSubject::default(),
             varied: Varied::default(),
         }
     }
 
     /// The same report, saying what it is of.
     #[must_use]
-    pub fn about(self, about: About) -> Self {
+    pub fn about(self, about: ReportSubject) -> Self {
         Self { about, ..self }
     }
 
@@ -91,7 +94,7 @@ impl Report {
 
     /// The cells of whole ways.
     pub fn whole(&self) -> impl Iterator<Item = &Cell> {
-        self.cells.iter().filter(|cell| cell.half == Half::All)
+        self.cells.iter().filter(|cell| cell.half == DataHalf::All)
     }
 }
 

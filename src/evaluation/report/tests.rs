@@ -195,9 +195,9 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
 fn nothing_from_outside_is_obeyed() {
     let hostile = "lab/<script>alert(1)</script>|`a`\u{1b}[31m_&%$";
     let way = way(Task::Safety, "cp", hostile);
-    let report = Report::from_scored(&answers(&way)).about(About {
+    let report = Report::from_scored(&answers(&way)).about(ReportSubject {
         notes: vec!["<b>note</b> \\input{x}".into()],
-        ..About::default()
+        ..ReportSubject::default()
     });
     let document = report.document("A & B");
     let html = document.html();

@@ -16,7 +16,7 @@ pub use interval::{Interval, wilson, wilson_of_share};
 pub use kappa::Kappa;
 pub use mcnemar::{EXACT_BELOW, McNemar, holm};
 pub use quantile::quantile;
-pub use samples::{Spread, majority};
+pub use samples::{AnswerAgreement, majority};
 
 /// The quantile of the standard normal distribution that two-sided intervals of 95 % need.
 const Z: f64 = 1.959_963_984_540_054;

@@ -10,7 +10,7 @@ pub fn majority(yes: u32, no: u32) -> Option<bool> {
 
 /// Agreement of answers to the same question.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Spread {
+pub struct AnswerAgreement {
     /// Scenarios with two verdicts or more.
     pub scenarios: u32,
     /// Of them those on which all say the same.
@@ -20,7 +20,7 @@ pub struct Spread {
     pairs: f64,
 }
 
-impl Spread {
+impl AnswerAgreement {
     /// Counts the verdicts on one scenario; fewer than two say nothing about spread.
     pub fn count(&mut self, yes: u32, no: u32) {
         let all = f64::from(yes + no);
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn agreement_by_hand() {
-        let mut spread = Spread::default();
+        let mut spread = AnswerAgreement::default();
         for (yes, no) in [(3, 0), (2, 1), (0, 2), (1, 0), (2, 2)] {
             spread.count(yes, no);
         }

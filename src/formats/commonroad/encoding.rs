@@ -98,7 +98,7 @@ pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, ReadError
     }
 }
 
-/// What is doubtful about the encoding of a file that was read as UTF-8; `text` is without its byte order marks.
+/// Doubts about the encoding of a file read as UTF-8; `text` is without its byte order marks.
 pub(super) fn doubts(bytes: &[u8], text: &str) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let mut say = |message: String| {
@@ -119,7 +119,7 @@ pub(super) fn doubts(bytes: &[u8], text: &str) -> Vec<Diagnostic> {
         let plain = name.to_ascii_lowercase().replace('_', "-");
         let wide = plain.starts_with("utf-16") || plain.starts_with("utf-32");
         let same = matches!(plain.as_str(), "utf-8" | "utf8" | "us-ascii" | "ascii");
-        // Of ASCII alone, nearly all encodings say the same.
+        // ASCII reads the same in nearly all encodings.
         if wide || (!same && !text.is_ascii()) {
             say(format!(
                 "it says that it is `{}`, and is read as UTF-8, which it is",

@@ -4,9 +4,9 @@ use super::error::ReadError;
 use super::xml::{Element, Xml};
 use crate::scenario::{Environment, GeoTransformation, Location};
 
-/// What files write for an id of a place that is not known.
+/// The value that files write for an unknown place id.
 pub(super) const UNKNOWN_ID: i64 = -999;
-/// What files write for a latitude or longitude that is not known.
+/// The value that files write for an unknown latitude or longitude.
 pub(super) const UNKNOWN_DEGREES: f64 = 999.0;
 
 fn degrees<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Option<f64>, ReadError> {

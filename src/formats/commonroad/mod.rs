@@ -7,7 +7,6 @@ mod encoding;
 mod error;
 mod location;
 mod obstacles;
-mod out;
 mod places;
 mod planning;
 mod protobuf;
@@ -23,6 +22,7 @@ mod trucks;
 mod writer;
 mod xml;
 mod xml_reader;
+mod xml_writer;
 
 use std::path::{Path, PathBuf};
 
@@ -93,7 +93,7 @@ pub(super) fn protobuf_scenarios(
     protobuf::scenarios(files)
 }
 
-/// What the scenario in a file is called: as the file without its ending, and without the `-SC` of 2024 protobuf.
+/// The name of the scenario in a file: the file's name without its extension and the `-SC` of 2024 protobuf.
 pub(super) fn scenario_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default();
     protobuf::scenario_name(path).unwrap_or_else(|| stem.to_string_lossy().into_owned())

@@ -1,20 +1,20 @@
 //! Places of a scenario's elements in an XML file, for diagnostics made after reading it.
 
-use super::xml::{Element, Place, Xml};
+use super::xml::{Element, SourceLocation, Xml};
 use crate::scenario::Scenario;
-use crate::scenario::plausibility::{self, About};
+use crate::scenario::plausibility::{self, ElementRef};
 
 /// An element and the states or goals in it.
-type Whole<'a> = (Place<'a>, Vec<Place<'a>>);
+type Whole<'a> = (SourceLocation<'a>, Vec<SourceLocation<'a>>);
 
 /// The elements of a scenario in its own order.
 pub(super) struct Places<'a> {
-    root: Place<'a>,
-    location: Option<Place<'a>>,
-    lanelets: Vec<Place<'a>>,
-    signs: Vec<Place<'a>>,
-    lights: Vec<Place<'a>>,
-    intersections: Vec<Place<'a>>,
+    root: SourceLocation<'a>,
+    location: Option<SourceLocation<'a>>,
+    lanelets: Vec<SourceLocation<'a>>,
+    signs: Vec<SourceLocation<'a>>,
+    lights: Vec<SourceLocation<'a>>,
+    intersections: Vec<SourceLocation<'a>>,
     obstacles: Vec<Whole<'a>>,
     problems: Vec<Whole<'a>>,
 }
@@ -61,24 +61,31 @@ impl<'a> Places<'a> {
     }
 
     /// The place of an element; the root for elements without one, such as signs made from speed limits.
-    fn of(&self, about: About, scenario: &Scenario) -> &Place<'a> {
+    fn of(&self, about: ElementRef, scenario: &Scenario) -> &SourceLocation<'a> {
         let found = match about {
-            About::Scenario => None,
-            About::Location => self.location.as_ref(),
-            About::Lanelet(i) => self.lanelets.get(i),
-            About::Sign(i) => self.signs.get(i),
-            About::Light(i) => self.lights.get(i),
-            About::Intersection(i) => self.intersections.get(i),
-            About::Obstacle(i) => self.obstacles.get(i).map(|(place, _)| place),
-            About::State { obstacle, state } => self.state(obstacle, state, scenario),
-            About::Start(i) => inside(self.problems.get(i), "initialState", 0),
-            About::Goal { problem, goal } => inside(self.problems.get(problem), "goalState", goal),
+            ElementRef::Scenario => None,
+            ElementRef::Location => self.location.as_ref(),
+            ElementRef::Lanelet(i) => self.lanelets.get(i),
+            ElementRef::Sign(i) => self.signs.get(i),
+            ElementRef::Light(i) => self.lights.get(i),
+            ElementRef::Intersection(i) => self.intersections.get(i),
+            ElementRef::Obstacle(i) => self.obstacles.get(i).map(|(place, _)| place),
+            ElementRef::State { obstacle, state } => self.state(obstacle, state, scenario),
+            ElementRef::Start(i) => inside(self.problems.get(i), "initialState", 0),
+            ElementRef::Goal { problem, goal } => {
+                inside(self.problems.get(problem), "goalState", goal)
+            }
         };
         found.unwrap_or(&self.root)
     }
 
     /// A state, the first of which is the initial one, wherever in the element that stands.
-    fn state(&self, obstacle: usize, state: usize, scenario: &Scenario) -> Option<&Place<'a>> {
+    fn state(
+        &self,
+        obstacle: usize,
+        state: usize,
+        scenario: &Scenario,
+    ) -> Option<&SourceLocation<'a>> {
         let whole = self.obstacles.get(obstacle);
         let starts = scenario.obstacles.get(obstacle)?.initial.is_some();
         match (starts, state) {
@@ -90,7 +97,11 @@ impl<'a> Places<'a> {
 }
 
 /// The part of this name at this place; the whole where that is not there.
-fn inside<'p, 'a>(whole: Option<&'p Whole<'a>>, name: &str, place: usize) -> Option<&'p Place<'a>> {
+fn inside<'p, 'a>(
+    whole: Option<&'p Whole<'a>>,
+    name: &str,
+    place: usize,
+) -> Option<&'p SourceLocation<'a>> {
     let (whole, parts) = whole?;
     let mut named = parts.iter().filter(|part| part.element.name == name);
     Some(named.nth(place).unwrap_or(whole))

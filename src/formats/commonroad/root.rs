@@ -77,7 +77,7 @@ pub(in crate::formats) fn is_scenario(path: &Path) -> Result<bool, Unrecognised>
         known = root_name(&head);
     }
     match (known, foreign(&head)) {
-        // Of another encoding is worth a word only if it could be a scenario.
+        // Another encoding is reported only if the file could be a scenario.
         (Some(false), _) => Ok(false),
         (_, Some(what)) => Err(Unrecognised::Foreign(what)),
         (Some(true), None) => Ok(true),

@@ -1,12 +1,12 @@
 //! Writes the location: position, transformation and environment.
 
 use super::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
-use super::out::{Out, number};
 use super::writer::WriteError;
+use super::xml_writer::{XmlWriter, number};
 use crate::scenario::Location;
 
 /// The children of a location.
-pub(super) fn write(out: &mut Out, location: &Location) -> Result<(), WriteError> {
+pub(super) fn write(out: &mut XmlWriter, location: &Location) -> Result<(), WriteError> {
     let id = location.geo_name_id.unwrap_or(UNKNOWN_ID);
     let degrees = |known: Option<f64>| number(known.unwrap_or(UNKNOWN_DEGREES));
     out.leaf("geoNameId", &id.to_string())?;

@@ -2,9 +2,9 @@
 
 use super::builder;
 use super::error::ReadError;
-use super::out::{Out, number};
 use super::writer::WriteError;
 use super::xml::{Element, Xml};
+use super::xml_writer::{XmlWriter, number};
 use crate::geometry::{SemiTrailer, Shape, Truck};
 use crate::scenario::Severity;
 
@@ -90,7 +90,7 @@ fn numbers<'a, const N: usize>(
 }
 
 /// `<truckShape>`.
-pub(super) fn write_truck(out: &mut Out, truck: &Truck) -> Result<(), WriteError> {
+pub(super) fn write_truck(out: &mut XmlWriter, truck: &Truck) -> Result<(), WriteError> {
     out.element("truckShape", &[], |out| {
         out.element("truckDims", &[], |out| {
             out.leaf("length", &number(truck.length))?;
@@ -106,7 +106,7 @@ pub(super) fn write_truck(out: &mut Out, truck: &Truck) -> Result<(), WriteError
 
 /// `<semiTrailerTruckShape>`.
 pub(super) fn write_semi_trailer_truck(
-    out: &mut Out,
+    out: &mut XmlWriter,
     tractor: &Truck,
     trailer: &SemiTrailer,
 ) -> Result<(), WriteError> {

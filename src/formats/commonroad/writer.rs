@@ -3,9 +3,9 @@
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
-use super::out::{Out, id, number, point};
 use super::surroundings;
 use super::trucks;
+use super::xml_writer::{XmlWriter, id, number, point};
 
 use crate::geometry::{Point, Shape};
 use crate::scenario::{
@@ -24,7 +24,7 @@ pub struct WriteError(#[from] std::io::Error);
 /// # Errors
 /// None in practice: writing goes to memory.
 pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
-    let mut out = Out {
+    let mut out = XmlWriter {
         xml: Writer::new_with_indent(Vec::new(), b' ', 2),
     };
     out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
@@ -71,7 +71,7 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
     Ok(bytes)
 }
 
-fn lanelet(out: &mut Out, lanelet: &Lanelet) -> Result<(), WriteError> {
+fn lanelet(out: &mut XmlWriter, lanelet: &Lanelet) -> Result<(), WriteError> {
     out.element("lanelet", &id(lanelet.id), |out| {
         bound(out, "leftBound", &lanelet.left)?;
         bound(out, "rightBound", &lanelet.right)?;
@@ -106,7 +106,7 @@ fn lanelet(out: &mut Out, lanelet: &Lanelet) -> Result<(), WriteError> {
     })
 }
 
-fn bound(out: &mut Out, name: &str, bound: &Bound) -> Result<(), WriteError> {
+fn bound(out: &mut XmlWriter, name: &str, bound: &Bound) -> Result<(), WriteError> {
     out.element(name, &[], |out| {
         for (i, at) in bound.points.iter().enumerate() {
             point(out, at, bound.heights.get(i).copied())?;
@@ -115,7 +115,7 @@ fn bound(out: &mut Out, name: &str, bound: &Bound) -> Result<(), WriteError> {
     })
 }
 
-fn adjacent(out: &mut Out, name: &str, adjacent: Option<Adjacent>) -> Result<(), WriteError> {
+fn adjacent(out: &mut XmlWriter, name: &str, adjacent: Option<Adjacent>) -> Result<(), WriteError> {
     let Some(adjacent) = adjacent else {
         return Ok(());
     };
@@ -131,7 +131,7 @@ fn adjacent(out: &mut Out, name: &str, adjacent: Option<Adjacent>) -> Result<(),
     out.empty(name, &attributes)
 }
 
-fn sign(out: &mut Out, sign: &Sign) -> Result<(), WriteError> {
+fn sign(out: &mut XmlWriter, sign: &Sign) -> Result<(), WriteError> {
     out.element("trafficSign", &id(sign.id), |out| {
         for element in &sign.elements {
             out.element("trafficSignElement", &[], |out| {
@@ -147,13 +147,13 @@ fn sign(out: &mut Out, sign: &Sign) -> Result<(), WriteError> {
     })
 }
 
-fn place(out: &mut Out, position: Option<&Point>) -> Result<(), WriteError> {
+fn place(out: &mut XmlWriter, position: Option<&Point>) -> Result<(), WriteError> {
     position.map_or(Ok(()), |at| {
         out.element("position", &[], |out| point(out, at, None))
     })
 }
 
-fn light(out: &mut Out, light: &TrafficLight) -> Result<(), WriteError> {
+fn light(out: &mut XmlWriter, light: &TrafficLight) -> Result<(), WriteError> {
     out.element("trafficLight", &id(light.id), |out| {
         out.element("cycle", &[], |out| {
             for phase in &light.cycle {
@@ -176,7 +176,7 @@ fn light(out: &mut Out, light: &TrafficLight) -> Result<(), WriteError> {
     })
 }
 
-fn intersection(out: &mut Out, intersection: &Intersection) -> Result<(), WriteError> {
+fn intersection(out: &mut XmlWriter, intersection: &Intersection) -> Result<(), WriteError> {
     out.element("intersection", &id(intersection.id), |out| {
         for road in &intersection.incomings {
             out.element("incoming", &id(road.id), |out| {
@@ -197,7 +197,7 @@ fn intersection(out: &mut Out, intersection: &Intersection) -> Result<(), WriteE
     })
 }
 
-fn obstacle(out: &mut Out, obstacle: &Obstacle) -> Result<(), WriteError> {
+fn obstacle(out: &mut XmlWriter, obstacle: &Obstacle) -> Result<(), WriteError> {
     let name = format!("{}Obstacle", obstacle.role.name());
     out.element(&name, &id(obstacle.id), |out| {
         if obstacle.role != ObstacleRole::Phantom {
@@ -232,7 +232,7 @@ fn obstacle(out: &mut Out, obstacle: &Obstacle) -> Result<(), WriteError> {
     })
 }
 
-fn signals(out: &mut Out, name: &str, state: &SignalState) -> Result<(), WriteError> {
+fn signals(out: &mut XmlWriter, name: &str, state: &SignalState) -> Result<(), WriteError> {
     out.element(name, &[], |out| {
         time(out, state.time)?;
         let mut all = state.signals.iter();
@@ -240,7 +240,7 @@ fn signals(out: &mut Out, name: &str, state: &SignalState) -> Result<(), WriteEr
     })
 }
 
-fn prediction(out: &mut Out, prediction: &Prediction) -> Result<(), WriteError> {
+fn prediction(out: &mut XmlWriter, prediction: &Prediction) -> Result<(), WriteError> {
     match prediction {
         Prediction::None => Ok(()),
         Prediction::Trajectory(states) => out.element("trajectory", &[], |out| {
@@ -257,7 +257,7 @@ fn prediction(out: &mut Out, prediction: &Prediction) -> Result<(), WriteError> 
     }
 }
 
-fn shape(out: &mut Out, what: &Shape) -> Result<(), WriteError> {
+fn shape(out: &mut XmlWriter, what: &Shape) -> Result<(), WriteError> {
     match what {
         Shape::Rectangle {
             length,
@@ -292,7 +292,7 @@ fn shape(out: &mut Out, what: &Shape) -> Result<(), WriteError> {
     }
 }
 
-fn centre(out: &mut Out, center: &Point) -> Result<(), WriteError> {
+fn centre(out: &mut XmlWriter, center: &Point) -> Result<(), WriteError> {
     if *center == Point::origin() {
         return Ok(());
     }
@@ -302,7 +302,7 @@ fn centre(out: &mut Out, center: &Point) -> Result<(), WriteError> {
     })
 }
 
-fn state(out: &mut Out, name: &str, state: &State) -> Result<(), WriteError> {
+fn state(out: &mut XmlWriter, name: &str, state: &State) -> Result<(), WriteError> {
     out.element(name, &[], |out| {
         position(out, state.position.as_ref())?;
         quantity(out, StateField::Orientation, state.orientation)?;
@@ -316,7 +316,7 @@ fn state(out: &mut Out, name: &str, state: &State) -> Result<(), WriteError> {
     })
 }
 
-fn goal(out: &mut Out, goal: &Goal) -> Result<(), WriteError> {
+fn goal(out: &mut XmlWriter, goal: &Goal) -> Result<(), WriteError> {
     out.element("goalState", &[], |out| {
         // An interval also where it is one step: the schema has nothing else for goals.
         out.element("time", &[], |out| interval(out, goal.time))?;
@@ -328,7 +328,7 @@ fn goal(out: &mut Out, goal: &Goal) -> Result<(), WriteError> {
     })
 }
 
-fn position(out: &mut Out, position: Option<&Position>) -> Result<(), WriteError> {
+fn position(out: &mut XmlWriter, position: Option<&Position>) -> Result<(), WriteError> {
     let Some(position) = position else {
         return Ok(());
     };
@@ -339,7 +339,7 @@ fn position(out: &mut Out, position: Option<&Position>) -> Result<(), WriteError
     })
 }
 
-fn time(out: &mut Out, steps: Steps) -> Result<(), WriteError> {
+fn time(out: &mut XmlWriter, steps: Steps) -> Result<(), WriteError> {
     out.element("time", &[], |out| {
         if steps.from == steps.to {
             return out.leaf("exact", &steps.from.to_string());
@@ -348,12 +348,16 @@ fn time(out: &mut Out, steps: Steps) -> Result<(), WriteError> {
     })
 }
 
-fn interval(out: &mut Out, steps: Steps) -> Result<(), WriteError> {
+fn interval(out: &mut XmlWriter, steps: Steps) -> Result<(), WriteError> {
     out.leaf("intervalStart", &steps.from.to_string())?;
     out.leaf("intervalEnd", &steps.to.to_string())
 }
 
-fn quantity(out: &mut Out, field: StateField, value: Option<Quantity>) -> Result<(), WriteError> {
+fn quantity(
+    out: &mut XmlWriter,
+    field: StateField,
+    value: Option<Quantity>,
+) -> Result<(), WriteError> {
     match value {
         None => Ok(()),
         Some(Quantity::Exact(value)) => {

@@ -1,7 +1,7 @@
 //! A pull parser over quick-xml tokens with names, line numbers and a single error type.
 
 mod bounds;
-mod later;
+mod deferred_checks;
 mod malformed;
 mod numbers;
 
@@ -12,7 +12,7 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use quick_xml::events::attributes::Attributes;
 
-pub(super) use later::Place;
+pub(super) use deferred_checks::SourceLocation;
 
 use super::builder::{self, Diagnostics};
 use super::encoding::{self, BYTE_ORDER_MARK};
@@ -53,7 +53,7 @@ pub(super) struct Xml<'a> {
     diagnostics: Diagnostics,
     /// A byte offset and its line, from which the next one is counted on.
     counted: Cell<(usize, usize)>,
-    later: later::Later<'a>,
+    later: deferred_checks::DeferredChecks<'a>,
 }
 
 impl<'a> Xml<'a> {
@@ -72,7 +72,7 @@ impl<'a> Xml<'a> {
             path: Vec::new(),
             diagnostics: encoding::doubts(bytes, text).into(),
             counted: Cell::new((0, 1)),
-            later: later::Later::default(),
+            later: deferred_checks::DeferredChecks::default(),
         })
     }
 
@@ -227,8 +227,8 @@ impl<'a> Xml<'a> {
     }
 
     /// The place of an element, for what the builder says about it.
-    pub fn at(&self, element: Element<'a>) -> At<'_, 'a> {
-        At { xml: self, element }
+    pub fn at(&self, element: Element<'a>) -> ElementLocation<'_, 'a> {
+        ElementLocation { xml: self, element }
     }
 
     /// Notes something assumed or skipped at `element`.
@@ -262,7 +262,7 @@ impl<'a> Xml<'a> {
         }
     }
 
-    /// What was noted, in the order of the file.
+    /// The diagnostics, in the order of the file.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         self.diagnostics.into_list()
     }
@@ -288,12 +288,12 @@ impl<'a> Xml<'a> {
 }
 
 /// An element in the file that is being read.
-pub(super) struct At<'x, 'a> {
+pub(super) struct ElementLocation<'x, 'a> {
     xml: &'x Xml<'a>,
     element: Element<'a>,
 }
 
-impl builder::Place for At<'_, '_> {
+impl builder::SourceLocation for ElementLocation<'_, '_> {
     fn fail(&self, message: impl Into<String>) -> ReadError {
         self.xml.fail_in(self.element, message.into())
     }

@@ -53,7 +53,7 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         let signs = speed_limits::signs(&mut xml, &mut builder.lanelets, used);
         builder.signs.extend(signs);
     }
-    let mut scenario = builder.finish(header, ContentHash::of(bytes));
+    let mut scenario = builder.finish(header, ContentHash::digest(bytes));
     references::check(&mut xml, &scenario.network);
     places.note_doubts(&mut xml, &scenario);
     scenario.diagnostics = xml.into_diagnostics();

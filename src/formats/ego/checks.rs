@@ -10,7 +10,7 @@ use crate::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario, Severity
 /// An ego farther from every lanelet than this, metres, is on another map.
 const OFF_MAP: f64 = 500.0;
 
-/// Nothing on a road accelerates more, m/s².
+/// Largest plausible acceleration, m/s².
 const HARDEST: f64 = 50.0;
 
 /// An ego that begins farther from its planning problem than this, metres, may be of another scenario.
@@ -76,7 +76,7 @@ pub(super) fn order(steps: &[i64], line: impl Fn(usize) -> u64) -> Option<Diagno
     })
 }
 
-/// What readers of numbers about this ego should know.
+/// Caveats about this ego for readers of its numbers.
 pub(super) fn check(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
     let mut found = states(ego, scenario, lines);
     let mut warn = |message: String| found.push(assumed(Severity::Warning, message));
@@ -111,7 +111,7 @@ pub(super) fn check(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagno
     found
 }
 
-/// What its states say against each other and against the road, with their lines.
+/// Contradictions between its states, and with the road, with their lines.
 fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let mut warn = |step: i64, message: String| {

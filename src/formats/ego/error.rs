@@ -13,7 +13,7 @@ pub enum EgoError {
     Io {
         /// Which file.
         file: String,
-        /// What the system said.
+        /// The system's message.
         source: std::io::Error,
     },
     /// It is not a file with an ego.
@@ -24,7 +24,7 @@ pub enum EgoError {
     Unknown {
         /// Which file.
         file: String,
-        /// What it is instead.
+        /// The kind found instead.
         why: String,
     },
     /// A column that is needed is not in the header.
@@ -67,7 +67,7 @@ pub enum EgoError {
         line: u64,
         /// Which column.
         column: &'static str,
-        /// What stands there.
+        /// The text found.
         value: String,
     },
     /// A value is beyond anything that can be meant.
@@ -79,7 +79,7 @@ pub enum EgoError {
         line: u64,
         /// Which column.
         column: &'static str,
-        /// What stands there, and what could.
+        /// The text found, and the accepted values.
         why: String,
     },
     /// A time step is not a whole number, or beyond all reason.
@@ -93,7 +93,7 @@ pub enum EgoError {
         line: u64,
         /// Which column.
         column: &'static str,
-        /// What stands there.
+        /// The text found.
         value: String,
     },
     /// Two columns could be the same one.
@@ -105,9 +105,9 @@ pub enum EgoError {
         file: String,
         /// Which column they could be.
         column: &'static str,
-        /// What one is called.
+        /// The name of one.
         first: String,
-        /// What the other is called.
+        /// The name of the other.
         second: String,
     },
     /// A row has fewer fields than the header.
@@ -169,7 +169,7 @@ pub enum EgoError {
         file: String,
         /// Line from 1.
         line: u64,
-        /// What stands there.
+        /// The text found.
         value: String,
     },
     /// A time step stands twice.
@@ -211,7 +211,7 @@ pub enum EgoError {
         file: String,
         /// The one asked for.
         problem: i64,
-        /// Those that are there.
+        /// The ones available.
         known: String,
     },
     /// The solution is of another scenario: of planning problems which this one does not have.
@@ -237,7 +237,7 @@ pub enum EgoError {
     Obstacle {
         /// The file with the scenario.
         file: String,
-        /// What it lacks.
+        /// The missing part.
         source: SceneError,
     },
     /// The file has egos for several planning problems, and none was chosen.
@@ -245,12 +245,12 @@ pub enum EgoError {
     Several {
         /// Which file.
         file: String,
-        /// Those that are there.
+        /// The ones available.
         known: String,
     },
 }
 
-/// What to do with a solution of `of` where `scenario` was opened.
+/// Advice for a solution of `of` where `scenario` was opened.
 fn other_scenario(of: &str, scenario: &str) -> String {
     if of == scenario {
         "open the file of that scenario for which it was made".into()

@@ -249,7 +249,7 @@ fn row(
         if let Some(Some(first)) = list.first() {
             checks::meant(*first, file, line, column)?;
         }
-        // Of what was not driven, nothing absurd is kept.
+        // Implausible planned states are dropped.
         for value in list.iter_mut().skip(1) {
             *value = value.filter(|v| checks::meant(*v, file, line, column).is_ok());
         }

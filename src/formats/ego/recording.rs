@@ -131,7 +131,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
                 value: shown(row.text(place)),
             })?;
             match column {
-                // Said of time steps in their own words.
+                // Time steps have their own diagnostics.
                 "timestep" => Ok(value),
                 _ => checks::meant(value, file, line, column),
             }
@@ -171,7 +171,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
     Ok(rows)
 }
 
-/// So many egos are named where one has to be chosen.
+/// Most egos listed in the message that asks for a choice.
 const NAMED: usize = 12;
 
 /// The rows of one ego, and its id. Rows without an id are those of the only one.

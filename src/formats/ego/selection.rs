@@ -35,7 +35,11 @@ impl EgoSelection {
     ///
     /// # Errors
     /// The file cannot be read or has no such ego, or the obstacle cannot be one.
-    pub fn of(&self, entry: &Entry, scenario: &Arc<Scenario>) -> Result<Option<Ego>, EgoError> {
+    pub fn resolve(
+        &self,
+        entry: &Entry,
+        scenario: &Arc<Scenario>,
+    ) -> Result<Option<Ego>, EgoError> {
         match self {
             Self::Beside => entry.recorded_ego(scenario),
             Self::BesideFor { planning_problem } => {

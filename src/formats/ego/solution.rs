@@ -169,7 +169,7 @@ fn samples(solved: &ProblemSolution) -> Vec<Sample> {
     samples.collect()
 }
 
-/// What a person has to know about the ego before trusting it.
+/// Caveats about the ego.
 fn about(
     solution: &Solution,
     solved: &ProblemSolution,

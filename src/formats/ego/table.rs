@@ -154,7 +154,7 @@ impl<'a> Table<'a> {
     pub fn is_cut_off(&self, row: &Row, fields: usize) -> bool {
         let rest = self.bytes.get(row.end..).unwrap_or_default();
         let text = self.text(row);
-        // Where the last column has no name, rows may well end so.
+        // Rows may end like this if the last column has no name.
         let named = self.header.last().is_some_and(|name| !name.is_empty());
         let before_last = named && text.last() == Some(&self.delimiter);
         rest.trim_ascii().is_empty() && (is_open(text) || row.len() < fields || before_last)

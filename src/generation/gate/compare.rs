@@ -3,28 +3,28 @@
 use std::collections::HashMap;
 
 use super::run::same;
-use super::{Gate, Passed};
+use super::{Gate, GateEvidence};
 use crate::generation::{Change, Reason, Refusal};
 use crate::scenario::{Lanelet, LaneletNetwork, Motion, Obstacle, Prediction, Scenario};
 
 /// A variant's changes, and what is wrong with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// What is wrong with the variant as a whole.
+    /// Refusals of the variant as a whole.
     pub refusals: Vec<Refusal>,
-    /// Everyone who moves in another way, in the original's order.
-    pub changed: Vec<Judged>,
+    /// The obstacles with a changed motion, in the original's order.
+    pub changed: Vec<GateResult>,
 }
 
 /// One changed motion, and its result at the gate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
+pub struct GateResult {
     /// The first step at which it is not the recorded one.
     pub from: i64,
     /// The motion, from the last recorded state before that, if there is one.
     pub change: Change,
-    /// What the gate says.
-    pub verdict: Result<Passed, Vec<Refusal>>,
+    /// The gate's verdict.
+    pub verdict: Result<GateEvidence, Vec<Refusal>>,
 }
 
 impl Comparison {
@@ -78,7 +78,7 @@ impl Gate<'_> {
                 reshaped = true;
                 refusals.push(Refusal::whole_motion(Reason::Reshaped(ours.id)));
             } else if let Some((from, change)) = change(ours, theirs) {
-                changed.push(Judged {
+                changed.push(GateResult {
                     from,
                     verdict: self.check(&change, contact),
                     change,

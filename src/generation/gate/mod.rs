@@ -24,7 +24,7 @@ mod run;
 mod space;
 mod start;
 
-pub use compare::{Comparison, Judged};
+pub use compare::{Comparison, GateResult};
 pub use joint::Joint;
 
 use self::others::Regions;
@@ -44,14 +44,14 @@ pub struct Gate<'a> {
 
 /// A changed motion that passed the gate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Passed {
+pub struct GateEvidence {
     /// Steps from one state to the next that were checked.
     pub steps: usize,
     /// Steps that are left exactly as recorded, and therefore exempt.
     pub exempt: usize,
     /// The largest share of the friction circle that a changed step uses, 0 to 1.
     pub friction: f64,
-    /// What the recording itself breaks at exempt steps; [`Gate::passes`] does not ask for it.
+    /// Violations in the recording itself at exempt steps; [`Gate::passes`] does not look for them.
     pub recording: Vec<Refusal>,
     /// How many steps before the recorded motion the changed one ends; the obstacle is gone from then on.
     pub early: i64,
@@ -95,7 +95,11 @@ impl<'a> Gate<'a> {
     ///
     /// # Errors
     /// All refusals, never none.
-    pub fn check(&self, change: &Change, contact: Option<i64>) -> Result<Passed, Vec<Refusal>> {
+    pub fn check(
+        &self,
+        change: &Change,
+        contact: Option<i64>,
+    ) -> Result<GateEvidence, Vec<Refusal>> {
         self.run(change, contact, false)
     }
 
@@ -103,7 +107,7 @@ impl<'a> Gate<'a> {
     ///
     /// # Errors
     /// A refusal.
-    pub fn passes(&self, change: &Change, contact: Option<i64>) -> Result<Passed, Refusal> {
+    pub fn passes(&self, change: &Change, contact: Option<i64>) -> Result<GateEvidence, Refusal> {
         self.run(change, contact, true)
             .map_err(|mut refusals| refusals.swap_remove(0))
     }
@@ -113,7 +117,7 @@ impl<'a> Gate<'a> {
         change: &Change,
         contact: Option<i64>,
         stop: bool,
-    ) -> Result<Passed, Vec<Refusal>> {
+    ) -> Result<GateEvidence, Vec<Refusal>> {
         let mut found = Findings::new(stop);
         let mut passed = None;
         if let Some(run) = Run::begin(self, change, contact, &mut found) {
@@ -123,7 +127,7 @@ impl<'a> Gate<'a> {
         let Some((steps, friction, early)) = passed.filter(|_| found.refusals.is_empty()) else {
             return Err(found.refusals);
         };
-        Ok(Passed {
+        Ok(GateEvidence {
             steps: steps.0,
             exempt: steps.1,
             friction,

@@ -62,7 +62,7 @@ pub(super) fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
     (a.pose.position - b.pose.position).norm_squared() <= far * far && a.distance(b) <= 0.0
 }
 
-/// Whom a body touches at a step, itself not counted.
+/// The obstacles that a body touches at a step, without itself.
 pub(super) fn overlapped<'s>(
     scenario: &'s Scenario,
     regions: &'s Regions,

@@ -19,9 +19,9 @@ pub(super) const SHARE: f64 = 1e-4;
 /// Findings so far.
 #[derive(Debug)]
 pub(super) struct Findings {
-    /// What is wrong with the change.
+    /// Refusals of the change.
     pub refusals: Vec<Refusal>,
-    /// What is wrong with the recording.
+    /// Violations in the recording.
     pub recording: Vec<Refusal>,
     stop: bool,
 }
@@ -210,5 +210,5 @@ fn is_placed_alike(a: &Motion, b: &Motion) -> bool {
     start::differences(a, b).all(|(_, difference)| difference <= SAME)
 }
 
-/// What of two numbers that should be the same is too much.
+/// Largest difference between two numbers that should be equal.
 pub(super) const MOST_DIFFERENT: f64 = SAME;

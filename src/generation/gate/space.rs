@@ -5,7 +5,7 @@ use super::run::{Findings, Flow, Run};
 use crate::generation::{Reason, Refusal};
 use crate::geometry::Placed;
 
-/// What sticks out this much farther than it may is rounding, metres.
+/// Tolerance for rounding when a body sticks out, metres.
 const SLACK: f64 = 1e-3;
 
 impl Run<'_> {

@@ -5,7 +5,7 @@ use crate::generation::{Capability, Change, ChangeError, Reason, Refusal};
 use crate::geometry::{Footprint, angle_between};
 use crate::scenario::{Motion, Obstacle, ObstacleRole, Scenario};
 
-/// Whose motion is changed, its body, and what it can do.
+/// The obstacle whose motion is changed, its body and its limits.
 pub(super) fn who<'a>(
     scenario: &'a Scenario,
     change: &Change,
@@ -79,7 +79,7 @@ impl Run<'_> {
         Flow::Continue(())
     }
 
-    /// There is a state for each step.
+    /// Checks that each step has a state.
     pub fn gaps(&self, found: &mut Findings) -> Flow {
         for pair in self.motions.windows(2) {
             let (step, next) = (pair[0].0, pair[1].0);

@@ -4,7 +4,8 @@ use super::{CAR, behind_a_car, braking, car, state};
 use crate::generation::manoeuvre::Plan;
 use crate::generation::waypoints::as_given;
 use crate::generation::{
-    Admitted, AttackContext, Change, ClosedLoop, Gate, Ground, Reason, Refusal, admit, motion,
+    AdmittedAttack, AttackContext, AttackSetup, Change, ClosedLoop, Gate, Reason, Refusal, admit,
+    motion,
 };
 use crate::geometry::{Pose, Vector};
 use crate::planner::{Bound, Forecast};
@@ -12,12 +13,12 @@ use crate::scenario::{Motion, Scenario, State};
 use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion as Asked, Waypoint};
 
 /// Does something on the ground of a baseline.
-fn on_ground<T>(closed: &ClosedLoop, with: impl FnOnce(&Ground<'_>) -> T) -> T {
+fn on_ground<T>(closed: &ClosedLoop, with: impl FnOnce(&AttackSetup<'_>) -> T) -> T {
     let driver = closed.driver();
     let ego = { closed.baseline().drive() }.ego(driver.problem(), driver.settings());
     let stage = AttackContext::new(closed.scenario(), &ego.footprint, &ego.track).unwrap();
     let gate = Gate::new(closed.scenario()).with_ego(&ego);
-    with(&Ground {
+    with(&AttackSetup {
         stage: &stage,
         gate: &gate,
         closed_loop: closed,
@@ -42,7 +43,7 @@ fn points(change: &Change) -> Vec<Waypoint> {
         .collect()
 }
 
-fn asked(closed: &ClosedLoop, points: &[Waypoint]) -> Result<Admitted, Vec<Refusal>> {
+fn asked(closed: &ClosedLoop, points: &[Waypoint]) -> Result<AdmittedAttack, Vec<Refusal>> {
     let motion = Asked::Waypoints(points.to_vec());
     on_ground(closed, |ground| {
         let made = admit(ground, CAR, &motion)?;

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use super::{behind_a_car, braking};
-use crate::generation::{Avoidability, Avoidance, Certificate, DELAYS, Effect, Unavoidable};
+use crate::generation::{
+    Avoidability, Certificate, DELAYS, Effect, EvasiveTrajectory, Unavoidable,
+};
 use crate::planner::{Feasibility, Forecast};
 use crate::simulation::Collision;
 
 /// Asks everything of a certificate again, by other ways than the search.
-fn proves(avoidance: &Avoidance, effect: &Effect, reaction: i64) {
+fn proves(avoidance: &EvasiveTrajectory, effect: &Effect, reaction: i64) {
     let drive = &avoidance.drive;
     let body = crate::planner::Road::body_of(&drive.limits);
     for (step, state) in &drive.states {

@@ -6,7 +6,7 @@ use crate::generation::{Change, ChangeError, Consequence};
 use crate::geometry::{Footprint, Pose, Shape};
 use crate::planner::Forecast;
 use crate::scenario::{Motion, Scenario};
-use crate::simulation::{Collision, ContactSide, Driver, Outcome, Stretch};
+use crate::simulation::{Collision, ContactSide, DriveSpan, Driver, Outcome};
 
 /// The lowest risk score of the car in the baseline.
 fn lowest_before(closed: &ClosedLoop) -> Option<u8> {
@@ -171,7 +171,7 @@ fn a_drive_begins_anywhere_and_a_goal_may_have_to_wait() {
     let end = usual.states.last().unwrap().0;
     assert!(matches!(usual.outcome, Outcome::Goal(_)) && end + 4 < whole.last);
 
-    let waiting = Stretch {
+    let waiting = DriveSpan {
         goal_from: end + 4,
         ..whole
     };
@@ -181,7 +181,7 @@ fn a_drive_begins_anywhere_and_a_goal_may_have_to_wait() {
     assert_eq!(longer.states[..usual.states.len()], usual.states);
 
     let (step, state) = usual.states[20];
-    let later = Stretch {
+    let later = DriveSpan {
         step,
         state,
         ..whole

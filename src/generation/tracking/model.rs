@@ -78,7 +78,7 @@ impl Car {
             z[0] + along * cos * dt,
             z[1] + along * sin * dt,
             z[HEADING] + along * curvature * dt,
-            // What is left of rounding at a stop.
+            // Rounding error at a stop.
             (z[SPEED] + z[ACCELERATION] * dt).max(0.0),
             z[ACCELERATION] + u[0] * dt,
             z[STEERING] + u[1] * dt,

@@ -6,11 +6,11 @@ use super::TrackingTarget;
 use super::model::{ACCELERATION, Car, HEADING, Input, Moment, SPEED, STEERING, State};
 use crate::geometry::angle_between;
 
-/// What a squared difference weighs beside a squared metre: of speeds (m/s), of headings (rad).
+/// Weights of squared differences of speed (m/s) and heading (rad), relative to a squared metre.
 const SPEEDS: f64 = 0.2;
 const HEADINGS: f64 = 2.0;
 
-/// What inputs weigh: squared jerk (m/s³) and squared steering rate (rad/s).
+/// Weights of the inputs: squared jerk (m/s³) and squared steering rate (rad/s).
 const JERK: f64 = 2e-4;
 const RATE: f64 = 0.05;
 

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::super::error::Error;
 use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
-use super::{Mark, Outcome, SLACK, State, Status, read};
+use super::{BatchState, Outcome, SLACK, Status, SubmissionMark, read};
 
 /// Anthropic's batches.
 #[derive(Debug)]
@@ -39,7 +39,12 @@ impl BatchApi for AnthropicBatches {
         Ok(url)
     }
 
-    fn recognise(&self, calls: &Calls, batch: &Value, mark: &Mark<'_>) -> Result<Match, Error> {
+    fn recognise(
+        &self,
+        calls: &Calls,
+        batch: &Value,
+        mark: &SubmissionMark<'_>,
+    ) -> Result<Match, Error> {
         let created = batch.get("created_at").and_then(Value::as_str);
         let created = created.and_then(|at| at.parse::<Timestamp>().ok());
         if created.is_some_and(|at| at.as_second().saturating_add(SLACK) < mark.since.as_second()) {
@@ -62,9 +67,9 @@ impl BatchApi for AnthropicBatches {
 
     fn status(&self, calls: &Calls, document: Value) -> Result<Status, Error> {
         let state = match document.get("processing_status").and_then(Value::as_str) {
-            Some("in_progress") => State::Working,
-            Some("canceling") => State::Cancelling,
-            Some("ended") => State::Ended,
+            Some("in_progress") => BatchState::Working,
+            Some("canceling") => BatchState::Cancelling,
+            Some("ended") => BatchState::Ended,
             _ => return Err(calls.malformed(&format!("no known status of a batch: {document}"))),
         };
         let [_, answered, errored, cancelled, expired] = counts(&document);

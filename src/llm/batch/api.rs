@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::super::error::Error;
 use super::call::Calls;
-use super::{Mark, Outcome, Status};
+use super::{Outcome, Status, SubmissionMark};
 
 /// The batches of one wire protocol.
 pub trait BatchApi: Debug + Sync {
@@ -47,8 +47,13 @@ pub trait BatchApi: Debug + Sync {
         last.map(|last| calls.id(last, "id")).transpose()
     }
 
-    /// Whether a batch of a list is the one that is looked for.
-    fn recognise(&self, calls: &Calls, batch: &Value, mark: &Mark<'_>) -> Result<Match, Error>;
+    /// Whether a listed batch is the one sought.
+    fn recognise(
+        &self,
+        calls: &Calls,
+        batch: &Value,
+        mark: &SubmissionMark<'_>,
+    ) -> Result<Match, Error>;
 
     /// Where the document about a batch is.
     fn status_url(&self, calls: &Calls, id: &str) -> Result<Url, Error>;

@@ -30,7 +30,7 @@ const LONGEST_PAGE: usize = 16 << 20;
 /// Most values of a document that holds many answers.
 const MOST_VALUES_OF_ALL: usize = 4 * MOST_VALUES;
 
-/// How much is looked at of what is no document.
+/// Longest excerpt of a response that is not JSON.
 const LONGEST_SHOWN: usize = 64 << 10;
 
 /// Requests to one endpoint.
@@ -54,7 +54,7 @@ impl std::fmt::Debug for Calls {
 
 /// Which failures are worth a retry.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Again {
+pub enum RetryPolicy {
     /// All that may pass: doing it twice does no harm.
     Harmless,
     /// Only refusals: what failed at the server may have been done.
@@ -120,18 +120,18 @@ impl Calls {
 
     /// Asks for a document.
     pub async fn get(&self, url: Url) -> Result<Value, Error> {
-        self.document(Method::GET, url, None, Again::Harmless, LONGEST)
+        self.document(Method::GET, url, None, RetryPolicy::Harmless, LONGEST)
             .await
     }
 
     /// Asks for a page of a list.
     pub async fn page(&self, url: Url) -> Result<Value, Error> {
-        self.document(Method::GET, url, None, Again::Harmless, LONGEST_PAGE)
+        self.document(Method::GET, url, None, RetryPolicy::Harmless, LONGEST_PAGE)
             .await
     }
 
     /// Sends a document.
-    pub async fn post(&self, url: Url, body: &Value, again: Again) -> Result<Value, Error> {
+    pub async fn post(&self, url: Url, body: &Value, again: RetryPolicy) -> Result<Value, Error> {
         let body = ("application/json".to_owned(), body.to_string().into_bytes());
         self.document(Method::POST, url, Some(body), again, LONGEST_PAGE)
             .await
@@ -141,7 +141,7 @@ impl Calls {
     pub async fn upload(&self, url: Url, kind: String, bytes: Vec<u8>) -> Result<Value, Error> {
         // A file uploaded twice is asked about once.
         let body = Some((kind, bytes));
-        self.document(Method::POST, url, body, Again::Harmless, LONGEST_PAGE)
+        self.document(Method::POST, url, body, RetryPolicy::Harmless, LONGEST_PAGE)
             .await
     }
 
@@ -150,7 +150,7 @@ impl Calls {
         method: Method,
         url: Url,
         body: Option<(String, Vec<u8>)>,
-        again: Again,
+        again: RetryPolicy,
         longest: usize,
     ) -> Result<Value, Error> {
         let mut whole = Vec::new();
@@ -188,7 +188,7 @@ impl Calls {
             }
         };
         let request = (Method::GET, url, None);
-        let framed = self.exchange(request, Again::Harmless, LONGEST_LINE, |mut piece| {
+        let framed = self.exchange(request, RetryPolicy::Harmless, LONGEST_LINE, |mut piece| {
             while let Some(end) = piece.iter().position(|b| *b == b'\n') {
                 line.extend_from_slice(&piece[..end]);
                 piece = &piece[end + 1..];
@@ -207,7 +207,7 @@ impl Calls {
     async fn exchange<E: From<Error>>(
         &self,
         (method, url, body): (Method, Url, Option<(String, Vec<u8>)>),
-        again: Again,
+        again: RetryPolicy,
         longest_part: usize,
         mut each: impl FnMut(&[u8]) -> Result<usize, E>,
     ) -> Result<bool, E> {
@@ -226,7 +226,7 @@ impl Calls {
             };
             let retry = error.retry();
             let refused = matches!(error.status(), None | Some(429 | 503 | 529));
-            let worth = retry.may_pass && (again == Again::Harmless || refused);
+            let worth = retry.may_pass && (again == RetryPolicy::Harmless || refused);
             let longest = self.endpoint.retry.longest_wait;
             let wait = waits.next().filter(|_| worth);
             let wait = wait.map(|wait| retry.after().unwrap_or(wait.min(longest)));
@@ -291,7 +291,7 @@ impl Calls {
     }
 }
 
-/// The beginning of what is no document, to be shown; more than is shown, so that no secret is cut before it is found.
+/// The beginning of a response that is not JSON, longer than displayed, so that redaction sees whole secrets.
 fn start(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_SHOWN)]).into_owned()
 }

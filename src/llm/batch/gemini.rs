@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::error::Error;
 use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
-use super::{Mark, Outcome, State, Status, read};
+use super::{BatchState, Outcome, Status, SubmissionMark, read};
 
 /// Suffix of the questions' address, before the model.
 const MODELS: [&str; 1] = ["/models"];
@@ -59,7 +59,12 @@ impl BatchApi for GeminiBatches {
         Ok(next.filter(|token| !token.is_empty()).map(str::to_owned))
     }
 
-    fn recognise(&self, calls: &Calls, batch: &Value, mark: &Mark<'_>) -> Result<Match, Error> {
+    fn recognise(
+        &self,
+        calls: &Calls,
+        batch: &Value,
+        mark: &SubmissionMark<'_>,
+    ) -> Result<Match, Error> {
         let shown = batch
             .pointer("/metadata/displayName")
             .and_then(Value::as_str);
@@ -81,12 +86,12 @@ impl BatchApi for GeminiBatches {
                 .trim_start_matches("JOB_STATE_")
         });
         let state = match word {
-            Some("PENDING" | "QUEUED" | "RUNNING" | "UNSPECIFIED") => State::Working,
-            Some("CANCELLING") => State::Cancelling,
-            Some("SUCCEEDED" | "PARTIALLY_SUCCEEDED") => State::Ended,
-            Some("CANCELLED") => State::Cancelled,
-            Some("EXPIRED") => State::Expired,
-            Some("FAILED") => State::Failed,
+            Some("PENDING" | "QUEUED" | "RUNNING" | "UNSPECIFIED") => BatchState::Working,
+            Some("CANCELLING") => BatchState::Cancelling,
+            Some("SUCCEEDED" | "PARTIALLY_SUCCEEDED") => BatchState::Ended,
+            Some("CANCELLED") => BatchState::Cancelled,
+            Some("EXPIRED") => BatchState::Expired,
+            Some("FAILED") => BatchState::Failed,
             _ => return Err(calls.malformed(&format!("no known state of a batch: {document}"))),
         };
         let count = |name: &str| {

@@ -25,7 +25,7 @@ use super::request::Request;
 pub(super) use anthropic::AnthropicBatches;
 pub(super) use api::BatchApi;
 use api::{Match, Results, Submission};
-use call::{Again, Calls};
+use call::{Calls, RetryPolicy};
 pub(super) use gemini::GeminiBatches;
 pub(super) use openai::OpenAiBatches;
 use pages::Pages;
@@ -45,7 +45,7 @@ pub struct Item {
 
 /// State of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum BatchState {
     /// It is worked on, or waits for its turn.
     Working,
     /// It is being cancelled.
@@ -60,7 +60,7 @@ pub enum State {
     Failed,
 }
 
-impl State {
+impl BatchState {
     /// Whether nothing more comes, so that the results can be read.
     #[must_use]
     pub fn is_over(self) -> bool {
@@ -72,7 +72,7 @@ impl State {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Status {
     /// Where it stands.
-    pub state: State,
+    pub state: BatchState,
     /// Questions that were answered.
     pub answered: u64,
     /// Questions that failed, expired or were cancelled.
@@ -87,7 +87,7 @@ pub struct Status {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// An answer.
-    Answered(Box<Answered>),
+    Answered(Box<WholeAnswer>),
     /// None, and why.
     Failed(String),
     /// The batch was cancelled before.
@@ -98,7 +98,7 @@ pub enum Outcome {
 
 /// A whole answer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Answered {
+pub struct WholeAnswer {
     /// The answer's text.
     pub text: String,
     /// The reasoning's text, where it came apart from the answer.
@@ -124,7 +124,7 @@ pub enum Lookup {
 
 /// The mark by which a submission is recognised.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mark<'a> {
+pub struct SubmissionMark<'a> {
     /// A tag, sent along where the API supports one.
     pub tag: &'a str,
     /// The earliest time at which it can have arrived.
@@ -137,7 +137,7 @@ pub struct Mark<'a> {
 
 /// Input of `Batches::create`.
 #[derive(Debug)]
-pub struct Prepared(Value);
+pub struct PreparedBatch(Value);
 
 /// Money of a budget that is set aside for a batch; free again when dropped, unless it is [`SetAside::spent`].
 #[derive(Debug)]
@@ -217,7 +217,7 @@ impl Batches {
     ///
     /// # Errors
     /// The provider, or the way to it, failed.
-    pub async fn prepare(&self, tag: &str, items: &[Item]) -> Result<Prepared, Error> {
+    pub async fn prepare(&self, tag: &str, items: &[Item]) -> Result<PreparedBatch, Error> {
         let mut bodies = items.iter().map(|item| {
             let mut body = body(self.endpoint(), &item.request);
             if let Value::Object(fields) = &mut body {
@@ -229,7 +229,7 @@ impl Batches {
         });
         let submission = self.api.submission(&self.calls, tag, &mut bodies)?;
         match submission {
-            Submission::Document(document) => Ok(Prepared(document)),
+            Submission::Document(document) => Ok(PreparedBatch(document)),
             Submission::File {
                 url,
                 content_type,
@@ -239,7 +239,7 @@ impl Batches {
             } => {
                 let file = self.calls.upload(url, content_type, body).await?;
                 document[field] = self.calls.id(&file, "id")?.into();
-                Ok(Prepared(document))
+                Ok(PreparedBatch(document))
             }
         }
     }
@@ -249,9 +249,12 @@ impl Batches {
     ///
     /// # Errors
     /// As `Batches::prepare`. Where [`surely_not_created`] does not say otherwise, the batch may be there all the same.
-    pub async fn create(&self, prepared: &Prepared) -> Result<String, Error> {
+    pub async fn create(&self, prepared: &PreparedBatch) -> Result<String, Error> {
         let url = self.api.create_url(&self.calls, &self.model)?;
-        let document = self.calls.post(url, &prepared.0, Again::Refused).await?;
+        let document = self
+            .calls
+            .post(url, &prepared.0, RetryPolicy::Refused)
+            .await?;
         self.calls.id(&document, self.api.id_field())
     }
 
@@ -259,7 +262,7 @@ impl Batches {
     ///
     /// # Errors
     /// As `Batches::prepare`.
-    pub async fn look_up(&self, mark: Mark<'_>) -> Result<Lookup, Error> {
+    pub async fn look_up(&self, mark: SubmissionMark<'_>) -> Result<Lookup, Error> {
         let (api, calls) = (self.api, &self.calls);
         let mut after: Option<String> = None;
         let mut perhaps = Vec::new();
@@ -354,7 +357,10 @@ impl Batches {
     /// As `Batches::prepare`.
     pub async fn cancel(&self, id: &str) -> Result<(), Error> {
         let url = self.api.cancel_url(&self.calls, id)?;
-        let asked = self.calls.post(url, &json!({}), Again::Harmless).await;
+        let asked = self
+            .calls
+            .post(url, &json!({}), RetryPolicy::Harmless)
+            .await;
         asked.map(drop)
     }
 }

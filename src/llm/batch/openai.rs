@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::error::Error;
 use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
-use super::{Mark, Outcome, SLACK, State, Status, read};
+use super::{BatchState, Outcome, SLACK, Status, SubmissionMark, read};
 
 /// Suffixes of the questions' address.
 const METHODS: [&str; 2] = ["/chat/completions", "/responses"];
@@ -65,7 +65,12 @@ impl BatchApi for OpenAiBatches {
         Ok(url)
     }
 
-    fn recognise(&self, calls: &Calls, batch: &Value, mark: &Mark<'_>) -> Result<Match, Error> {
+    fn recognise(
+        &self,
+        calls: &Calls,
+        batch: &Value,
+        mark: &SubmissionMark<'_>,
+    ) -> Result<Match, Error> {
         let tag = batch.pointer("/metadata/nearmiss").and_then(Value::as_str);
         if tag == Some(mark.tag) {
             return calls.id(batch, "id").map(Match::Yes);
@@ -81,12 +86,12 @@ impl BatchApi for OpenAiBatches {
 
     fn status(&self, calls: &Calls, document: Value) -> Result<Status, Error> {
         let state = match document.get("status").and_then(Value::as_str) {
-            Some("validating" | "in_progress" | "finalizing") => State::Working,
-            Some("cancelling") => State::Cancelling,
-            Some("completed") => State::Ended,
-            Some("cancelled") => State::Cancelled,
-            Some("expired") => State::Expired,
-            Some("failed") => State::Failed,
+            Some("validating" | "in_progress" | "finalizing") => BatchState::Working,
+            Some("cancelling") => BatchState::Cancelling,
+            Some("completed") => BatchState::Ended,
+            Some("cancelled") => BatchState::Cancelled,
+            Some("expired") => BatchState::Expired,
+            Some("failed") => BatchState::Failed,
             _ => return Err(calls.malformed(&format!("no known status of a batch: {document}"))),
         };
         let count = |name: &str| {

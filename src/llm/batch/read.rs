@@ -7,7 +7,7 @@ use super::super::decoder::Decoder;
 use super::super::error::Error;
 use super::super::error_body::{ErrorBody, LONGEST_QUOTE, tidy};
 use super::call::Calls;
-use super::{Answered, Outcome};
+use super::{Outcome, WholeAnswer};
 
 /// The answer in a document that was not streamed, with secrets taken out of what the server said.
 pub fn answer(calls: &Calls, document: &Value) -> Outcome {
@@ -18,7 +18,7 @@ pub fn answer(calls: &Calls, document: &Value) -> Outcome {
         Ok(chunks) => chunks,
         Err(error) => return Outcome::Failed(error.cleared_of(secrets).to_string()),
     };
-    let mut answer = Answered {
+    let mut answer = WholeAnswer {
         text: String::new(),
         reasoning: String::new(),
         usage: None,

@@ -140,7 +140,7 @@ pub(super) trait WireProtocol: Sync {
         "/models"
     }
 
-    /// The names in a list of models; `None` if the document is no such list.
+    /// The names in a list of models; `None` for another document.
     fn models<'a>(&self, list: &'a Value) -> Option<Vec<&'a str>>;
 
     /// Its batches; `None` if it has none.
@@ -209,7 +209,7 @@ pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {
     endpoint.dialect.protocol().body(endpoint, request).notes
 }
 
-/// The texts under `key` of the entries of a list, of those entries that are meant.
+/// The texts under `key` of the selected entries of a list.
 fn names_in<'a>(
     list: &'a Value,
     key: &str,

@@ -179,7 +179,7 @@ impl ChatReader {
             Some("stop" | "eos" | "end_turn") => answer.finish(Finish::Stop),
             Some("length" | "max_tokens" | "model_length") => answer.finish(Finish::Length),
             Some("content_filter") => answer.finish(Finish::ContentFilter),
-            // DeepSeek broke off: what came is no answer.
+            // DeepSeek broke off: the partial text is not an answer.
             Some(word @ "insufficient_system_resource") => {
                 return Err(answer.reported(ErrorBody {
                     message: "it ran out of resources".into(),

@@ -3,12 +3,12 @@
 use super::{crash_potential, drac, lane_ttc};
 use crate::metrics::Context;
 
-/// What is summed from a step to the end of the recording.
+/// The quantity summed from a step to the end of the recording.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::metrics) struct Exposure {
     /// Seconds with a time to collision below the threshold.
     pub exposed: f64,
-    /// What is missing to the threshold, times the time, s².
+    /// The deficit to the threshold, integrated over time, s².
     pub integrated: f64,
     /// Probabilities that the needed deceleration is not available, added up.
     pub crash: f64,

@@ -44,7 +44,7 @@ impl LaneSet {
 impl Road {
     /// The route along the ego's recorded track, by map matching; where that fails, the route of its planning
     /// problem.
-    pub(in crate::metrics) fn of(scene: &Scene) -> Result<Self, RouteError> {
+    pub(in crate::metrics) fn from_scene(scene: &Scene) -> Result<Self, RouteError> {
         let graph = scene.scenario.network.lane_graph(None);
         let recorded = graph.route_along(scene.ego.track.iter().map(|(_, motion)| motion.pose));
         let route = recorded.or_else(|why| {

@@ -41,12 +41,12 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     },
 };
 
-/// What the gap across the route is longer than the safe distance, metres.
+/// The lateral gap minus the safe distance, metres.
 pub(super) fn margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
     ego.clearance(other) - safe(ego, other, rss)
 }
 
-/// Of two with offsets nearer than this neither is the left one, metres: the longer distance counts.
+/// Below this difference of offsets neither is the left one, metres: the longer distance counts.
 const ALIKE: f64 = 1e-6;
 
 /// The safe distance, metres.

@@ -43,7 +43,7 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     },
 };
 
-/// What the gap along the route is longer than the safe distance, metres.
+/// The longitudinal gap minus the safe distance, metres.
 pub(super) fn margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
     let gap = (other.rear - ego.front)
         .max(ego.rear - other.front)
@@ -79,8 +79,8 @@ fn same_direction(rear: f64, front: f64, rss: &Rss) -> f64 {
     (stopping(rear, rss.brake_least, rss) - front * front / (2.0 * rss.brake_most)).max(0.0)
 }
 
-/// The way towards the other of one who first accelerates for the response time, then brakes, metres.
-/// One who drives away at first is not faster than that.
+/// Distance covered towards the other, metres: accelerating for the response time, then braking. A participant that
+/// drives away is taken to stand after the response time.
 fn stopping(velocity: f64, brake: f64, rss: &Rss) -> f64 {
     let after = (velocity + rss.response * rss.accelerate).max(0.0);
     velocity * rss.response

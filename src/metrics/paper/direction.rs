@@ -1,8 +1,8 @@
-//! Where an obstacle is, as the published tables word it: by its centre against one length and one width.
+//! The direction of an obstacle in the published tables' terms: its centre against one length and one width.
 
 use super::{LENGTH, WIDTH};
 
-/// Where along the ego's heading.
+/// Position along the ego's heading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Along {
     /// More than a length ahead.
@@ -13,7 +13,7 @@ pub enum Along {
     Behind,
 }
 
-/// Where across the ego's heading.
+/// Position across the ego's heading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Across {
     /// More than a width to the left.

@@ -35,7 +35,7 @@ pub enum AcrossMotion {
 }
 
 impl AlongMotion {
-    pub(super) fn of(along: Along, v_rel: f64) -> Self {
+    pub(super) fn classify(along: Along, v_rel: f64) -> Self {
         let closing = match along {
             Along::Beside => return Self::Beside,
             Along::Front => (v_rel < 0.0).then_some(Self::ClosingAhead),
@@ -63,7 +63,7 @@ impl AlongMotion {
 }
 
 impl AcrossMotion {
-    pub(super) fn of(across: Across, v_rel: f64) -> Self {
+    pub(super) fn classify(across: Across, v_rel: f64) -> Self {
         let steady = v_rel == 0.0;
         match (across, v_rel < 0.0) {
             (Across::Aligned, _) => Self::Aligned,
@@ -95,12 +95,12 @@ mod tests {
 
     #[test]
     fn closing_depends_on_the_side() {
-        let along = |side, v| AlongMotion::of(side, v);
+        let along = |side, v| AlongMotion::classify(side, v);
         assert_eq!(along(Along::Front, -1.0), AlongMotion::ClosingAhead);
         assert_eq!(along(Along::Front, 1.0), AlongMotion::Receding);
         assert_eq!(along(Along::Behind, 1.0), AlongMotion::ClosingBehind);
         assert_eq!(along(Along::Behind, -1.0), AlongMotion::Receding);
-        let across = |side, v| AcrossMotion::of(side, v);
+        let across = |side, v| AcrossMotion::classify(side, v);
         assert_eq!(across(Across::Left, -1.0), AcrossMotion::ClosingLeft);
         assert_eq!(across(Across::Left, 1.0), AcrossMotion::RecedingLeft);
         assert_eq!(across(Across::Right, 1.0), AcrossMotion::ClosingRight);
@@ -110,14 +110,29 @@ mod tests {
     #[test]
     fn no_motion_is_steady_and_overlap_hides_it() {
         for zero in [0.0, -0.0] {
-            assert_eq!(AlongMotion::of(Along::Front, zero), AlongMotion::Steady);
-            assert_eq!(AlongMotion::of(Along::Behind, zero), AlongMotion::Steady);
-            assert_eq!(AcrossMotion::of(Across::Left, zero), AcrossMotion::Steady);
-            assert_eq!(AcrossMotion::of(Across::Right, zero), AcrossMotion::Steady);
+            assert_eq!(
+                AlongMotion::classify(Along::Front, zero),
+                AlongMotion::Steady
+            );
+            assert_eq!(
+                AlongMotion::classify(Along::Behind, zero),
+                AlongMotion::Steady
+            );
+            assert_eq!(
+                AcrossMotion::classify(Across::Left, zero),
+                AcrossMotion::Steady
+            );
+            assert_eq!(
+                AcrossMotion::classify(Across::Right, zero),
+                AcrossMotion::Steady
+            );
         }
         for v in [-1.0, 0.0, 1.0] {
-            assert_eq!(AlongMotion::of(Along::Beside, v), AlongMotion::Beside);
-            assert_eq!(AcrossMotion::of(Across::Aligned, v), AcrossMotion::Aligned);
+            assert_eq!(AlongMotion::classify(Along::Beside, v), AlongMotion::Beside);
+            assert_eq!(
+                AcrossMotion::classify(Across::Aligned, v),
+                AcrossMotion::Aligned
+            );
         }
     }
 }

@@ -9,10 +9,10 @@ pub const LENGTH: f64 = 4.508;
 /// The width of every participant, metres.
 pub const WIDTH: f64 = 1.610;
 
-/// Where an obstacle is and how it moves, seen from the ego: forward and to the left are positive.
+/// Position and motion of an obstacle relative to the ego: forward and to the left are positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relation {
-    /// Where its centre is.
+    /// The position of its centre.
     pub direction: Direction,
     /// Its centre ahead of the ego's, metres.
     pub d_long: f64,
@@ -59,8 +59,8 @@ impl Relation {
             return None;
         }
         let direction = Direction::from_offsets(d_long, d_lat);
-        let motion_long = AlongMotion::of(direction.along, v_rel_long);
-        let motion_lat = AcrossMotion::of(direction.across, v_rel_lat);
+        let motion_long = AlongMotion::classify(direction.along, v_rel_long);
+        let motion_lat = AcrossMotion::classify(direction.across, v_rel_lat);
         Some(Self {
             direction,
             d_long,

@@ -111,8 +111,8 @@ mod tests {
             a_rel_lat: 0.0,
             ttc_long: ttc[0],
             ttc_lat: ttc[1],
-            motion_long: AlongMotion::of(direction.along, 0.0),
-            motion_lat: AcrossMotion::of(direction.across, 0.0),
+            motion_long: AlongMotion::classify(direction.along, 0.0),
+            motion_lat: AcrossMotion::classify(direction.across, 0.0),
         }
     }
 

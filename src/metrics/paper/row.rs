@@ -20,7 +20,7 @@ pub struct Row {
     pub obstacle: i64,
     /// From centre to centre, metres; not rounded.
     pub distance: f64,
-    /// Where it is and how it moves, with two decimals.
+    /// Its position and motion, rounded to two decimals.
     pub relation: Relation,
     /// The score of the rounded numbers.
     pub risk: Risk,

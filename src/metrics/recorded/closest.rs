@@ -1,6 +1,6 @@
 //! The closest that recorded bodies come from each step on, in one pass from the last step to the first.
 
-/// What is still to come of the distance between two recorded bodies.
+/// The future distance between two recorded bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::metrics) struct Closest {
     /// The smallest distance from now on, metres.

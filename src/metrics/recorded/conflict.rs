@@ -117,7 +117,7 @@ impl Context<'_> {
         self.ego_swept.get_or_init(|| {
             let steps = self.steps().zip(&self.ego);
             let bodies = steps.filter_map(|(step, here)| here.map(|(m, b)| (step, m.pose, b)));
-            Swept::of(bodies, self.origin())
+            Swept::from_poses(bodies, self.origin())
         })
     }
 
@@ -125,7 +125,7 @@ impl Context<'_> {
         let participant = self.participants()[participant];
         let track = participant.obstacle.track().iter();
         let bodies = track.map(|(step, m)| (step, m.pose, participant.footprint_at(step)));
-        Swept::of(bodies, self.origin())
+        Swept::from_poses(bodies, self.origin())
     }
 
     /// Near everything, so that no digits are lost far from the map's origin.

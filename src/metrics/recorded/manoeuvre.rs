@@ -4,7 +4,7 @@ use crate::geometry::{Point, Pose};
 use crate::metrics::limits::Limits;
 use crate::scenario::Motion;
 
-/// What the ego does to avoid a collision. All but the acceleration said here is kept.
+/// The ego's manoeuvre to avoid a collision. Only the acceleration given here changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::metrics) enum Manoeuvre {
     /// Full braking straight ahead, until it stands.

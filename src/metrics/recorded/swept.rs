@@ -16,7 +16,7 @@ struct Stay {
     bounds: Bounds,
 }
 
-/// What a body covers in its recording.
+/// The area that a body sweeps in its recording.
 ///
 /// Between two recorded steps each part sweeps the convex hull of both places.
 #[derive(Debug, Clone, Default)]
@@ -36,7 +36,7 @@ const LONGEST_GAP: i64 = 1;
 
 impl Swept {
     /// The area of bodies in order of time; coordinates are taken from `origin`.
-    pub fn of<'a>(
+    pub fn from_poses<'a>(
         bodies: impl Iterator<Item = (i64, Pose, &'a Footprint)>,
         origin: Vector,
     ) -> Self {
@@ -126,7 +126,7 @@ fn bounds(rings: &[Vec<Point>]) -> Bounds {
         min: Point::origin(),
         max: Point::origin(),
     };
-    let tight = Bounds::of(rings.iter().flatten()).unwrap_or(none);
+    let tight = Bounds::from_points(rings.iter().flatten()).unwrap_or(none);
     let border = Vector::repeat(BORDER);
     Bounds {
         min: tight.min - border,

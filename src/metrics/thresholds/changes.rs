@@ -1,4 +1,4 @@
-//! What a file of thresholds changes, in words and as data.
+//! The changes that a thresholds file makes, in words and as data.
 
 use super::super::{LIMITS, measure};
 use super::Thresholds;
@@ -6,7 +6,7 @@ use super::Thresholds;
 /// An entry that a file of thresholds sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// What: `threshold ttc critical`, `risk 1 distance`, `limit tau`.
+    /// The entry: `threshold ttc critical`, `risk 1 distance`, `limit tau`.
     pub entry: String,
     /// To what, in the unit.
     pub value: f64,

@@ -14,7 +14,7 @@ pub struct ThresholdError {
     pub file: String,
     /// Line from 1.
     pub line: Option<usize>,
-    /// What is wrong, with the key and what is allowed.
+    /// The mistake, with the key and the allowed values.
     pub message: String,
 }
 

@@ -22,7 +22,7 @@ pub struct Threshold {
     pub measure: String,
     /// In the measure's unit.
     pub value: f64,
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// Source of the threshold.
     pub source: String,
@@ -51,7 +51,7 @@ pub struct Thresholds {
     critical: Vec<Threshold>,
     /// Gaps and times of the risk scores.
     pub risk: RiskTable,
-    /// What vehicles and drivers are taken to be able to do.
+    /// The assumed limits of vehicles and drivers.
     pub limits: Limits,
     /// The user's file.
     file: Option<String>,
@@ -82,7 +82,7 @@ static SHIPPED: LazyLock<Thresholds> = LazyLock::new(|| {
 });
 
 impl Thresholds {
-    /// Those that come with the program.
+    /// The shipped thresholds.
     #[must_use]
     pub fn shipped() -> &'static Self {
         &SHIPPED

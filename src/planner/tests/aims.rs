@@ -11,7 +11,7 @@ fn arrivals_of_bundled_scenarios_lie_in_their_goals() {
         let scenario = entry.read().unwrap();
         let graph = scenario.network.lane_graph(None);
         for problem in &scenario.planning_problems {
-            let guide = ReferenceTrack::of(&scenario, &graph, problem).unwrap();
+            let guide = ReferenceTrack::for_problem(&scenario, &graph, problem).unwrap();
             let Some(arrival) = guide.arrival else {
                 continue;
             };

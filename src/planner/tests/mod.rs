@@ -16,6 +16,7 @@ fn guide(name: &str) -> (ReferenceTrack, f64) {
     let entry = all.iter().find(|e| e.name.contains(name)).unwrap();
     let scenario = entry.read().unwrap();
     let graph = scenario.network.lane_graph(None);
-    let guide = ReferenceTrack::of(&scenario, &graph, &scenario.planning_problems[0]).unwrap();
+    let guide =
+        ReferenceTrack::for_problem(&scenario, &graph, &scenario.planning_problems[0]).unwrap();
     (guide, scenario.dt())
 }

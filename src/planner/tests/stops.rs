@@ -52,7 +52,7 @@ proptest! {
         prop_assert_eq!(states[0], now);
         prop_assert_eq!(states[70].velocity, 0.0);
         prop_assert!(states.windows(2).all(|w| w[1].velocity <= w[0].velocity));
-        let check = Feasibility::new(Limits::of(settings.vehicle), dt);
+        let check = Feasibility::new(Limits::for_vehicle(settings.vehicle), dt);
         let passed = check.states(0, &states);
         prop_assert!(passed.is_ok(), "{}", passed.unwrap_err());
     }

@@ -3,12 +3,12 @@
 use proptest::prelude::*;
 
 use crate::geometry::{Footprint, Point, Pose, Shape};
-use crate::planner::traffic::Own;
+use crate::planner::traffic::EgoBox;
 use crate::planner::{Body, Traffic};
 
-fn own(pose: &Pose, length: f64, width: f64) -> Own {
+fn own(pose: &Pose, length: f64, width: f64) -> EgoBox {
     let (sin, cos) = pose.heading.sin_cos();
-    Own {
+    EgoBox {
         x: pose.position.x,
         y: pose.position.y,
         cos,

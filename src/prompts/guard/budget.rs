@@ -117,10 +117,10 @@ impl Budget {
     /// The text that `write` writes, paid for while it is written.
     pub fn text_of(
         &self,
-        write: impl FnOnce(&mut Paying<'_>) -> std::fmt::Result,
+        write: impl FnOnce(&mut MeteredText<'_>) -> std::fmt::Result,
         times: u64,
     ) -> Result<String, Error> {
-        let mut out = Paying {
+        let mut out = MeteredText {
             budget: self,
             times,
             text: String::new(),
@@ -148,13 +148,13 @@ impl Budget {
 }
 
 /// Text that is paid for while it is written.
-pub struct Paying<'b> {
+pub struct MeteredText<'b> {
     budget: &'b Budget,
     times: u64,
     text: String,
 }
 
-impl Write for Paying<'_> {
+impl Write for MeteredText<'_> {
     fn write_str(&mut self, text: &str) -> std::fmt::Result {
         let cost = (text.len() as u64).saturating_mul(self.times);
         self.budget.pay(cost).map_err(|_| std::fmt::Error)?;

@@ -3,14 +3,14 @@
 use minijinja::machinery::{Token, tokenize};
 use minijinja::syntax::SyntaxConfig;
 
-use super::{Fault, LARGEST_SOURCE, LONGEST_CHAIN};
+use super::{GuardError, LARGEST_SOURCE, LONGEST_CHAIN};
 
 /// Whether a source is small enough, and its chains short enough.
 ///
 /// # Errors
 /// It is not: with the line. What the lexer refuses is left to the parser.
-pub fn check(source: &str) -> Result<(), Fault> {
-    let limit = |line, message: String| Err(Fault::Limit { line, message });
+pub fn check(source: &str) -> Result<(), GuardError> {
+    let limit = |line, message: String| Err(GuardError::Limit { line, message });
     if source.len() > LARGEST_SOURCE {
         let most = LARGEST_SOURCE >> 10;
         return limit(1, format!("it is larger than {most} KiB, the limit"));

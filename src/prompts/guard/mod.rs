@@ -61,7 +61,7 @@ pub fn apart<T: Send>(work: impl FnOnce() -> T + Send) -> std::io::Result<T> {
 
 /// Why a template is not rendered.
 #[derive(Debug)]
-pub enum Fault {
+pub enum GuardError {
     /// It exceeds a limit before it is parsed.
     Limit {
         /// Line in the source, from 1.
@@ -73,7 +73,7 @@ pub enum Fault {
     Engine(Error),
 }
 
-impl From<Error> for Fault {
+impl From<Error> for GuardError {
     fn from(error: Error) -> Self {
         Self::Engine(error)
     }
@@ -83,7 +83,7 @@ impl From<Error> for Fault {
 ///
 /// # Errors
 /// It is too large or too deep, or its syntax is wrong, with the line.
-pub fn guarded(name: &str, source: &str) -> Result<String, Fault> {
+pub fn guarded(name: &str, source: &str) -> Result<String, GuardError> {
     check(source)?;
     let tree: ast::Stmt<'_> = parse(source, name, SyntaxConfig::default())?;
     Ok(rewrite(source, &tree))

@@ -1,6 +1,6 @@
 //! User templates that parse but turn out unusable: the shipped ones replace them.
 
-use super::{Instead, Library, Origin, Problem};
+use super::{Fallback, Library, Origin, Problem};
 use crate::prompts::includes;
 
 impl Library {
@@ -44,10 +44,10 @@ impl Library {
             Some(source) => {
                 // The shipped files are read by a test.
                 let _ = self.put(file, source, Origin::Shipped);
-                Instead::Shipped
+                Fallback::Shipped
             }
-            None if used && others(self) => Instead::Usual,
-            None => Instead::Nothing,
+            None if used && others(self) => Fallback::Usual,
+            None => Fallback::Nothing,
         };
         self.problems.push(Problem {
             path,

@@ -44,9 +44,9 @@ fn the_users_file_overrides_and_a_broken_one_does_not() {
     assert_eq!(
         problems,
         [
-            (file("_new.md"), Instead::Nothing),
-            (file("_risk.md"), Instead::Shipped),
-            (file("safety-ego.md"), Instead::Shipped)
+            (file("_new.md"), Fallback::Nothing),
+            (file("_risk.md"), Fallback::Shipped),
+            (file("safety-ego.md"), Fallback::Shipped)
         ]
     );
     assert!(library.problems[1].message.starts_with("line 2:"));
@@ -74,7 +74,7 @@ fn a_file_that_breaks_stays_in_use_as_it_was() {
         let instead: Vec<_> = library.problems.iter().map(|p| p.instead).collect();
         assert_eq!(
             instead,
-            [Instead::LastGood, Instead::LastGood, Instead::Shipped]
+            [Fallback::LastGood, Fallback::LastGood, Fallback::Shipped]
         );
         library = Library::load(Some(folder.path())).or_last_good(&library);
     }

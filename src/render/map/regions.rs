@@ -62,7 +62,7 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture) {
 
 fn outlined(map: &Map<'_>, picture: &mut Picture, region: &Shape, color: Color, opacity: f64) {
     for ring in region.outlines() {
-        if Bounds::of(&ring).is_some_and(|bounds| map.view.sees(&bounds)) {
+        if Bounds::from_points(&ring).is_some_and(|bounds| map.view.sees(&bounds)) {
             let stroke = Stroke::new(color, 0.6).dashed(&[2.0, 1.5]);
             picture.polygon(&map.view.all(&ring), Some(color.at(opacity)), Some(stroke));
         }

@@ -1,10 +1,10 @@
-//! The bodies of obstacles: sizes that such an obstacle cannot have, and bodies that are not where it is.
+//! Obstacle bodies: implausible sizes, and bodies away from the obstacle's position.
 
 use super::lines::self_crossing;
 use crate::geometry::{Bounds, Point, Shape};
 use crate::scenario::{Obstacle, ObstacleRole, ObstacleType};
 
-/// What is as good as nothing, and what is larger than any building, metres.
+/// Bounds for an unknown type, metres: from negligible to larger than any building.
 const ANYTHING: Sizes = Sizes::of(0.01, 10_000.0, 0.01, 10_000.0);
 
 /// A body farther from its obstacle's position, metres, and farther than it is large, is elsewhere.
@@ -42,7 +42,7 @@ impl Sizes {
     }
 }
 
-/// What cannot be true of an obstacle's body.
+/// Implausible properties of an obstacle's body.
 pub(super) fn check(obstacle: &Obstacle, say: &mut impl FnMut(String)) {
     let Some(footprint) = &obstacle.footprint else {
         return;
@@ -60,7 +60,7 @@ pub(super) fn check(obstacle: &Obstacle, say: &mut impl FnMut(String)) {
     }
     size(obstacle, shape, say);
     let corners = footprint.corners();
-    let Some(around) = Bounds::of(corners) else {
+    let Some(around) = Bounds::from_points(corners) else {
         return;
     };
     let off = around.squared_distance(&Point::origin()).sqrt();

@@ -1,17 +1,17 @@
-//! The root of a scenario and where on Earth it is.
+//! The root of a scenario and its location on Earth.
 
 use super::limits::LONG_TIME_STEP;
-use super::{About, Findings};
+use super::{ElementRef, Findings};
 use crate::scenario::Scenario;
 
-/// What files write for degrees that they do not know.
+/// The value that files write for unknown degrees.
 const UNKNOWN_DEGREES: f64 = 999.0;
 
 pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     let dt = scenario.dt();
     if dt > LONG_TIME_STEP {
         found.warn(
-            About::Scenario,
+            ElementRef::Scenario,
             format!(
                 "a time step of {dt} s is unusually long; nothing is known of what happens in between, and collisions \
                  may be missed"
@@ -29,7 +29,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
             degrees.filter(|d| d.is_nan() || (d.abs() > most && d.abs() != UNKNOWN_DEGREES));
         if let Some(degrees) = absurd {
             found.warn(
-                About::Location,
+                ElementRef::Location,
                 format!("a {name} of {degrees}° is nowhere on Earth"),
             );
         }
@@ -38,7 +38,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     let scaling = transformation.and_then(|t| t.scaling);
     if let Some(scaling) = scaling.filter(|s| *s <= 0.0) {
         found.warn(
-            About::Location,
+            ElementRef::Location,
             format!("the map is scaled by {scaling}, which makes no map"),
         );
     }

@@ -1,7 +1,7 @@
 //! One lanelet: its bounds, its width, its stop line.
 
 use super::lines::{crossing, self_crossing};
-use super::{About, Findings, beyond};
+use super::{ElementRef, Findings, beyond};
 use crate::geometry::{Bounds, Point};
 use crate::scenario::{Bound, Lanelet, LaneletNetwork};
 
@@ -31,7 +31,7 @@ const HIGHEST: f64 = 1e4;
 
 pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
     for (place, lanelet) in network.lanelets.iter().enumerate() {
-        let about = About::Lanelet(place);
+        let about = ElementRef::Lanelet(place);
         let mut say = |message: String| {
             found.warn(about, format!("lanelet {}: {message}", lanelet.id));
         };

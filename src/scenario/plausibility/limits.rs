@@ -1,4 +1,4 @@
-//! What quantities can be: where an error is due, and where a diagnostic.
+//! Bounds of quantities: beyond which a value is an error, and beyond which it is reported.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,7 +25,7 @@ pub const LARGEST_SHAPE: f64 = 1e5;
 /// More points, states or members than this are not read.
 pub const MOST_PARTS: usize = 1_000_000;
 
-/// Nothing that is measured is nearer to 0 without being 0.
+/// No measured value other than 0 is nearer to 0.
 pub const SMALLEST_NUMBER: f64 = 1e-100;
 
 /// No road user is faster, m/s.
@@ -37,7 +37,7 @@ pub const FASTEST_BACKWARDS: f64 = 20.0;
 /// Headings beyond this many turns look like degrees.
 pub const MOST_TURNS: f64 = 3.0;
 
-/// Why a time step of `seconds` is not read; `None` for one that is.
+/// Why a time step of `seconds` is refused; `None` if it is valid.
 pub fn refused_time_step(seconds: f64) -> Option<String> {
     let (shortest, longest) = TIME_STEPS;
     if seconds.is_nan() || seconds <= 0.0 {
@@ -50,7 +50,7 @@ pub fn refused_time_step(seconds: f64) -> Option<String> {
     })
 }
 
-/// Why a coordinate is not read; `None` for one that is.
+/// Why a coordinate is refused; `None` if it is valid.
 pub fn refused_coordinate(metres: f64) -> Option<String> {
     (metres.abs() > LARGEST_COORDINATE).then(|| {
         format!(
@@ -60,7 +60,7 @@ pub fn refused_coordinate(metres: f64) -> Option<String> {
     })
 }
 
-/// Why a length, width or radius is not read; `None` for one that is.
+/// Why a length, width or radius is refused; `None` if it is valid.
 pub fn refused_size(metres: f64) -> Option<String> {
     (metres.abs() > LARGEST_SHAPE).then(|| {
         format!(
@@ -70,12 +70,12 @@ pub fn refused_size(metres: f64) -> Option<String> {
     })
 }
 
-/// What is said of a number that is smaller than any that is measured, or nothing.
+/// The diagnostic for a number smaller than any measured one, if it is one.
 pub fn is_tiny(value: f64) -> bool {
     value != 0.0 && value.abs() < SMALLEST_NUMBER
 }
 
-/// Why a quantity of a state can hardly be true, with its value; `None` for one that can.
+/// Why a quantity of a state is implausible, with its value; `None` if it is plausible.
 pub fn doubtful(field: StateField, quantity: Quantity) -> Option<String> {
     let (from, to) = match quantity {
         Quantity::Exact(value) => (value, value),

@@ -13,7 +13,7 @@ struct Segment<'a> {
     to: f64,
 }
 
-/// The places of the first segments of two lines that cross; that they touch is not enough.
+/// The indices of the first segments of two lines that cross, not merely touch.
 pub fn crossing(a: &[Point], b: &[Point]) -> Option<(usize, usize)> {
     swept(&[a, b], |one, other| one.line != other.line)
 }
@@ -58,7 +58,7 @@ fn swept(
     may: impl Fn(&Segment<'_>, &Segment<'_>) -> bool,
 ) -> Option<(usize, usize)> {
     let all = lines.iter().copied().flatten();
-    let extent = crate::geometry::Bounds::of(all)?;
+    let extent = crate::geometry::Bounds::from_points(all)?;
     let size = extent.max - extent.min;
     let along = |p: &Point| if size.x >= size.y { p.x } else { p.y };
     let mut segments = Vec::with_capacity(lines.iter().map(|l| l.len()).sum());
@@ -113,7 +113,7 @@ mod tests {
     fn two_lines() {
         let low = line(&[(0., 0.), (5., 0.), (9., 0.)]);
         assert_eq!(crossing(&low, &line(&[(0., 3.), (9., 1.)])), None);
-        // A common end is no crossing.
+        // A shared end point is not a crossing.
         assert_eq!(crossing(&low, &line(&[(0., 3.), (9., 0.)])), None);
         let through = line(&[(0., 3.), (4., 2.), (7., -2.)]);
         assert_eq!(crossing(&low, &through), Some((1, 1)));

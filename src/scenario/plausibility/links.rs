@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{About, Findings, apart};
+use super::{ElementRef, Findings, apart};
 use crate::geometry::{Point, Polyline, Vector};
 use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
 
@@ -15,12 +15,12 @@ const BESIDE: f64 = 5.0;
 /// A lanelet farther from all others, metres, is on no road with them.
 const ASTRAY: f64 = 500.0;
 
-/// What is farther to the wrong side than this, metres, lies there.
+/// A neighbour farther to the wrong side than this lies on that side, metres.
 const ASIDE: f64 = 0.5;
 
 pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
     for (place, lanelet) in network.lanelets.iter().enumerate() {
-        let about = About::Lanelet(place);
+        let about = ElementRef::Lanelet(place);
         let mut say = |message: String| {
             found.warn(about, format!("lanelet {}: {message}", lanelet.id));
         };
@@ -31,7 +31,7 @@ pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
     astray(network, found);
 }
 
-/// What a lanelet says of itself and says twice.
+/// Links of a lanelet to itself, and repeated links.
 fn itself(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
     let id = lanelet.id;
     for (what, ids) in [
@@ -161,7 +161,7 @@ fn mutual(
     adjacent: Adjacent,
     say: &mut impl FnMut(String),
 ) {
-    // What is on my left and driven the same way has me on its right.
+    // A left neighbour in the same direction must have this lanelet on its right.
     let back = match (side, adjacent.same_direction) {
         (Side::Left, true) | (Side::Right, false) => other.adjacent_right,
         (Side::Right, true) | (Side::Left, false) => other.adjacent_left,
@@ -187,7 +187,7 @@ fn mutual(
     }
 }
 
-/// What the courses of two neighbours say against what is said of them; only of lanelets that run nearly straight.
+/// Contradictions between the geometry of two neighbours and their links; only for nearly straight lanelets.
 fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) -> Option<String> {
     let (mine, theirs) = (straight(lanelet)?, straight(other)?);
     let along = mine.dot(&theirs);
@@ -202,7 +202,7 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
             "{id} is to be driven the other way, and runs the same way"
         ));
     }
-    // Of one that runs the other way the left is on the other side.
+    // For an oncoming neighbour left and right are swapped.
     let left = to_the_left(lanelet, other)? * along.signum();
     let wrong = match side {
         Side::Left => left < -ASIDE,
@@ -266,7 +266,7 @@ fn astray(network: &LaneletNetwork, found: &mut Findings) {
         let nearest = (0..count).filter(|o| *o != place).map(gap);
         let nearest = nearest.fold(f64::MAX, f64::min);
         found.warn(
-            About::Lanelet(place),
+            ElementRef::Lanelet(place),
             format!(
                 "lanelet {}: it lies {nearest:.0} m from all other lanelets; is a coordinate wrong?",
                 lanelet.id

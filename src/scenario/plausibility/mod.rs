@@ -1,6 +1,6 @@
-//! Whether what a file says can be true: checks of a scenario's meaning, the same for all formats it is read from.
+//! Plausibility checks of a scenario, the same for all formats.
 //!
-//! Readers refuse what nothing sensible follows from (see [`limits`]). What can be read and yet cannot be true is
+//! Readers refuse meaningless values (see [`limits`]). Values that are readable and yet implausible are
 //! found here once the scenario is built. A [`Finding`] says which element it is about; only the reader knows
 //! where in the file that element is.
 
@@ -25,10 +25,10 @@ use crate::geometry::{Bounds, Point};
 
 /// Which element of a scenario; numbers are places in the scenario's lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum About {
+pub(crate) enum ElementRef {
     /// The root and its attributes.
     Scenario,
-    /// Where on Earth it is.
+    /// The location on Earth.
     Location,
     Lanelet(usize),
     Sign(usize),
@@ -52,8 +52,8 @@ pub(crate) enum About {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Finding {
     pub severity: Severity,
-    pub about: About,
-    /// What is wrong, and what is assumed.
+    pub about: ElementRef,
+    /// The problem, and the assumption made.
     pub message: String,
 }
 
@@ -62,7 +62,7 @@ pub(crate) struct Finding {
 struct Findings(Vec<Finding>);
 
 impl Findings {
-    fn push(&mut self, severity: Severity, about: About, message: impl Into<String>) {
+    fn push(&mut self, severity: Severity, about: ElementRef, message: impl Into<String>) {
         let message = message.into();
         self.0.push(Finding {
             severity,
@@ -71,11 +71,11 @@ impl Findings {
         });
     }
 
-    fn warn(&mut self, about: About, message: impl Into<String>) {
+    fn warn(&mut self, about: ElementRef, message: impl Into<String>) {
         self.push(Severity::Warning, about, message);
     }
 
-    fn note(&mut self, about: About, message: impl Into<String>) {
+    fn note(&mut self, about: ElementRef, message: impl Into<String>) {
         self.push(Severity::Note, about, message);
     }
 }

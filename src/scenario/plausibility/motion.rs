@@ -1,4 +1,4 @@
-//! Impossible motions: what positions, headings and speeds of successive states say against each other.
+//! Implausible motions: contradictions between positions, headings and speeds of successive states.
 //!
 //! The thresholds leave alone what recorded and simulated traffic holds: positions and speeds that are a step apart, noise
 //! at standstill, vehicles that a simulation stops within a step.
@@ -7,7 +7,7 @@ use super::and_more;
 use crate::geometry::angle_between;
 use crate::scenario::Sample;
 
-/// Slower than this nothing has a direction, m/s.
+/// Below this speed the direction of motion is undefined, m/s.
 const SLOW: f64 = 1.0;
 
 /// Shorter moves have no direction, metres.
@@ -38,9 +38,9 @@ pub(crate) struct Row {
     pub sample: Sample,
 }
 
-/// What successive states say against each other: the place of the state at which it shows, and the words.
+/// Contradictions between successive states: the index of the state and the message.
 ///
-/// `rows` are in order of time, one a step, `dt` seconds apart. What walks may turn and step aside as it likes.
+/// `rows` are in order of time, one a step, `dt` seconds apart. Pedestrians may turn and sidestep freely.
 pub(crate) fn doubts(rows: &[Row], dt: f64, walks: bool) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let pairs = || {
@@ -106,7 +106,7 @@ impl<'a> Pair<'a> {
     fn standing(&self) -> Option<String> {
         let (a, b) = (self.a.velocity?, self.b.velocity?);
         let told = a.abs().min(b.abs()) * self.time;
-        // What braking as hard as possible may take off, and what records are inexact by.
+        // The loss of speed under full braking, and the inexactness of records.
         let slack = 2.0 + 10.0 * self.time * self.time;
         (self.time <= LONGEST && told > self.moved + slack).then(|| {
             format!(

@@ -1,16 +1,16 @@
-//! Obstacles: what they are, where and when, and how they move.
+//! Obstacles: their types, places, times and motions.
 
-use super::{About, Finding, Findings, Row, and_more, beyond, bodies, limits, motion, times};
+use super::{ElementRef, Finding, Findings, Row, and_more, beyond, bodies, limits, motion, times};
 use crate::scenario::obstacle::sample;
 use crate::scenario::{
     Obstacle, ObstacleRole, ObstacleType, Occupancy, Prediction, Scenario, Severity, State,
     StateField,
 };
 
-/// What is farther from every lanelet, metres, is on another map.
+/// Obstacles farther than this from every lanelet belong to another map, metres.
 const OFF_MAP: f64 = 500.0;
 
-/// What stands does not drive this fast, m/s, and does not get this far, metres.
+/// A static obstacle is slower than this, m/s, and moves less than this, metres.
 const STANDING: (f64, f64) = (0.1, 0.5);
 
 pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
@@ -19,11 +19,11 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         let id = obstacle.id;
         let mut say = |state: Option<usize>, message: String| {
             let about = match state {
-                Some(state) => About::State {
+                Some(state) => ElementRef::State {
                     obstacle: place,
                     state,
                 },
-                None => About::Obstacle(place),
+                None => ElementRef::Obstacle(place),
             };
             found.0.push(Finding {
                 severity: Severity::Warning,
@@ -52,7 +52,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     }
 }
 
-/// What the role of an obstacle says against the rest of it.
+/// Contradictions between the role of an obstacle and its other properties.
 fn role(obstacle: &Obstacle, say: &mut impl FnMut(Option<usize>, String)) {
     let kind = obstacle.kind;
     let fixed = matches!(

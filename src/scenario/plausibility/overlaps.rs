@@ -1,6 +1,6 @@
 //! Bodies that are inside each other before anything has happened.
 
-use super::{About, Findings};
+use super::{ElementRef, Findings};
 use crate::geometry::{Point, convex_hull, convex_overlap};
 use crate::scenario::{Obstacle, ObstacleRole, ObstacleType, Scenario};
 
@@ -41,7 +41,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
             }
             let (first, second) = if a.place < b.place { (a, b) } else { (b, a) };
             found.warn(
-                About::Obstacle(second.place),
+                ElementRef::Obstacle(second.place),
                 format!(
                     "obstacle {}: it stands in obstacle {} at time step {step}",
                     second.obstacle.id, first.obstacle.id
@@ -51,7 +51,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     }
 }
 
-/// Whether two obstacles cannot be in each other: what stands beside roads may, and people may stand in groups.
+/// Whether two obstacles must not overlap: roadside objects may, and groups of pedestrians.
 fn may(a: &Obstacle, b: &Obstacle) -> bool {
     let moves = |o: &Obstacle| o.role == ObstacleRole::Dynamic;
     let walks = |o: &Obstacle| o.kind == ObstacleType::Pedestrian;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{About, Findings, apart, beyond, bodies, limits, obstacles};
+use super::{ElementRef, Findings, apart, beyond, bodies, limits, obstacles};
 use crate::geometry::{Bounds, Point, angle_between};
 use crate::scenario::{
     Goal, LONGEST_TRACK, LaneletNetwork, Obstacle, ObstacleRole, PlanningProblem, Position,
@@ -24,13 +24,13 @@ const STRONGEST: f64 = 12.0;
 pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     for (place, problem) in scenario.planning_problems.iter().enumerate() {
         let id = problem.id;
-        let about = About::Start(place);
+        let about = ElementRef::Start(place);
         let mut say = |message: String| {
             found.warn(about, format!("planning problem {id}: {message}"));
         };
         start(scenario, problem, &mut say);
         for (i, goal) in problem.goals.iter().enumerate() {
-            let about = About::Goal {
+            let about = ElementRef::Goal {
                 problem: place,
                 goal: i,
             };
@@ -200,11 +200,11 @@ fn ends(quantity: Quantity) -> (f64, f64) {
     }
 }
 
-/// The box around a place; `None` for lanelets that are not there.
+/// The box around a place; `None` for missing lanelets.
 fn around(network: &LaneletNetwork, position: &Position) -> Option<Bounds> {
     match position {
         Position::Point(p) => Some(Bounds { min: *p, max: *p }),
-        Position::Region(shape) => Bounds::of(shape.outlines().iter().flatten()),
+        Position::Region(shape) => Bounds::from_points(shape.outlines().iter().flatten()),
         Position::Lanelets(ids) => {
             let places = ids.iter().filter_map(|id| network.place(*id));
             let boxes = places.map(|place| network.bounds_of(place));

@@ -1,4 +1,4 @@
-//! When something is said: steps that are missing, doubled, out of order or far away.
+//! Time steps that are missing, repeated, out of order or far away.
 
 use super::and_more;
 use crate::scenario::LONGEST_TRACK;
@@ -55,7 +55,7 @@ pub(crate) fn check(steps: &[i64]) -> Vec<(usize, String)> {
     found
 }
 
-/// What is said of steps, in order of time, between which some are missing.
+/// The diagnostic for gaps between steps in order of time.
 pub(crate) fn missing(steps: &[i64]) -> Option<(usize, String)> {
     gaps(steps, (1..steps.len()).map(|i| (i - 1, i)))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{About, Findings, beyond};
+use super::{ElementRef, Findings, beyond};
 use crate::geometry::{Bounds, Point};
 use crate::scenario::{
     Intersection, LaneletNetwork, Scenario, Severity, Sign, SignMeaning, TrafficLight,
@@ -21,7 +21,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     let network = &scenario.network;
     let around = network.bounds();
     for (i, one) in network.signs.iter().enumerate() {
-        let about = About::Sign(i);
+        let about = ElementRef::Sign(i);
         sign(one, &mut |message| {
             found.warn(about, format!("sign {}: {message}", one.id));
         });
@@ -30,7 +30,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         }
     }
     for (i, one) in network.lights.iter().enumerate() {
-        let about = About::Light(i);
+        let about = ElementRef::Light(i);
         light(one, scenario.dt(), about, found);
         if let Some(message) = astray(around.as_ref(), one.position) {
             found.warn(about, format!("light {}: {message}", one.id));
@@ -40,7 +40,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         intersection(one, network, &mut |severity, message| {
             found.push(
                 severity,
-                About::Intersection(i),
+                ElementRef::Intersection(i),
                 format!("intersection {}: {message}", one.id),
             );
         });
@@ -72,7 +72,7 @@ fn sign(sign: &Sign, say: &mut impl FnMut(String)) {
     }
 }
 
-fn light(light: &TrafficLight, dt: f64, about: About, found: &mut Findings) {
+fn light(light: &TrafficLight, dt: f64, about: ElementRef, found: &mut Findings) {
     let id = light.id;
     let bad = light.cycle.iter().filter(|phase| phase.duration <= 0);
     if let Some(first) = bad.clone().next() {
@@ -118,7 +118,7 @@ fn intersection(
     let mut leads_in: HashMap<i64, i64> = HashMap::new();
     for road in &one.incomings {
         if road.is_left_of == Some(road.id) {
-            // Converters write so where there is no other road.
+            // Converters write this where there is no other road.
             say(
                 Severity::Note,
                 format!("incoming road {} is left of itself", road.id),

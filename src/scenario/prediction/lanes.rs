@@ -1,4 +1,4 @@
-//! The lanes an obstacle may follow: those it is on, those beside that it drifts to, and all that they lead to.
+//! The lanes an obstacle may follow: its own, those beside that it drifts to, and their successors.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_4;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::Observed;
 use crate::geometry::{Point, Polyline, angle_between};
-use crate::scenario::{Direction, Driven, Lane, LaneletNetwork, Motion};
+use crate::scenario::{DirectedLanelet, Direction, Lane, LaneletNetwork, Motion};
 
 /// A way along lanelets.
 #[derive(Debug, Clone)]
@@ -15,7 +15,7 @@ pub(super) struct LaneWay {
     pub lanelets: Vec<i64>,
     /// Their middle.
     pub line: Arc<Polyline>,
-    /// How likely it is that this is the way, up to a factor.
+    /// The unnormalised likelihood of this route.
     pub weight: f64,
 }
 
@@ -24,7 +24,7 @@ pub(super) struct LaneWay {
 #[derive(Debug)]
 pub(super) struct Lanes<'a> {
     network: &'a LaneletNetwork,
-    middles: HashMap<Driven, Option<Arc<Polyline>>>,
+    middles: HashMap<DirectedLanelet, Option<Arc<Polyline>>>,
 }
 
 /// No obstacle that points this much away from a lane follows it, radians.
@@ -34,13 +34,13 @@ const MOST_TURN: f64 = FRAC_PI_4;
 const TURN: f64 = 0.2;
 const OFFSET: f64 = 1.0;
 
-/// The offset that counts is that to which an obstacle drifts within this time, seconds: it tells who changes lanes.
+/// The offset is extrapolated by this time, seconds: it reveals lane changes.
 const DRIFT: f64 = 1.0;
 
 /// Ways that are less likely than this share of the likeliest are not followed.
 const LEAST: f64 = 0.01;
 
-/// What is longer ago does not tell which lane is followed, seconds.
+/// Older motion does not indicate the lane followed, seconds.
 const MEMORY: f64 = 1.0;
 
 /// More ways are not followed: roads fork into few.
@@ -61,10 +61,10 @@ impl<'a> Lanes<'a> {
     /// likeliest first.
     pub fn ways(&mut self, seen: &Observed<'_>, speed: f64, reach: f64) -> Vec<LaneWay> {
         let pose = &seen.motion.pose;
-        let mut starts: Vec<(f64, Driven, f64)> = Vec::new();
+        let mut starts: Vec<(f64, DirectedLanelet, f64)> = Vec::new();
         for lanelet in self.here_and_beside(&pose.position) {
             for direction in [Direction::Along, Direction::Against] {
-                let from = Driven { lanelet, direction };
+                let from = DirectedLanelet { lanelet, direction };
                 let Some(middle) = self.middle(from) else {
                     continue;
                 };
@@ -95,7 +95,7 @@ impl<'a> Lanes<'a> {
         found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
         let least = found.first().map_or(0.0, |way| way.weight * LEAST);
         found.truncate(MOST_WAYS);
-        // Where nothing fits at all, all weights may be 0.
+        // All weights may be 0 if no lane fits.
         found.retain(|way| way.weight > 0.0 && way.weight >= least);
         found
     }
@@ -115,12 +115,12 @@ impl<'a> Lanes<'a> {
         ids
     }
 
-    /// The middle of a lanelet as it is driven; `None` if it may not be driven so.
-    fn middle(&mut self, driven: Driven) -> Option<Arc<Polyline>> {
+    /// The centre line of a lanelet in the direction driven; `None` if that direction is not allowed.
+    fn middle(&mut self, driven: DirectedLanelet) -> Option<Arc<Polyline>> {
         let network = self.network;
         let middle = || {
             let lanelet = network.lanelet(driven.lanelet)?;
-            let lane = Lane::of(lanelet)?;
+            let lane = Lane::from_lanelet(lanelet)?;
             match driven.direction {
                 Direction::Along => Some(Arc::new(lane.centre().clone())),
                 Direction::Against if lanelet.users_bidirectional.is_empty() => None,
@@ -131,7 +131,7 @@ impl<'a> Lanes<'a> {
     }
 
     /// Every way on from a lanelet, until `length` metres are there.
-    fn ways_from(&mut self, from: Driven, length: f64) -> Vec<Vec<Driven>> {
+    fn ways_from(&mut self, from: DirectedLanelet, length: f64) -> Vec<Vec<DirectedLanelet>> {
         let mut open = vec![(vec![from], 0.0)];
         let mut whole = Vec::new();
         while let Some((way, before)) = open.pop() {
@@ -155,8 +155,13 @@ impl<'a> Lanes<'a> {
         whole
     }
 
-    /// What follows a lanelet and is not on the way yet, at most `room` of it.
-    fn following(&mut self, driven: Driven, way: &[Driven], room: usize) -> Vec<Driven> {
+    /// The successors of a lanelet that are not on the route yet, at most `room`.
+    fn following(
+        &mut self,
+        driven: DirectedLanelet,
+        way: &[DirectedLanelet],
+        room: usize,
+    ) -> Vec<DirectedLanelet> {
         let Some(lanelet) = self.network.lanelet(driven.lanelet) else {
             return Vec::new();
         };
@@ -164,13 +169,15 @@ impl<'a> Lanes<'a> {
             Direction::Along => &lanelet.successors,
             Direction::Against => &lanelet.predecessors,
         };
-        let next = ids.iter().map(|&lanelet| Driven { lanelet, ..driven });
+        let next = ids
+            .iter()
+            .map(|&lanelet| DirectedLanelet { lanelet, ..driven });
         next.filter(|next| !way.contains(next) && self.middle(*next).is_some())
             .take(room)
             .collect()
     }
 
-    fn line(&mut self, way: &[Driven]) -> Option<Arc<Polyline>> {
+    fn line(&mut self, way: &[DirectedLanelet]) -> Option<Arc<Polyline>> {
         if let [only] = way {
             return self.middle(*only);
         }

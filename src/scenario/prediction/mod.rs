@@ -1,6 +1,6 @@
-//! Where everyone may go next, from what was seen up to now: straight on, turning, or along the lanes.
+//! Predicts the motion of all road users from their observed history: straight on, turning, or along the lanes.
 //!
-//! Nothing here can see what comes after the present: see [`ObservedHistory`].
+//! Predictions cannot access the future: see [`ObservedHistory`].
 
 mod lanes;
 mod observed_history;

@@ -1,4 +1,4 @@
-//! A scene as it was known at the end of a window: no obstacle's later motion can be reached from here.
+//! A scene as known at the end of a window, without any later motion.
 
 use std::ops::RangeInclusive;
 
@@ -8,10 +8,10 @@ use crate::scenario::{
     LaneletNetwork, Motion, Obstacle, ObstacleRole, ObstacleType, Scenario, Scene, Window,
 };
 
-/// The road, and what everyone did during a window.
+/// The road, and the motion of all road users during a window.
 ///
 /// It holds slices that end at the window's last step instead of the tracks themselves, so code that is given
-/// a past cannot look into the future of the ego or of anyone else. The goal of the ego is not in it either.
+/// a history cannot look into the future of the ego or of an obstacle. It does not hold the ego's goal either.
 #[derive(Debug, Clone)]
 pub struct ObservedHistory<'a> {
     network: &'a LaneletNetwork,
@@ -20,12 +20,12 @@ pub struct ObservedHistory<'a> {
     others: Vec<Observed<'a>>,
 }
 
-/// Who an obstacle is, without what it will do.
+/// An obstacle without its future motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TrackedObject {
     /// Its id.
     pub id: i64,
-    /// What it is; of the ego it is not known.
+    /// Its type; `None` for the ego.
     pub kind: Option<ObstacleType>,
     /// Whether it stands for ever.
     pub parked: bool,
@@ -34,7 +34,7 @@ pub struct TrackedObject {
 /// A participant during a window, there at its last step.
 #[derive(Debug, Clone, Copy)]
 pub struct Observed<'a> {
-    /// Who.
+    /// The object.
     pub who: TrackedObject,
     /// The region it covers now, in its own frame.
     pub footprint: &'a Footprint,
@@ -79,9 +79,9 @@ impl<'a> Observed<'a> {
 }
 
 impl<'a> ObservedHistory<'a> {
-    /// What was known of `scene` at the end of `window`.
+    /// The history of `scene` up to the end of `window`.
     #[must_use]
-    pub fn of(scene: &'a Scene, window: &Window) -> Self {
+    pub fn from_window(scene: &'a Scene, window: &Window) -> Self {
         let (now, dt, steps) = (window.last(), scene.scenario.dt(), window.steps());
         let who = TrackedObject {
             id: scene.ego.id,
@@ -141,14 +141,14 @@ impl<'a> ObservedHistory<'a> {
         self.ego.as_ref()
     }
 
-    /// Everyone else who is there now, in the file's order.
+    /// The other road users present now, in the file's order.
     #[must_use]
     pub fn others(&self) -> &[Observed<'a>] {
         &self.others
     }
 }
 
-/// An obstacle during `steps`; nothing where it is not there at the last of them.
+/// An obstacle during `steps`; `None` if it is absent at the last one.
 fn observed<'a>(
     obstacle: &'a Obstacle,
     footprint: &'a Footprint,

@@ -1,4 +1,4 @@
-//! What an obstacle may do next, as a few weighted hypotheses; deterministic.
+//! Predicts an obstacle's motion as a few weighted hypotheses; deterministic.
 
 use super::lanes::Lanes;
 use super::{Observed, ObservedHistory, Path, Present, Speeds};
@@ -38,7 +38,7 @@ pub struct Course {
     pub weight: f64,
 }
 
-/// What an obstacle may do: any of the courses at any of the speeds.
+/// The hypotheses about an obstacle: each course at each speed.
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// The lines; their weights sum to 1.
@@ -95,7 +95,7 @@ const THREE: [(f64, f64); 3] = [
 ];
 
 impl<'a> Predictor<'a> {
-    /// A predictor for what `past` shows.
+    /// A predictor for the observed history `past`.
     #[must_use]
     pub fn new(past: &ObservedHistory<'a>, model: Model) -> Self {
         Self {
@@ -104,11 +104,11 @@ impl<'a> Predictor<'a> {
         }
     }
 
-    /// What `seen` may do within `horizon` seconds.
+    /// The predicted motion of `seen` within `horizon` seconds.
     #[must_use]
     pub fn predict(&mut self, seen: &Observed<'_>, horizon: f64) -> Prediction {
         let present = match self.model {
-            Model::AlongLanes => Present::of(seen),
+            Model::AlongLanes => Present::estimate(seen),
             _ => Present::recorded(seen),
         };
         let speeds = self.speeds(&present, seen.who.parked);

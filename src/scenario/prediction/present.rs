@@ -1,4 +1,4 @@
-//! The state of a participant now, worked out from where it was during a window.
+//! Estimates a participant's present state from its motion during a window.
 
 use super::Observed;
 use crate::geometry::{Pose, angle_between};
@@ -17,7 +17,7 @@ pub struct Present {
     pub curvature: f64,
 }
 
-/// Motion that is longer ago says little about now, seconds.
+/// Older motion is ignored, seconds.
 const MEMORY: f64 = 0.3;
 
 /// Where time steps are long, the last three count if they are not longer ago than this, seconds.
@@ -54,7 +54,7 @@ impl Present {
     /// different moments, some of the step to come; positions are what they agree on. An obstacle that was seen only once
     /// has the recorded values, and one that was seen twice the recorded acceleration.
     #[must_use]
-    pub fn of(seen: &Observed<'_>) -> Self {
+    pub fn estimate(seen: &Observed<'_>) -> Self {
         let recorded = Self::recorded(seen);
         if seen.who.parked {
             return recorded;
@@ -91,7 +91,7 @@ impl Present {
     }
 }
 
-/// `value` within ±`most`; what is no number is nothing.
+/// `value` clamped to ±`most`; 0 for NaN.
 fn bounded(value: f64, most: f64) -> f64 {
     if value.is_nan() {
         0.0
@@ -164,7 +164,7 @@ mod tests {
             })
             .collect();
         let footprint = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
-        Present::of(&Observed {
+        Present::estimate(&Observed {
             who: TrackedObject {
                 id: 1,
                 kind: None,
@@ -204,7 +204,7 @@ mod tests {
         assert!((twice.speed - 9.0).abs() < 1e-9 && twice.acceleration == 7.0);
         let slow = present(0.4, &[0, 1, 2], drives);
         assert!((slow.speed - 9.0).abs() < 1e-9 && slow.acceleration.abs() < 1e-9);
-        // What is long ago is not asked.
+        // Old motion is ignored.
         let gap = present(0.1, &[0, 60], drives);
         assert_eq!(gap.speed, 77.0);
     }

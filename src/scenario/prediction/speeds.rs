@@ -1,13 +1,13 @@
 //! How far an obstacle gets: an acceleration that fades, and never into reverse.
 
-/// A speed and an acceleration that fades to nothing.
+/// A speed and an acceleration that decays to zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Speeds {
     /// m/s at the beginning; negative when reversing.
     pub speed: f64,
     /// m/s² at the beginning.
     pub acceleration: f64,
-    /// Seconds after which 1/e of the acceleration is left; `None` for an acceleration that stays.
+    /// Time constant of the decay, seconds; `None` for constant acceleration.
     pub fade: Option<f64>,
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::{Driven, LaneGraph, Route, Side};
+use super::{DirectedLanelet, LaneGraph, Route, Side};
 
 /// Neighbours farther away than this are not counted, lanes.
 const WIDEST: i32 = 16;
@@ -20,7 +20,7 @@ impl LaneGraph<'_> {
         let before = route.before.iter().map(|d| (*d, None));
         let legs = route.legs.iter().map(|leg| (leg.driven, leg.change));
         let after = route.after.iter().map(|d| (*d, None));
-        let mut seeds: VecDeque<(Driven, i32)> = VecDeque::new();
+        let mut seeds: VecDeque<(DirectedLanelet, i32)> = VecDeque::new();
         for (driven, change) in before.chain(legs).chain(after) {
             here += match change {
                 Some(Side::Left) => 1,
@@ -49,7 +49,7 @@ impl LaneGraph<'_> {
     }
 
     /// The lanelet on a side of a lane, seen the way that the lane is driven, whatever users it allows.
-    fn beside(&self, driven: Driven, side: Side) -> Option<Driven> {
+    fn beside(&self, driven: DirectedLanelet, side: Side) -> Option<DirectedLanelet> {
         let place = self.network.place(driven.lanelet)?;
         let lanelet = &self.network.lanelets[place];
         let along = driven.direction == super::Direction::Along;
@@ -59,7 +59,7 @@ impl LaneGraph<'_> {
             lanelet.adjacent_right
         }?;
         self.network.place(adjacent.id)?;
-        Some(Driven {
+        Some(DirectedLanelet {
             lanelet: adjacent.id,
             direction: if adjacent.same_direction {
                 driven.direction

@@ -19,7 +19,7 @@ pub enum Direction {
 
 /// A lanelet driven in a direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Driven {
+pub struct DirectedLanelet {
     /// Its id.
     pub lanelet: i64,
     /// Which way.
@@ -100,7 +100,7 @@ fn directions(lanelet: &Lanelet, user: Option<RoadUser>) -> [bool; 2] {
 
 impl<'a> LaneGraph<'a> {
     fn new(network: &'a LaneletNetwork, user: Option<RoadUser>) -> Self {
-        let lanes: Vec<Option<Lane>> = network.lanelets.iter().map(Lane::of).collect();
+        let lanes: Vec<Option<Lane>> = network.lanelets.iter().map(Lane::from_lanelet).collect();
         let mut graph = DiGraph::new();
         let mut nodes = vec![[[None; 2]; 2]; lanes.len()];
         for (place, lanelet) in network.lanelets.iter().enumerate() {
@@ -187,7 +187,7 @@ impl<'a> LaneGraph<'a> {
 
     /// The lane of a lanelet, as it is driven; `None` if it may not be driven so.
     #[must_use]
-    pub fn lane(&self, driven: Driven) -> Option<Lane> {
+    pub fn lane(&self, driven: DirectedLanelet) -> Option<Lane> {
         let place = self.network.place(driven.lanelet)?;
         let node = self.node(place, driven.direction, false)?;
         self.lane_of(self.graph[node])
@@ -195,23 +195,27 @@ impl<'a> LaneGraph<'a> {
 
     /// What follows a lanelet, straight on.
     #[must_use]
-    pub fn successors(&self, driven: Driven) -> Vec<Driven> {
+    pub fn successors(&self, driven: DirectedLanelet) -> Vec<DirectedLanelet> {
         self.follow(driven, |step| step == Step::On)
     }
 
     /// The lane beside a lanelet that may be changed to.
     #[must_use]
-    pub fn neighbour(&self, driven: Driven, side: Side) -> Option<Driven> {
+    pub fn neighbour(&self, driven: DirectedLanelet, side: Side) -> Option<DirectedLanelet> {
         let found = self.follow(driven, |step| step == Step::Change(side));
         found.first().copied()
     }
 
-    fn follow(&self, driven: Driven, wanted: impl Fn(Step) -> bool) -> Vec<Driven> {
+    fn follow(
+        &self,
+        driven: DirectedLanelet,
+        wanted: impl Fn(Step) -> bool,
+    ) -> Vec<DirectedLanelet> {
         let node = self.network.place(driven.lanelet);
         let node = node.and_then(|place| self.node(place, driven.direction, false));
         let Some(node) = node else { return Vec::new() };
         let edges = self.graph.edges(node).filter(|e| wanted(e.weight().step));
-        let mut found: Vec<Driven> = edges.map(|e| self.driven(e.target())).collect();
+        let mut found: Vec<DirectedLanelet> = edges.map(|e| self.driven(e.target())).collect();
         found.sort_unstable();
         found
     }
@@ -225,9 +229,9 @@ impl<'a> LaneGraph<'a> {
         self.nodes[place][direction as usize][usize::from(first_row)]
     }
 
-    pub(super) fn driven(&self, node: NodeIndex) -> Driven {
+    pub(super) fn driven(&self, node: NodeIndex) -> DirectedLanelet {
         let node = self.graph[node];
-        Driven {
+        DirectedLanelet {
             lanelet: self.network.lanelets[node.place].id,
             direction: node.direction,
         }

@@ -29,7 +29,7 @@ impl Index {
         self.0.get_or_init(|| {
             let boxed = |(place, lanelet): (usize, &Lanelet)| {
                 let points = lanelet.left.points.iter().chain(&lanelet.right.points);
-                let bounds = Bounds::of(points)?;
+                let bounds = Bounds::from_points(points)?;
                 let [min, max] = [bounds.min, bounds.max].map(|p| [p.x, p.y]);
                 let wide =
                     Rectangle::from_corners(min.map(|c| c - BORDER), max.map(|c| c + BORDER));

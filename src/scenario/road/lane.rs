@@ -21,7 +21,7 @@ const JOINT: f64 = 1e-3;
 impl Lane {
     /// The lane that one lanelet is; `None` if all its points lie on one spot.
     #[must_use]
-    pub fn of(lanelet: &Lanelet) -> Option<Self> {
+    pub fn from_lanelet(lanelet: &Lanelet) -> Option<Self> {
         let (left, right) = lanelet.borders();
         Self::new(vec![lanelet.id], left, right)
     }

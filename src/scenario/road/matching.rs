@@ -10,7 +10,7 @@ use petgraph::visit::EdgeRef;
 
 use super::candidates::Candidate;
 use super::graph::Step;
-use super::route::{Destination, Part, Route};
+use super::route::{Destination, LegLane, Route};
 use super::{ALIKE, LaneGraph, RouteError, Side, least};
 use crate::geometry::Pose;
 
@@ -167,7 +167,7 @@ impl LaneGraph<'_> {
     }
 
     /// The lanes of the cheapest sequence, with its arc lengths on the first and the last lane.
-    fn trace(&self, columns: &[Vec<State>]) -> (Vec<Part>, f64, f64) {
+    fn trace(&self, columns: &[Vec<State>]) -> (Vec<LegLane>, f64, f64) {
         let Some(last) = columns.last() else {
             return (Vec::new(), 0.0, 0.0);
         };
@@ -185,7 +185,7 @@ impl LaneGraph<'_> {
         }
         ways.reverse();
         let from = ways[0].0;
-        let mut parts = vec![Part {
+        let mut parts = vec![LegLane {
             node: from.node,
             change: None,
         }];
@@ -206,7 +206,7 @@ impl LaneGraph<'_> {
                         (side, 0.0, 1.0)
                     }
                 });
-                parts.push(Part { node, change });
+                parts.push(LegLane { node, change });
             }
         }
         (parts, from.s, until)

@@ -14,7 +14,7 @@ mod route;
 
 pub use drivable::DrivableArea;
 pub use error::RouteError;
-pub use graph::{Direction, Driven, LaneGraph, Side};
+pub use graph::{DirectedLanelet, Direction, LaneGraph, Side};
 pub(super) use index::Index;
 pub use lane::Lane;
 pub use route::{Destination, Leg, Route};

@@ -3,7 +3,7 @@
 use petgraph::graph::NodeIndex;
 
 use super::LaneGraph;
-use super::route::Part;
+use super::route::LegLane;
 use crate::geometry::{Point, Polyline};
 
 /// The points of a route's middle.
@@ -34,9 +34,9 @@ const WHOLE: f64 = 1e-6;
 
 impl LaneGraph<'_> {
     /// The middle of the lanes of a route.
-    pub(super) fn line(&self, parts: &[Part]) -> Line {
+    pub(super) fn line(&self, parts: &[LegLane]) -> Line {
         let used: Vec<NodeIndex> = parts.iter().map(|p| p.node).collect();
-        let lead = |end: Option<&Part>, forward| {
+        let lead = |end: Option<&LegLane>, forward| {
             end.map_or(Vec::new(), |p| self.lead(p.node, forward, &used))
         };
         let mut points = Vec::new();
@@ -46,7 +46,7 @@ impl LaneGraph<'_> {
             points.extend(self.middle(node));
         }
         let mut marks = Vec::new();
-        let mut rows: Vec<&[Part]> = Vec::new();
+        let mut rows: Vec<&[LegLane]> = Vec::new();
         let mut rest = parts;
         while !rest.is_empty() {
             let changes = rest[1..].iter().take_while(|p| p.change.is_some()).count();
@@ -109,7 +109,7 @@ impl LaneGraph<'_> {
     }
 
     /// The points of neighbouring lanes that are changed from one to the next.
-    fn row(&self, row: &[Part]) -> Vec<Point> {
+    fn row(&self, row: &[LegLane]) -> Vec<Point> {
         if let [only] = row {
             return self.middle(only.node);
         }

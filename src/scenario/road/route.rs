@@ -5,7 +5,7 @@ use petgraph::graph::NodeIndex;
 
 use super::candidates::Candidate;
 use super::graph::{Node, Step};
-use super::{Driven, LaneGraph, RouteError, Side, least};
+use super::{DirectedLanelet, LaneGraph, RouteError, Side, least};
 use crate::geometry::{Pose, ReferencePath};
 use crate::scenario::{Goal, PlanningProblem};
 
@@ -15,9 +15,9 @@ pub struct Route {
     /// The lanelets in order; neighbours that are changed to follow each other.
     pub legs: Vec<Leg>,
     /// The lanelets that the path follows before the first leg, in driving direction.
-    pub before: Vec<Driven>,
+    pub before: Vec<DirectedLanelet>,
     /// The lanelets that the path follows after the last leg.
-    pub after: Vec<Driven>,
+    pub after: Vec<DirectedLanelet>,
     /// Where it leads.
     pub destination: Destination,
     /// The smooth path along the middle of the lanes. It begins before the route and ends after it
@@ -33,7 +33,7 @@ pub struct Route {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Leg {
     /// The lanelet and which way it is driven.
-    pub driven: Driven,
+    pub driven: DirectedLanelet,
     /// The side to which the lane is changed, from the leg before onto this one.
     pub change: Option<Side>,
 }
@@ -51,7 +51,7 @@ pub enum Destination {
 
 /// The lane that a leg is on, and between which shares of its length it is changed to.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct LegLane {
     pub node: NodeIndex,
     pub change: Option<(Side, f64, f64)>,
 }
@@ -186,7 +186,7 @@ impl LaneGraph<'_> {
     }
 
     /// The lanes of a way, with each lane change as long as its lanelets allow.
-    fn parts(&self, way: &[NodeIndex], from: &Candidate, until: f64) -> Vec<Part> {
+    fn parts(&self, way: &[NodeIndex], from: &Candidate, until: f64) -> Vec<LegLane> {
         let step = |a: NodeIndex, b: NodeIndex| {
             let edge = self.graph.find_edge(a, b)?;
             match self.graph[edge].step {
@@ -196,7 +196,7 @@ impl LaneGraph<'_> {
         };
         let mut sides: Vec<Option<Side>> = way.windows(2).map(|w| step(w[0], w[1])).collect();
         sides.insert(0, None);
-        let mut parts: Vec<Part> = Vec::with_capacity(way.len());
+        let mut parts: Vec<LegLane> = Vec::with_capacity(way.len());
         let mut row = 0;
         while row < way.len() {
             let changes = sides[row + 1..].iter().take_while(|s| s.is_some()).count();
@@ -213,7 +213,7 @@ impl LaneGraph<'_> {
             for (n, place) in (row..=last).enumerate() {
                 let at = |n: usize| begin + (end - begin) * n as f64 / changes.max(1) as f64;
                 let change = sides[place].map(|side| (side, at(n.saturating_sub(1)), at(n)));
-                parts.push(Part {
+                parts.push(LegLane {
                     node: self.plain(way[place]),
                     change,
                 });
@@ -226,7 +226,7 @@ impl LaneGraph<'_> {
     /// The route along `parts`, from arc length `from` on the first lane to `until` on the last.
     pub(super) fn finish(
         &self,
-        parts: Vec<Part>,
+        parts: Vec<LegLane>,
         start: &Pose,
         from: f64,
         until: f64,
@@ -263,7 +263,7 @@ impl LaneGraph<'_> {
         })
     }
 
-    fn length_of(&self, parts: &[Part]) -> f64 {
+    fn length_of(&self, parts: &[LegLane]) -> f64 {
         parts
             .last()
             .map_or(0.0, |p| self.length(self.graph[p.node]))

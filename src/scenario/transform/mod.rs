@@ -62,7 +62,7 @@ impl Transform {
             _ => placed(scene, &self.plane(scene)),
         };
         let text = format!("{} {self}", scene.scenario.hash);
-        Arc::make_mut(&mut changed.scenario).hash = ContentHash::of(text.as_bytes());
+        Arc::make_mut(&mut changed.scenario).hash = ContentHash::digest(text.as_bytes());
         Transformed {
             scene: changed,
             ids,

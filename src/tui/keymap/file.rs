@@ -33,7 +33,7 @@ impl Keymap {
     /// Every mistake, with file, line and key.
     pub fn load(path: &Path) -> Result<Self, Vec<String>> {
         match TextFile::read_if_there(path).map_err(|error| all_visible(vec![error]))? {
-            None => Ok(Self::of(Preset::Default)),
+            None => Ok(Self::from_preset(Preset::Default)),
             Some(said) => Self::parse(&said.file, &said.text),
         }
     }
@@ -45,7 +45,7 @@ impl Keymap {
     pub fn parse(name: &str, text: &str) -> Result<Self, Vec<String>> {
         let mut file = TomlText::new(text);
         let table = file.table().unwrap_or_default();
-        let mut map = Self::of(preset(&mut file, &table));
+        let mut map = Self::from_preset(preset(&mut file, &table));
         change(&mut file, &mut map, &table);
         for collision in collisions(&map) {
             let words = collision.words(&file);
@@ -231,7 +231,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::tui::action::Action;
-    use crate::tui::keymap::Meaning;
+    use crate::tui::keymap::KeyMeaning;
 
     fn mistakes(text: &str) -> Vec<String> {
         Keymap::parse("keymap.toml", text).unwrap_err()
@@ -243,11 +243,11 @@ mod tests {
             "[global]\nworst = []\npalette = \"f9\"\nquit = [\"q\", \"space q\"]\nplay = \"f5\"\n";
         let map = Keymap::parse("keymap.toml", text).unwrap();
         let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Map);
-        assert_eq!(means("f9"), Meaning::Action(Action::Palette));
-        assert_eq!(means("x"), Meaning::Nothing);
-        assert_eq!(means(":"), Meaning::Nothing);
-        assert_eq!(means("space"), Meaning::Prefix);
-        assert_eq!(means("space q"), Meaning::Action(Action::Quit));
+        assert_eq!(means("f9"), KeyMeaning::Action(Action::Palette));
+        assert_eq!(means("x"), KeyMeaning::Nothing);
+        assert_eq!(means(":"), KeyMeaning::Nothing);
+        assert_eq!(means("space"), KeyMeaning::Prefix);
+        assert_eq!(means("space q"), KeyMeaning::Action(Action::Quit));
         assert_eq!(map.key_of(Action::CollisionStep), "F9 worst");
     }
 
@@ -259,15 +259,21 @@ mod tests {
         )
         .unwrap();
         let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Scenarios);
-        assert_eq!(means("g k"), Meaning::Action(Action::Top));
-        assert_eq!(means("g g"), Meaning::Nothing);
-        assert_eq!(means("shift-n"), Meaning::Action(Action::PreviousObstacle));
+        assert_eq!(means("g k"), KeyMeaning::Action(Action::Top));
+        assert_eq!(means("g g"), KeyMeaning::Nothing);
+        assert_eq!(
+            means("shift-n"),
+            KeyMeaning::Action(Action::PreviousObstacle)
+        );
         // The preset's own file has no mistake.
         let vim = Keymap::parse("vim.toml", VIM).unwrap();
-        assert_eq!(vim.bindings.len(), Keymap::of(Preset::Vim).bindings.len());
+        assert_eq!(
+            vim.bindings.len(),
+            Keymap::from_preset(Preset::Vim).bindings.len()
+        );
         assert_eq!(
             Keymap::parse("keymap.toml", "").unwrap(),
-            Keymap::of(Preset::Default)
+            Keymap::from_preset(Preset::Default)
         );
     }
 

@@ -53,21 +53,21 @@ pub struct Keymap {
 
 /// Meaning of a key sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Meaning {
+pub enum KeyMeaning {
     /// An action.
     Action(Action),
     /// The beginning of something longer.
     Prefix,
-    /// Nothing.
+    /// No binding.
     Nothing,
 }
 
 /// A key that can follow a prefix.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Following {
+pub struct NextKey {
     /// The key.
     pub key: Key,
-    /// What it does, in a sentence; `None` if more keys follow.
+    /// Its effect, in a sentence; `None` if more keys follow.
     pub doc: Option<&'static str>,
 }
 
@@ -81,7 +81,7 @@ impl Binding {
 impl Keymap {
     /// The keys of a preset.
     #[must_use]
-    pub fn of(preset: Preset) -> Self {
+    pub fn from_preset(preset: Preset) -> Self {
         let mut map = Self {
             preset,
             bindings: Vec::new(),
@@ -110,7 +110,7 @@ impl Keymap {
 
     /// Meaning of keys in `scope`; its own bindings precede global ones.
     #[must_use]
-    pub fn meaning(&self, keys: &[Key], scope: Scope) -> Meaning {
+    pub fn meaning(&self, keys: &[Key], scope: Scope) -> KeyMeaning {
         let here = |place: Scope| {
             let mut found = self.bindings.iter();
             found.find(move |b| {
@@ -118,12 +118,12 @@ impl Keymap {
             })
         };
         if let Some(binding) = here(scope).or_else(|| here(Scope::Global)) {
-            return Meaning::Action(binding.entry().action);
+            return KeyMeaning::Action(binding.entry().action);
         }
         if self.beginning(keys, scope).next().is_some() {
-            Meaning::Prefix
+            KeyMeaning::Prefix
         } else {
-            Meaning::Nothing
+            KeyMeaning::Nothing
         }
     }
 
@@ -131,21 +131,21 @@ impl Keymap {
     #[must_use]
     pub fn action(&self, key: Key, scope: Scope) -> Option<Action> {
         match self.meaning(&[key], scope) {
-            Meaning::Action(action) => Some(action),
-            Meaning::Prefix | Meaning::Nothing => None,
+            KeyMeaning::Action(action) => Some(action),
+            KeyMeaning::Prefix | KeyMeaning::Nothing => None,
         }
     }
 
     /// Possible continuations of these keys, in the order of the action table.
     #[must_use]
-    pub fn following(&self, keys: &[Key], scope: Scope) -> Vec<Following> {
-        let mut all: Vec<Following> = Vec::new();
+    pub fn following(&self, keys: &[Key], scope: Scope) -> Vec<NextKey> {
+        let mut all: Vec<NextKey> = Vec::new();
         for binding in self.beginning(keys, scope) {
             let rest = &binding.keys.0[keys.len()..];
             if all.iter().any(|f| f.key == rest[0]) {
                 continue;
             }
-            all.push(Following {
+            all.push(NextKey {
                 key: rest[0],
                 doc: (rest.len() == 1).then_some(binding.entry().doc),
             });
@@ -219,12 +219,12 @@ mod tests {
 
     #[test]
     fn every_key_of_the_table_has_a_meaning() {
-        let map = Keymap::of(Preset::Default);
+        let map = Keymap::from_preset(Preset::Default);
         for entry in ACTIONS {
             assert_eq!(map.keys(entry).count(), entry.keys.len(), "{}", entry.id);
             for chord in map.keys(entry) {
                 let meaning = map.meaning(&chord.0, entry.scope);
-                assert_eq!(meaning, Meaning::Action(entry.action), "{chord}");
+                assert_eq!(meaning, KeyMeaning::Action(entry.action), "{chord}");
             }
         }
     }
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn no_preset_gives_a_key_two_meanings() {
         for (name, preset) in Preset::ALL {
-            let map = Keymap::of(preset);
+            let map = Keymap::from_preset(preset);
             let found = file::collisions(&map);
             assert!(found.is_empty(), "{name}: {found:#?}");
             // Indispensable actions.
@@ -244,17 +244,17 @@ mod tests {
 
     #[test]
     fn prefixes_are_told_from_keys() {
-        let map = Keymap::of(Preset::Vim);
+        let map = Keymap::from_preset(Preset::Vim);
         let g = keys("g");
-        assert_eq!(map.meaning(&g, Scope::Scenarios), Meaning::Prefix);
+        assert_eq!(map.meaning(&g, Scope::Scenarios), KeyMeaning::Prefix);
         assert_eq!(
             map.meaning(&keys("g g"), Scope::Scenarios),
-            Meaning::Action(Action::Top)
+            KeyMeaning::Action(Action::Top)
         );
-        assert_eq!(map.meaning(&keys("g g"), Scope::Map), Meaning::Nothing);
+        assert_eq!(map.meaning(&keys("g g"), Scope::Map), KeyMeaning::Nothing);
         assert_eq!(
             map.meaning(&keys("g x"), Scope::Scenarios),
-            Meaning::Nothing
+            KeyMeaning::Nothing
         );
         let after = map.following(&g, Scope::Scenarios);
         assert!(
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn what_has_no_key_is_in_the_palette() {
-        let map = Keymap::of(Preset::Default);
+        let map = Keymap::from_preset(Preset::Default);
         assert_eq!(map.key_of(Action::Help), "?");
         assert_eq!(map.key_of(Action::ReadThresholds), ": read-thresholds");
     }

@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn what_is_printed_is_read_as_the_same() {
         for (name, preset) in Preset::ALL {
-            let map = Keymap::of(preset);
+            let map = Keymap::from_preset(preset);
             let again = Keymap::parse("keymap.toml", &as_file(&map)).unwrap();
             for entry in ACTIONS {
                 let keys = |map: &Keymap| -> Vec<String> {

@@ -21,7 +21,7 @@ pub struct Writer {
 
 /// Progress of a model's authoring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Writing {
+pub struct AuthoringProgress {
     /// Conversations that have begun; 0 while the attacker is chosen.
     pub begun: u32,
     /// How often the last answer that was asked for had been sent back before.
@@ -34,7 +34,7 @@ pub struct Writing {
     pub of: u32,
 }
 
-impl Writing {
+impl AuthoringProgress {
     /// Takes note of what happens.
     pub fn hear(&mut self, progress: &Progress) {
         self.of = SAMPLES;

@@ -51,7 +51,7 @@ pub struct CycleShown {
     /// Some of the candidates.
     pub fan: Fan,
     /// Bodies that the planner was told of, at full seconds from now.
-    pub foreseen: Vec<Foreseen>,
+    pub foreseen: Vec<PredictedBody>,
 }
 
 /// Lines of candidates, in little memory: metres from `origin`, in single precision.
@@ -65,7 +65,7 @@ pub struct Fan {
 
 /// A body where it is predicted to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foreseen {
+pub struct PredictedBody {
     /// Its corners, one after another.
     pub corners: [Point; 4],
     /// Whether contact with it is ruled out; else it only costs.
@@ -75,7 +75,7 @@ pub struct Foreseen {
 impl CycleShown {
     /// The displayed data of a cycle that has just ended, for steps of `dt` seconds.
     #[must_use]
-    pub fn of(
+    pub fn new(
         (planner, limits): (&Planner<'_>, &Limits),
         cycle: &Cycle,
         traffic: &Traffic,
@@ -185,7 +185,7 @@ fn spread<'a, T>(all: &'a [&'a T], most: usize) -> impl Iterator<Item = &'a T> {
 }
 
 /// The bodies at full seconds from now that are near and do not just stay.
-fn foreseen(traffic: &Traffic, ego: &Point, second: usize) -> Vec<Foreseen> {
+fn foreseen(traffic: &Traffic, ego: &Point, second: usize) -> Vec<PredictedBody> {
     let now = traffic.at(0);
     let mut found = Vec::new();
     for step in (second..=traffic.horizon()).step_by(second) {
@@ -198,7 +198,7 @@ fn foreseen(traffic: &Traffic, ego: &Point, second: usize) -> Vec<Foreseen> {
             }
             let forward = Vector::new(body.cos, body.sin) * body.half_length;
             let left = Vector::new(-body.sin, body.cos) * body.half_width;
-            found.push(Foreseen {
+            found.push(PredictedBody {
                 corners: [
                     at + forward + left,
                     at - forward + left,

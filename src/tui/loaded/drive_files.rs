@@ -36,7 +36,7 @@ pub struct DriveFiles {
 }
 
 impl Opened {
-    /// What the planned drive in it is of; `None` if the ego was not planned.
+    /// The identity of the planned drive; `None` if the ego was not planned.
     #[must_use]
     pub fn drive_key(&self) -> Option<DriveKey> {
         self.planned.as_ref().map(|planned| DriveKey {

@@ -87,7 +87,7 @@ impl Facts {
         verdicts: &Verdicts,
     ) -> Result<Self, String> {
         let scenario = entry.read().map_err(|e| e.to_string())?;
-        let ego = ego.of(entry, &scenario).map_err(|e| e.to_string())?;
+        let ego = ego.resolve(entry, &scenario).map_err(|e| e.to_string())?;
         let mut facts = Self {
             obstacles: scenario.obstacles.len(),
             seconds: length(scenario.steps(), &scenario),

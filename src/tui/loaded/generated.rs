@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::authorship::{Authorship, Writing};
+use super::authorship::{AuthoringProgress, Authorship};
 use super::planned::Recorder;
-use super::variant::{Generated, Made, VariantRequest, Working};
-use super::{Opened, Planned};
+use super::variant::{GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest};
+use super::{Opened, PlannedEgo};
 use crate::evaluation::generating;
 use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{
-    Attack, ClosedLoop, Effort, Passed, Progress, SearchResult, SelectedAttack,
+    Attack, ClosedLoop, Effort, GateEvidence, Progress, SearchResult, SelectedAttack,
 };
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
@@ -21,7 +21,7 @@ use crate::workflow::{
 };
 
 /// Inputs of a generation.
-pub struct How<'a> {
+pub struct GenerationInputs<'a> {
     /// How the ego is planned.
     pub settings: &'a Settings,
     /// Where attacks come from; the seed is that of the wish.
@@ -31,8 +31,8 @@ pub struct How<'a> {
 /// Events of a generation.
 #[derive(Debug)]
 pub enum GenerationProgress {
-    /// What is being done.
-    Working(Working),
+    /// The current stage.
+    Working(GenerationStage),
     /// Progress of the authoring model.
     Model(generating::Progress),
 }
@@ -48,10 +48,10 @@ impl Opened {
         wish: &VariantRequest,
         ego: &EgoSelection,
         thresholds: &Thresholds,
-        how: &How<'_>,
+        how: &GenerationInputs<'_>,
         cancel: &Cancel,
         on_event: &mut dyn FnMut(GenerationProgress),
-    ) -> Result<Option<Generated>, String> {
+    ) -> Result<Option<GenerationOutcome>, String> {
         let request = PlanRequest {
             open: OpenRequest {
                 entry: &wish.entry,
@@ -79,7 +79,7 @@ impl Opened {
                 model @ AttackSource::Model(_) => model,
             },
         };
-        let mut recorder = Recorder::of(&prepared);
+        let mut recorder = Recorder::new(&prepared);
         let generation = generate(&attacking, cancel, &mut |event| {
             heard(event, &mut recorder, on_event);
         });
@@ -118,8 +118,8 @@ impl Opened {
         let effective = |c: &SelectedAttack| c.attack.has_effect();
         let Some(chosen) = made.chosen.filter(effective) else {
             return Ok(Some(match authorship {
-                Some(wrote) => Generated::Unwritten(wrote.nothing(), Arc::new(wrote)),
-                None => Generated::Nothing(nothing(&made.found, wish)),
+                Some(wrote) => GenerationOutcome::Unwritten(wrote.nothing(), Arc::new(wrote)),
+                None => GenerationOutcome::Nothing(nothing(&made.found, wish)),
             }));
         };
         let passed = workshop.gate().passes(&chosen.attack.change, None);
@@ -128,10 +128,10 @@ impl Opened {
         let ranked = ranked.map_err(|error| error.to_string())?;
         let original = {
             let outcome = workshop.closed.baseline().drive().outcome;
-            let planned = Planned::of(&prepared, outcome, recorder.cycles);
+            let planned = PlannedEgo::from_outcome(&prepared, outcome, recorder.cycles);
             Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
         };
-        let shown = Shown {
+        let shown = VariantDisplay {
             closed: workshop.closed,
             by: model.unwrap_or_else(|| effort.to_string()),
             only: wish.only,
@@ -144,7 +144,7 @@ impl Opened {
             return Ok(None);
         };
         let variant = variant.opened(wish, cycles, thresholds)?;
-        Ok(Some(Generated::Found {
+        Ok(Some(GenerationOutcome::Found {
             original: Box::new(original),
             variant: Box::new(variant),
         }))
@@ -160,33 +160,43 @@ fn heard(
     let heard = match event {
         GenerateEvent::Planning(event) => {
             recorder.hear(&event, &mut |done, of| {
-                on_event(GenerationProgress::Working(Working::Driving(done, of)));
+                on_event(GenerationProgress::Working(GenerationStage::Driving(
+                    done, of,
+                )));
             });
             return;
         }
         GenerateEvent::Searching(progress, of) => {
-            GenerationProgress::Working(Working::Searching(progress, of))
+            GenerationProgress::Working(GenerationStage::Searching(progress, of))
         }
-        GenerateEvent::Asking => GenerationProgress::Working(Working::Writing(Writing::default())),
+        GenerateEvent::Asking => {
+            GenerationProgress::Working(GenerationStage::Writing(AuthoringProgress::default()))
+        }
         GenerateEvent::Model(progress) => GenerationProgress::Model(progress),
-        GenerateEvent::Driving(done, of) => GenerationProgress::Working(Working::Trying(done, of)),
-        GenerateEvent::Certifying => GenerationProgress::Working(Working::Proving),
+        GenerateEvent::Driving(done, of) => {
+            GenerationProgress::Working(GenerationStage::Trying(done, of))
+        }
+        GenerateEvent::Certifying => GenerationProgress::Working(GenerationStage::Proving),
     };
     on_event(heard);
 }
 
 /// A variant's data for display, beside the attack.
-struct Shown {
+struct VariantDisplay {
     closed: ClosedLoop,
     by: String,
     only: Option<i64>,
-    passed: Passed,
+    passed: GateEvidence,
     ranked: Vec<Candidate>,
     authorship: Option<Authorship>,
 }
 
-impl Shown {
-    fn made(self, found: &SearchResult, chosen: SelectedAttack) -> Result<Made, String> {
+impl VariantDisplay {
+    fn made(
+        self,
+        found: &SearchResult,
+        chosen: SelectedAttack,
+    ) -> Result<GeneratedVariant, String> {
         let author = self.authorship.as_ref();
         let author = author.map(|wrote| wrote.authored.document(Some(&chosen.attack)));
         let Attack {
@@ -195,7 +205,7 @@ impl Shown {
             effect,
             ..
         } = chosen.attack;
-        Ok(Made {
+        Ok(GeneratedVariant {
             closed: self.closed,
             asked,
             change,

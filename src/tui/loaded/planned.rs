@@ -11,7 +11,7 @@ use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, Prepared
 
 /// The record of a planned ego.
 #[derive(Debug, PartialEq)]
-pub struct Planned {
+pub struct PlannedEgo {
     /// The forecast given to the planner.
     pub forecast: Forecast,
     /// The vehicle that was driven.
@@ -26,7 +26,7 @@ pub struct Planned {
     pub recorded: Option<Arc<Scene>>,
 }
 
-impl Planned {
+impl PlannedEgo {
     /// The width of a map with the ego in its middle that shows all that was chosen, metres.
     #[must_use]
     pub fn reach(&self) -> f64 {
@@ -58,12 +58,12 @@ impl Opened {
         on_step: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Self>, String> {
         let prepared = prepare(request).map_err(|error| error.to_string())?;
-        let mut recorder = Recorder::of(&prepared);
+        let mut recorder = Recorder::new(&prepared);
         let outcome = prepared.run(cancel, &mut |event| recorder.hear(&event, on_step));
         let outcome = outcome.map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
-            let planned = Planned::of(&prepared, drive.outcome, recorder.cycles);
+            let planned = PlannedEgo::from_outcome(&prepared, drive.outcome, recorder.cycles);
             Self::with_planned(&request.open, ego, planned, thresholds)
         }))
     }
@@ -72,7 +72,7 @@ impl Opened {
     pub(super) fn with_planned(
         request: &OpenRequest<'_>,
         ego: Ego,
-        (scenario, planned): (Arc<Scenario>, Planned),
+        (scenario, planned): (Arc<Scenario>, PlannedEgo),
         thresholds: &Thresholds,
     ) -> Self {
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
@@ -83,9 +83,9 @@ impl Opened {
     }
 }
 
-impl Planned {
+impl PlannedEgo {
     /// The record of a drive, and its scenario.
-    pub(super) fn of(
+    pub(super) fn from_outcome(
         prepared: &PreparedPlan,
         outcome: Outcome,
         cycles: Vec<CycleShown>,
@@ -112,9 +112,9 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    pub(super) fn of(prepared: &PreparedPlan) -> Self {
+    pub(super) fn new(prepared: &PreparedPlan) -> Self {
         Self {
-            limits: Limits::of(prepared.settings.planner.vehicle),
+            limits: Limits::for_vehicle(prepared.settings.planner.vehicle),
             dt: prepared.scenario.dt(),
             cycles: Vec::new(),
         }
@@ -129,7 +129,7 @@ impl Recorder {
             of,
         } = event;
         let planner = (*planner, &self.limits);
-        let shown = CycleShown::of(planner, cycle, &traffic(), self.dt);
+        let shown = CycleShown::new(planner, cycle, &traffic(), self.dt);
         self.cycles.push(shown);
         on_step(*done, *of);
     }

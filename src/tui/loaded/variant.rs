@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::authorship::{Authorship, Writer, Writing};
+use super::authorship::{AuthoringProgress, Authorship, Writer};
 use super::generated::GenerationProgress;
 use super::planned::Recorder;
-use super::{CycleShown, Opened, Planned};
+use super::{CycleShown, Opened, PlannedEgo};
 use crate::formats::Entry;
 use crate::formats::commonroad;
 use crate::generation::attacker::Candidate;
 use crate::generation::{
-    Avoidability, Change, ClosedLoop, Effect, Passed, Progress, Refusal, Variant,
+    Avoidability, Change, ClosedLoop, Effect, GateEvidence, Progress, Refusal, Variant,
 };
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
@@ -40,13 +40,13 @@ pub struct VariantRequest {
 
 /// The current stage of a generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Working {
+pub enum GenerationStage {
     /// The ego is planned in the original: steps done, and the most there can be.
     Driving(usize, usize),
     /// Attacks are searched for: how far that is, and how many motions there are to try.
     Searching(Progress, usize),
     /// A model chooses the attacker and writes motions.
-    Writing(Writing),
+    Writing(AuthoringProgress),
     /// The ego is driven against motions written by a model: done, and in total.
     Trying(usize, usize),
     /// Ways out of the best attacks are searched for.
@@ -57,7 +57,7 @@ pub enum Working {
 
 /// A generated variant, with its evidence.
 #[derive(Debug)]
-pub struct Made {
+pub struct GeneratedVariant {
     /// The original scenario and the ego's drive in it.
     pub closed: ClosedLoop,
     /// The motion requested of the attacker.
@@ -69,16 +69,16 @@ pub struct Made {
     /// Whether a good driver avoids it.
     pub avoidability: Avoidability,
     /// The gate's evidence.
-    pub passed: Passed,
+    pub passed: GateEvidence,
     /// Refusals on the way.
     pub refused: Vec<Refusal>,
     /// How far the search had come.
     pub progress: Progress,
     /// The one obstacle that was allowed to attack.
     pub only: Option<i64>,
-    /// Who could attack, by the reference, the least change first.
+    /// Possible attackers by the reference, the least change first.
     pub ranked: Vec<Candidate>,
-    /// Who thought of it.
+    /// The author of the attack.
     pub by: String,
     /// The model's choice and output, if a model is the author.
     pub authorship: Option<Arc<Authorship>>,
@@ -90,14 +90,14 @@ pub struct Made {
 #[derive(Debug, Clone)]
 pub struct VariantShown {
     /// The variant.
-    pub made: Arc<Made>,
+    pub made: Arc<GeneratedVariant>,
     /// Whether the variant is shown, and not the original.
     pub changed: bool,
 }
 
 /// Result of a search.
 #[derive(Debug, Clone)]
-pub enum Generated {
+pub enum GenerationOutcome {
     /// A variant.
     Found {
         /// The original with its planned ego.
@@ -105,13 +105,13 @@ pub enum Generated {
         /// The variant.
         variant: Box<Opened>,
     },
-    /// Nothing dangerous was found, and why.
+    /// No dangerous attack was found, and why.
     Nothing(String),
     /// A model produced nothing dangerous: why, and its output.
     Unwritten(String, Arc<Authorship>),
 }
 
-impl Made {
+impl GeneratedVariant {
     /// The variant as it is exported.
     #[must_use]
     pub fn variant(&self) -> Variant<'_> {
@@ -142,9 +142,12 @@ impl Made {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(GenerationProgress),
     ) -> Result<Option<Vec<CycleShown>>, String> {
-        let mut recorder = Recorder::of(prepared);
-        let mut on_step =
-            |done, of| on_event(GenerationProgress::Working(Working::Showing(done, of)));
+        let mut recorder = Recorder::new(prepared);
+        let mut on_step = |done, of| {
+            on_event(GenerationProgress::Working(GenerationStage::Showing(
+                done, of,
+            )))
+        };
         let scenario = &self.effect.scenario;
         let again = prepared.drive_in(scenario, cancel, &mut |event| {
             recorder.hear(&event, &mut on_step);
@@ -168,12 +171,12 @@ impl Made {
         let mut scenario = self.variant().scenario(&id);
         let bytes = commonroad::write(&scenario);
         let bytes = bytes.map_err(|error| format!("the variant has no file: {error}"))?;
-        scenario.hash = ContentHash::of(&bytes);
+        scenario.hash = ContentHash::digest(&bytes);
         let scenario = Arc::new(scenario);
         let driver = self.closed.driver();
         let ego = self.effect.drive.ego(driver.problem(), driver.settings());
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
-        let planned = Planned {
+        let planned = PlannedEgo {
             forecast: driver.settings().forecast,
             vehicle: driver.settings().planner.vehicle,
             problem: driver.problem().id,

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::evaluation::claims::{Checked, Subject, checked};
+use crate::evaluation::claims::{CheckedClaim, Subject, checked};
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{Measure, Series, Thresholds};
 use crate::scenario::{Scene, Window};
@@ -49,7 +49,7 @@ pub enum Computed {
     /// Predicted paths.
     Paths(PathRequest, Vec<Future>),
     /// The claims of a document, by its key.
-    Claims(u64, Vec<Checked>),
+    Claims(u64, Vec<CheckedClaim>),
 }
 
 impl Computation {
@@ -58,7 +58,7 @@ impl Computation {
     pub fn run(self) -> Computed {
         match self {
             Self::Measure(id, scene, obstacle, thresholds) => {
-                let measured = Measured::of(&scene, obstacle, &thresholds);
+                let measured = Measured::new(&scene, obstacle, &thresholds);
                 Computed::Measured(id, Box::new(measured))
             }
             Self::Plot(id, scene, measure, thresholds) => {

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::runs::{Batch, Counts, Ended};
+use super::runs::{Batch, BatchAnswer, Counts};
 use crate::evaluation::{Answer, Event, Question};
 use crate::formats::Entry;
 use crate::planner::Forecast;
 use crate::scenario::Transform;
-use crate::tui::loaded::{Generated, GenerationProgress, Opened, VariantRequest};
+use crate::tui::loaded::{GenerationOutcome, GenerationProgress, Opened, VariantRequest};
 
 /// Numbers the jobs; an event of one that has ended is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -18,9 +18,9 @@ pub struct JobId(pub u64);
 pub enum JobRequest {
     /// Ask a model.
     Question {
-        /// What is asked.
+        /// The question.
         question: Box<Question>,
-        /// Who is asked, `provider/model`.
+        /// The model, `provider/model`.
         model: String,
         /// Whether it is asked anew where the store has its answer.
         fresh: bool,
@@ -35,7 +35,7 @@ pub enum JobRequest {
     Batch(Arc<Batch>),
 }
 
-/// What a job tells, by its kind.
+/// Events of a job, by its kind.
 #[derive(Debug)]
 pub enum JobEvent {
     /// Pieces of an answer; then the whole answer, or why the store refused.
@@ -43,8 +43,8 @@ pub enum JobEvent {
     /// Planned steps, and steps at most; then the scenario with the planned ego.
     Plan(Update<(usize, usize), Box<Opened>>),
     /// Making a scenario dangerous.
-    Generate(Update<GenerationProgress, Generated>),
-    /// What a batch takes, as far as it is known.
+    Generate(Update<GenerationProgress, GenerationOutcome>),
+    /// The estimate of a batch, as far as known.
     Estimate(Update<Counts, Counts>),
     /// Asking the questions of a batch.
     Batch(Update<BatchProgress, ()>),
@@ -67,5 +67,5 @@ pub enum BatchProgress {
     /// The store knows it by this name, and it has so many questions to ask.
     Named(String, usize),
     /// A question was answered, or why not.
-    Answered(Result<Ended, String>),
+    Answered(Result<BatchAnswer, String>),
 }

@@ -1,10 +1,10 @@
-//! What goes to and comes from the history of runs and batches of questions.
+//! Messages of the history of runs, of results and of batches.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::description::Frame;
-use crate::evaluation::batch::{Counting, Estimate, Offer, RequestSettings};
+use crate::evaluation::batch::{AnswerSet, CountingChoice, Estimate, RequestSettings};
 use crate::evaluation::{Answer, Results};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
@@ -16,7 +16,7 @@ use crate::verdict::Task;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct PageId(pub u64);
 
-/// What the history asks of the store.
+/// Requests of the history to the store.
 #[derive(Debug)]
 pub enum HistoryCommand {
     /// The screen is open: the store is watched.
@@ -39,7 +39,7 @@ pub enum HistoryCommand {
     Export(Filter, PathBuf),
 }
 
-/// What the store tells the history.
+/// Answers of the store to the history.
 #[derive(Debug)]
 pub enum HistoryEvent {
     /// A part of the list.
@@ -48,7 +48,7 @@ pub enum HistoryEvent {
     Counted(Filter, u64),
     /// A run, if it is still there.
     Details(RunId, Result<Option<Box<Run>>, String>),
-    /// What the built-in judge says to the same question: dangerous or not, where that is known.
+    /// The built-in judge's answer to the same question: dangerous or not, where known.
     Truth(RunId, Option<bool>),
     /// The store was written to.
     Changed,
@@ -58,34 +58,34 @@ pub enum HistoryEvent {
     Exported(Result<String, String>),
 }
 
-/// What the screen of results asks of the store.
+/// Requests of the results screen to the store.
 #[derive(Debug)]
 pub enum ResultsCommand {
     /// Stored answers counted: these, or those of the newest batch, or all where there is no batch. Of all of them the
     /// built-in judge says what is true, for which these files may be the scenarios.
-    Read(PageId, Option<Counting>, Vec<Entry>),
+    Read(PageId, Option<AnswerSet>, Vec<Entry>),
     /// A run whole.
     Run(RunId),
-    /// Nothing any longer.
+    /// Stop reading.
     Stop,
 }
 
-/// What the store tells the screen of results.
+/// Answers of the store to the results screen.
 #[derive(Debug)]
 pub enum ResultsEvent {
-    /// What the answers come to.
+    /// The counted answers.
     Read(PageId, Result<Box<CountedAnswers>, String>),
     /// A run, if it is still there.
     Run(RunId, Result<Option<Box<Run>>, String>),
 }
 
-/// What stored answers come to.
+/// Counts over stored answers.
 #[derive(Debug)]
 pub struct CountedAnswers {
     /// Which are counted.
-    pub counting: Counting,
-    /// What there is to choose from.
-    pub offers: Vec<Offer>,
+    pub counting: AnswerSet,
+    /// The choices.
+    pub offers: Vec<CountingChoice>,
     /// A row for each way of asking.
     pub rows: Vec<Results>,
     /// Questions of the batch that were not asked, or not yet, or cannot be asked; they are not counted.
@@ -97,13 +97,13 @@ pub struct CountedAnswers {
 /// One question to one model about many scenarios.
 #[derive(Debug)]
 pub struct Batch {
-    /// What is asked.
+    /// The task.
     pub task: Task,
     /// From where scenes are described.
     pub frame: Frame,
     /// How it is asked.
     pub techniques: Techniques,
-    /// What the user says beside that.
+    /// The user's other settings.
     pub request: RequestSettings,
     /// Steps in a window.
     pub history: usize,
@@ -111,22 +111,22 @@ pub struct Batch {
     pub library: Library,
     /// The text of the template where it is not saved: its file and the text.
     pub draft: Option<(String, String)>,
-    /// What risk scores are.
+    /// The thresholds of risk scores.
     pub thresholds: Arc<Thresholds>,
-    /// Who is asked.
+    /// The model, `provider/model`.
     pub model: String,
     /// About which scenarios.
     pub entries: Vec<Entry>,
 }
 
-/// What is known of a batch before it is asked.
+/// The estimate of a batch before it is asked.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Counts {
     /// Scenarios that were looked at.
     pub looked: usize,
     /// Those of them whose truth is unknown: they are left out.
     pub unlabelled: usize,
-    /// What the questions take.
+    /// The size of the questions.
     pub estimate: Estimate,
     /// Why nothing would be sent, as things stand.
     pub refused: Option<String>,
@@ -137,7 +137,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// What the questions cost, in words.
+    /// The cost of the questions, in words.
     #[must_use]
     pub fn price(&self) -> String {
         let Estimate {
@@ -161,8 +161,8 @@ impl Counts {
 
 /// An answer within a batch.
 #[derive(Debug)]
-pub struct Ended {
-    /// What it is about: hash of the scenario, ego, task.
+pub struct BatchAnswer {
+    /// Its subject: hash of the scenario, ego, task.
     pub about: Option<(String, String, Task)>,
     /// The answer.
     pub answer: Box<Answer>,

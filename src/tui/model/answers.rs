@@ -1,7 +1,7 @@
 //! The compared answers, one column each, beside the built-in judge.
 
 use crate::description::Frame;
-use crate::evaluation::{Answer, Judged, Missing};
+use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 use crate::judge::Judgement;
 use crate::store::RunId;
 use crate::tui::message::JobId;
@@ -20,17 +20,17 @@ pub struct Answers {
     pub reference_ms: Option<u64>,
     /// Questions about scenarios that are not open any longer, with their names.
     pub elsewhere: Vec<(JobId, String)>,
-    /// Whose reasoning is shown.
-    pub shown: Shown,
+    /// The answer whose reasoning is shown.
+    pub shown: ShownAnswer,
     /// How far its text is scrolled; `None` while the end is followed.
     pub scroll: Option<usize>,
     /// The line that the verdict pane begins with.
     pub verdict_top: usize,
 }
 
-/// Whose reasoning is shown.
+/// The answer whose reasoning is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Shown {
+pub enum ShownAnswer {
     /// The built-in judge's.
     #[default]
     Reference,
@@ -74,7 +74,7 @@ pub enum Progress {
     Arriving(f64),
     /// It is here.
     Done(Box<Answer>),
-    /// Nothing was sent, and why.
+    /// Not sent, and why.
     Unasked(String),
     /// It was cancelled, or could not be kept; why.
     Broken(String),
@@ -96,7 +96,7 @@ impl Answers {
             self.columns.remove(old);
         }
         self.columns.push(column);
-        self.show(Shown::Column(self.columns.len() - 1));
+        self.show(ShownAnswer::Column(self.columns.len() - 1));
     }
 
     /// Takes away the columns beside that of `ask` that show the same run of the store.
@@ -105,10 +105,10 @@ impl Answers {
         while let Some(twin) = self.columns.iter().position(twin) {
             self.columns.remove(twin);
             match self.shown {
-                Shown::Column(i) if i > twin => self.shown = Shown::Column(i - 1),
-                Shown::Column(i) if i == twin => {
+                ShownAnswer::Column(i) if i > twin => self.shown = ShownAnswer::Column(i - 1),
+                ShownAnswer::Column(i) if i == twin => {
                     let same = self.columns.iter().position(|c| c.ask == Some(ask));
-                    self.show(same.map_or(Shown::Reference, Shown::Column));
+                    self.show(same.map_or(ShownAnswer::Reference, ShownAnswer::Column));
                 }
                 _ => {}
             }
@@ -121,7 +121,7 @@ impl Answers {
         let shown = self.shown;
         let columns = std::mem::take(&mut self.columns).into_iter().enumerate();
         let marked: Vec<(bool, Column)> = columns
-            .map(|(i, column)| (shown == Shown::Column(i), column))
+            .map(|(i, column)| (shown == ShownAnswer::Column(i), column))
             .collect();
         let mut models = std::collections::HashSet::new();
         let (mut first, mut behind) = (Vec::new(), Vec::new());
@@ -135,7 +135,7 @@ impl Answers {
         first.append(&mut behind);
         let marked = first;
         if let Some(place) = marked.iter().position(|(shown, _)| *shown) {
-            self.shown = Shown::Column(place);
+            self.shown = ShownAnswer::Column(place);
         }
         self.columns = marked.into_iter().map(|(_, column)| column).collect();
     }
@@ -154,12 +154,12 @@ impl Answers {
             self.columns.iter().position(twin)
         });
         if let Some(place) = same.or_else(|| self.columns.iter().position(of_way)) {
-            self.show(Shown::Column(place));
+            self.show(ShownAnswer::Column(place));
         }
     }
 
     /// Shows the reasoning of an answer, from its beginning, or at its end while it arrives.
-    pub fn show(&mut self, shown: Shown) {
+    pub fn show(&mut self, shown: ShownAnswer) {
         self.shown = shown;
         let running = self.column().is_some_and(Column::is_running);
         self.scroll = if running { None } else { Some(0) };
@@ -170,8 +170,8 @@ impl Answers {
     #[must_use]
     pub fn column(&self) -> Option<&Column> {
         match self.shown {
-            Shown::Reference => None,
-            Shown::Column(i) => self.columns.get(i),
+            ShownAnswer::Reference => None,
+            ShownAnswer::Column(i) => self.columns.get(i),
         }
     }
 
@@ -179,8 +179,8 @@ impl Answers {
     pub fn cycle(&mut self, forward: bool) {
         let count = self.columns.len() + 1;
         let now = match self.shown {
-            Shown::Column(i) => i,
-            Shown::Reference => count - 1,
+            ShownAnswer::Column(i) => i,
+            ShownAnswer::Reference => count - 1,
         };
         let next = if forward {
             (now + 1) % count
@@ -188,9 +188,9 @@ impl Answers {
             (now + count - 1) % count
         };
         self.show(if next == count - 1 {
-            Shown::Reference
+            ShownAnswer::Reference
         } else {
-            Shown::Column(next)
+            ShownAnswer::Column(next)
         });
     }
 
@@ -218,7 +218,11 @@ impl Column {
             Progress::Unasked(_) | Progress::Broken(_) => true,
             Progress::Done(answer) => matches!(
                 answer.judged,
-                Judged::Missing(Missing::NoAnswer(_) | Missing::NotSent(_) | Missing::Cancelled)
+                JudgeOutcome::Missing(
+                    MissingVerdict::NoAnswer(_)
+                        | MissingVerdict::NotSent(_)
+                        | MissingVerdict::Cancelled
+                )
             ),
             Progress::Waiting(_) | Progress::Retrying(_) | Progress::Arriving(_) => false,
         }

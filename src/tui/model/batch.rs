@@ -4,15 +4,15 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::List;
-use crate::formats::{Entry, Place};
+use crate::formats::{Entry, EntryLocation};
 use crate::tui::message::JobId;
 use crate::tui::message::runs::{Batch, Counts};
 
 /// The marked scenarios, by where they lie: the list may be read again.
 #[derive(Debug, Default)]
-pub struct Marks(HashSet<Place>);
+pub struct MarkedScenarios(HashSet<EntryLocation>);
 
-impl Marks {
+impl MarkedScenarios {
     /// Whether a scenario is marked.
     #[must_use]
     pub fn has(&self, entry: &Entry) -> bool {
@@ -58,7 +58,7 @@ impl Marks {
 pub struct Card {
     /// Its number.
     pub id: JobId,
-    /// What would be asked.
+    /// The batch to ask.
     pub batch: Arc<Batch>,
     /// Counts so far.
     pub counts: Counts,

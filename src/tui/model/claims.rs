@@ -4,15 +4,15 @@ use std::cell::RefCell;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-use super::{Model, Shown};
+use super::{Model, ShownAnswer};
 use crate::description::visible;
-use crate::evaluation::claims::{Checked, Judgement};
+use crate::evaluation::claims::{CheckedClaim, Judgement};
 
 /// Claims that are known, by what they were found in.
 #[derive(Debug, Default)]
 pub struct Claims {
     /// The newest last; `None` while they are being checked.
-    known: Vec<(u64, Option<Vec<Checked>>)>,
+    known: Vec<(u64, Option<Vec<CheckedClaim>>)>,
     /// The picked one: in which text, and which of its claims.
     pub picked: Option<(u64, usize)>,
     /// Answers that were read lately, beside what they were made of; the newest last.
@@ -72,7 +72,7 @@ const REASONING: &str = "── reasoning ──";
 impl Claims {
     /// The claims of a text, in its order; none until they were checked.
     #[must_use]
-    pub fn of(&self, key: u64) -> &[Checked] {
+    pub fn get(&self, key: u64) -> &[CheckedClaim] {
         let found = self.known.iter().find(|(known, _)| *known == key);
         found
             .and_then(|(_, claims)| claims.as_deref())
@@ -99,7 +99,7 @@ impl Claims {
     }
 
     /// Takes the claims of a text that were requested.
-    pub fn take(&mut self, key: u64, claims: Vec<Checked>) {
+    pub fn take(&mut self, key: u64, claims: Vec<CheckedClaim>) {
         if let Some((_, place)) = self.known.iter_mut().find(|(known, _)| *known == key) {
             *place = Some(claims);
         }
@@ -116,7 +116,7 @@ impl Claims {
 
 /// How many are right, wrong, and cannot be told.
 #[must_use]
-pub fn counted(claims: &[Checked]) -> (usize, usize, usize) {
+pub fn counted(claims: &[CheckedClaim]) -> (usize, usize, usize) {
     let count = |is: fn(&Judgement) -> bool| claims.iter().filter(|c| is(&c.judgement)).count();
     (
         count(|j| *j == Judgement::Right),
@@ -128,15 +128,15 @@ pub fn counted(claims: &[Checked]) -> (usize, usize, usize) {
 impl Model {
     /// An answer as it is read; `None` if there is none.
     #[must_use]
-    pub fn document(&self, shown: Shown) -> Option<Arc<Document>> {
+    pub fn document(&self, shown: ShownAnswer) -> Option<Arc<Document>> {
         let parts = match shown {
-            Shown::Reference => Parts {
+            ShownAnswer::Reference => Parts {
                 reasoning: "",
                 text: &self.answers.reference.as_ref()?.reasoning,
                 window: self.window().map(|w| (w.first(), w.last())),
                 whole: true,
             },
-            Shown::Column(place) => {
+            ShownAnswer::Column(place) => {
                 let column = self.answers.columns.get(place)?;
                 Parts {
                     reasoning: &column.reasoning,

@@ -1,6 +1,6 @@
 //! Full-screen comparison of answers, and a person's ratings of them.
 
-use super::{Model, Shown};
+use super::{Model, ShownAnswer};
 use crate::store::{Choice, NewRating, Rating};
 
 /// The screen of answers side by side.
@@ -9,7 +9,7 @@ pub struct Compare {
     /// Whether it is open.
     pub open: bool,
     /// The answers, from the left.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<ShownAnswer>,
     /// The column that has the keys.
     pub focus: usize,
     /// Whether every column scrolls on its own.
@@ -27,12 +27,12 @@ pub struct Compare {
     /// The rating of these answers in the store: its number, and what it says is chosen.
     pub kept: Option<(i64, Choice)>,
     /// Ratings that are on their way to the store.
-    pub keeping: Vec<Keeping>,
+    pub keeping: Vec<PendingRating>,
     /// Models are hidden until something was chosen.
-    pub blind: Option<Blind>,
+    pub blind: Option<BlindMode>,
     /// The ratings, while their totals are displayed.
     pub ratings: Option<Vec<Rating>>,
-    /// Who rates.
+    /// The rater.
     pub person: String,
     /// From where the seeds of shuffled orders come.
     pub seed: u64,
@@ -40,7 +40,7 @@ pub struct Compare {
 
 /// A rating on its way to the store.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Keeping {
+pub struct PendingRating {
     /// Of which answers, see [`Compare::round`].
     pub round: u64,
     /// The choice.
@@ -53,9 +53,9 @@ pub struct Keeping {
 
 /// Blind mode.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Blind {
+pub struct BlindMode {
     /// Groups of answers that are still to be rated on this scenario, the next one last.
-    pub left: Vec<Vec<Shown>>,
+    pub left: Vec<Vec<ShownAnswer>>,
     /// Answers side by side.
     pub size: usize,
     /// Seed of the order of the present ones.
@@ -64,7 +64,7 @@ pub struct Blind {
     pub waiting: bool,
 }
 
-impl Default for Blind {
+impl Default for BlindMode {
     fn default() -> Self {
         Self {
             left: Vec::new(),
@@ -108,7 +108,7 @@ impl Compare {
     }
 
     /// Begins with other answers, from their beginnings.
-    pub fn show(&mut self, shown: Vec<Shown>) {
+    pub fn show(&mut self, shown: Vec<ShownAnswer>) {
         self.tops = vec![Some(0); shown.len()];
         self.marks = vec![None; shown.len()];
         self.marking = None;

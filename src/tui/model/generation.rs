@@ -6,7 +6,9 @@ use super::Model;
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, Transform};
 use crate::tui::action::Action;
-use crate::tui::loaded::{Authorship, Made, Opened, VariantShown, Working, Writing};
+use crate::tui::loaded::{
+    AuthoringProgress, Authorship, GeneratedVariant, GenerationStage, Opened, VariantShown,
+};
 use crate::tui::message::JobId;
 
 /// Variants that are kept; beyond, the oldest go.
@@ -19,7 +21,7 @@ pub struct GenerationState {
     pub under_way: Option<Search>,
     /// Variants that were made since the start, the oldest first; one of a scenario and change.
     kept: Vec<KeptVariant>,
-    /// What models wrote that came to nothing, the newest last; one of a scenario and change.
+    /// Output of models without a dangerous result, the newest last; one for each scenario and change.
     unwritten: Vec<Unwritten>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
     heard_out: Vec<(ContentHash, Option<i64>, String)>,
@@ -38,7 +40,7 @@ pub struct Search {
     /// The place of the scenario in the list.
     pub place: usize,
     /// The current stage; `None` until it has started.
-    pub at: Option<Working>,
+    pub at: Option<GenerationStage>,
     /// Why a model has not answered yet, where something is waited for.
     pub waits: Option<String>,
 }
@@ -51,14 +53,19 @@ pub struct KeptVariant {
     /// The variant.
     pub variant: Box<Opened>,
     /// The variant itself.
-    pub made: Arc<Made>,
+    pub made: Arc<GeneratedVariant>,
     /// The files that it was written to.
     pub saved: Option<String>,
 }
 
 impl GenerationState {
     /// Keeps a variant; one of the same scenario goes.
-    pub fn keep(&mut self, original: Box<Opened>, variant: Box<Opened>, made: Arc<Made>) {
+    pub fn keep(
+        &mut self,
+        original: Box<Opened>,
+        variant: Box<Opened>,
+        made: Arc<GeneratedVariant>,
+    ) {
         let (hash, change) = (original.scenario.hash, original.change);
         self.kept.retain(|kept| !kept.is_of(hash, change));
         self.kept.push(KeptVariant {
@@ -79,7 +86,7 @@ impl GenerationState {
     }
 
     /// The variant was written to these files.
-    pub fn saved(&mut self, made: &Arc<Made>, files: &str) {
+    pub fn saved(&mut self, made: &Arc<GeneratedVariant>, files: &str) {
         let mut kept = self.kept.iter_mut();
         if let Some(kept) = kept.find(|kept| Arc::ptr_eq(&kept.made, made)) {
             kept.saved = Some(files.into());
@@ -88,7 +95,7 @@ impl GenerationState {
 
     /// Where the variant was written to.
     #[must_use]
-    pub fn files(&self, made: &Arc<Made>) -> Option<&str> {
+    pub fn files(&self, made: &Arc<GeneratedVariant>) -> Option<&str> {
         let mut kept = self.kept.iter();
         let kept = kept.find(|kept| Arc::ptr_eq(&kept.made, made))?;
         kept.saved.as_deref()
@@ -156,24 +163,28 @@ impl KeptVariant {
 
 /// Describes the stage of a search, briefly or with all its numbers.
 #[must_use]
-pub fn working_words(at: Option<Working>, whole: bool) -> String {
+pub fn working_words(at: Option<GenerationStage>, whole: bool) -> String {
     match at {
         None => "generating".into(),
-        Some(Working::Driving(done, of)) => driving_words("the original", (done, of), whole),
-        Some(Working::Showing(done, of)) => driving_words("the variant", (done, of), whole),
-        Some(Working::Writing(at)) => writing_words(&at, whole),
-        Some(Working::Trying(done, of)) if whole => {
+        Some(GenerationStage::Driving(done, of)) => {
+            driving_words("the original", (done, of), whole)
+        }
+        Some(GenerationStage::Showing(done, of)) => driving_words("the variant", (done, of), whole),
+        Some(GenerationStage::Writing(at)) => writing_words(&at, whole),
+        Some(GenerationStage::Trying(done, of)) if whole => {
             format!("generating: driving against motion {} of {of}", done + 1)
         }
-        Some(Working::Trying(done, of)) => format!("driving against motion {}/{of}", done + 1),
-        Some(Working::Proving) if whole => {
+        Some(GenerationStage::Trying(done, of)) => {
+            format!("driving against motion {}/{of}", done + 1)
+        }
+        Some(GenerationStage::Proving) if whole => {
             "generating: looking for ways a good driver avoids it".into()
         }
-        Some(Working::Proving) => "can it be avoided?".into(),
-        Some(Working::Searching(progress, of)) if !whole => {
+        Some(GenerationStage::Proving) => "can it be avoided?".into(),
+        Some(GenerationStage::Searching(progress, of)) if !whole => {
             format!("trying motion {}/{of}", progress.tried)
         }
-        Some(Working::Searching(progress, of)) => format!(
+        Some(GenerationStage::Searching(progress, of)) => format!(
             "generating: motion {} of {of}, {} refused, {} driven, best {}",
             progress.tried,
             progress.refused,
@@ -194,7 +205,7 @@ fn driving_words(what: &str, (done, of): (usize, usize), whole: bool) -> String 
 }
 
 /// Describes a model's progress.
-fn writing_words(at: &Writing, whole: bool) -> String {
+fn writing_words(at: &AuthoringProgress, whole: bool) -> String {
     if at.begun == 0 {
         return "model: chooses the attacker".into();
     }

@@ -45,7 +45,7 @@ pub struct History {
     /// An action to perform on a run once it is loaded completely.
     pub then: Option<(RunId, Action)>,
     /// The input line.
-    pub typing: Option<Typing>,
+    pub typing: Option<InputPurpose>,
     /// Undo stack of deleted (or restored) runs.
     pub undo: Vec<(RunId, bool)>,
     /// Why the store cannot be read.
@@ -54,7 +54,7 @@ pub struct History {
 
 /// Purpose of the input line in the history.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Typing {
+pub enum InputPurpose {
     /// Words and filters.
     Search,
     /// A note on a run.

@@ -10,9 +10,9 @@ use crate::tui::message::JobId;
 pub struct Job {
     /// Its number.
     pub id: JobId,
-    /// What it is.
+    /// Its kind.
     pub kind: JobKind,
-    /// What it is about, in words.
+    /// Its subject, in words.
     pub title: String,
     /// Where it stands.
     pub state: JobState,
@@ -26,7 +26,7 @@ pub struct Job {
     pub of: usize,
     /// Tokens, as the servers counted them; while an answer arrives, those of its text, estimated.
     pub tokens: u64,
-    /// What it cost so far, US dollars, as far as that is known.
+    /// Its cost so far, US dollars, as far as known.
     pub cost: f64,
     /// Answers whose cost is not known.
     pub unpriced: usize,
@@ -42,7 +42,7 @@ pub struct Job {
     pub why: Option<String>,
 }
 
-/// What a job is.
+/// The kind of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobKind {
     /// A question.
@@ -62,7 +62,7 @@ pub enum JobKind {
 /// Where a job stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum JobState {
-    /// Nothing has arrived yet; perhaps why.
+    /// No answer has arrived yet; perhaps why.
     Waiting(String),
     /// It goes on.
     Running,
@@ -143,7 +143,7 @@ impl Job {
         }
     }
 
-    /// What came of a batch, in words.
+    /// The outcome of a batch, in words.
     #[must_use]
     pub fn outcome(&self) -> String {
         let (agree, differ, failed) = self.tally;
@@ -221,7 +221,7 @@ impl Jobs {
         self.all.iter().any(batch)
     }
 
-    /// What this session cost, US dollars, and the number of answers whose cost is not known.
+    /// The cost of this session, US dollars, and the number of answers of unknown cost.
     #[must_use]
     pub fn cost(&self) -> (f64, usize) {
         let add = |(usd, unknown), job: &Job| (usd + job.cost, unknown + job.unpriced);

@@ -98,7 +98,7 @@ impl List {
     pub fn add(&mut self, entries: Vec<Entry>) {
         for entry in entries {
             let mut row = Row::new(entry, self.rows.len());
-            row.own_tags = self.tags.of(&row.entry.name).to_vec();
+            row.own_tags = self.tags.tags_for(&row.entry.name).to_vec();
             self.longest = self.longest.max(row.entry.name.width());
             self.rows.push(row);
         }
@@ -121,7 +121,7 @@ impl List {
     pub fn set_tags(&mut self, tags: Tags) {
         self.tags = tags;
         for row in &mut self.rows {
-            row.own_tags = self.tags.of(&row.entry.name).to_vec();
+            row.own_tags = self.tags.tags_for(&row.entry.name).to_vec();
         }
         self.stale = true;
     }
@@ -168,7 +168,7 @@ impl List {
     pub fn select(&mut self, place: usize) -> bool {
         let there = |line: &Line| matches!(line, Line::Scenario(p, _) if *p == place);
         if !self.lines.iter().any(there) && self.visible.contains(&place) {
-            for (_, name) in self.grouping.of(&self.rows[place]) {
+            for (_, name) in self.grouping.groups_of(&self.rows[place]) {
                 self.shut.remove(&name);
             }
             self.arrange(true);
@@ -328,7 +328,7 @@ impl List {
         }
         let mut members: BTreeMap<(u8, String), Vec<usize>> = BTreeMap::new();
         for &place in &self.visible {
-            for group in self.grouping.of(&self.rows[place]) {
+            for group in self.grouping.groups_of(&self.rows[place]) {
                 members.entry(group).or_default().push(place);
             }
         }

@@ -5,7 +5,7 @@ use ratatui::layout::Position;
 use super::{Border, Model, Picker, Sizes};
 use crate::tui::action::Action;
 use crate::tui::keymap::{Key, Keymap, Preset};
-use crate::tui::theme::{AUTO, Depth, Named, Theme};
+use crate::tui::theme::{AUTO, ColorDepth, Named, Theme};
 
 /// Symbols that the terminal supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub struct Look {
     /// The themes that can be chosen, in all colours.
     pub themes: Vec<Named>,
     /// How many colours the terminal has.
-    pub depth: Depth,
+    pub depth: ColorDepth,
     /// Whether its background is dark.
     pub dark: bool,
     /// Which signs it can show.
@@ -44,11 +44,11 @@ pub struct Look {
 impl Default for Look {
     fn default() -> Self {
         Self {
-            keymap: Keymap::of(Preset::Default),
+            keymap: Keymap::from_preset(Preset::Default),
             pending: Vec::new(),
             chosen: AUTO.into(),
             themes: Vec::new(),
-            depth: Depth::True,
+            depth: ColorDepth::True,
             dark: true,
             glyphs: Glyphs::Unicode,
             glyphs_here: Glyphs::Unicode,
@@ -93,7 +93,7 @@ impl Look {
     /// The theme of this name as the terminal can show it.
     ///
     /// # Errors
-    /// There is no such theme, or its file is invalid.
+    /// The theme does not exist, or its file is invalid.
     pub fn theme(&self, name: &str) -> Result<Theme, String> {
         let wanted = match name {
             AUTO if self.dark => "dark",

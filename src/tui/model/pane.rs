@@ -46,7 +46,7 @@ impl Pane {
         }
     }
 
-    /// Whose keys it takes.
+    /// The scope of its keys.
     #[must_use]
     pub fn scope(self) -> Scope {
         match self {

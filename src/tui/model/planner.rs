@@ -1,11 +1,11 @@
 //! The planner in the workbench: its settings, and the drive in progress.
 
 use super::Model;
-use super::kept::Kept;
+use super::rollout_cache::RolloutCache;
 use crate::planner::Forecast;
 use crate::scenario::{ContentHash, Scene};
 use crate::tui::action::Action;
-use crate::tui::loaded::{CycleShown, Planned};
+use crate::tui::loaded::{CycleShown, PlannedEgo};
 use crate::tui::message::JobId;
 
 /// State of planning beside the open scenario.
@@ -14,20 +14,20 @@ pub struct Driver {
     /// The forecast given to the planner.
     pub forecast: Forecast,
     /// The drive that is under way.
-    pub under_way: Option<UnderWay>,
+    pub under_way: Option<RunningDrive>,
     /// The place in the list of a scenario without an ego, and the seconds after which one is planned for it.
     pub waits: Option<(usize, f64)>,
     /// The scenario that shall stay without a planned ego, until another one is open.
     pub declined: Option<ContentHash>,
     /// Drives that were made since the start.
-    pub kept: Kept,
+    pub kept: RolloutCache,
     /// A kept drive has just replaced the recorded ego, not yet announced.
     pub again: bool,
 }
 
 /// A drive that is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct UnderWay {
+pub struct RunningDrive {
     /// Its number.
     pub id: JobId,
     /// The place of the scenario in the list.
@@ -45,7 +45,7 @@ impl Default for Driver {
             under_way: None,
             waits: None,
             declined: None,
-            kept: Kept::default(),
+            kept: RolloutCache::default(),
             again: false,
         }
     }
@@ -64,7 +64,7 @@ pub fn forecast_words(forecast: Forecast) -> &'static str {
 impl Model {
     /// How the ego of the opened scenario was planned, where it was.
     #[must_use]
-    pub fn planned(&self) -> Option<&Planned> {
+    pub fn planned(&self) -> Option<&PlannedEgo> {
         self.opened.as_ref()?.planned.as_deref()
     }
 

@@ -16,14 +16,14 @@ pub struct Plot {
     /// The measure's values over the opened scene, once computed.
     pub series: Option<Box<Series>>,
     /// The last request.
-    asked: Option<Asked>,
+    asked: Option<SeriesRequest>,
     /// The comparison plotted instead of the measure, if the ego was planned.
     pub drives: Option<Drives>,
 }
 
 /// Values computed or in progress.
 #[derive(Debug)]
-struct Asked {
+struct SeriesRequest {
     id: SeriesId,
     measure: &'static str,
     scene: Arc<Scene>,
@@ -76,7 +76,7 @@ impl Plot {
     /// The values of the measure over this scene are on their way under a number.
     pub fn wait(&mut self, id: SeriesId, scene: Arc<Scene>, thresholds: Arc<Thresholds>) {
         self.series = None;
-        self.asked = Some(Asked {
+        self.asked = Some(SeriesRequest {
             id,
             measure: self.measure.id,
             scene,
@@ -91,7 +91,7 @@ impl Plot {
         }
     }
 
-    /// There is nothing to plot.
+    /// No data to plot.
     pub fn clear(&mut self) {
         self.series = None;
         self.asked = None;

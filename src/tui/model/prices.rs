@@ -16,18 +16,18 @@ impl Prices {
         Self(Some((registry, day)))
     }
 
-    fn of(&self, model: &str) -> Option<Pricing> {
+    fn pricing_for(&self, model: &str) -> Option<Pricing> {
         let (registry, day) = self.0.as_ref()?;
         registry.pricing(model, *day)
     }
 
-    /// What asking a model so many tokens costs, in words; the answer is included where its length has a limit.
+    /// The cost of asking a model this many tokens, in words; includes the answer if its length has a limit.
     #[must_use]
     pub fn words(&self, model: &str, tokens: usize, most: Option<u32>) -> String {
         if model == judge::MODEL {
             return "built in: free".into();
         }
-        let Some(pricing) = self.of(model) else {
+        let Some(pricing) = self.pricing_for(model) else {
             return "price unknown".into();
         };
         let tokens = u32::try_from(tokens).unwrap_or(u32::MAX);

@@ -211,7 +211,7 @@ impl PromptPane {
         self.shipped
     }
 
-    /// What the text in the editor changes in the shipped template, as a unified diff; `None` if it is the same.
+    /// The changes of the editor's text to the shipped template, as a unified diff; `None` without changes.
     #[must_use]
     pub fn difference(&self) -> Option<String> {
         let (name, shipped) = self.shipped?;

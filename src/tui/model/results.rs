@@ -2,8 +2,8 @@
 
 use ratatui::layout::{Position, Rect};
 
-use crate::evaluation::batch::{Counting, Offer};
-use crate::evaluation::{Counted, Outcome, Results};
+use crate::evaluation::batch::{AnswerSet, CountingChoice};
+use crate::evaluation::{AnswerOutcome, Outcome, Results};
 use crate::store::RunId;
 use crate::tui::message::runs::{CountedAnswers, PageId};
 
@@ -19,11 +19,11 @@ pub struct ResultsView {
     /// Why the store cannot be read.
     pub error: Option<String>,
     /// The source the user chose to count.
-    pub chosen: Option<Counting>,
-    /// What is counted in the rows; `None` before anything was read.
-    pub counting: Option<Counting>,
+    pub chosen: Option<AnswerSet>,
+    /// The answers counted in the rows; `None` until they are read.
+    pub counting: Option<AnswerSet>,
     /// The choices on offer.
-    pub offers: Vec<Offer>,
+    pub offers: Vec<CountingChoice>,
     /// The line of that list, while it is open.
     pub choosing: Option<usize>,
     /// A row for each way of asking.
@@ -55,16 +55,16 @@ impl ResultsView {
 
     /// The answers of the selected cell.
     #[must_use]
-    pub fn answers(&self) -> Vec<&Counted> {
+    pub fn answers(&self) -> Vec<&AnswerOutcome> {
         let wanted = self.outcome();
         let all = self.row().map_or(&[][..], |row| &row.answers);
-        let fits = |a: &&Counted| wanted.is_none_or(|outcome| a.outcome == outcome);
+        let fits = |a: &&AnswerOutcome| wanted.is_none_or(|outcome| a.outcome == outcome);
         all.iter().filter(fits).collect()
     }
 
     /// Describes what is counted, with its ground truth.
     #[must_use]
-    pub fn offer(&self) -> Option<&Offer> {
+    pub fn offer(&self) -> Option<&CountingChoice> {
         let counting = self.counting?;
         self.offers.iter().find(|offer| offer.counting == counting)
     }

@@ -23,7 +23,7 @@ pub enum Edge {
 /// Pane sizes set by the user, as fractions of the screen's width or height; others keep their defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Shares {
+pub struct PaneShares {
     list: Option<f64>,
     right: Option<f64>,
     prompt: Option<f64>,
@@ -37,13 +37,13 @@ pub struct Shares {
 #[serde(default, deny_unknown_fields)]
 pub struct Sizes {
     /// Where everything is shown at once.
-    pub wide: Shares,
+    pub wide: PaneShares,
     /// Where panes take turns.
-    pub compact: Shares,
+    pub compact: PaneShares,
 }
 
-impl Shares {
-    fn of(&mut self, edge: Edge) -> &mut Option<f64> {
+impl PaneShares {
+    fn share(&mut self, edge: Edge) -> &mut Option<f64> {
         match edge {
             Edge::List => &mut self.list,
             Edge::Right => &mut self.right,
@@ -58,7 +58,7 @@ impl Shares {
     #[must_use]
     pub fn cells(mut self, edge: Edge, total: u16, usual: u16, limits: (u16, u16)) -> u16 {
         let (least, most) = limits;
-        let share = *self.of(edge);
+        let share = *self.share(edge);
         // A saved value may be no valid fraction.
         let moved = share.filter(|share| (0.0..=1.0).contains(share));
         let wanted = moved.map_or(usual, |share| (share * f64::from(total)).round() as u16);
@@ -114,6 +114,6 @@ impl Sizes {
             true => &mut self.wide,
             false => &mut self.compact,
         };
-        *shares.of(border.edge) = Some(f64::from(cells) / f64::from(border.total.max(1)));
+        *shares.share(border.edge) = Some(f64::from(cells) / f64::from(border.total.max(1)));
     }
 }

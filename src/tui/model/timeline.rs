@@ -1,6 +1,6 @@
 //! The timeline beside the clock: the measure of its strips, and disagreements between answers and judge.
 
-use super::{Model, Shown};
+use super::{Model, ShownAnswer};
 use crate::metrics::{Danger, Measure, Series, measure};
 use crate::tui::message::OpenId;
 
@@ -90,8 +90,8 @@ impl Model {
         let step = self.clock.step();
         let all = self.disagreements();
         let shown = match self.answers.shown {
-            Shown::Column(column) => Some(column),
-            Shown::Reference => None,
+            ShownAnswer::Column(column) => Some(column),
+            ShownAnswer::Reference => None,
         };
         let here = |d: &Disagreement| d.step == step && Some(d.column) == shown;
         match all.iter().position(here) {

@@ -15,7 +15,7 @@ pub struct Values {
 impl Values {
     /// The values of this obstacle, if they are known.
     #[must_use]
-    pub fn of(&self, obstacle: Option<i64>) -> Option<&Measured> {
+    pub fn for_obstacle(&self, obstacle: Option<i64>) -> Option<&Measured> {
         self.found
             .as_deref()
             .filter(|found| found.obstacle == obstacle)

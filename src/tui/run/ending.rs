@@ -4,7 +4,7 @@ use crate::system::job_control::{JobSignal, Signals};
 
 /// A signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Heard {
+pub enum TerminationSignal {
     /// The program is to end, or the terminal is gone.
     End,
     /// Ctrl-C or Ctrl-\ from elsewhere: they are keys here, and mean another program while that has the terminal.
@@ -14,16 +14,19 @@ pub enum Heard {
 }
 
 #[cfg(unix)]
-type Ends = [(tokio::signal::unix::Signal, Heard); 4];
+type Ends = [(tokio::signal::unix::Signal, TerminationSignal); 4];
 
 #[cfg(unix)]
 fn ends() -> std::io::Result<Ends> {
     use tokio::signal::unix::{SignalKind, signal};
     Ok([
-        (signal(SignalKind::terminate())?, Heard::End),
-        (signal(SignalKind::hangup())?, Heard::End),
-        (signal(SignalKind::interrupt())?, Heard::Interrupt),
-        (signal(SignalKind::quit())?, Heard::Interrupt),
+        (signal(SignalKind::terminate())?, TerminationSignal::End),
+        (signal(SignalKind::hangup())?, TerminationSignal::End),
+        (
+            signal(SignalKind::interrupt())?,
+            TerminationSignal::Interrupt,
+        ),
+        (signal(SignalKind::quit())?, TerminationSignal::Interrupt),
     ])
 }
 
@@ -60,7 +63,7 @@ impl Ending {
     }
 
     /// Waits for the next one.
-    pub async fn wait(&mut self) -> Heard {
+    pub async fn wait(&mut self) -> TerminationSignal {
         #[cfg(unix)]
         {
             let signals = &mut self.signals;
@@ -74,10 +77,10 @@ impl Ending {
             tokio::select! {
                 biased;
                 heard = ended => heard,
-                job = self.job.wait() => Heard::Job(job),
+                job = self.job.wait() => TerminationSignal::Job(job),
             }
         }
         #[cfg(not(unix))]
-        Heard::Job(self.job.wait().await)
+        TerminationSignal::Job(self.job.wait().await)
     }
 }

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use super::super::background::{self, Background};
 use super::super::keymap::{Keymap, Preset};
-use super::super::message::session::Where;
 use super::super::model::{Glyphs, Look, Model, Prices};
-use super::super::tasks::{self, thresholds};
-use super::super::theme::{AUTO, Depth, Theme};
-use super::super::update::session_restore;
+use super::super::session::SavedLocation;
+use super::super::session::{self, restore};
+use super::super::tasks::thresholds;
+use super::super::theme::{AUTO, ColorDepth, Theme};
 use super::super::user_file::first;
 use crate::evaluation::default_planning;
 use crate::formats::EgoSelection;
@@ -37,7 +37,7 @@ pub fn prepare(
     complaints.extend(registry.broken().map(|(_, why)| why.to_string()));
     let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
         complaints.push(format!("{}; the default keys are in use", first(&mistakes)));
-        Keymap::of(Preset::Default)
+        Keymap::from_preset(Preset::Default)
     });
     let library = Library::load(Some(&folders.prompts()));
     for problem in &library.problems {
@@ -52,7 +52,7 @@ pub fn prepare(
         complaints.push(format!("{error}; the default colours are in use"));
         Theme::default_for(background.dark)
     });
-    let depth = Depth::of_environment(env);
+    let depth = ColorDepth::of_environment(env);
     let glyphs_here = Glyphs::of_environment(env);
     let look = Look {
         keymap,
@@ -90,9 +90,9 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
     if !model.recall.on {
         return;
     }
-    model.recall.paths = Where::of_arguments(&model.paths, &model.recall.here);
-    match tasks::session_file::read(&folders.sessions(), &model.recall.paths) {
-        Ok(Some(found)) => session_restore::restore(model, found, *ego != EgoSelection::Beside),
+    model.recall.paths = SavedLocation::of_arguments(&model.paths, &model.recall.here);
+    match session::file::read(&folders.sessions(), &model.recall.paths) {
+        Ok(Some(found)) => restore::restore(model, found, *ego != EgoSelection::Beside),
         Ok(None) => {}
         Err(error) => model.tell(format!("{error}; a new session begins")),
     }

@@ -46,7 +46,7 @@ impl Screen for AboutScreen {
     }
 }
 
-/// So many files are named; more of them tell nothing new.
+/// Most files to name; more would add no information.
 const NAMED: usize = 100;
 
 /// Files that the list leaves out.

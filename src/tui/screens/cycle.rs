@@ -9,7 +9,7 @@ use super::{Screen, Step, moves_scene};
 use crate::description::visible;
 use crate::planner::{Emergency, unavoided};
 use crate::tui::action::Action;
-use crate::tui::loaded::{CycleShown, Planned};
+use crate::tui::loaded::{CycleShown, PlannedEgo};
 use crate::tui::model::{Model, forecast_words};
 use crate::tui::widgets::hints::{self, Hint};
 use crate::tui::widgets::lines::{self, Lines};
@@ -82,7 +82,7 @@ fn without(model: &Model) -> String {
     }
 }
 
-fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> Text<'static> {
+fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -> Text<'static> {
     let theme = &model.theme;
     let mut lines = Lines::new(theme, width);
     lines.title("the drive");

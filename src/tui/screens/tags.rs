@@ -96,7 +96,7 @@ impl TagsScreen {
     /// Keeps what was typed, if it differs.
     fn keep(&self, model: &Model) -> Option<Effect> {
         let tags = Tags::typed(&self.typed);
-        let differs = tags != model.list.tags.of(&self.scenario);
+        let differs = tags != model.list.tags.tags_for(&self.scenario);
         differs.then(|| Effect::ChangeTags(self.scenario.clone(), tags))
     }
 }

@@ -13,10 +13,10 @@ use super::Tasks;
 use super::job::Canceller;
 use crate::evaluation::batch::Matrix;
 use crate::evaluation::{Judge, Judges};
-use crate::formats::{EgoSelection, Place};
+use crate::formats::{EgoSelection, EntryLocation};
 use crate::planner::Cancel;
 use crate::store::{Item, Store, StoreError};
-use crate::tui::message::runs::{Batch, Counts, Ended};
+use crate::tui::message::runs::{Batch, BatchAnswer, Counts};
 use crate::tui::message::{BatchProgress, JobEvent, JobId, Msg, Update};
 use crate::workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
@@ -37,7 +37,7 @@ struct Ready {
     judges: Judges,
 }
 
-/// What estimating a batch needs.
+/// Input of a batch estimate.
 struct Estimating {
     batch: Arc<Batch>,
     judge: Judge,
@@ -46,7 +46,7 @@ struct Estimating {
     counts: Counts,
 }
 
-/// What asking a batch needs.
+/// Input of asking a batch.
 struct Asking {
     id: JobId,
     ready: Arc<OnceLock<Ready>>,
@@ -129,8 +129,8 @@ impl Batch {
     /// What the store is to keep of it.
     fn request(&self, ego: &EgoSelection) -> BatchRequest {
         let paths = self.entries.iter().map(|entry| match &entry.place {
-            Place::File(path) => path.clone(),
-            Place::Bundled(_) => PathBuf::from(&entry.name),
+            EntryLocation::File(path) => path.clone(),
+            EntryLocation::Bundled(_) => PathBuf::from(&entry.name),
         });
         BatchRequest {
             paths: paths.collect(),
@@ -255,14 +255,14 @@ impl Asking {
     }
 }
 
-/// What a question of a batch came to, beside what the built-in judge says to it.
-fn outcome(ended: batch::Ended) -> Result<Ended, String> {
+/// The outcome of a batch question, beside the built-in judge's answer.
+fn outcome(ended: batch::QuestionOutcome) -> Result<BatchAnswer, String> {
     let Some((question, answer)) = ended.answered else {
         return Err(ended.error.unwrap_or_default());
     };
     let case = &question.case;
     let scenario = case.scene.scenario.hash.to_string();
-    Ok(Ended {
+    Ok(BatchAnswer {
         about: Some((scenario, case.scene.ego.to_string(), case.task)),
         answer,
         truth: question.reference().map(|verdict| verdict.dangerous),

@@ -33,12 +33,12 @@ pub struct Reader {
     reading: Arc<OnceLock<Interrupter>>,
 }
 
-/// What is needed to judge the question of a run.
+/// Input for judging the question of a run.
 #[derive(Debug, Clone)]
 pub struct Judging {
     /// The ego of a scenario where no obstacle is taken in its place.
     pub ego: EgoSelection,
-    /// What risk scores are.
+    /// The thresholds of risk scores.
     pub thresholds: Arc<Thresholds>,
 }
 
@@ -163,7 +163,7 @@ fn newest(commands: impl Iterator<Item = HistoryCommand>) -> Vec<HistoryCommand>
         kept.retain(|other| std::mem::discriminant(other) != kind);
         kept.push(command);
     }
-    // What is seen first is read first.
+    // Visible rows are read first.
     kept.sort_by_key(|command| match command {
         HistoryCommand::Page(..) => 0,
         HistoryCommand::Details(..) => 1,
@@ -172,7 +172,7 @@ fn newest(commands: impl Iterator<Item = HistoryCommand>) -> Vec<HistoryCommand>
     kept
 }
 
-/// What the store says to a question of the history.
+/// The store's answer to a request of the history.
 #[must_use]
 pub fn answer(
     store: &Store,
@@ -263,15 +263,15 @@ fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String>
     Ok(format!("{written} runs written to {}", path.display()))
 }
 
-/// What the built-in judge says to the questions of runs, as far as it was asked.
+/// The built-in judge's answers to the questions of runs, as far as asked.
 #[derive(Debug, Default)]
-pub struct Truths(HashMap<About, Option<bool>>);
+pub struct Truths(HashMap<TruthKey, Option<bool>>);
 
-/// What a truth is about: scenario, ego, task and window.
-type About = (String, String, &'static str, Option<(i64, i64)>);
+/// The key of a ground truth: scenario, ego, task and window.
+type TruthKey = (String, String, &'static str, Option<(i64, i64)>);
 
 impl Truths {
-    /// What the store knows, else what the scenario says, if one of these files is it.
+    /// The stored answer, else the one judged from the scenario if it is among these files.
     fn of(&mut self, store: &Store, judging: &Judging, run: &Run, files: &[Entry]) -> Option<bool> {
         if run.question.model == judge::MODEL {
             return None;
@@ -316,7 +316,7 @@ pub(super) struct Question<'a> {
     pub window: Option<(i64, i64)>,
 }
 
-/// What the built-in judge says to the question of a run, if this file is its scenario.
+/// The built-in judge's answer to the question of a run, if this file is its scenario.
 fn verdict(entry: &Entry, judging: &Judging, question: &Question<'_>) -> Option<Verdict> {
     if !Task::VERDICTS.contains(&question.task) {
         return None;
@@ -345,7 +345,7 @@ pub(super) fn scene_of(
     (same && scene.ego.to_string() == question.ego).then_some(scene)
 }
 
-/// What the built-in judge says to a question about a scene.
+/// The built-in judge's answer to a question about a scene.
 pub(super) fn verdict_on(
     scene: &Scene,
     judging: &Judging,

@@ -80,7 +80,7 @@ impl RunningJobs {
         self.ending.iter().all(AbortHandle::is_finished)
     }
 
-    /// What works in memory only is not waited for.
+    /// Jobs that only work in memory are not waited for.
     fn end(&mut self, handle: &Handle) {
         if !matches!(handle.canceller, Canceller::Flag(_)) {
             self.wait_for(handle.task.clone());

@@ -4,10 +4,10 @@ mod writing;
 
 use std::path::Path;
 
-use super::super::loaded::{How, Made, Opened, VariantRequest};
+use super::super::loaded::{GeneratedVariant, GenerationInputs, Opened, VariantRequest};
 use super::super::message::{JobEvent, JobId, Msg, Update};
 use super::Tasks;
-use crate::generation::{Effort, Saved};
+use crate::generation::{Effort, VariantFiles};
 use crate::simulation::Settings;
 use crate::workflow::{AttackSource, ModelWriter};
 
@@ -37,7 +37,7 @@ impl Tasks {
                 runtime: &runtime,
             });
             let effort = Effort::default();
-            let how = How {
+            let how = GenerationInputs {
                 settings: &settings,
                 source: match &model {
                     Some(model) => AttackSource::Model(model),
@@ -53,7 +53,7 @@ impl Tasks {
 ///
 /// # Errors
 /// They cannot be made or written: in words, with what to do.
-pub fn write(made: &Made, folder: Option<&Path>) -> Result<String, String> {
+pub fn write(made: &GeneratedVariant, folder: Option<&Path>) -> Result<String, String> {
     let folder = folder.unwrap_or(Path::new("."));
     let variant = made.variant();
     let id = variant.free_id(folder);
@@ -63,7 +63,7 @@ pub fn write(made: &Made, folder: Option<&Path>) -> Result<String, String> {
     Ok(names(&saved))
 }
 
-fn names(saved: &Saved) -> String {
+fn names(saved: &VariantFiles) -> String {
     let shown = |path: &Path| {
         let path = path.strip_prefix(".").unwrap_or(path);
         path.display().to_string()

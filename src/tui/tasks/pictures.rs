@@ -13,21 +13,21 @@ use crate::render::{Figure, Format, Picture, Provenance, Subject, animate};
 #[derive(Debug, Default)]
 pub struct Drawing {
     stop: Arc<AtomicBool>,
-    /// Everyone who draws holds one.
+    /// Each drawing task holds one.
     held: Arc<()>,
 }
 
 /// A guard for a picture being drawn.
 #[derive(Debug)]
-pub struct Held {
+pub struct DrawGuard {
     stop: Arc<AtomicBool>,
     _held: Arc<()>,
 }
 
 impl Drawing {
     /// Another one begins.
-    pub fn begin(&self) -> Held {
-        Held {
+    pub fn begin(&self) -> DrawGuard {
+        DrawGuard {
             stop: Arc::clone(&self.stop),
             _held: Arc::clone(&self.held),
         }
@@ -54,7 +54,7 @@ const MOST: usize = 1000;
 ///
 /// # Errors
 /// It cannot be drawn or saved: in words, with what to do.
-pub fn save(job: &PictureJob, held: &Held) -> Result<String, String> {
+pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
     let folder = job.folder.as_deref().unwrap_or(Path::new("."));
     let dpi = match job.kind {
         PictureKind::Screen => SCREEN_DPI,

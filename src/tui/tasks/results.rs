@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::Tasks;
 use super::history::{Judging, Question, scene_of, verdict_on};
-use crate::evaluation::batch::{self, Counting};
+use crate::evaluation::batch::{self, AnswerSet};
 use crate::evaluation::{GroundTruth, Results, results, with_intervals};
 use crate::formats::Entry;
 use crate::judge;
@@ -17,8 +17,8 @@ use crate::store::{Store, StoredOutcome};
 use crate::tui::message::Msg;
 use crate::tui::message::runs::{CountedAnswers, PageId, ResultsCommand, ResultsEvent};
 
-/// What a truth is about: scenario, ego, task and window.
-type About<'a> = (&'a str, &'a str, &'static str, Option<(i64, i64)>);
+/// The key of a ground truth: scenario, ego, task and window.
+type TruthKey<'a> = (&'a str, &'a str, &'static str, Option<(i64, i64)>);
 
 impl Tasks {
     /// Reads on a thread of its own; a newer reading, or closing the screen, ends an older one.
@@ -82,14 +82,14 @@ pub fn answer(
 fn read(
     store: &Store,
     judging: &Judging,
-    (id, chosen, entries): (PageId, Option<Counting>, &[Entry]),
+    (id, chosen, entries): (PageId, Option<AnswerSet>, &[Entry]),
     stop: &AtomicBool,
     say: &mut dyn FnMut(ResultsEvent),
 ) -> Result<(), crate::store::StoreError> {
     let offers = batch::offers(store)?;
     // The newest batch that has answers; what cannot be asked, or was not yet, tells nothing.
     let answered = offers.iter().find(|offer| offer.progress.answered > 0);
-    let first = answered.map_or(Counting::Everything, |offer| offer.counting);
+    let first = answered.map_or(AnswerSet::Everything, |offer| offer.counting);
     let counting = chosen.unwrap_or(first);
     let mut tell = |rows: Vec<Results>, unasked: usize, whole: bool| {
         let read = CountedAnswers {
@@ -102,12 +102,12 @@ fn read(
         say(ResultsEvent::Read(id, Ok(Box::new(read))));
     };
     match counting {
-        Counting::Batch(batch, part) => {
+        AnswerSet::Batch(batch, part) => {
             if let Some(found) = batch::counted(store, batch, part, stop)? {
                 tell(with_intervals(found.rows), found.unasked, true);
             }
         }
-        Counting::Everything => {
+        AnswerSet::Everything => {
             let stored = store.decisions()?;
             let early = |rows| tell(rows, 0, false);
             if let Some(rows) = everything(&stored, judging, entries, stop, early) {
@@ -128,7 +128,7 @@ fn everything(
     early: impl FnOnce(Vec<Results>),
 ) -> Option<Vec<Results>> {
     let (judges, models): (Vec<_>, Vec<_>) = stored.iter().partition(|o| o.model == judge::MODEL);
-    let mut truths: HashMap<About<'_>, GroundTruth> = HashMap::new();
+    let mut truths: HashMap<TruthKey<'_>, GroundTruth> = HashMap::new();
     for said in judges {
         // The newest comes first.
         if let (Some(about), Some(dangerous)) = (about(said), said.dangerous) {
@@ -136,7 +136,7 @@ fn everything(
             truths.entry(about).or_insert_with(known);
         }
     }
-    let count = |truths: &HashMap<About<'_>, GroundTruth>| {
+    let count = |truths: &HashMap<TruthKey<'_>, GroundTruth>| {
         let known = |said| about(said).and_then(|about| truths.get(&about));
         results(models.iter().map(|said| (*said, known(said))))
     };
@@ -166,7 +166,7 @@ type Scene<'a> = (Vec<&'a Entry>, Vec<&'a StoredOutcome>);
 fn unknown<'a>(
     models: &[&'a StoredOutcome],
     entries: &'a [Entry],
-    truths: &HashMap<About<'a>, GroundTruth>,
+    truths: &HashMap<TruthKey<'a>, GroundTruth>,
 ) -> Vec<Scene<'a>> {
     let mut files: HashMap<&str, Vec<&Entry>> = HashMap::new();
     for entry in entries {
@@ -189,12 +189,12 @@ fn unknown<'a>(
     scenes.into_values().collect()
 }
 
-/// What the built-in judge says now to questions about one scene; nothing if none of the files is it.
+/// The built-in judge's answers to questions about one scene; empty if no file holds it.
 fn judged<'a>(
     files: &[&Entry],
     asked: &[&'a StoredOutcome],
     judging: &Judging,
-) -> Vec<(About<'a>, GroundTruth)> {
+) -> Vec<(TruthKey<'a>, GroundTruth)> {
     let question = |said: &&'a StoredOutcome| Question {
         task: said.task,
         scenario: &said.scenario,
@@ -223,7 +223,7 @@ fn judged<'a>(
 }
 
 /// Nothing where the scenario's contents are not known: its name alone might mean another one.
-fn about(said: &StoredOutcome) -> Option<About<'_>> {
+fn about(said: &StoredOutcome) -> Option<TruthKey<'_>> {
     let scenario = said.scenario_hash.as_deref()?;
     Some((scenario, &said.ego, said.task.name(), said.window))
 }

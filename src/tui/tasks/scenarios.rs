@@ -5,20 +5,20 @@ use std::sync::{Arc, OnceLock};
 
 use super::super::loaded::{Facts, Verdicts, worst_of};
 use super::super::message::Msg;
-use super::super::message::session::Where;
+use super::super::session::SavedLocation;
 use super::Tasks;
 use crate::formats::{Entry, bundled, find_in_pieces};
 use crate::judge;
 use crate::settings::Tags;
 use crate::store::Store;
-use crate::system::activity::{self, Doing, Subject, trying};
+use crate::system::activity::{self, ActivityGuard, Subject, trying};
 
-/// Said of a scenario that is left alone.
+/// The message for a scenario that is skipped.
 const HELD: &str =
     "the program ended while it read this scenario or showed it; it is read when you open it";
 
 /// A panic meanwhile is held against the scenario; that the program is killed is not, as many are read at once.
-fn surveying(entry: &Entry, subject: Subject) -> Doing {
+fn surveying(entry: &Entry, subject: Subject) -> ActivityGuard {
     let doing = trying(format!("reading {} for the list", entry.name), subject);
     doing.settle();
     doing
@@ -53,7 +53,7 @@ impl Tasks {
                     Verdicts::default()
                 })
             });
-            let subject = Where::of(entry, &here).subject();
+            let subject = SavedLocation::from_entry(entry, &here).subject();
             if activity::is_held(&subject) {
                 return Msg::Surveyed(place, Err(HELD.to_string()));
             }
@@ -85,7 +85,7 @@ impl Tasks {
         let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
         let here = std::env::current_dir().unwrap_or_default();
         let work = move |place: usize, entry: &Entry| {
-            let subject = Where::of(entry, &here).subject();
+            let subject = SavedLocation::from_entry(entry, &here).subject();
             if activity::is_held(&subject) {
                 return Msg::Ranked(measure, place, None);
             }

@@ -2,10 +2,10 @@
 
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Event, Judged, Missing};
+use crate::evaluation::{Event, JudgeOutcome, MissingVerdict};
 use crate::llm::{Chunk, Dialect, Discovered};
 use crate::tui::message::{Effect, Msg, StoredOf};
-use crate::tui::model::{Pane, Progress, Shown};
+use crate::tui::model::{Pane, Progress, ShownAnswer};
 use crate::verdict::ParseQuality;
 
 /// What the workbench wants earlier answers about.
@@ -97,11 +97,11 @@ fn c_asks_a_second_model_beside_the_first() {
         frame.contains("yes =") && frame.contains("no ≠") && frame.contains("built-in"),
         "{frame}"
     );
-    assert_eq!(bench.model.answers.shown, Shown::Column(1));
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Column(1));
     bench.press("[");
-    assert_eq!(bench.model.answers.shown, Shown::Column(0));
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Column(0));
     bench.press("[");
-    assert_eq!(bench.model.answers.shown, Shown::Reference);
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Reference);
     bench.press("] d");
     assert_eq!(bench.model.answers.columns.len(), 1);
 }
@@ -129,7 +129,7 @@ fn a_repaired_verdict_is_marked_wherever_it_is_shown() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let mut said = answer("lab/small", true, 301);
-    if let Judged::Verdict(parsed) = &mut said.judged {
+    if let JudgeOutcome::Verdict(parsed) = &mut said.judged {
         parsed.how = ParseQuality::Repaired(vec!["comments were skipped".into()]);
     }
     bench.send(events::answered(id, Ok(Box::new(said))));
@@ -375,7 +375,7 @@ fn an_error_is_read_beside_the_answer_and_covers_nothing() {
     let why =
         "cannot reach lab (http://127.0.0.1:9/v1/chat): connection refused; check the address";
     failed.reasoning.clear();
-    failed.judged = Judged::Missing(Missing::NoAnswer(why.into()));
+    failed.judged = JudgeOutcome::Missing(MissingVerdict::NoAnswer(why.into()));
     bench.send(events::answered(id, Ok(Box::new(failed))));
     let frame = bench.frame(80, 24);
     let lines: Vec<&str> = frame.lines().collect();

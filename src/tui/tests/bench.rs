@@ -6,8 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use crate::evaluation::{Answer, Judged, Missing};
-use crate::formats::{EgoSelection, Entry, Place, bundled};
+use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
+use crate::formats::{EgoSelection, Entry, EntryLocation, bundled};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::Config;
@@ -39,7 +39,7 @@ impl Bench {
 
     pub fn empty() -> Self {
         let library = Library::load(None);
-        let offers = vec![crate::llm::Offer {
+        let offers = vec![crate::llm::ModelOffer {
             id: "lab/small".into(),
             key: None,
             warning: None,
@@ -142,14 +142,14 @@ pub fn opened(
     ego: &EgoSelection,
     thresholds: &Thresholds,
 ) -> Result<Opened, String> {
-    type Read = HashMap<(Place, Option<i64>), Result<Opened, String>>;
+    type Read = HashMap<(EntryLocation, Option<i64>), Result<Opened, String>>;
     static READ: Mutex<Option<Read>> = Mutex::new(None);
     let taken = match ego {
         EgoSelection::Beside => None,
         EgoSelection::Obstacle(id) => Some(*id),
         _ => return Opened::read(entry, ego, thresholds),
     };
-    if !matches!(entry.place, Place::Bundled(_)) || !thresholds.changes().is_empty() {
+    if !matches!(entry.place, EntryLocation::Bundled(_)) || !thresholds.changes().is_empty() {
         return Opened::read(entry, ego, thresholds);
     }
     let key = (entry.place.clone(), taken);
@@ -181,7 +181,7 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
         window: Some((51, 60)),
         how: "ego · base".into(),
         model_returned: None,
-        judged: Judged::Verdict(Parsed {
+        judged: JudgeOutcome::Verdict(Parsed {
             verdict,
             how: ParseQuality::Strict,
         }),
@@ -201,7 +201,9 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
 /// An answer without a verdict.
 pub fn no_verdict(model: &str, text: &str) -> Answer {
     Answer {
-        judged: Judged::Missing(Missing::NotInAnswer("no JSON object in the answer".into())),
+        judged: JudgeOutcome::Missing(MissingVerdict::NotInAnswer(
+            "no JSON object in the answer".into(),
+        )),
         text: text.into(),
         ..answer(model, false, 1)
     }

@@ -3,10 +3,10 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Answer, Event, Judged, Missing};
+use crate::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
 use crate::store::RunId;
 use crate::tui::message::Msg;
-use crate::tui::model::{Progress, Shown};
+use crate::tui::model::{Progress, ShownAnswer};
 use crate::verdict::Task;
 
 #[test]
@@ -23,7 +23,11 @@ fn the_safety_task_begins_at_the_end_of_its_usual_window() {
 
     let mut bench = Bench::bundled();
     bench.press("right right right t");
-    assert_eq!(bench.model.clock.step(), 3, "where somebody went, it stays");
+    assert_eq!(
+        bench.model.clock.step(),
+        3,
+        "the step stays where the user left it"
+    );
     assert!(bench.frame(80, 24).contains("4-step window"));
     bench.press("home");
     assert!(bench.frame(80, 24).contains("1-step window "));
@@ -38,7 +42,7 @@ fn what_an_answer_about_another_window_is_held_against_is_shown() {
     let window = bench.model.window().unwrap();
     let mut said = answer("lab/small", true, 301);
     said.window = Some((window.first(), window.last()));
-    if let Judged::Verdict(parsed) = &mut said.judged {
+    if let JudgeOutcome::Verdict(parsed) = &mut said.judged {
         parsed.verdict.task = Task::Safety;
     }
     let of = stored_of(&bench);
@@ -111,7 +115,7 @@ fn columns_are_told_apart_by_the_way_they_were_asked() {
     ];
     let expected = expected.map(|(model, how)| (model.to_string(), how.to_string()));
     assert_eq!(columns(&bench), expected);
-    assert_eq!(bench.model.answers.shown, Shown::Column(0));
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Column(0));
     let frame = bench.frame(80, 24);
     let lines: Vec<&str> = frame.lines().collect();
     let heads = |l: &&str| l.contains("built-in") && l.contains("│");
@@ -139,7 +143,7 @@ fn the_switches_lead_to_the_answers_that_were_asked_in_that_way() {
     bench.press("1");
     assert_eq!(shown(&bench), ("lab/a".into(), cartesian.into()));
     bench.press("1");
-    bench.model.answers.show(Shown::Reference);
+    bench.model.answers.show(ShownAnswer::Reference);
     bench.press("f f f");
     assert_eq!(bench.model.frame.name(), "cartesian");
     assert_eq!(shown(&bench).1, cartesian);
@@ -178,7 +182,7 @@ fn a_retry_takes_the_place_of_what_failed() {
     bench.press("r");
     let (third, _) = bench.asked();
     let mut failed = no_verdict("lab/small", "");
-    failed.judged = Judged::Missing(Missing::NoAnswer("refused".into()));
+    failed.judged = JudgeOutcome::Missing(MissingVerdict::NoAnswer("refused".into()));
     bench.send(events::answered(third, Ok(Box::new(failed))));
     assert_eq!(bench.model.answers.columns.len(), 1);
     bench.press("1 r");
@@ -251,7 +255,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
         bench.press("r");
         let (id, _) = bench.asked();
         let mut given = answer("lab/small", true, 301);
-        given.judged = Judged::Other(Reading {
+        given.judged = JudgeOutcome::Other(Reading {
             said,
             how: ParseQuality::Strict,
         });

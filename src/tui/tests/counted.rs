@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use ratatui::layout::Position;
 
 use super::everywhere::seen_in_every_theme;
-use super::kept::{FIRST, Kept};
+use super::kept::{FIRST, Fixture};
 use super::results::{counts, four, press, settle};
 use crate::description::Frame;
-use crate::evaluation::batch::{Counting, Matrix, Part, RequestSettings, Spec, TruthSource};
-use crate::evaluation::report::{Half, Report};
+use crate::evaluation::batch::{AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource};
+use crate::evaluation::report::{DataHalf, Report};
 use crate::formats::{EgoSelection, bundled};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
@@ -66,7 +66,7 @@ pub(super) fn spec() -> Spec {
 }
 
 /// Adds a run about the bundled scenario mirrored.
-fn mirrored(kept: &mut Kept) -> RunId {
+fn mirrored(kept: &mut Fixture) -> RunId {
     let entry = bundled().into_iter().find(|e| e.name == FIRST).unwrap();
     let thresholds = Thresholds::shipped();
     let opened = Opened::changed(
@@ -84,10 +84,10 @@ fn mirrored(kept: &mut Kept) -> RunId {
     run
 }
 
-/// A batch whose labels say that all is safe in the first scenario, that somebody else is hit in another one, and that
+/// A batch whose labels say that all is safe in the first scenario, that another obstacle is hit in another one, and that
 /// the mirrored first one is safe too; a fourth question waits.
-pub(super) fn labelled() -> (Kept, BatchId, RunId) {
-    let mut kept = Kept::new();
+pub(super) fn labelled() -> (Fixture, BatchId, RunId) {
+    let mut kept = Fixture::new();
     let runs = [
         kept.add(FIRST, "lab/small", true, YES),
         kept.add("ZAM_Other-1_1_T-1", "lab/small", true, YES),
@@ -116,14 +116,19 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     let (mut kept, batch, _) = labelled();
     press(&mut kept, "%");
     let results = &kept.bench.model.results;
-    assert_eq!(results.counting, Some(Counting::Batch(batch, Part::Plain)));
+    let plain = Some(AnswerSet::Batch(batch, BatchPart::Plain));
+    assert_eq!(results.counting, plain);
     assert_eq!(results.unasked, 1);
     // Safe by the labels; and who does not name the one that is hit has said no.
     assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
     // As the report of the batch has it.
     let answers = crate::evaluation::batch::answers(&kept.store, batch).unwrap();
     let report = Report::from_scored(&answers.plain);
-    let cell = report.cells.iter().find(|c| c.half == Half::All).unwrap();
+    let cell = report
+        .cells
+        .iter()
+        .find(|c| c.half == DataHalf::All)
+        .unwrap();
     let row = &kept.bench.model.results.rows[0];
     assert_eq!(
         (row.confusion(), row.f1),
@@ -179,13 +184,13 @@ fn what_is_counted_can_be_chosen() {
     press(&mut kept, "esc");
     assert_eq!(kept.bench.model.results.choosing, None);
     press(&mut kept, "b j enter");
-    let mirror = Counting::Batch(batch, Part::Changed(Transform::Mirror));
+    let mirror = AnswerSet::Batch(batch, BatchPart::Changed(Transform::Mirror));
     assert_eq!(kept.bench.model.results.counting, Some(mirror));
     assert_eq!(counts(&kept, 0), [0, 1, 0, 0, 0, 0, 0]);
     press(&mut kept, "b j enter");
     assert_eq!(
         kept.bench.model.results.counting,
-        Some(Counting::Everything)
+        Some(AnswerSet::Everything)
     );
     // The judge knows the bundled scenario, mirrored or not; it says the same of both.
     let [tp, fp, fn_, tn, open, ..] = counts(&kept, 0);
@@ -204,7 +209,7 @@ fn what_is_counted_can_be_chosen() {
     press(&mut kept, "esc %");
     assert_eq!(
         kept.bench.model.results.counting,
-        Some(Counting::Everything)
+        Some(AnswerSet::Everything)
     );
 }
 
@@ -248,7 +253,7 @@ fn an_answer_about_a_changed_scene_opens_it_changed() {
 #[test]
 fn a_batch_that_is_gone_is_said() {
     let mut kept = four();
-    kept.bench.model.results.chosen = Some(Counting::Batch(BatchId(7), Part::Plain));
+    kept.bench.model.results.chosen = Some(AnswerSet::Batch(BatchId(7), BatchPart::Plain));
     press(&mut kept, "esc %");
     let error = kept.bench.model.results.error.clone().unwrap();
     assert!(error.contains("no batch b7"), "{error}");
@@ -286,7 +291,7 @@ fn what_is_known_is_shown_while_the_judge_is_at_work() {
 }
 
 /// Where a text stands on the screen.
-fn find(kept: &Kept, text: &str) -> Position {
+fn find(kept: &Fixture, text: &str) -> Position {
     let frame = kept.bench.frame(120, 40);
     let mut lines = frame.lines().enumerate();
     let found = lines.find_map(|(y, line)| {
@@ -299,7 +304,7 @@ fn find(kept: &Kept, text: &str) -> Position {
     found.unwrap_or_else(|| panic!("no {text}\n{frame}"))
 }
 
-fn mouse(kept: &mut Kept, mouse: Mouse) {
+fn mouse(kept: &mut Fixture, mouse: Mouse) {
     kept.bench.frame(120, 40);
     kept.bench.send(Msg::Mouse(mouse));
     settle(kept);
@@ -343,7 +348,7 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
     mouse(&mut kept, Mouse::Press(first));
     assert_eq!(kept.bench.model.results.choosing, Some(0));
     mouse(&mut kept, Mouse::Press(first));
-    let counting = Some(Counting::Batch(batch, Part::Plain));
+    let counting = Some(AnswerSet::Batch(batch, BatchPart::Plain));
     assert_eq!(kept.bench.model.results.counting, counting);
     // From an answer to its scenario.
     press(&mut kept, "left left left left left enter");
@@ -355,8 +360,8 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
 
 /// A batch of two models, each asked with four sets of techniques about twelve scenarios; what they say is up to their
 /// places.
-fn techniques() -> Kept {
-    let mut kept = Kept::new();
+fn techniques() -> Fixture {
+    let mut kept = Fixture::new();
     let mut items = Vec::new();
     for (model, skill) in [("lab/large", 5), ("lab/small", 3)] {
         for (place, words) in ["base", "cp", "cp+cot", "cp+cot+icl"]

@@ -57,7 +57,7 @@ pub fn planned(entry: &Entry, forecast: Forecast) -> Result<Opened, String> {
         let thresholds = Thresholds::shipped();
         let request = request(entry, &settings);
         let opened = Opened::planned(&request, thresholds, &Cancel::default(), &mut |_, _| {});
-        let mut opened = opened?.expect("nobody stopped it");
+        let mut opened = opened?.expect("it was not stopped");
         let planned = opened.planned.as_mut().unwrap();
         let planned = Arc::get_mut(planned).unwrap();
         for cycle in &mut planned.cycles {

@@ -183,7 +183,7 @@ fn a_megabyte_is_pasted_at_once_and_more_is_refused() {
     let mut bench = with(Keys::Plain);
     bench.press("ctrl-g 1 0 enter");
     let before = bench.model.prompt.text();
-    let text = "A line of words that somebody pastes.\n".repeat(26_000);
+    let text = "A line of words that the user pastes.\n".repeat(26_000);
     let begun = std::time::Instant::now();
     bench.send(Msg::Paste(text.clone()));
     bench.frame(120, 40);

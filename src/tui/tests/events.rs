@@ -1,7 +1,7 @@
 //! Events of jobs, as they arrive.
 
 use crate::evaluation::{Answer, Event};
-use crate::tui::loaded::{Generated, GenerationProgress, Working};
+use crate::tui::loaded::{GenerationOutcome, GenerationProgress, GenerationStage};
 use crate::tui::message::{JobEvent, JobId, Msg, Update};
 
 /// A piece of an answer.
@@ -15,12 +15,12 @@ pub fn answered(id: JobId, result: Result<Box<Answer>, String>) -> Msg {
 }
 
 /// How far the generation of a variant is.
-pub fn generating(id: JobId, at: Working) -> Msg {
+pub fn generating(id: JobId, at: GenerationStage) -> Msg {
     let progress = Update::Progress(GenerationProgress::Working(at));
     Msg::Job(id, JobEvent::Generate(progress))
 }
 
 /// What came of the generation of a variant.
-pub fn generated(id: JobId, result: Result<Generated, String>) -> Msg {
+pub fn generated(id: JobId, result: Result<GenerationOutcome, String>) -> Msg {
     Msg::Job(id, JobEvent::Generate(Update::Ended(result)))
 }

@@ -14,7 +14,7 @@ use crate::store::RunId;
 use crate::tui::keymap::{Keymap, Preset};
 use crate::tui::message::runs::Counts;
 use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Reloaded, Update};
-use crate::tui::theme::{Depth, Theme};
+use crate::tui::theme::{ColorDepth, Theme};
 use crate::tui::views;
 use crate::tui::widgets::highlight;
 
@@ -139,11 +139,15 @@ pub(super) fn seen_in_every_theme(
     selects: bool,
 ) -> String {
     let dark = drawn(bench, Theme::default_for(true), size);
-    let plain = drawn(bench, Theme::default_for(true).at_depth(Depth::None), size);
+    let plain = drawn(
+        bench,
+        Theme::default_for(true).at_depth(ColorDepth::None),
+        size,
+    );
     let light = drawn(bench, Theme::default_for(false), size);
     let sixteen = drawn(
         bench,
-        Theme::default_for(true).at_depth(Depth::Sixteen),
+        Theme::default_for(true).at_depth(ColorDepth::Sixteen),
         size,
     );
     let words = text(&dark);
@@ -217,7 +221,7 @@ fn the_history_and_the_keys_after_a_prefix_in_every_theme() {
         kept.bench.model.size = size;
         seen_in_every_theme("history", &mut kept.bench, size, false);
         let mut bench = Bench::bundled();
-        bench.model.look.keymap = Keymap::of(Preset::Vim);
+        bench.model.look.keymap = Keymap::from_preset(Preset::Vim);
         bench.press("g");
         let words = seen_in_every_theme("prefix", &mut bench, size, false);
         assert!(

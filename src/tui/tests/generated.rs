@@ -10,7 +10,7 @@ use crate::generation::Effort;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::simulation::Settings;
-use crate::tui::loaded::{Generated, How, Opened, VariantRequest};
+use crate::tui::loaded::{GenerationInputs, GenerationOutcome, Opened, VariantRequest};
 use crate::workflow::AttackSource;
 
 /// Few motions: a test waits for it.
@@ -24,16 +24,16 @@ pub const SHORT: Effort = Effort {
 };
 
 /// A short search.
-pub fn with(settings: &Settings) -> How<'_> {
-    How {
+pub fn with(settings: &Settings) -> GenerationInputs<'_> {
+    GenerationInputs {
         settings,
         source: AttackSource::Search(&SHORT),
     }
 }
 
 /// Planning took 12 ms in all cycles.
-pub fn in_12_ms(made: &mut Generated) {
-    if let Generated::Found { original, variant } = made {
+pub fn in_12_ms(made: &mut GenerationOutcome) {
+    if let GenerationOutcome::Found { original, variant } = made {
         for opened in [original, variant] {
             let planned = opened.planned.as_mut().unwrap();
             for cycle in &mut Arc::get_mut(planned).unwrap().cycles {
@@ -44,9 +44,9 @@ pub fn in_12_ms(made: &mut Generated) {
 }
 
 /// What is made of a bundled scenario, each searched for once for all tests; planning takes 12 ms in all of them.
-pub fn generated(wish: &VariantRequest) -> Result<Generated, String> {
-    type Made = HashMap<(String, Option<i64>, u64), Result<Generated, String>>;
-    static MADE: Mutex<Option<Made>> = Mutex::new(None);
+pub fn generated(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
+    type VariantCache = HashMap<(String, Option<i64>, u64), Result<GenerationOutcome, String>>;
+    static MADE: Mutex<Option<VariantCache>> = Mutex::new(None);
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
     let make = || {
         // A folder in which nothing lies decides the name.
@@ -58,7 +58,7 @@ pub fn generated(wish: &VariantRequest) -> Result<Generated, String> {
         let (how, cancel) = (with(&settings), Cancel::default());
         let ego = EgoSelection::Beside;
         let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
-        let mut made = made?.expect("nobody stopped it");
+        let mut made = made?.expect("it was not stopped");
         in_12_ms(&mut made);
         Ok(made)
     };

@@ -8,7 +8,7 @@ use crate::formats::{bundled, find};
 use crate::settings::Keys;
 use crate::system::activity::{self, Subject};
 use crate::tui::message::Msg;
-use crate::tui::message::session::Where;
+use crate::tui::session::SavedLocation;
 
 // One test, as marks are kept in one place for the whole program.
 #[test]
@@ -21,7 +21,7 @@ fn a_draft_and_a_scenario_that_ended_the_program_wait_for_the_user() {
         std::fs::write(scenarios.join(name), entry.source().unwrap()).unwrap();
     }
     let found = find(&[scenarios]).unwrap();
-    let second = Where::of(&found.entries[1], Path::new("")).subject();
+    let second = SavedLocation::from_entry(&found.entries[1], Path::new("")).subject();
 
     let mut editing = with(Keys::Plain);
     editing.press("ctrl-g 1 0 enter");

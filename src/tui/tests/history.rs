@@ -1,10 +1,10 @@
 //! The history of runs over a store in memory: paging, searching, changing and taking back, opening again.
 
-use super::kept::{FIRST, Kept, three};
+use super::kept::{FIRST, Fixture, three};
 use crate::store::RunId;
 use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Notice, Shown};
+use crate::tui::model::{Notice, ShownAnswer};
 use crate::tui::screens::history::HistoryScreen;
 use crate::verdict::Task;
 
@@ -123,7 +123,7 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
     kept.bench.send(Msg::Stored(of, answers));
     let model = &kept.bench.model;
     assert_eq!(model.answers.columns.len(), 2);
-    assert!(matches!(model.answers.shown, Shown::Column(_)));
+    assert!(matches!(model.answers.shown, ShownAnswer::Column(_)));
     assert_eq!(model.answers.column().unwrap().model, "lab/small");
 }
 
@@ -176,7 +176,7 @@ fn what_others_write_appears_and_the_selection_stays() {
 
 #[test]
 fn only_a_stretch_of_a_long_list_is_at_hand() {
-    let mut kept = Kept::new();
+    let mut kept = Fixture::new();
     for n in 0..1500 {
         kept.add("ZAM_Lost-1_1_T-1", &format!("lab/{n}"), n % 3 == 0, "x");
     }
@@ -265,7 +265,7 @@ fn the_listed_runs_are_exported_once() {
 
 #[test]
 fn what_cannot_be_read_is_said() {
-    let mut kept = Kept::new();
+    let mut kept = Fixture::new();
     kept.bench.press("ctrl-r");
     let page = kept.bench.effects.iter().find_map(|effect| match effect {
         Effect::History(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
@@ -278,7 +278,7 @@ fn what_cannot_be_read_is_said() {
 }
 
 /// Times stand as they are everywhere: the store's are put in place of now.
-fn at_a_fixed_time(mut kept: Kept) -> Kept {
+fn at_a_fixed_time(mut kept: Fixture) -> Fixture {
     let history = &mut kept.bench.model.history;
     for run in &mut history.rows {
         run.created_ms = 1_699_963_200_000 + run.run * 86_400_000;

@@ -7,7 +7,7 @@ use super::bench::{Bench, answer, no_verdict};
 use super::events;
 use crate::evaluation::batch::Estimate;
 use crate::store::Consumed;
-use crate::tui::message::runs::{Batch, Counts, Ended};
+use crate::tui::message::runs::{Batch, BatchAnswer, Counts};
 use crate::tui::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use crate::tui::model::{JobState, Notice};
 use crate::tui::screens::history::HistoryScreen;
@@ -64,13 +64,13 @@ fn asking() -> (Bench, JobId) {
     (bench, id)
 }
 
-fn ended(dangerous: bool, truth: bool) -> Result<Ended, String> {
+fn ended(dangerous: bool, truth: bool) -> Result<BatchAnswer, String> {
     let mut answer = answer("lab/small", dangerous, 301);
     answer.consumed = Consumed {
         cost_usd: Some(0.01),
         ..answer.consumed
     };
-    Ok(Ended {
+    Ok(BatchAnswer {
         about: None,
         answer: Box::new(answer),
         truth: Some(truth),
@@ -175,7 +175,7 @@ fn a_batch_ends_with_one_message() {
             JobEvent::Batch(Update::Progress(BatchProgress::Answered(why))),
         ));
     }
-    let silent = Ended {
+    let silent = BatchAnswer {
         about: None,
         answer: Box::new(no_verdict("lab/small", "I cannot say")),
         truth: Some(true),

@@ -6,7 +6,7 @@ use super::bench::Bench;
 use super::editing::{kept, said, with};
 use crate::prompts::Library;
 use crate::settings::Keys;
-use crate::tui::message::{Effect, Msg, Outside};
+use crate::tui::message::{Effect, ExternalEdit, Msg};
 use crate::tui::model::PromptView;
 use crate::tui::screens::picker::PickerScreen;
 use crate::tui::screens::templates::Templates;
@@ -136,7 +136,7 @@ fn the_users_editor_gets_the_template_and_what_comes_back_is_a_draft() {
     bench.press("ctrl-e");
     let copy = sent(&mut bench);
     assert!(copy.copy && copy.text.starts_with("You are an expert"));
-    let changed = Outside {
+    let changed = ExternalEdit {
         text: "x".into(),
         ..copy
     };

@@ -3,19 +3,19 @@
 use super::bench::Bench;
 use crate::formats::EgoSelection;
 use crate::metrics::Thresholds;
-use crate::store::{Claim, Consumed, Ending, NewRun, Piece, RunId, RunState, Store};
+use crate::store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::tasks::history::{Judging, Truths, answer};
 use crate::verdict::{ParsedAnswer, Task, Verdict};
 
 /// A workbench whose history reads a store of its own.
-pub struct Kept {
+pub struct Fixture {
     pub bench: Bench,
     pub store: Store,
     truths: Truths,
 }
 
-impl Kept {
+impl Fixture {
     pub fn new() -> Self {
         Self {
             bench: Bench::bundled(),
@@ -60,7 +60,10 @@ impl Kept {
             panic!("fresh questions are granted");
         };
         self.store
-            .append(id, &[Piece::Reasoning("hm"), Piece::Answer(words)])
+            .append(
+                id,
+                &[AnswerPiece::Reasoning("hm"), AnswerPiece::Answer(words)],
+            )
             .unwrap();
         let verdict = Verdict {
             task: Task::Safety,
@@ -132,8 +135,8 @@ impl Kept {
 
 pub const FIRST: &str = "ZAM_HardBraking-1_1_T-1";
 
-pub fn three() -> Kept {
-    let mut kept = Kept::new();
+pub fn three() -> Fixture {
+    let mut kept = Fixture::new();
     kept.add(FIRST, "lab/small", true, "the lead car brakes hard");
     kept.add("ZAM_Lost-1_1_T-1", "lab/large", false, "nothing is near");
     kept.add(FIRST, "lab/large", false, "there is room to brake");

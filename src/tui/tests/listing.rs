@@ -11,7 +11,7 @@ use crate::tui::loaded::{Facts, Verdicts};
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::tui::model::{Grouping, Pane};
 use crate::tui::screens::tags::TagsScreen;
-use crate::tui::theme::Depth;
+use crate::tui::theme::ColorDepth;
 use crate::verdict::Task;
 
 /// A stored answer about a bundled scenario, recorded by others.
@@ -101,7 +101,7 @@ fn without_colour_everything_is_said() {
         bench.press("z");
         bench.frame(80, 24)
     };
-    bench.model.theme = bench.model.theme.clone().at_depth(Depth::None);
+    bench.model.theme = bench.model.theme.clone().at_depth(ColorDepth::None);
     assert_eq!(bench.frame(80, 24), coloured);
     insta::assert_snapshot!(coloured);
 }

@@ -13,7 +13,7 @@ use crate::tui::message::{Effect, Msg, Reloaded};
 use crate::tui::model::{Glyphs, Pane};
 use crate::tui::screens::details::DetailsScreen;
 use crate::tui::screens::help::HelpScreen;
-use crate::tui::theme::{Depth, Theme};
+use crate::tui::theme::{ColorDepth, Theme};
 use crate::tui::views;
 
 fn bench() -> Bench {
@@ -25,7 +25,7 @@ fn bench() -> Bench {
 
 fn vim() -> Bench {
     let mut bench = bench();
-    bench.model.look.keymap = Keymap::of(Preset::Vim);
+    bench.model.look.keymap = Keymap::from_preset(Preset::Vim);
     bench
 }
 
@@ -197,7 +197,7 @@ fn help_is_searched_and_closed() {
 #[test]
 fn a_broken_file_changes_nothing_and_is_complained_about() {
     let mut bench = bench();
-    let good = Keymap::of(Preset::Vim);
+    let good = Keymap::from_preset(Preset::Vim);
     bench.send(Msg::Reloaded(Reloaded::Keymap(Ok(good.clone()))));
     assert!(said(&bench).contains("keymap.toml"));
     let broken = Keymap::parse("keymap.toml", "[global]\nplay = 3\n").map_err(|m| m[0].clone());
@@ -250,7 +250,7 @@ fn without_colours_and_without_unicode_everything_is_there() {
     for keys in ["", "?", "ctrl-t", ":", "i", "shift-v", "ctrl-w"] {
         for (columns, rows) in [(80, 24), (200, 60), (40, 10)] {
             let mut bench = bench();
-            bench.model.look.depth = Depth::None;
+            bench.model.look.depth = ColorDepth::None;
             bench.model.show_theme("auto").unwrap();
             bench.model.look.glyphs = Glyphs::Ascii;
             bench.press(keys);

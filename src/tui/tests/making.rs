@@ -6,7 +6,9 @@ use super::generated::generated;
 use crate::formats::commonroad;
 use crate::generation::{Consequence, Progress};
 use crate::scenario::{ContentHash, ObstacleRole, Scenario};
-use crate::tui::loaded::{Generated, Made, VariantRequest, VariantShown, Working};
+use crate::tui::loaded::{
+    GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
+};
 use crate::tui::message::{Effect, JobId, JobRequest, Msg};
 use crate::tui::model::{Drives, JobState};
 use crate::tui::screens::variant::VariantScreen;
@@ -60,7 +62,7 @@ fn shown(bench: &Bench) -> &VariantShown {
     bench.model.variant().expect("a variant is shown")
 }
 
-pub fn made(bench: &Bench) -> &Made {
+pub fn made(bench: &Bench) -> &GeneratedVariant {
     &shown(bench).made
 }
 
@@ -81,13 +83,13 @@ fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
         driven: 5,
         best: Some(Consequence::NearMiss),
     };
-    bench.send(events::generating(id, Working::Driving(3, 90)));
+    bench.send(events::generating(id, GenerationStage::Driving(3, 90)));
     assert!(
         bench
             .frame(120, 40)
             .contains("driving the original, step 3/90")
     );
-    let searching = Working::Searching(progress, 600);
+    let searching = GenerationStage::Searching(progress, 600);
     bench.send(events::generating(id, searching));
     let wide = bench.frame(200, 60);
     let words = "generating: motion 210 of 600, 96 refused, 5 driven, best near miss";
@@ -193,7 +195,7 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     }
     // What still arrives of it is dropped.
     let (id, _) = asked(&bench).pop().unwrap();
-    bench.send(events::generating(id, Working::Proving));
+    bench.send(events::generating(id, GenerationStage::Proving));
     assert_eq!(state(&bench), JobState::Stopping);
     arrive(&mut bench);
     assert!(bench.model.variant().is_none());
@@ -217,7 +219,7 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     bench.press("!");
     let (id, _) = asked(&bench).pop().unwrap();
     let words = "nothing dangerous was found for any obstacle with seed 1";
-    let nothing = Generated::Nothing(words.into());
+    let nothing = GenerationOutcome::Nothing(words.into());
     bench.send(events::generated(id, Ok(nothing)));
     assert_eq!(said(&bench), format!("{words}; ! tries another seed"));
     assert!(bench.model.maker.under_way.is_none());

@@ -7,7 +7,7 @@ use crate::tui::action::Action;
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::tui::model::{Foreseen, On, Pane};
 use crate::tui::screens::details::DetailsScreen;
-use crate::tui::theme::{Depth, Theme};
+use crate::tui::theme::{ColorDepth, Theme};
 
 /// A bundled scenario with the map alone, at a step.
 fn at(name: &str, step: i64) -> Bench {
@@ -223,10 +223,10 @@ fn dragging_moves_the_map_and_a_click_picks() {
         (now - under).norm() < 1e-9,
         "what was taken is under the pointer"
     );
-    assert_eq!(bench.model.picked, Some(301), "dragging picks nobody");
+    assert_eq!(bench.model.picked, Some(301), "dragging picks no obstacle");
     bench.send(Msg::Mouse(Mouse::Press(from)));
     bench.send(Msg::Mouse(Mouse::Release(from)));
-    assert_eq!(bench.model.picked, None, "there is nobody");
+    assert_eq!(bench.model.picked, None, "there is no obstacle");
 }
 
 #[test]
@@ -281,7 +281,7 @@ fn details_follow_the_clock_and_are_copied() {
 #[test]
 fn without_colour_everything_can_be_told_apart() {
     let mut bench = at("redlight", 45);
-    bench.model.theme = Theme::default_theme().at_depth(Depth::None);
+    bench.model.theme = Theme::default_theme().at_depth(ColorDepth::None);
     bench.model.picked = Some(301);
     does(&mut bench, Action::NextPaths);
     does(&mut bench, Action::TakeTape);

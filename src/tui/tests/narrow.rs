@@ -42,7 +42,7 @@ fn the_header_says_what_the_variant_leads_to_before_how_would_be_asked() {
 fn the_attacker_is_named_however_little_room_there_is() {
     let mut bench = shown("rightturn", 80, 24);
     let attacker = made(&bench).effect.attacker;
-    // The list in front leaves few rows to the map; farther away everybody is in a few cells.
+    // The list in front leaves few rows to the map; farther away all bodies share a few cells.
     for focus in ["", "tab"] {
         bench.press(focus);
         for _ in 0..6 {

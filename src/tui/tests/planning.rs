@@ -308,7 +308,7 @@ fn a_cycle_is_small() {
     };
     // A few cycles of a whole fan.
     let prepared = prepare(&request(&entry, &settings)).unwrap();
-    let limits = planner::Limits::of(settings.planner.vehicle);
+    let limits = planner::Limits::for_vehicle(settings.planner.vehicle);
     let (dt, cancel) = (prepared.scenario.dt(), planner::Cancel::default());
     let mut kept = Vec::new();
     let stopped = prepared.run(&cancel, &mut |event| {
@@ -319,7 +319,7 @@ fn a_cycle_is_small() {
             ..
         } = event;
         let planner = (planner, &limits);
-        kept.push(CycleShown::of(planner, cycle, &traffic(), dt));
+        kept.push(CycleShown::new(planner, cycle, &traffic(), dt));
         if kept.len() == 2 {
             cancel.ask();
         }
@@ -380,7 +380,7 @@ fn the_workbench_drives_as_the_command_line_does() {
     let opened = planned(&entry, settings.forecast).unwrap();
     assert_eq!(opened.planned.as_ref().unwrap().outcome, drive.outcome);
     let track = &opened.scene.as_ref().unwrap().ego.track;
-    let limits = planner::Limits::of(settings.planner.vehicle);
+    let limits = planner::Limits::for_vehicle(settings.planner.vehicle);
     for (step, state) in &drive.states {
         let place = track.at(*step).unwrap().pose.position;
         assert_eq!(place, state.centre(&limits).pose.position);

@@ -53,7 +53,7 @@ pub enum Input {
 }
 
 fn key_of_the_table() -> impl Strategy<Value = Vec<Key>> {
-    let presets = Preset::ALL.map(|(_, preset)| crate::tui::keymap::Keymap::of(preset));
+    let presets = Preset::ALL.map(|(_, preset)| crate::tui::keymap::Keymap::from_preset(preset));
     let mut all = Vec::new();
     for keymap in &presets {
         for entry in ACTIONS {

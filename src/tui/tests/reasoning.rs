@@ -3,7 +3,7 @@
 use super::answers::asking;
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Event, Judged, Missing};
+use crate::evaluation::{Event, JudgeOutcome, MissingVerdict};
 use crate::llm::Chunk;
 use crate::store::RunId;
 
@@ -102,7 +102,7 @@ fn what_never_left_this_machine_is_called_so_with_the_reason() {
     bench.send(events::piece(id, Event::Kept(RunId(1))));
     let mut unsent = no_verdict("lab/small", "");
     unsent.reasoning.clear();
-    unsent.judged = Judged::Missing(Missing::NotSent("cannot reach lab".into()));
+    unsent.judged = JudgeOutcome::Missing(MissingVerdict::NotSent("cannot reach lab".into()));
     bench.send(events::answered(id, Ok(Box::new(unsent))));
     let frame = bench.frame(120, 40);
     assert!(

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::bench::Bench;
 use super::everywhere::seen_in_every_theme;
-use super::kept::{FIRST, Kept};
+use super::kept::{FIRST, Fixture};
 use crate::evaluation::Outcome;
 use crate::formats::EgoSelection;
 use crate::metrics::Thresholds;
@@ -17,7 +17,7 @@ use crate::tui::tasks::history::Judging;
 use crate::tui::tasks::results::answer;
 
 /// Answers what the screen asked for, until nothing is left.
-pub(super) fn settle(kept: &mut Kept) {
+pub(super) fn settle(kept: &mut Fixture) {
     let judging = Judging {
         ego: EgoSelection::Beside,
         thresholds: Arc::new(Thresholds::shipped().clone()),
@@ -45,7 +45,7 @@ pub(super) fn settle(kept: &mut Kept) {
     }
 }
 
-pub(super) fn press(kept: &mut Kept, keys: &str) {
+pub(super) fn press(kept: &mut Fixture, keys: &str) {
     for key in keys.split_whitespace() {
         kept.press(key);
         settle(kept);
@@ -53,8 +53,8 @@ pub(super) fn press(kept: &mut Kept, keys: &str) {
 }
 
 /// Two models: one says yes and no on the bundled scenario, and yes on one that is not there; one says no.
-pub(super) fn four() -> Kept {
-    let mut kept = Kept::new();
+pub(super) fn four() -> Fixture {
+    let mut kept = Fixture::new();
     kept.add(FIRST, "lab/small", true, "the lead car brakes hard");
     kept.add(
         "ZAM_Lost-1_1_T-1\u{1b}[2J",
@@ -67,7 +67,7 @@ pub(super) fn four() -> Kept {
     kept
 }
 
-pub(super) fn counts(kept: &Kept, row: usize) -> [u32; 7] {
+pub(super) fn counts(kept: &Fixture, row: usize) -> [u32; 7] {
     Outcome::ALL.map(|outcome| kept.bench.model.results.rows[row].count(outcome))
 }
 
@@ -152,12 +152,12 @@ fn an_empty_cell_and_news_of_an_older_reading_change_nothing() {
 
 #[test]
 fn the_palette_has_it_and_an_empty_store_says_what_to_do() {
-    let mut kept = Kept::new();
+    let mut kept = Fixture::new();
     press(&mut kept, ": r e s u l t s enter");
     let frame = kept.bench.frame(80, 24);
     assert!(frame.contains("no model has been asked yet"), "{frame}");
     let mut bench = Bench::bundled();
-    bench.model.look.keymap = Keymap::of(Preset::Vim);
+    bench.model.look.keymap = Keymap::from_preset(Preset::Vim);
     bench.press("%");
     assert!(bench.model.screens.is_top::<ResultsScreen>());
     assert_eq!(bench.model.screens.iter().count(), 1);

@@ -6,7 +6,7 @@ use super::asking::Whole;
 use super::asking::server::{Script, Server};
 use super::written::found;
 use crate::store::RunId;
-use crate::tui::loaded::Working;
+use crate::tui::loaded::GenerationStage;
 use crate::tui::model::{JobKind, JobState, Model, Notice};
 use crate::verdict::Motion;
 
@@ -109,7 +109,7 @@ async fn what_is_cancelled_is_closed_and_written_down() {
     whole.attack().await;
     let asked = |model: &Model| {
         let search = model.maker.under_way.as_ref();
-        search.is_some_and(|s| matches!(s.at, Some(Working::Writing(_))))
+        search.is_some_and(|s| matches!(s.at, Some(GenerationStage::Writing(_))))
     };
     whole.until("a question", asked).await;
     while server.requests().is_empty() {

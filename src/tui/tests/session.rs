@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use super::bench::{Bench, answer};
 use super::events;
-use crate::formats::{Entry, Place, bundled};
-use crate::tui::message::session::Session;
+use crate::formats::{Entry, EntryLocation, bundled};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{Grouping, Pane, Sizes};
-use crate::tui::update::session_restore;
+use crate::tui::session::Session;
+use crate::tui::session::restore;
 use crate::verdict::Task;
 
 fn kept(bench: &mut Bench) -> Option<Session> {
@@ -50,7 +50,7 @@ fn the_workbench_comes_back_as_it_was_left() {
 
     let mut again = keeping(Bench::empty());
     again.model.config.model = Some("lab/small".into());
-    session_restore::restore(&mut again.model, read(&left), false);
+    restore::restore(&mut again.model, read(&left), false);
     again.send(Msg::Found(Ok(bundled().into())));
     let after = &again.model;
     let name = |bench: &crate::tui::model::Model| bench.opened.as_ref().unwrap().name.clone();
@@ -86,7 +86,7 @@ fn what_the_configuration_says_anew_wins() {
     let restored = |configured: Option<&str>| {
         let mut again = Bench::empty();
         again.model.config.model = configured.map(Into::into);
-        session_restore::restore(&mut again.model, read(&left), false);
+        restore::restore(&mut again.model, read(&left), false);
         again.model.model
     };
     assert_eq!(restored(None), "lab/small");
@@ -100,7 +100,7 @@ fn what_the_configuration_says_anew_wins() {
 #[test]
 fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
     let file = |name: &str| Entry {
-        place: Place::File(PathBuf::from(format!("a/{name}.xml"))),
+        place: EntryLocation::File(PathBuf::from(format!("a/{name}.xml"))),
         name: name.into(),
         group: "a".into(),
     };
@@ -109,12 +109,12 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
     bench.send(Msg::Listed(vec![file("one"), file("two"), file("three")]));
     bench.press("down down *");
     let mut left = kept(&mut bench).unwrap();
-    let opened = crate::tui::message::session::Opened {
-        scenario: crate::tui::message::session::Where::File("/here/a/three.xml".into()),
+    let opened = crate::tui::session::SavedScenario {
+        scenario: crate::tui::session::SavedLocation::File("/here/a/three.xml".into()),
         ego: None,
         step: 3,
         picked: None,
-        camera: crate::tui::message::session::View {
+        camera: crate::tui::session::View {
             cell: 1.0,
             center: [0.0, 0.0],
             shift: [0.0, 0.0],
@@ -128,11 +128,11 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
         let mut again = keeping(Bench::empty());
         // From another folder, and so with other paths.
         again.model.recall.here = "/here/b".into();
-        session_restore::restore(&mut again.model, read(&left), false);
+        restore::restore(&mut again.model, read(&left), false);
         again
     };
     let file = |name: &str| Entry {
-        place: Place::File(PathBuf::from(format!("../a/{name}.xml"))),
+        place: EntryLocation::File(PathBuf::from(format!("../a/{name}.xml"))),
         ..file(name)
     };
     let mut again = start();
@@ -196,14 +196,14 @@ fn an_ego_of_the_command_line_wins() {
     let left = kept(&mut bench).unwrap();
     for (chosen, ego) in [(false, taken), (true, None)] {
         let mut again = keeping(Bench::empty());
-        session_restore::restore(&mut again.model, read(&left), chosen);
+        restore::restore(&mut again.model, read(&left), chosen);
         again.send(Msg::Found(Ok(bundled().into())));
         assert_eq!(again.model.taken, ego);
     }
     let mut stale = read(&left);
     stale.opened.as_mut().unwrap().ego = Some(-77);
     let mut again = keeping(Bench::empty());
-    session_restore::restore(&mut again.model, stale, false);
+    restore::restore(&mut again.model, stale, false);
     again.send(Msg::Found(Ok(bundled().into())));
     assert!(again.model.opened.is_some() && again.model.taken.is_none());
     assert_eq!(again.model.open_error, None);
@@ -223,7 +223,7 @@ fn nonsense_in_a_session_changes_nothing() {
     opened.camera.cell = -3.0;
     opened.camera.center = [1e300, 0.0];
     let mut again = keeping(Bench::empty());
-    session_restore::restore(&mut again.model, odd, false);
+    restore::restore(&mut again.model, odd, false);
     again.send(Msg::Found(Ok(bundled().into())));
     assert_eq!(again.model.task, Task::Collision);
     assert_eq!(again.model.focus, Pane::Scenarios);

@@ -8,7 +8,7 @@ use crate::llm::Chunk;
 use crate::store::{Choice, NewRating, RatedAnswer, Rating, RunId};
 use crate::tui::keymap::Key;
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::Shown;
+use crate::tui::model::ShownAnswer;
 use crate::verdict::Task;
 
 const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20. It is **fast**.\n\n\
@@ -47,7 +47,7 @@ fn rating(bench: &Bench) -> NewRating {
 }
 
 fn place_of(bench: &Bench, model: &str) -> usize {
-    let of = |shown: &Shown| matches!(shown, Shown::Column(i) if bench.model.answers.columns[*i].model == model);
+    let of = |shown: &ShownAnswer| matches!(shown, ShownAnswer::Column(i) if bench.model.answers.columns[*i].model == model);
     bench.model.compare.shown.iter().position(of).unwrap()
 }
 
@@ -101,7 +101,7 @@ fn a_claim_picks_its_obstacle_and_its_step() {
         .iter()
         .position(|c| c.model == "lab/walrus")
         .unwrap();
-    bench.model.answers.show(Shown::Column(place));
+    bench.model.answers.show(ShownAnswer::Column(place));
     bench.model.picked = None;
     bench.press(")");
     assert!(bench.model.picked.is_some());
@@ -336,10 +336,10 @@ fn answers_that_come_after_it_was_opened_stand_there_too() {
     let mut bench = sized(Bench::bundled(), 120, 40);
     let of = stored_of(&bench);
     bench.press("shift-c");
-    assert_eq!(bench.model.compare.shown, [Shown::Reference]);
+    assert_eq!(bench.model.compare.shown, [ShownAnswer::Reference]);
     bench.send(Msg::Stored(of, vec![answer("lab/a", true, 301)]));
     assert_eq!(
         bench.model.compare.shown,
-        [Shown::Column(0), Shown::Reference]
+        [ShownAnswer::Column(0), ShownAnswer::Reference]
     );
 }

@@ -7,11 +7,13 @@ use super::generated::{SHORT, with};
 use super::written::Canned;
 use crate::evaluation;
 use crate::formats::{EgoSelection, bundled};
-use crate::generation::{Ground, Progress, VariantGenerator, search_until};
+use crate::generation::{AttackSetup, Progress, VariantGenerator, search_until};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
 use crate::prompts::Library;
-use crate::tui::loaded::{GenerationProgress, How, Opened, VariantRequest, Working, Writer};
+use crate::tui::loaded::{
+    GenerationInputs, GenerationProgress, GenerationStage, Opened, VariantRequest, Writer,
+};
 use crate::workflow::AttackSource;
 
 /// Any attack on the ego that turns right.
@@ -34,8 +36,8 @@ fn who_cancels_hears_nothing_more() {
     let settings = coarse(wish.forecast);
     let thresholds = Thresholds::shipped();
     let ends = [
-        |at: Working| matches!(at, Working::Driving(4, _)),
-        |at: Working| matches!(at, Working::Searching(progress, _) if progress.tried > 0),
+        |at: GenerationStage| matches!(at, GenerationStage::Driving(4, _)),
+        |at: GenerationStage| matches!(at, GenerationStage::Searching(progress, _) if progress.tried > 0),
     ];
     for end in ends {
         let cancel = Cancel::default();
@@ -71,7 +73,7 @@ fn a_search_that_is_to_stop_begins_no_motion_and_no_drive_more() {
         last = progress;
         asked.load(Ordering::Relaxed) < 10
     };
-    let search = |ground: &Ground<'_>| search_until(ground, &SHORT, None, &mut watch, &stop);
+    let search = |ground: &AttackSetup<'_>| search_until(ground, &SHORT, None, &mut watch, &stop);
     let found = workshop.on(search).unwrap();
     assert!(last.refused >= 22 && last.driven == 0, "{last:?}");
     assert_eq!(found.progress(), last);
@@ -90,7 +92,7 @@ fn who_cancels_is_driven_against_nothing_more() {
         ..right_turn()
     };
     let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
-    for end in [Working::Proving, Working::Trying(0, 1)] {
+    for end in [GenerationStage::Proving, GenerationStage::Trying(0, 1)] {
         let cancel = Cancel::default();
         let mut heard = Vec::new();
         let mut on_event = |event| {
@@ -101,7 +103,7 @@ fn who_cancels_is_driven_against_nothing_more() {
                 }
             }
         };
-        let how = How {
+        let how = GenerationInputs {
             settings: &settings,
             source: AttackSource::Model(&Canned),
         };

@@ -3,10 +3,10 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Answer, Judged, Missing, StoredOrigin};
+use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 use crate::store::{Origin, RunId};
 use crate::tui::message::{Effect, JobRequest, Msg};
-use crate::tui::model::Shown;
+use crate::tui::model::ShownAnswer;
 
 #[test]
 fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
@@ -99,7 +99,7 @@ fn runs_that_reached_no_model_do_not_come_back() {
     let refused = || no_verdict("lab/x", "");
     bench.send(Msg::Stored(of.clone(), vec![refused(), refused()]));
     assert!(bench.model.answers.columns.is_empty());
-    assert_eq!(bench.model.answers.shown, Shown::Reference);
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Reference);
     bench.send(Msg::Stored(of, vec![refused(), answer("lab/x", true, 301)]));
     assert_eq!(bench.model.answers.columns.len(), 1);
     assert!(
@@ -113,7 +113,7 @@ fn what_broke_off_does_not_hide_a_whole_answer() {
     let mut bench = Bench::bundled();
     let of = stored_of(&bench);
     let cancelled = Answer {
-        judged: Judged::Missing(Missing::Cancelled),
+        judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
         text: "the beg".into(),
         ..answer("lab/a", true, 301)
     };

@@ -5,9 +5,9 @@ use super::bench::{Bench, answer};
 use super::events;
 use super::listing::surveyed;
 use crate::evaluation::Answer;
-use crate::tui::clock::Lap;
+use crate::tui::clock::PlayRange;
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Heat, Shown};
+use crate::tui::model::{Heat, ShownAnswer};
 use crate::tui::update::update;
 
 /// The rows inside the timeline's frame, its title first.
@@ -116,13 +116,13 @@ fn the_minimum_of_the_plotted_measure_is_of_the_picked_obstacle_or_of_all() {
 fn loops_go_round_everything_then_the_window() {
     let mut bench = Bench::bundled();
     bench.press(";");
-    assert_eq!(bench.model.clock.lap(), Lap::Whole);
+    assert_eq!(bench.model.clock.lap(), PlayRange::Whole);
     assert!(timeline(&bench, 120, 40)[0].contains("1× · loop"));
     bench.press(";");
     let window = bench.model.window().unwrap();
     assert_eq!(
         bench.model.clock.lap(),
-        Lap::Part(window.first(), window.last())
+        PlayRange::Part(window.first(), window.last())
     );
     assert!(timeline(&bench, 200, 60)[0].contains("loop 51–60"));
     bench.press("space");
@@ -133,7 +133,7 @@ fn loops_go_round_everything_then_the_window() {
     }
     assert!(bench.model.clock.playing);
     bench.press(";");
-    assert_eq!(bench.model.clock.lap(), Lap::Once);
+    assert_eq!(bench.model.clock.lap(), PlayRange::Once);
 }
 
 /// Three answers of the store about what is open, the second and third of which differ.
@@ -203,7 +203,7 @@ fn the_next_disagreement_may_be_in_another_scenario() {
     assert!(bench.model.seek.is_some());
     with_stored(&mut bench);
     assert_eq!(bench.model.clock.step(), 30);
-    assert_eq!(bench.model.answers.shown, Shown::Column(1));
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Column(1));
     assert!(bench.model.seek.is_none());
 }
 

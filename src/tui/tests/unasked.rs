@@ -1,16 +1,16 @@
 //! The results screen with questions that were not or cannot be asked.
 
 use super::counted::{YES, item, labelled, spec};
-use super::kept::{FIRST, Kept};
+use super::kept::{FIRST, Fixture};
 use super::results::{counts, press};
-use crate::evaluation::batch::{Counting, Part};
+use crate::evaluation::batch::{AnswerSet, BatchPart};
 use crate::store::{BatchId, ItemState, NewItem};
 use crate::tui::action::Scope;
 
 /// An older batch with an answer, a question that waits and one that cannot be asked; and a newer one in which nothing
 /// can be asked.
-fn two() -> (Kept, [BatchId; 2]) {
-    let mut kept = Kept::new();
+fn two() -> (Fixture, [BatchId; 2]) {
+    let mut kept = Fixture::new();
     let run = kept.add(FIRST, "lab/small", true, YES);
     let none = |scenario: &str| NewItem {
         unaskable: Some("no recorded ego".into()),
@@ -39,7 +39,10 @@ fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
     let (mut kept, [older, newer]) = two();
     press(&mut kept, "%");
     let results = &kept.bench.model.results;
-    assert_eq!(results.counting, Some(Counting::Batch(older, Part::Plain)));
+    assert_eq!(
+        results.counting,
+        Some(AnswerSet::Batch(older, BatchPart::Plain))
+    );
     assert_eq!((results.rows.len(), results.unasked), (1, 2));
     assert_eq!(counts(&kept, 0), [0, 1, 0, 0, 0, 0, 0]);
     let frame = kept.bench.frame(200, 60);
@@ -59,7 +62,7 @@ fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
         assert!(line.unwrap().contains(done), "{frame}");
     }
     kept.bench.model.results.choosing = None;
-    kept.bench.model.results.chosen = Some(Counting::Batch(newer, Part::Plain));
+    kept.bench.model.results.chosen = Some(AnswerSet::Batch(newer, BatchPart::Plain));
     press(&mut kept, "esc %");
     let results = &kept.bench.model.results;
     assert_eq!((results.rows.len(), results.unasked), (0, 1));

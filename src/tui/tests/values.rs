@@ -101,20 +101,28 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
         "nothing is measured twice"
     );
     bench.press("n");
-    let known = bench.model.values.of(bench.model.picked).is_some();
+    let known = bench
+        .model
+        .values
+        .for_obstacle(bench.model.picked)
+        .is_some();
     assert!(known);
     let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();
-    let late = Measured::of(&scene, None, Thresholds::shipped());
+    let late = Measured::new(&scene, None, Thresholds::shipped());
     bench.send(Msg::Computed(Computed::Measured(id, Box::new(late))));
     assert!(
-        bench.model.values.of(bench.model.picked).is_some(),
+        bench
+            .model
+            .values
+            .for_obstacle(bench.model.picked)
+            .is_some(),
         "too late"
     );
     bench.model.values.found = None;
     assert!(bench.frame(80, 24).contains("measuring"));
     bench.send(Msg::Computed(Computed::Measured(
         MeasureId(0),
-        Box::new(Measured::of(&scene, None, Thresholds::shipped())),
+        Box::new(Measured::new(&scene, None, Thresholds::shipped())),
     )));
     assert!(bench.model.values.found.is_none(), "never asked for");
 }

@@ -10,19 +10,20 @@ use super::generated::{generated, in_12_ms};
 use super::stopping::right_turn;
 use crate::evaluation::Event;
 use crate::evaluation::generating::{
-    AuthorError, Authored, AuthoredAttack, Choice, ChosenBy, Declined, Progress, Proposal, Source,
-    Spent,
+    AuthorError, Authored, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Progress, Proposal,
+    RefusedAnswer, Source,
 };
 use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
-use crate::generation::{Ground, Reason, Refusal, admit};
+use crate::generation::{AttackSetup, Reason, Refusal, admit};
 use crate::llm::Chunk;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::scenario::Scene;
 use crate::store::Consumed;
 use crate::tui::loaded::{
-    Authorship, Generated, GenerationProgress, How, Made, Opened, VariantRequest,
+    Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
+    VariantRequest,
 };
 use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use crate::tui::model::{JobState, Model};
@@ -65,7 +66,7 @@ fn open() -> Bench {
 
 /// The attack that a search finds: what the model is made to answer.
 pub fn found() -> (i64, Motion) {
-    let Ok(Generated::Found { variant, .. }) = generated(&right_turn()) else {
+    let Ok(GenerationOutcome::Found { variant, .. }) = generated(&right_turn()) else {
         panic!("the search finds nothing");
     };
     let made = &variant.variant.as_ref().unwrap().made;
@@ -104,8 +105,8 @@ fn source(sample: u32, retry: u32) -> Source {
     }
 }
 
-fn declined(sample: u32, retry: u32, refusals: Vec<Refusal>) -> Declined {
-    Declined {
+fn declined(sample: u32, retry: u32, refusals: Vec<Refusal>) -> RefusedAnswer {
+    RefusedAnswer {
         source: source(sample, retry),
         said: None,
         refusals,
@@ -113,7 +114,7 @@ fn declined(sample: u32, retry: u32, refusals: Vec<Refusal>) -> Declined {
 }
 
 /// Three answers, of which the second, sent back once, passes the gate.
-fn authored(ground: &Ground<'_>) -> Authored {
+fn authored(ground: &AttackSetup<'_>) -> Authored {
     let (id, motion) = found();
     let admitted = admit(ground, id, &motion).expect("the gate lets it through");
     Authored {
@@ -129,7 +130,7 @@ fn authored(ground: &Ground<'_>) -> Authored {
             declined(1, 0, vec![Refusal::at(30, Reason::Overlap(306))]),
             declined(2, 0, vec![Refusal::answer(format!("no JSON: {WORDS}"))]),
         ],
-        spent: Spent {
+        spent: AuthoringUsage {
             requests: 5,
             answers: 5,
             stored: 1,
@@ -149,7 +150,7 @@ pub struct Canned;
 impl AttackWriter for Canned {
     fn write(
         &self,
-        ground: &Ground<'_>,
+        ground: &AttackSetup<'_>,
         _: &Arc<Scene>,
         _: &Cancel,
         _: &mut dyn FnMut(Progress),
@@ -159,9 +160,9 @@ impl AttackWriter for Canned {
 }
 
 /// What comes of a wish where the model answers that.
-fn written(wish: &VariantRequest) -> Result<Generated, String> {
+fn written(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
     let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
-    let how = How {
+    let how = GenerationInputs {
         settings: &settings,
         source: AttackSource::Model(&Canned),
     };
@@ -172,13 +173,13 @@ fn written(wish: &VariantRequest) -> Result<Generated, String> {
         ..wish.clone()
     };
     let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
-    let mut made = made?.expect("nobody stopped it");
+    let mut made = made?.expect("it was not stopped");
     in_12_ms(&mut made);
     Ok(made)
 }
 
 /// What a model wrote that came to nothing.
-pub fn unwritten(words: &str) -> Generated {
+pub fn unwritten(words: &str) -> GenerationOutcome {
     let wrote = Authorship {
         model: words.into(),
         only: None,
@@ -186,15 +187,15 @@ pub fn unwritten(words: &str) -> Generated {
             choice: choice(305, Vec::new(), words),
             attacks: Vec::new(),
             declined: vec![declined(0, 0, vec![Refusal::answer(words)])],
-            spent: Spent::default(),
+            spent: AuthoringUsage::default(),
             stopped: None,
         },
         taken: None,
     };
-    Generated::Unwritten(words.into(), Arc::new(wrote))
+    GenerationOutcome::Unwritten(words.into(), Arc::new(wrote))
 }
 
-fn made(bench: &Bench) -> &Made {
+fn made(bench: &Bench) -> &GeneratedVariant {
     &bench.model.variant().expect("a variant is shown").made
 }
 

@@ -2,7 +2,7 @@
 
 use ratatui::style::Color;
 
-use super::Depth;
+use super::ColorDepth;
 use crate::settings::ThemeColor;
 
 /// The sixteen colours as xterm has them, by their ANSI numbers.
@@ -45,12 +45,12 @@ pub fn number(color: Color) -> Option<u8> {
 }
 
 /// The nearest colour that a terminal of this depth has; never the likely background of a `dark` or light theme.
-pub fn at_depth(color: Color, depth: Depth, dark: bool) -> Color {
+pub fn at_depth(color: Color, depth: ColorDepth, dark: bool) -> Color {
     match (depth, color) {
-        (Depth::None, _) => Color::Reset,
-        (Depth::Indexed, Color::Rgb(r, g, b)) => Color::Indexed(nearest(r, g, b)),
-        (Depth::Sixteen, Color::Rgb(r, g, b)) => nearest_of_sixteen([r, g, b], dark),
-        (Depth::Sixteen, Color::Indexed(index)) => nearest_of_sixteen(rgb(index), dark),
+        (ColorDepth::None, _) => Color::Reset,
+        (ColorDepth::Indexed, Color::Rgb(r, g, b)) => Color::Indexed(nearest(r, g, b)),
+        (ColorDepth::Sixteen, Color::Rgb(r, g, b)) => nearest_of_sixteen([r, g, b], dark),
+        (ColorDepth::Sixteen, Color::Indexed(index)) => nearest_of_sixteen(rgb(index), dark),
         (_, color) => color,
     }
 }
@@ -118,13 +118,13 @@ mod tests {
         assert_eq!(rgb(196), [255, 0, 0]);
         assert_eq!(rgb(244), [128, 128, 128]);
         let red = Color::Rgb(220, 10, 10);
-        assert_eq!(at_depth(red, Depth::Sixteen, true), Color::Red);
-        assert_eq!(at_depth(red, Depth::None, true), Color::Reset);
+        assert_eq!(at_depth(red, ColorDepth::Sixteen, true), Color::Red);
+        assert_eq!(at_depth(red, ColorDepth::None, true), Color::Reset);
         // A dark gray is not lost on a dark background, nor a light one on a light one.
         let (dark, light) = (Color::Rgb(20, 20, 20), Color::Rgb(250, 250, 250));
-        assert_eq!(at_depth(dark, Depth::Sixteen, true), Color::DarkGray);
-        assert_eq!(at_depth(dark, Depth::Sixteen, false), Color::Black);
-        assert_eq!(at_depth(light, Depth::Sixteen, false), Color::Gray);
+        assert_eq!(at_depth(dark, ColorDepth::Sixteen, true), Color::DarkGray);
+        assert_eq!(at_depth(dark, ColorDepth::Sixteen, false), Color::Black);
+        assert_eq!(at_depth(light, ColorDepth::Sixteen, false), Color::Gray);
     }
 
     #[test]

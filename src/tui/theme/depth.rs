@@ -2,7 +2,7 @@
 
 /// Colour depth of a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Depth {
+pub enum ColorDepth {
     /// All of them.
     True,
     /// 256.
@@ -26,7 +26,7 @@ const CAPABLE: [&str; 9] = [
     "wezterm",
 ];
 
-impl Depth {
+impl ColorDepth {
     /// Every depth with its name, the most colours first.
     pub const NAMED: [(&str, Self); 4] = [
         ("true", Self::True),
@@ -73,28 +73,28 @@ mod tests {
     #[test]
     fn the_environment_says() {
         let of = |pairs: &[(&str, &str)]| {
-            Depth::of_environment(|name| {
+            ColorDepth::of_environment(|name| {
                 let pair = pairs.iter().find(|(n, _)| *n == name);
                 pair.map(|(_, value)| (*value).to_string())
             })
         };
         assert_eq!(
             of(&[("NO_COLOR", "1"), ("COLORTERM", "truecolor")]),
-            Depth::None
+            ColorDepth::None
         );
         assert_eq!(
             of(&[("NO_COLOR", ""), ("COLORTERM", "truecolor")]),
-            Depth::True
+            ColorDepth::True
         );
         for (term, depth) in [
-            ("xterm-256color", Depth::Indexed),
-            ("xterm-kitty", Depth::Indexed),
-            ("xterm-direct", Depth::True),
-            ("xterm", Depth::Sixteen),
-            ("linux", Depth::Sixteen),
-            ("screen", Depth::Sixteen),
-            ("vt100", Depth::None),
-            ("xterm-m", Depth::None),
+            ("xterm-256color", ColorDepth::Indexed),
+            ("xterm-kitty", ColorDepth::Indexed),
+            ("xterm-direct", ColorDepth::True),
+            ("xterm", ColorDepth::Sixteen),
+            ("linux", ColorDepth::Sixteen),
+            ("screen", ColorDepth::Sixteen),
+            ("vt100", ColorDepth::None),
+            ("xterm-m", ColorDepth::None),
         ] {
             assert_eq!(of(&[("TERM", term)]), depth, "{term}");
         }

@@ -6,7 +6,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::{AUTO, Depth, Named, ROLES, Theme, ansi, color};
+use super::{AUTO, ColorDepth, Named, ROLES, Theme, ansi, color};
 use crate::description::visible;
 use crate::tui::user_file::first;
 
@@ -15,14 +15,18 @@ use crate::tui::user_file::first;
 /// Without a terminal to show it, `depth` is nothing and the text is plain.
 ///
 /// # Errors
-/// There is no such theme, or its file is wrong: with file, line and key.
-pub fn preview(name: Option<&str>, folder: &Path, depth: Option<Depth>) -> Result<String, String> {
+/// The theme does not exist, or its file is invalid: with file, line and key.
+pub fn preview(
+    name: Option<&str>,
+    folder: &Path,
+    depth: Option<ColorDepth>,
+) -> Result<String, String> {
     let styled = depth.is_some();
     let shown = |line: &Line<'_>| match styled {
         true => ansi::line(line),
         false => line.to_string(),
     };
-    let depth = depth.unwrap_or(Depth::None);
+    let depth = depth.unwrap_or(ColorDepth::None);
     let lines = match name {
         None => list(folder, depth),
         Some(name) => {
@@ -36,7 +40,7 @@ pub fn preview(name: Option<&str>, folder: &Path, depth: Option<Depth>) -> Resul
     Ok(lines.collect())
 }
 
-fn list(folder: &Path, depth: Depth) -> Vec<Line<'static>> {
+fn list(folder: &Path, depth: ColorDepth) -> Vec<Line<'static>> {
     let mut lines = Vec::new();
     for Named { name, file, theme } in Theme::all(folder) {
         let from = file.map_or("shipped".into(), |file| visible(&file).into_owned());
@@ -105,7 +109,7 @@ fn sample(theme: &Theme) -> Vec<Line<'static>> {
 }
 
 /// Every role of a theme: its name in its colour, the colour of the file and the one that the terminal shows.
-fn whole(theme: &Theme, depth: Depth) -> Vec<Line<'static>> {
+fn whole(theme: &Theme, depth: ColorDepth) -> Vec<Line<'static>> {
     let shown = theme.clone().at_depth(depth);
     let ground = if theme.dark { "dark" } else { "light" };
     let mut lines = vec![
@@ -157,11 +161,15 @@ mod tests {
         let broken = folder.path().join("odd\u{1b}[2J.toml");
         std::fs::write(broken, "dark = 3\n").unwrap();
         for (depth, sign, others) in [
-            (Depth::True, "\x1b[38;2;", vec!["\x1b[38;5"]),
-            (Depth::Indexed, "\x1b[38;5;", vec!["\x1b[38;2"]),
-            (Depth::Sixteen, "\x1b[91m", vec!["\x1b[38;2", "\x1b[38;5"]),
+            (ColorDepth::True, "\x1b[38;2;", vec!["\x1b[38;5"]),
+            (ColorDepth::Indexed, "\x1b[38;5;", vec!["\x1b[38;2"]),
             (
-                Depth::None,
+                ColorDepth::Sixteen,
+                "\x1b[91m",
+                vec!["\x1b[38;2", "\x1b[38;5"],
+            ),
+            (
+                ColorDepth::None,
                 "selected line",
                 vec!["\x1b[38;2", "\x1b[38;5", "\x1b[9", "\x1b[3"],
             ),
@@ -184,6 +192,6 @@ mod tests {
         }
         let plain = preview(None, folder.path(), None).unwrap();
         assert!(plain.contains("selected line") && !plain.contains('\x1b'));
-        assert!(preview(Some("none"), folder.path(), Some(Depth::True)).is_err());
+        assert!(preview(Some("none"), folder.path(), Some(ColorDepth::True)).is_err());
     }
 }

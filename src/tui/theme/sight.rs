@@ -4,7 +4,7 @@
 
 use ratatui::style::Color;
 
-use super::{Depth, Theme, color};
+use super::{ColorDepth, Theme, color};
 
 /// Backgrounds that terminals usually have: black, the default of some, One Dark, Solarized.
 const DARK: [[u8; 3]; 4] = [
@@ -59,7 +59,7 @@ const DEUTERANOPE: [[f64; 3]; 3] = [
     [0.280_085, 0.672_501, 0.047_413],
     [-0.011_820, 0.042_940, 0.968_881],
 ];
-const EVERYBODY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const TRICHROMAT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 fn linear(rgb: [u8; 3]) -> [f64; 3] {
     rgb.map(|c| {
@@ -130,14 +130,14 @@ fn the_formulas_are_right() {
     }
     // Pure red and a dark green are one colour to deuteranopes, nearly.
     let (red, green) = ([200, 60, 20], [120, 110, 20]);
-    assert!(difference(red, green, &EVERYBODY) > 40.0);
+    assert!(difference(red, green, &TRICHROMAT) > 40.0);
     assert!(difference(red, green, &DEUTERANOPE) < 25.0);
 }
 
 #[test]
 fn words_can_be_read_on_every_usual_background() {
     for full in themes() {
-        for depth in [Depth::True, Depth::Indexed] {
+        for depth in [ColorDepth::True, ColorDepth::Indexed] {
             let theme = full.clone().at_depth(depth);
             let grounds = if theme.dark { &DARK[..] } else { &LIGHT[..] };
             for ground in grounds {
@@ -182,10 +182,10 @@ fn dangerous_and_safe_look_different_to_everybody() {
         ("picked", "obstacle", 15.0),
     ];
     let theme = themes.iter().find(|t| t.name == "colorblind").unwrap();
-    for depth in [Depth::True, Depth::Indexed] {
+    for depth in [ColorDepth::True, ColorDepth::Indexed] {
         let theme = theme.clone().at_depth(depth);
         for (a, b, least) in pairs {
-            for eyes in [&EVERYBODY, &DEUTERANOPE, &PROTANOPE] {
+            for eyes in [&TRICHROMAT, &DEUTERANOPE, &PROTANOPE] {
                 let found = difference(rgb(&theme, a), rgb(&theme, b), eyes);
                 assert!(found >= least, "{depth:?} {a} {b}: {found:.0}");
             }
@@ -200,14 +200,19 @@ fn dangerous_and_safe_look_different_to_everybody() {
 fn the_selected_line_is_reversed() {
     use ratatui::style::Modifier;
     for theme in themes() {
-        for depth in [Depth::True, Depth::Indexed, Depth::Sixteen, Depth::None] {
+        for depth in [
+            ColorDepth::True,
+            ColorDepth::Indexed,
+            ColorDepth::Sixteen,
+            ColorDepth::None,
+        ] {
             let style = theme.clone().at_depth(depth).selected();
             assert!(
                 style.add_modifier.contains(Modifier::REVERSED),
                 "{}",
                 theme.name
             );
-            assert_eq!(style.fg == Some(Color::Reset), depth == Depth::None);
+            assert_eq!(style.fg == Some(Color::Reset), depth == ColorDepth::None);
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
-use super::super::model::{Column, Model, Notice, Pane, PromptView, Shown, Toast};
+use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, Toast};
 use super::super::screens;
+use super::super::session::restore;
 use super::{
     answers, batch, claims, clock, compare, editing, jobs, list, map, obstacles, open_current,
-    panes, planning, plot, rating, screens as on_screen, session_restore, task, timeline,
+    panes, planning, plot, rating, screens as on_screen, task, timeline,
 };
 use crate::scenario::EgoSource;
 
@@ -156,7 +157,7 @@ const AGAIN: f64 = 2.0;
 /// Leaves; the draft is kept for the next start.
 pub fn quit(model: &mut Model) -> Vec<Effect> {
     let mut effects = editing::keep(model);
-    effects.extend(session_restore::keep(model));
+    effects.extend(restore::keep(model));
     effects.push(Effect::Quit);
     effects
 }
@@ -288,7 +289,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 .as_ref()
                 .map_or(String::new(), |o| o.name.clone());
             answers::leave(model, &name);
-            model.answers.show(Shown::Reference);
+            model.answers.show(ShownAnswer::Reference);
             effects.extend(load_stored(model));
         }
         Action::ToggleFrame => {

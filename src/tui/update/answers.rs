@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::super::action::Action;
 use super::super::message::{Computation, Effect, JobId, JobRequest, Update, WindowJudgement};
-use super::super::model::{Column, Model, Pane, Progress, Shown};
+use super::super::model::{Column, Model, Pane, Progress, ShownAnswer};
 use super::{batch, list, making};
-use crate::evaluation::{Answer, Event, Judged};
+use crate::evaluation::{Answer, Event, JudgeOutcome};
 use crate::judge;
 use crate::llm::Chunk;
-use crate::llm::{Discovered, Offer};
+use crate::llm::{Discovered, ModelOffer};
 use crate::metrics::Thresholds;
 use crate::scenario::Scene;
 use crate::verdict::Task;
@@ -55,7 +55,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     let id = JobId(model.new_id());
     if asked == judge::MODEL {
         model.answers.asking_reference = Some(id);
-        model.answers.show(Shown::Reference);
+        model.answers.show(ShownAnswer::Reference);
     } else {
         let column = Column {
             ask: Some(id),
@@ -132,7 +132,7 @@ pub fn judged(
 pub fn offer(model: &mut Model, found: Vec<Discovered>) {
     for Discovered { id, .. } in found {
         if model.offers.iter().all(|offer| offer.id != id) {
-            model.offers.push(Offer {
+            model.offers.push(ModelOffer {
                 id,
                 key: None,
                 warning: None,
@@ -251,8 +251,8 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
         Ok(answer) => {
             let twice = answer.past.and(answer.run);
             let failed = match &answer.judged {
-                Judged::Missing(missing) => Some(format!("{}: {missing}", answer.model)),
-                Judged::Verdict(_) | Judged::Other(_) => None,
+                JudgeOutcome::Missing(missing) => Some(format!("{}: {missing}", answer.model)),
+                JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => None,
             };
             // The whole answer counts, whatever was shown of it so far.
             column.text.clone_from(&answer.text);
@@ -335,7 +335,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
 
 /// Takes the shown answer off the comparison.
 pub fn close(model: &mut Model) -> Vec<Effect> {
-    let Shown::Column(place) = model.answers.shown else {
+    let ShownAnswer::Column(place) = model.answers.shown else {
         model.say("the built-in judge stays");
         return Vec::new();
     };
@@ -345,9 +345,9 @@ pub fn close(model: &mut Model) -> Vec<Effect> {
     let column = model.answers.columns.remove(place);
     let last = model.answers.columns.len();
     model.answers.show(if last == 0 {
-        Shown::Reference
+        ShownAnswer::Reference
     } else {
-        Shown::Column(place.min(last - 1))
+        ShownAnswer::Column(place.min(last - 1))
     });
     if column.is_running() {
         column.ask.map(Effect::Cancel).into_iter().collect()

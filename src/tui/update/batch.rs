@@ -3,7 +3,7 @@
 use super::super::action::Action;
 use std::sync::Arc;
 
-use super::super::message::runs::{Batch, Counts, Ended};
+use super::super::message::runs::{Batch, BatchAnswer, Counts};
 use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model};
 use super::super::screens::batch::BatchScreen;
@@ -83,7 +83,7 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Start(id, JobRequest::Estimate(batch))]
 }
 
-/// What the questions of the batch on the card take, as far as it is known.
+/// The estimate of the batch on the card, as far as known.
 pub fn estimated(model: &mut Model, update: Update<Counts, Counts>) {
     if let (Some(card), Update::Progress(counts) | Update::Ended(Ok(counts))) =
         (&mut model.card, update)
@@ -92,7 +92,7 @@ pub fn estimated(model: &mut Model, update: Update<Counts, Counts>) {
     }
 }
 
-/// What a batch tells; the list of tasks has noted it already.
+/// Handles a batch's events; the list of tasks has them already.
 pub fn on_update(model: &mut Model, id: JobId, update: Update<BatchProgress, ()>) {
     match update {
         Update::Progress(BatchProgress::Answered(Ok(ended))) => show(model, ended),
@@ -102,7 +102,7 @@ pub fn on_update(model: &mut Model, id: JobId, update: Update<BatchProgress, ()>
 }
 
 /// An answer about the scenario that is open stands among the others; what is shown stays shown.
-fn show(model: &mut Model, ended: Ended) {
+fn show(model: &mut Model, ended: BatchAnswer) {
     let about = actions::stored_of(model);
     let same = about.is_some_and(|of| ended.about == Some((of.scenario, of.ego, of.task)));
     let run = ended.answer.run;

@@ -1,7 +1,7 @@
 //! Claims: extracted once an answer is complete, and stepped through one by one.
 
 use super::super::message::Computation;
-use super::super::model::{Column, Model, Pane, Shown};
+use super::super::model::{Column, Model, Pane, ShownAnswer};
 use super::clock;
 
 /// Requests the claims of the complete answers on the screen, once for each.
@@ -15,8 +15,8 @@ pub fn request(model: &mut Model) -> Vec<Computation> {
     for shown in seen {
         // A streaming answer is not parsed again for every chunk.
         let column = match shown {
-            Shown::Reference => None,
-            Shown::Column(place) => model.answers.columns.get(place),
+            ShownAnswer::Reference => None,
+            ShownAnswer::Column(place) => model.answers.columns.get(place),
         };
         if column.is_some_and(Column::is_running) {
             continue;
@@ -52,9 +52,9 @@ pub fn read_on(model: &mut Model, forward: bool) {
 
 /// Picks the next claim of an answer, or the one before: its obstacle is picked on the map, and the clock goes to its
 /// step. Gives its place.
-pub fn go(model: &mut Model, shown: Shown, forward: bool) -> Option<usize> {
+pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize> {
     let document = model.document(shown)?;
-    let claims = model.claims.of(document.key);
+    let claims = model.claims.get(document.key);
     if claims.is_empty() {
         model.say(match document.whole {
             true if model.claims.is_known(document.key) => {

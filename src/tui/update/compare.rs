@@ -3,8 +3,8 @@
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
 use super::super::message::Effect;
-use super::super::model::{Column, MOST_COMPARED, Model, Shown};
-use super::keys::{self, Pressed};
+use super::super::model::{Column, MOST_COMPARED, Model, ShownAnswer};
+use super::keys::{self, KeyEffect};
 use super::{actions, answers, claims, clock, rating};
 use crate::store::Choice;
 
@@ -12,17 +12,17 @@ use crate::store::Choice;
 pub fn open(model: &mut Model) {
     let fit = model.fit_side_by_side().max(2);
     let count = model.answers.columns.len();
-    let mut shown: Vec<Shown> = (count.saturating_sub(fit - 1)..count)
-        .map(Shown::Column)
+    let mut shown: Vec<ShownAnswer> = (count.saturating_sub(fit - 1)..count)
+        .map(ShownAnswer::Column)
         .collect();
-    if let now @ Shown::Column(_) = model.answers.shown
+    if let now @ ShownAnswer::Column(_) = model.answers.shown
         && !shown.contains(&now)
         && let Some(first) = shown.first_mut()
     {
         *first = now;
     }
     if model.has_reference() {
-        shown.push(Shown::Reference);
+        shown.push(ShownAnswer::Reference);
     }
     if shown.is_empty() {
         let why = model.without_ego();
@@ -37,7 +37,7 @@ pub fn open(model: &mut Model) {
 
 /// Answers have come from the store: where the built-in judge stood alone because there were none, they join it.
 pub fn arrived(model: &mut Model) {
-    let alone = model.compare.shown == [Shown::Reference];
+    let alone = model.compare.shown == [ShownAnswer::Reference];
     if model.compare.open && model.compare.blind.is_none() && alone {
         open(model);
     }
@@ -52,8 +52,8 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         return Vec::new();
     }
     match keys::pressed(model, key, Scope::Compare) {
-        Pressed::Action(action) => perform(model, action),
-        Pressed::Chord | Pressed::Nothing => Vec::new(),
+        KeyEffect::Action(action) => perform(model, action),
+        KeyEffect::Chord | KeyEffect::Nothing => Vec::new(),
     }
 }
 
@@ -129,10 +129,10 @@ fn set_top(model: &mut Model, place: usize, top: usize, last: usize) {
     }
 }
 
-pub(super) fn is_running(model: &Model, shown: Shown) -> bool {
+pub(super) fn is_running(model: &Model, shown: ShownAnswer) -> bool {
     match shown {
-        Shown::Reference => false,
-        Shown::Column(place) => model
+        ShownAnswer::Reference => false,
+        ShownAnswer::Column(place) => model
             .answers
             .columns
             .get(place)
@@ -150,12 +150,12 @@ fn follow_ends(model: &mut Model) {
 }
 
 /// Everything that can be shown.
-fn everything(model: &Model) -> Vec<Shown> {
-    let mut all: Vec<Shown> = (0..model.answers.columns.len())
-        .map(Shown::Column)
+fn everything(model: &Model) -> Vec<ShownAnswer> {
+    let mut all: Vec<ShownAnswer> = (0..model.answers.columns.len())
+        .map(ShownAnswer::Column)
         .collect();
     if model.has_reference() {
-        all.push(Shown::Reference);
+        all.push(ShownAnswer::Reference);
     }
     all
 }

@@ -112,9 +112,9 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         model.prompt.turned = false;
     }
     match keys::typed(&mut model.prompt.editor, key) {
-        keys::Typed::Changed => edited(model),
-        keys::Typed::Full => model.say("the template is as large as one may be, 1 MiB"),
-        keys::Typed::Same => {}
+        keys::EditOutcome::Changed => edited(model),
+        keys::EditOutcome::Full => model.say("the template is as large as one may be, 1 MiB"),
+        keys::EditOutcome::Same => {}
     }
     copied(model)
 }

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use super::super::action::Action;
-use super::super::message::runs::Ended;
+use super::super::message::runs::BatchAnswer;
 use super::super::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::super::model::{Column, Job, JobKind, JobState, Model};
 use super::{answers, batch, making, planning};
-use crate::evaluation::{Answer, Event, Judged};
+use crate::evaluation::{Answer, Event, JudgeOutcome};
 use crate::llm::Chunk;
 use crate::prompts::estimate_tokens;
 
@@ -203,8 +203,8 @@ fn outcome(job: &mut Job, answer: &Answer) -> JobState {
     }
     job.consumed(&answer.consumed);
     match &answer.judged {
-        Judged::Missing(missing) => JobState::Failed(missing.to_string()),
-        Judged::Verdict(_) | Judged::Other(_) => JobState::Done(answer.word()),
+        JudgeOutcome::Missing(missing) => JobState::Failed(missing.to_string()),
+        JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => JobState::Done(answer.word()),
     }
 }
 
@@ -253,7 +253,7 @@ fn failed(job: &mut Job, why: &str) {
 }
 
 /// One answer of a batch is here.
-fn answered(job: &mut Job, ended: &Ended) {
+fn answered(job: &mut Job, ended: &BatchAnswer) {
     let answer = &ended.answer;
     job.done += 1;
     if answer.past.is_none() {
@@ -261,7 +261,7 @@ fn answered(job: &mut Job, ended: &Ended) {
     }
     let said = answer.verdict().map(|verdict| verdict.dangerous);
     match (&answer.judged, said, ended.truth) {
-        (Judged::Missing(missing), ..) => {
+        (JudgeOutcome::Missing(missing), ..) => {
             job.tally.2 += 1;
             job.why.get_or_insert_with(|| missing.to_string());
         }

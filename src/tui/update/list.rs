@@ -3,7 +3,8 @@
 use super::super::action::Action;
 use super::super::message::{Effect, JobId};
 use super::super::model::{Line, Model, Pane};
-use super::{open, open_current, session_restore};
+use super::super::session::restore;
+use super::{open, open_current};
 use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::settings::Tags;
 
@@ -13,7 +14,7 @@ pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Eff
         Ok(found) => {
             let survey = found.entries.iter().cloned().enumerate().collect();
             model.list.fill(found);
-            let mut effects = session_restore::open_found(model);
+            let mut effects = restore::open_found(model);
             effects.push(Effect::Survey(survey));
             effects.extend(model.list.ranking());
             effects
@@ -29,12 +30,12 @@ pub fn listed(model: &mut Model, entries: Vec<Entry>) -> Vec<Effect> {
     model.list.add(entries);
     if before > 0 {
         // Sorted by a measure already, the values of all are asked for when all are there.
-        let mut effects = session_restore::open_found(model);
+        let mut effects = restore::open_found(model);
         effects.push(Effect::SurveyMore(new));
         return effects;
     }
     model.list.settle();
-    let mut effects = session_restore::open_found(model);
+    let mut effects = restore::open_found(model);
     effects.push(Effect::Survey(new));
     effects
 }
@@ -45,7 +46,7 @@ pub fn searched(model: &mut Model, ended: Result<Vec<PassedOver>, String>) -> Ve
         Ok(passed_over) => {
             model.list.found = true;
             model.list.passed_over = passed_over;
-            let mut effects = session_restore::open_found(model);
+            let mut effects = restore::open_found(model);
             effects.extend(model.list.ranking());
             effects
         }
@@ -105,7 +106,7 @@ pub fn choose(model: &mut Model) -> Vec<Effect> {
     if model.list.toggle_group() {
         return Vec::new();
     }
-    session_restore::released(model);
+    restore::released(model);
     let changed = model.opened.as_ref().is_some_and(|o| o.change.is_some());
     match model.list.opened.filter(|_| changed) {
         // The file as it is, and not as an answer was about it.

@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use super::super::action::Action;
 use super::super::loaded::{
-    Generated, GenerationProgress, Made, Opened, VariantRequest, VariantShown, Writer,
+    GeneratedVariant, GenerationOutcome, GenerationProgress, Opened, VariantRequest, VariantShown,
+    Writer,
 };
 use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
 use super::super::model::{Drives, JobKind, Model, Search, consequence_words, forecast_words};
@@ -164,7 +165,10 @@ pub fn stop_left(model: &mut Model) -> Vec<Effect> {
 }
 
 /// How far the search is that is under way, or what came of it.
-pub fn on_update(model: &mut Model, update: Update<GenerationProgress, Generated>) -> Vec<Effect> {
+pub fn on_update(
+    model: &mut Model,
+    update: Update<GenerationProgress, GenerationOutcome>,
+) -> Vec<Effect> {
     match update {
         Update::Progress(GenerationProgress::Working(at)) => {
             if let Some(search) = &mut model.maker.under_way {
@@ -181,11 +185,13 @@ pub fn on_update(model: &mut Model, update: Update<GenerationProgress, Generated
             model.maker.under_way = None;
             let mut effects = writing::recount(model);
             match result {
-                Ok(Generated::Found { original, variant }) => {
+                Ok(GenerationOutcome::Found { original, variant }) => {
                     effects.extend(found(model, original, variant));
                 }
-                Ok(Generated::Unwritten(words, wrote)) => writing::unwritten(model, words, wrote),
-                Ok(Generated::Nothing(words)) => {
+                Ok(GenerationOutcome::Unwritten(words, wrote)) => {
+                    writing::unwritten(model, words, wrote)
+                }
+                Ok(GenerationOutcome::Nothing(words)) => {
                     let key = model.look.key(Action::Generate);
                     model.tell(format!("{words}; {key} tries another seed"));
                 }
@@ -214,7 +220,7 @@ fn found(model: &mut Model, original: Box<Opened>, variant: Box<Opened>) -> Vec<
 }
 
 /// The step that says most of a variant: of the contact, or else of the lowest risk.
-fn moment(made: &Made) -> i64 {
+fn moment(made: &GeneratedVariant) -> i64 {
     let effect = &made.effect;
     let lowest = effect.after.iter().min_by_key(|(_, score)| *score);
     let contact = effect.collision().map(|c| c.step);
@@ -260,7 +266,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
 }
 
 /// Describes the shown variant, and the possible actions.
-fn in_words(model: &Model, made: &Made, changed: bool) -> String {
+fn in_words(model: &Model, made: &GeneratedVariant, changed: bool) -> String {
     let switch = model.look.key(Action::SwitchVariant);
     if !changed {
         return format!("the original, its ego planned; {switch} shows the variant again");
@@ -303,7 +309,7 @@ pub fn fixed(model: &Model) -> String {
 fn save(model: &mut Model) -> Vec<Effect> {
     match model.variant() {
         Some(shown) => {
-            let made: Arc<Made> = shown.made.clone();
+            let made: Arc<GeneratedVariant> = shown.made.clone();
             let folder = model.config.pictures.clone();
             vec![Effect::SaveVariant(made, folder)]
         }
@@ -316,7 +322,7 @@ fn save(model: &mut Model) -> Vec<Effect> {
 }
 
 /// A variant was written, or not.
-pub fn saved(model: &mut Model, made: &Arc<Made>, result: Result<String, String>) {
+pub fn saved(model: &mut Model, made: &Arc<GeneratedVariant>, result: Result<String, String>) {
     match result {
         Ok(files) => {
             model.maker.saved(made, &files);

@@ -4,7 +4,7 @@ mod actions;
 mod answers;
 mod batch;
 mod claims;
-mod clock;
+pub mod clock;
 mod compare;
 mod computed;
 mod editing;
@@ -24,20 +24,21 @@ mod pointer;
 mod rating;
 mod reopen;
 mod screens;
-pub mod session_restore;
 mod task;
 mod timeline;
 mod values;
 
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
-use opening::{open, open_again, open_changed, open_current, opened, show_stored};
+pub use opening::{open, open_current};
+use opening::{open_again, open_changed, opened, show_stored};
 
 use super::action::Action;
 use super::keymap::{Code, Key, edit_line};
 use super::message::{Effect, Msg};
 use super::model::{Model, Notice};
 use super::screens::{Screens, history, results, source};
+use super::session::restore;
 
 /// Effects at the start of the program.
 #[must_use]
@@ -56,14 +57,14 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     settle(model);
     effects.extend(request_missing(model));
     jobs::note_requested(model, &effects);
-    effects.extend(session_restore::remember(model));
+    effects.extend(restore::remember(model));
     effects
 }
 
 /// Writes down what a message tells of tasks and of the session, before it changes anything.
 fn note(model: &mut Model, msg: &Msg) {
     jobs::note(model, msg);
-    session_restore::note(model, msg);
+    restore::note(model, msg);
 }
 
 /// Makes what is shown true again, whatever the message changed.
@@ -171,7 +172,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             picture::saved(model, saved);
             Vec::new()
         }
-        Msg::KeepSession => session_restore::keep(model),
+        Msg::KeepSession => restore::keep(model),
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()

@@ -4,8 +4,9 @@ use super::super::action::Action;
 use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
-use super::super::model::{Column, Model, Notice, Shown, Values};
-use super::{actions, answers, clock, planning, reopen, session_restore, timeline};
+use super::super::model::{Column, Model, Notice, ShownAnswer, Values};
+use super::super::session::restore;
+use super::{actions, answers, clock, planning, reopen, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::scenario::Transform;
@@ -13,7 +14,7 @@ use crate::scenario::Transform;
 /// Opens the selected scenario, if another one is open.
 pub fn open_current(model: &mut Model) -> Vec<Effect> {
     match model.list.current() {
-        Some(place) if session_restore::held_back(model, place) => Vec::new(),
+        Some(place) if restore::held_back(model, place) => Vec::new(),
         Some(place) if model.list.opened != Some(place) => open(model, place, None),
         _ => Vec::new(),
     }
@@ -35,7 +36,7 @@ pub fn open_changed(
     model.opening = Some((id, ego));
     model.list.opened = Some(place);
     let entry = model.list.rows[place].entry.clone();
-    session_restore::opening(model, &entry);
+    restore::opening(model, &entry);
     vec![match change {
         Some(change) => Effect::OpenChanged(id, entry, ego, change),
         None => Effect::Open(id, entry, ego),
@@ -58,7 +59,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     timeline::opened(model, id);
     let opened = match result {
         Ok(opened) => planning::instead(model, (id, ego), opened),
-        Err(_) if session_restore::is_wanted(model) && ego.is_some() => {
+        Err(_) if restore::is_wanted(model) && ego.is_some() => {
             // The obstacle that was the ego is no longer in the file.
             let place = model.list.opened;
             return place.map_or_else(Vec::new, |place| open(model, place, None));
@@ -81,7 +82,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
         .as_ref()
         .filter(|o| o.scenario.hash == opened.scenario.hash);
     let step = again.map(|_| model.clock.step());
-    let kept = again.map(|before| Kept::of(model, before, &opened));
+    let kept = again.map(|before| PreservedView::of(model, before, &opened));
     leave(model);
     model.open_error = None;
     if kept.is_none() {
@@ -117,19 +118,19 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     }
     model.refresh();
     reopen::opened(model, id);
-    session_restore::opened(model);
+    restore::opened(model);
     actions::load_stored(model).into_iter().collect()
 }
 
 /// State kept when the open scenario is opened again.
-struct Kept {
+struct PreservedView {
     /// Whether its ego is the same too, as when thresholds are read again.
     same_ego: bool,
     picked: Option<i64>,
     marked: Vec<i64>,
 }
 
-impl Kept {
+impl PreservedView {
     fn of(model: &Model, before: &Opened, now: &Opened) -> Self {
         let ego = |opened: &Opened| opened.scene.as_ref().map(|s| s.ego.to_string());
         Self {
@@ -148,7 +149,7 @@ fn leave(model: &mut Model) {
         .map_or(String::new(), |o| o.name.clone());
     answers::leave(model, &name);
     model.answers.reference_ms = None;
-    model.answers.show(Shown::Reference);
+    model.answers.show(ShownAnswer::Reference);
     model.taken = None;
     model.picked = None;
     model.plot.marked.clear();
@@ -175,7 +176,7 @@ fn frame_map(model: &mut Model, opened: &Opened) {
         .iter()
         .flat_map(|o| o.track().iter().map(|(_, m)| m.pose.position))
         .collect();
-    let bounds = Bounds::of(&positions).or_else(|| opened.scenario.network.bounds());
+    let bounds = Bounds::from_points(&positions).or_else(|| opened.scenario.network.bounds());
     if let Some(bounds) = bounds {
         let size = model.drawn.map_size();
         model.camera.fit(&bounds, size);
@@ -206,7 +207,7 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     }
     model.answers.arrange(&how);
     if !model.answers.columns.is_empty() {
-        model.answers.show(Shown::Column(0));
+        model.answers.show(ShownAnswer::Column(0));
     }
 }
 

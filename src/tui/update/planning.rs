@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::super::action::Action;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
-use super::super::model::{Camera, Drives, Job, JobState, Model, UnderWay, forecast_words};
+use super::super::model::{Camera, Drives, Job, JobState, Model, RunningDrive, forecast_words};
 use super::{making, opening};
 use crate::planner::{Forecast, unavoided};
 use crate::workflow::MissingEgo;
@@ -103,7 +103,7 @@ pub fn again(model: &mut Model, place: usize) -> Vec<Effect> {
     let change = model.opened.as_deref().and_then(|opened| opened.change);
     let id = JobId(model.new_id());
     model.driver.waits = None;
-    model.driver.under_way = Some(UnderWay {
+    model.driver.under_way = Some(RunningDrive {
         id,
         place,
         done: 0,
@@ -124,7 +124,7 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
 /// Stops what is under way.
 fn stop(model: &mut Model) -> Vec<Effect> {
     let under_way = model.driver.under_way.take();
-    let stop = |drive: UnderWay| Effect::Cancel(drive.id);
+    let stop = |drive: RunningDrive| Effect::Cancel(drive.id);
     under_way.map(stop).into_iter().collect()
 }
 
@@ -156,7 +156,7 @@ fn decline(model: &mut Model) {
 /// that stays open gets one.
 pub fn request(model: &mut Model) -> Vec<Effect> {
     kept::told(model);
-    let leaves = |drive: &UnderWay| {
+    let leaves = |drive: &RunningDrive| {
         model.opening.is_some() || model.opened.is_none() || model.list.opened != Some(drive.place)
     };
     let effects = match model.driver.under_way.as_ref().is_some_and(leaves) {

@@ -2,7 +2,9 @@
 
 use super::super::keymap::{Code, Key, edit_line};
 use super::super::message::Effect;
-use super::super::model::{Blind, Keeping, Marking, Model, REASONS, Shown, shuffle};
+use super::super::model::{
+    BlindMode, Marking, Model, PendingRating, REASONS, ShownAnswer, shuffle,
+};
 use super::compare::{is_running, open};
 use super::open_current;
 use crate::store::{Choice, NewRating, RatedAnswer, Rating};
@@ -16,7 +18,7 @@ pub fn toggle_blind(model: &mut Model) {
         return open(model);
     }
     model.compare.open = true;
-    model.compare.blind = Some(Blind::default());
+    model.compare.blind = Some(BlindMode::default());
     begin(model);
 }
 
@@ -39,14 +41,14 @@ pub fn begin(model: &mut Model) {
 }
 
 /// All combinations of `size` places.
-fn groups(all: &[usize], size: usize) -> Vec<Vec<Shown>> {
+fn groups(all: &[usize], size: usize) -> Vec<Vec<ShownAnswer>> {
     if size == 0 {
         return vec![Vec::new()];
     }
     let mut found = Vec::new();
     for (at, place) in all.iter().enumerate() {
         for rest in groups(&all[at + 1..], size - 1) {
-            let mut group = vec![Shown::Column(*place)];
+            let mut group = vec![ShownAnswer::Column(*place)];
             group.extend(rest);
             found.push(group);
         }
@@ -181,7 +183,7 @@ fn send(
     rating: Box<NewRating>,
     replaced: Option<i64>,
 ) -> Vec<Effect> {
-    model.compare.keeping.push(Keeping {
+    model.compare.keeping.push(PendingRating {
         round,
         choice: rating.choice,
         replaced,
@@ -190,9 +192,9 @@ fn send(
     vec![Effect::Rate(round, rating, replaced)]
 }
 
-fn rated(model: &Model, shown: Shown, mark: Option<String>) -> RatedAnswer {
+fn rated(model: &Model, shown: ShownAnswer, mark: Option<String>) -> RatedAnswer {
     let (run, id, prompt) = match shown {
-        Shown::Column(place) => {
+        ShownAnswer::Column(place) => {
             let column = &model.answers.columns[place];
             (
                 column.answer().and_then(|a| a.run),
@@ -200,7 +202,7 @@ fn rated(model: &Model, shown: Shown, mark: Option<String>) -> RatedAnswer {
                 column.how.clone(),
             )
         }
-        Shown::Reference => (None, crate::judge::MODEL.to_string(), BUILT_IN.to_string()),
+        ShownAnswer::Reference => (None, crate::judge::MODEL.to_string(), BUILT_IN.to_string()),
     };
     RatedAnswer {
         run,

@@ -3,7 +3,7 @@
 use super::super::action::Action;
 use super::super::loaded::obstacle_taken;
 use super::super::message::{Effect, OpenId};
-use super::super::model::{Column, Model, Shown};
+use super::super::model::{Column, Model, ShownAnswer};
 use super::super::screens::history::{self, HistoryScreen};
 use super::{answers, open_changed};
 use crate::description::Frame;
@@ -114,5 +114,5 @@ fn put(model: &mut Model, answer: Answer) {
     model.answers.columns.retain(|column| !same(column));
     model.answers.add(Column::from(answer));
     let last = model.answers.columns.len() - 1;
-    model.answers.show(Shown::Column(last));
+    model.answers.show(ShownAnswer::Column(last));
 }

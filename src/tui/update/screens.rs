@@ -5,7 +5,7 @@ use super::super::keymap::Key;
 use super::super::message::{Effect, Mouse};
 use super::super::model::Model;
 use super::super::screens::{self, Screen, Step};
-use super::keys::{self, Pressed};
+use super::keys::{self, KeyEffect};
 use super::{actions, reopen};
 
 /// A key while a screen is open.
@@ -19,9 +19,9 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let (scope, ignores_others) = (screen.scope(), screen.ignores_other_keys());
     model.screens.put_back(screen);
     let action = match keys::pressed(model, key, scope) {
-        Pressed::Action(action) => Some(action),
-        Pressed::Chord => return Vec::new(),
-        Pressed::Nothing => None,
+        KeyEffect::Action(action) => Some(action),
+        KeyEffect::Chord => return Vec::new(),
+        KeyEffect::Nothing => None,
     };
     if let Some(effects) = action.and_then(|action| offer(model, action)) {
         return effects;

@@ -1,8 +1,8 @@
 //! Timeline jumps: to the most dangerous value, to the next disagreement; loops; strips.
 
-use super::super::clock::Lap;
+use super::super::clock::PlayRange;
 use super::super::message::{Effect, OpenId};
-use super::super::model::{Disagreement, Heat, Line, Model, Seek, Shown};
+use super::super::model::{Disagreement, Heat, Line, Model, Seek, ShownAnswer};
 use super::{clock, open};
 use crate::metrics::Series;
 
@@ -56,12 +56,17 @@ pub fn turn_round(model: &mut Model) {
     let window = model.window().map(|w| (w.first(), w.last()));
     let window = window.filter(|(first, last)| first < last);
     let (lap, words) = match (model.clock.lap(), window) {
-        (Lap::Once, _) => (Lap::Whole, "everything is played over and over".to_string()),
-        (Lap::Whole, Some((first, last))) => (
-            Lap::Part(first, last),
+        (PlayRange::Once, _) => (
+            PlayRange::Whole,
+            "everything is played over and over".to_string(),
+        ),
+        (PlayRange::Whole, Some((first, last))) => (
+            PlayRange::Part(first, last),
             format!("the window, steps {first} to {last}, is played over and over"),
         ),
-        (Lap::Whole, None) | (Lap::Part(..), _) => (Lap::Once, "played once".to_string()),
+        (PlayRange::Whole, None) | (PlayRange::Part(..), _) => {
+            (PlayRange::Once, "played once".to_string())
+        }
     };
     model.clock.go_round(lap);
     model.say(words);
@@ -152,7 +157,7 @@ pub fn opened(model: &mut Model, id: OpenId) {
 fn show(model: &mut Model, at: Disagreement) {
     model.clock.playing = false;
     model.clock.go(at.step);
-    model.answers.show(Shown::Column(at.column));
+    model.answers.show(ShownAnswer::Column(at.column));
     clock::stepped(model);
     let column = &model.answers.columns[at.column];
     let name = column.model.clone();

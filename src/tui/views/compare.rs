@@ -14,15 +14,15 @@ use unicode_width::UnicodeWidthStr;
 use self::fields::Field;
 use super::map;
 use crate::tui::action::{Action, Scope};
-use crate::tui::layout::Parts;
-use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, Shown};
-use crate::tui::widgets::reading::Marks;
+use crate::tui::layout::ScreenAreas;
+use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
+use crate::tui::widgets::reading::MarkedClaims;
 use crate::tui::widgets::words::{fit, fit_end};
 
 /// Rows of the screen from which on the map has room.
 const MAP_FROM: u16 = 34;
 
-pub fn draw(f: &mut Frame<'_>, parts: &Parts, model: &Model) {
+pub fn draw(f: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
     let compare = &model.compare;
     title(f, parts.header, model);
     let body = Rect {
@@ -135,7 +135,7 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let all: Vec<Vec<Field>> = compare
         .shown
         .iter()
-        .map(|s| fields::of(model, *s))
+        .map(|s| fields::fields(model, *s))
         .collect();
     let differ = fields::differing(&all);
     let areas =
@@ -199,7 +199,7 @@ fn column(
 }
 
 /// The text of an answer, from its line or at its end, with a word about what is below.
-fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown) {
+fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: ShownAnswer) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let document = model.document(shown);
@@ -216,9 +216,9 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
     let claims = if model.compare.hides() {
         &[]
     } else {
-        model.claims.of(document.key)
+        model.claims.get(document.key)
     };
-    let marks = Marks {
+    let marks = MarkedClaims {
         claims,
         key: document.key,
         picked: model.claims.picked_of(document.key),
@@ -251,7 +251,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         },
         claim_rows,
     );
-    let running = matches!(shown, Shown::Column(i) if model.answers.columns.get(i).is_some_and(Column::is_running));
+    let running = matches!(shown, ShownAnswer::Column(i) if model.answers.columns.get(i).is_some_and(Column::is_running));
     let below = lines.saturating_sub(top + height);
     if below > 0 && area.height > 1 {
         let words = if running {

@@ -10,14 +10,14 @@ use unicode_width::UnicodeWidthStr;
 use crate::description::visible;
 use crate::judge;
 use crate::tui::action::Action;
-use crate::tui::layout::Parts;
-use crate::tui::model::{Model, Pane, Shown};
+use crate::tui::layout::ScreenAreas;
+use crate::tui::model::{Model, Pane, ShownAnswer};
 use crate::tui::widgets::words::{fit, pad};
 
-pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
+pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
     let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
     // An answer the user asked for is not covered; after making a variant, the first verdict is past.
-    let free = model.answers.shown == Shown::Reference && model.variant().is_none();
+    let free = model.answers.shown == ShownAnswer::Reference && model.variant().is_none();
     let shown = model.recall.hint && free;
     let (true, Some((_, pane))) = (shown, reasoning) else {
         return;

@@ -14,8 +14,8 @@ use unicode_width::UnicodeWidthStr;
 use crate::description::visible;
 use crate::tui::action::Action;
 use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView, Readings};
-use crate::tui::widgets::reading::{Marks, Reading};
-use crate::tui::widgets::scroll::Part;
+use crate::tui::widgets::reading::{MarkedClaims, Reading};
+use crate::tui::widgets::scroll::PageSection;
 use crate::tui::widgets::words::thousands;
 use crate::tui::widgets::{frame, scroll};
 
@@ -34,7 +34,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
     let there = !prompt.file().is_empty();
     let mut readings = model.drawn.readings.borrow_mut();
     let Readings { system, user, .. } = &mut *readings;
-    let line = |line| vec![Part::Line(line)];
+    let line = |line| vec![PageSection::Line(line)];
     let parts = match (view, &prompt.question) {
         _ if prompt.held => return template(f, area, model),
         (PromptView::Template, _) if there => return template(f, area, model),
@@ -44,7 +44,11 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
             return;
         }
         (PromptView::Description, Some(question)) => {
-            vec![Part::Text(user, &question.description, Marks::default())]
+            vec![PageSection::Text(
+                user,
+                &question.description,
+                MarkedClaims::default(),
+            )]
         }
         (PromptView::Rendered, Some(question)) => {
             let label = |word: &'static str| {
@@ -72,20 +76,22 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
 }
 
 /// A message; of a heavy one the beginning, which is plain: all of it would take too long in every frame.
-fn message<'a>(text: &'a str, reading: &'a mut Reading, model: &Model) -> Vec<Part<'a>> {
+fn message<'a>(text: &'a str, reading: &'a mut Reading, model: &Model) -> Vec<PageSection<'a>> {
     if text.len() <= HEAVY {
-        return vec![Part::Text(reading, text, Marks::default())];
+        return vec![PageSection::Text(reading, text, MarkedClaims::default())];
     }
     let begin = text
         .lines()
         .take(BEGINNING)
         .map(|line| visible(line).into_owned());
-    let mut shown: Vec<_> = begin.map(|line| Part::Line(Line::from(line))).collect();
+    let mut shown: Vec<_> = begin
+        .map(|line| PageSection::Line(Line::from(line)))
+        .collect();
     let left = text.lines().count().saturating_sub(BEGINNING);
     if left > 0 {
         let words = format!("… {} more lines", thousands(left as u64));
         let line = Line::styled(words, Style::new().fg(model.theme.dim));
-        shown.push(Part::Line(line));
+        shown.push(PageSection::Line(line));
     }
     shown
 }

@@ -7,12 +7,12 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{Judged, Missing};
+use crate::evaluation::{JudgeOutcome, MissingVerdict};
 use crate::tui::action::Action;
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
-use crate::tui::widgets::reading::Marks;
-use crate::tui::widgets::scroll::Part;
+use crate::tui::widgets::reading::MarkedClaims;
+use crate::tui::widgets::scroll::PageSection;
 use crate::tui::widgets::words::{fit, fit_end};
 use crate::tui::widgets::{claimed, frame, scroll};
 
@@ -31,16 +31,18 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     };
     let inner = frame::pane(f, area, model, Pane::Reasoning, Line::from(title));
     let document = model.document(model.answers.shown);
-    let marks = document.as_ref().map_or_else(Marks::default, |d| Marks {
-        claims: model.claims.of(d.key),
-        key: d.key,
-        picked: model.claims.picked_of(d.key),
-    });
+    let marks = document
+        .as_ref()
+        .map_or_else(MarkedClaims::default, |d| MarkedClaims {
+            claims: model.claims.get(d.key),
+            key: d.key,
+            picked: model.claims.picked_of(d.key),
+        });
     let inner = claims(f, inner, model, &marks);
     let mut readings = model.drawn.readings.borrow_mut();
     let said = document.as_ref().map(|document| {
         let reading = readings.answer(model.answers.shown);
-        Part::Text(reading, &document.text, marks)
+        PageSection::Text(reading, &document.text, marks)
     });
     let parts = match model.answers.column() {
         None => said.map_or_else(|| unjudged(model), |said| vec![said]),
@@ -74,7 +76,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// Below the text: the picked claim, or how many there are; gives what is left for the text.
-fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &Marks<'_>) -> Rect {
+fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_>) -> Rect {
     let claims = marks.claims;
     if claims.is_empty() || inner.height < 6 {
         return inner;
@@ -104,13 +106,13 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &Marks<'_>) -> R
 }
 
 /// Why the built-in judge says nothing.
-fn unjudged(model: &Model) -> Vec<Part<'static>> {
+fn unjudged(model: &Model) -> Vec<PageSection<'static>> {
     let words = model
         .open_error
         .clone()
         .unwrap_or_else(|| why_unjudged(model));
     let text = markdown(&words, &model.theme);
-    text.lines.into_iter().map(Part::Line).collect()
+    text.lines.into_iter().map(PageSection::Line).collect()
 }
 
 fn why_unjudged(model: &Model) -> String {
@@ -130,7 +132,12 @@ fn state(column: &Column) -> String {
         Progress::Waiting(seconds) => format!("waiting {seconds:.0} s"),
         Progress::Retrying(_) => "trying again".into(),
         Progress::Arriving(seconds) => format!("arriving {seconds:.0} s"),
-        Progress::Done(answer) if matches!(answer.judged, Judged::Missing(Missing::NotSent(_))) => {
+        Progress::Done(answer)
+            if matches!(
+                answer.judged,
+                JudgeOutcome::Missing(MissingVerdict::NotSent(_))
+            ) =>
+        {
             "not sent".into()
         }
         Progress::Done(_) if column.failed() => "no answer".into(),
@@ -140,7 +147,11 @@ fn state(column: &Column) -> String {
     }
 }
 
-fn answer<'a>(model: &Model, column: &Column, text: Option<Part<'a>>) -> Vec<Part<'a>> {
+fn answer<'a>(
+    model: &Model,
+    column: &Column,
+    text: Option<PageSection<'a>>,
+) -> Vec<PageSection<'a>> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let mut parts = Vec::new();
@@ -150,21 +161,21 @@ fn answer<'a>(model: &Model, column: &Column, text: Option<Part<'a>>) -> Vec<Par
         let style = text.style;
         text.lines
             .into_iter()
-            .map(move |line| Part::Line(line.patch_style(style)))
+            .map(move |line| PageSection::Line(line.patch_style(style)))
     };
     let said = !column.text.is_empty() || !column.reasoning.is_empty();
-    let how = || Part::Line(Line::styled(column.how.clone(), dim));
+    let how = || PageSection::Line(Line::styled(column.how.clone(), dim));
     // Without an answer, the reason for that is the content: it comes first.
     if !column.how.is_empty() && (said || why_missing(column).is_none()) {
         parts.push(how());
-        parts.push(Part::Line(Line::default()));
+        parts.push(PageSection::Line(Line::default()));
     }
     if said {
         parts.extend(text);
     }
     if let Some(why) = why_missing(column) {
         if said {
-            parts.push(Part::Line(Line::default()));
+            parts.push(PageSection::Line(Line::default()));
         }
         parts.extend(in_color(&why, theme.danger));
         if !said {
@@ -175,7 +186,7 @@ fn answer<'a>(model: &Model, column: &Column, text: Option<Part<'a>>) -> Vec<Par
         Progress::Retrying(why) => parts.extend(in_color(why, theme.warning)),
         Progress::Waiting(_) if !said => {
             let words = "the question is on its way…";
-            parts.push(Part::Line(Line::styled(words, dim)));
+            parts.push(PageSection::Line(Line::styled(words, dim)));
         }
         _ => {}
     }
@@ -186,8 +197,8 @@ fn answer<'a>(model: &Model, column: &Column, text: Option<Part<'a>>) -> Vec<Par
 fn why_missing(column: &Column) -> Option<String> {
     match &column.progress {
         Progress::Done(answer) => match &answer.judged {
-            Judged::Missing(missing) => Some(missing.to_string()),
-            Judged::Verdict(_) | Judged::Other(_) => None,
+            JudgeOutcome::Missing(missing) => Some(missing.to_string()),
+            JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => None,
         },
         Progress::Unasked(why) | Progress::Broken(why) => Some(why.clone()),
         _ => None,

@@ -15,7 +15,7 @@ use crate::description::visible;
 use crate::metrics::Headline;
 use crate::tui::action::Action;
 use crate::tui::model::{
-    Extent, Group, Grouping, Line as Shown, Matching, Model, Order, Pane, Row,
+    Extent, Group, Grouping, Line as ShownAnswer, Matching, Model, Order, Pane, Row,
 };
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::{fit, fit_end, pad};
@@ -58,12 +58,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let lines = shown.map(|(i, line)| {
         let chosen = i == list.selected;
         let marked = match line {
-            Shown::Head(_) => false,
-            Shown::Scenario(place, _) => model.marks.has(&list.rows[*place].entry),
+            ShownAnswer::Head(_) => false,
+            ShownAnswer::Scenario(place, _) => model.marks.has(&list.rows[*place].entry),
         };
         let line = match line {
-            Shown::Head(group) => head(model, &list.groups[*group]),
-            Shown::Scenario(place, _) => {
+            ShownAnswer::Head(group) => head(model, &list.groups[*group]),
+            ShownAnswer::Scenario(place, _) => {
                 let width = usize::from(inner.width);
                 let mut line = Line::from(indent);
                 let room = width.saturating_sub(indent.len());

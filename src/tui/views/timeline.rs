@@ -10,7 +10,7 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use crate::metrics::{Danger, Measure, Series};
-use crate::tui::clock::Lap;
+use crate::tui::clock::PlayRange;
 use crate::tui::loaded::Opened;
 use crate::tui::model::{Model, Pane, heat};
 use crate::tui::widgets::frame;
@@ -70,9 +70,9 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     let (_, last) = clock.range();
     let playing = if clock.playing { "playing " } else { "" };
     let lap = match clock.lap() {
-        Lap::Once => String::new(),
-        Lap::Whole => " · loop".into(),
-        Lap::Part(first, last) => format!(" · loop {first}–{last}"),
+        PlayRange::Once => String::new(),
+        PlayRange::Whole => " · loop".into(),
+        PlayRange::Part(first, last) => format!(" · loop {first}–{last}"),
     };
     let step = format!("{:.1} s · step {}/{last}", clock.time(), clock.step());
     let mut title = Line::from(format!("{step} · {playing}{}×{lap}", clock.speed()));
@@ -95,7 +95,7 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     title
 }
 
-/// Everyone together, then the picked obstacle, then the most dangerous ones.
+/// All obstacles together, then the picked one, then the most dangerous ones.
 fn rows(opened: &Opened, picked: Option<i64>, count: usize) -> Vec<Option<i64>> {
     let mut rows = vec![None];
     rows.extend(picked.map(Some));

@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::description::visible;
-use crate::tui::layout::Parts;
+use crate::tui::layout::ScreenAreas;
 use crate::tui::model::{Model, Notice, Pane, Toast};
 
 /// Messages shown at once.
@@ -16,7 +16,7 @@ const MOST: usize = 3;
 /// Columns of a box at least, where the screen has them.
 const NARROWEST: u16 = 50;
 
-pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
+pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
     let room = usize::from(parts.footer.width).saturating_sub(2);
     let told = |toast: &&Toast| !(model.compare.hides() && names_a_model(model, &toast.text));
     let in_a_line =
@@ -44,7 +44,7 @@ fn names_a_model(model: &Model, text: &str) -> bool {
 
 /// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown alone.
 /// Beside a window at the right, over what it leaves in sight.
-fn place(parts: &Parts, model: &Model) -> Rect {
+fn place(parts: &ScreenAreas, model: &Model) -> Rect {
     let screen = parts.header.union(parts.footer);
     let top = model.screens.top();
     if let Some(window) = top.and_then(|top| top.columns_at_right(screen)) {

@@ -11,11 +11,11 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use self::table::{LABEL, Row, Table};
-use crate::evaluation::{Judged, StoredOrigin};
+use crate::evaluation::{JudgeOutcome, StoredOrigin};
 use crate::judge;
 use crate::store::{Origin, RunId};
 use crate::tui::action::Action;
-use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown, parts};
+use crate::tui::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
 use crate::tui::widgets::words::date;
 use crate::tui::widgets::{frame, scroll};
 use crate::verdict::Task;
@@ -92,7 +92,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let verdict = reference.map(|r| &r.verdict);
     let seen = seen(answers, room);
     let width = usize::from(inner.width).saturating_sub(LABEL + 1) / (seen.len() + 1);
-    let rows = Row::of(
+    let rows = Row::visible(
         differ(&answers.columns),
         answers.columns[seen.clone()]
             .iter()
@@ -109,7 +109,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     for (i, head) in seen.zip(&heads) {
         let column = &answers.columns[i];
         let truth = column.truth_or(verdict);
-        table.column(column, head, truth, answers.shown == Shown::Column(i));
+        table.column(column, head, truth, answers.shown == ShownAnswer::Column(i));
     }
     table.reference(answers, verdict);
     let mut text = Text::from(table.lines());
@@ -135,7 +135,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
     let mut table = Table::new(
         model,
         width,
-        Row::of(differ(&answers.columns), false, measured),
+        Row::visible(differ(&answers.columns), false, measured),
     );
     let ids: Vec<&str> = answers.columns[seen.clone()]
         .iter()
@@ -143,7 +143,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         .collect();
     let heads = heads::heads(&ids, width.saturating_sub(1));
     for (i, head) in seen.zip(&heads) {
-        let shown = answers.shown == Shown::Column(i);
+        let shown = answers.shown == ShownAnswer::Column(i);
         table.column(&answers.columns[i], head, None, shown);
     }
     let mut text = Text::from(table.lines());
@@ -159,8 +159,8 @@ fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
         .max(1);
     let count = answers.columns.len();
     let last = match answers.shown {
-        Shown::Column(i) => (i + 1).max(fit),
-        Shown::Reference => fit,
+        ShownAnswer::Column(i) => (i + 1).max(fit),
+        ShownAnswer::Reference => fit,
     };
     let last = last.min(count);
     last.saturating_sub(fit)..last
@@ -262,16 +262,16 @@ fn of_column(model: &Model) -> Text<'static> {
                     text.push_line(Line::styled(words(&notes), warning));
                 }
                 match &answer.judged {
-                    Judged::Verdict(parsed) => {
+                    JudgeOutcome::Verdict(parsed) => {
                         text.extend(Text::styled(
                             words(&parsed.verdict.justification),
                             theme.base(),
                         ));
                     }
-                    Judged::Other(reading) => {
+                    JudgeOutcome::Other(reading) => {
                         text.extend(other::text(model, &reading.said));
                     }
-                    Judged::Missing(missing) => {
+                    JudgeOutcome::Missing(missing) => {
                         text.push_line(Line::styled(words(&missing.to_string()), warning));
                     }
                 }

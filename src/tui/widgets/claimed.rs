@@ -3,7 +3,7 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::evaluation::claims::{Checked, Judgement};
+use crate::evaluation::claims::{CheckedClaim, Judgement};
 use crate::tui::model::counted;
 use crate::tui::theme::Theme;
 
@@ -23,7 +23,7 @@ fn sign(judgement: Judgement, theme: &Theme) -> (&'static str, Style) {
 #[must_use]
 pub fn marked(
     line: Line<'static>,
-    claims: &[(usize, &Checked)],
+    claims: &[(usize, &CheckedClaim)],
     start: usize,
     picked: Option<usize>,
     theme: &Theme,
@@ -75,7 +75,7 @@ fn line_style(style: Style) -> Line<'static> {
 
 /// A claim beside the truth.
 #[must_use]
-pub fn line(checked: &Checked, theme: &Theme) -> Line<'static> {
+pub fn line(checked: &CheckedClaim, theme: &Theme) -> Line<'static> {
     let (sign, style) = sign(checked.judgement, theme);
     Line::from(vec![
         Span::styled(format!("{sign} "), style),
@@ -85,14 +85,14 @@ pub fn line(checked: &Checked, theme: &Theme) -> Line<'static> {
 
 /// How many claims there are, and how many hold.
 #[must_use]
-pub fn summary(claims: &[Checked]) -> String {
+pub fn summary(claims: &[CheckedClaim]) -> String {
     let word = if claims.len() == 1 { "claim" } else { "claims" };
     format!("{} {word}: {}", claims.len(), counts(claims))
 }
 
 /// How many claims hold, how many do not, and how many cannot be told.
 #[must_use]
-pub fn counts(claims: &[Checked]) -> String {
+pub fn counts(claims: &[CheckedClaim]) -> String {
     let (right, wrong, unknown) = counted(claims);
     if !claims.is_empty() && right == claims.len() {
         return "all = right".into();
@@ -108,21 +108,21 @@ pub fn counts(claims: &[Checked]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::claims::{Basis, Claim, Quantity, Side, Stated};
-    use crate::tui::widgets::reading::{Marks, Reading};
+    use crate::evaluation::claims::{Claim, ClaimBasis, ClaimedValue, Quantity, Side};
+    use crate::tui::widgets::reading::{MarkedClaims, Reading};
 
     #[test]
     fn claims_are_marked_where_they_stand() {
         let document = "# ü head\n7 is behind the ego\n\nand 7 is left";
         let claim = |words: &str, judgement| {
             let from = document.find(words).unwrap_or_default();
-            Checked {
+            CheckedClaim {
                 claim: Claim {
                     span: from..from + words.len(),
                     obstacle: 7,
                     named: true,
                     quantity: Quantity::Side,
-                    stated: Stated::Side(Side {
+                    stated: ClaimedValue::Side(Side {
                         front: Some(false),
                         left: None,
                     }),
@@ -131,7 +131,7 @@ mod tests {
                 step: 3,
                 truth: None,
                 is: "front".into(),
-                basis: Basis::Exact,
+                basis: ClaimBasis::Exact,
                 judgement,
             }
         };
@@ -140,7 +140,7 @@ mod tests {
             claim("left", Judgement::Right),
         ];
         let theme = Theme::default_theme();
-        let marks = Marks {
+        let marks = MarkedClaims {
             claims: &claims,
             key: 1,
             picked: Some(1),

@@ -81,7 +81,7 @@ pub fn lines<'t>(
 #[derive(Debug, Clone)]
 pub struct Painter {
     language: Language,
-    /// Nothing before the first line.
+    /// `None` before the first line.
     state: Option<(ParseState, HighlightState)>,
 }
 

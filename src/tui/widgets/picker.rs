@@ -35,7 +35,7 @@ pub fn draw(
     ];
     let mut whole = None;
     for (i, (left, right)) in rows.iter().enumerate().skip(top).take(height) {
-        // What is on the left tells the rows apart: it is cut last.
+        // The left part tells the rows apart, so it is cut last.
         let half = width
             .saturating_sub(left.trim_end().width() + 5)
             .max(width / 3);

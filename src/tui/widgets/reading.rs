@@ -5,15 +5,15 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::claimed::marked;
 use super::highlight::{AnswerPainter, Language, Painter, is_loaded};
-use crate::evaluation::claims::Checked;
+use crate::evaluation::claims::CheckedClaim;
 use crate::tui::theme::Theme;
 
 /// The claims that are marked in a text.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Marks<'a> {
+pub struct MarkedClaims<'a> {
     /// The claims, in the order of the text.
-    pub claims: &'a [Checked],
-    /// What they were found in: other claims have another key.
+    pub claims: &'a [CheckedClaim],
+    /// The key of the text they were found in.
     pub key: u64,
     /// The picked one.
     pub picked: Option<usize>,
@@ -94,7 +94,7 @@ impl Reading {
     }
 
     /// Takes the text as it is now.
-    pub fn follow(&mut self, text: &str, marks: &Marks<'_>, width: u16, theme: &Theme) {
+    pub fn follow(&mut self, text: &str, marks: &MarkedClaims<'_>, width: u16, theme: &Theme) {
         let key = (!marks.claims.is_empty()).then_some(marks.key);
         let grown = text.starts_with(&self.text);
         if !grown || self.loaded != is_loaded() || self.theme.as_ref() != Some(theme) {
@@ -128,7 +128,7 @@ impl Reading {
     }
 
     /// Breaks the lines from this byte on.
-    fn wrap(&mut self, mut from: usize, marks: &Marks<'_>, theme: &Theme) {
+    fn wrap(&mut self, mut from: usize, marks: &MarkedClaims<'_>, theme: &Theme) {
         let mut rows = self.rows();
         let first = self.lines.len();
         for line in self.text[from..].split_inclusive('\n') {
@@ -161,7 +161,11 @@ impl Reading {
         }
     }
 
-    fn claims_in<'m>(&self, line: usize, marks: &Marks<'m>) -> Vec<(usize, &'m Checked)> {
+    fn claims_in<'m>(
+        &self,
+        line: usize,
+        marks: &MarkedClaims<'m>,
+    ) -> Vec<(usize, &'m CheckedClaim)> {
         let first = self.claims.partition_point(|(l, _)| *l < line);
         let here = self.claims[first..].iter().take_while(|(l, _)| *l == line);
         here.filter_map(|(_, place)| Some((*place, marks.claims.get(*place)?)))
@@ -192,7 +196,7 @@ impl Reading {
         &mut self,
         top: usize,
         rows: usize,
-        marks: &Marks<'_>,
+        marks: &MarkedClaims<'_>,
         theme: &Theme,
     ) -> (Vec<Line<'static>>, usize) {
         let first = self.lines.partition_point(|line| line.rows <= top);
@@ -262,14 +266,14 @@ mod tests {
 
     fn all(reading: &mut Reading, theme: &Theme) -> Vec<Line<'static>> {
         let rows = reading.rows();
-        reading.seen(0, rows, &Marks::default(), theme).0
+        reading.seen(0, rows, &MarkedClaims::default(), theme).0
     }
 
     #[test]
     fn what_grows_is_as_if_it_were_read_at_once() {
         load();
         let theme = Theme::default_theme();
-        let none = Marks::default();
+        let none = MarkedClaims::default();
         let mut growing = Reading::answer();
         for end in (0..=TEXT.len()).filter(|&end| TEXT.is_char_boundary(end)) {
             let text = &TEXT[..end];
@@ -294,7 +298,7 @@ mod tests {
     #[test]
     fn every_part_of_it_is_where_it_is_in_the_whole() {
         let theme = Theme::default_theme();
-        let none = Marks::default();
+        let none = MarkedClaims::default();
         let mut reading = Reading::answer();
         reading.follow(TEXT, &none, 17, &theme);
         let area = Rect::new(0, 0, 17, 4);

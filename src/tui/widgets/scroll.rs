@@ -6,7 +6,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Scrollbar, ScrollbarOrientation, ScrollbarState, Wrap};
 
-use super::reading::{Marks, Reading, height};
+use super::reading::{MarkedClaims, Reading, height};
 use crate::tui::model::{Extent, Model, Pane};
 
 /// Draws `text` from line `top`, or its end for `None`; remembers the extent for the page keys.
@@ -32,11 +32,11 @@ pub fn text(
 }
 
 /// A part of a page.
-pub enum Part<'a> {
+pub enum PageSection<'a> {
     /// A line.
     Line(Line<'static>),
     /// A long text, as it was drawn last and as it is now.
-    Text(&'a mut Reading, &'a str, Marks<'a>),
+    Text(&'a mut Reading, &'a str, MarkedClaims<'a>),
 }
 
 /// Draws parts below each other like [`text`]; of long texts only the visible part is laid out.
@@ -45,7 +45,7 @@ pub fn page(
     area: Rect,
     model: &Model,
     pane: Pane,
-    mut parts: Vec<Part<'_>>,
+    mut parts: Vec<PageSection<'_>>,
     top: Option<usize>,
 ) -> Extent {
     let theme = &model.theme;
@@ -58,8 +58,8 @@ pub fn page(
     for part in &mut parts {
         starts.push(lines);
         lines += match part {
-            Part::Line(line) => height(line.clone(), inner.width),
-            Part::Text(reading, text, marks) => {
+            PageSection::Line(line) => height(line.clone(), inner.width),
+            PageSection::Text(reading, text, marks) => {
                 reading.follow(text, marks, inner.width, theme);
                 if !marks.claims.is_empty() {
                     let rows = reading.rows_of_claims(marks.claims.len());
@@ -82,8 +82,10 @@ pub fn page(
         }
         let hidden = top.saturating_sub(rows[0]);
         let (some, cut) = match part {
-            Part::Line(line) => (vec![line], hidden),
-            Part::Text(reading, _, marks) => reading.seen(hidden, extent.rows, &marks, theme),
+            PageSection::Line(line) => (vec![line], hidden),
+            PageSection::Text(reading, _, marks) => {
+                reading.seen(hidden, extent.rows, &marks, theme)
+            }
         };
         if seen.is_empty() {
             above = cut;

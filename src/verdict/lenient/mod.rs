@@ -22,7 +22,7 @@ const MOST_DEPTH: usize = 48;
 
 /// An object or list found in a text.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct JsonPiece {
     /// What it holds; of a broken or cut one, what was complete.
     pub value: Value,
     /// What was put right.
@@ -43,7 +43,7 @@ pub(super) enum End {
 }
 
 /// All outermost objects and lists of objects in a text, in order; empty ones are left out.
-pub(super) fn read(text: &str) -> Vec<Piece> {
+pub(super) fn read(text: &str) -> Vec<JsonPiece> {
     let mut found = Vec::new();
     let mut at = 0;
     while let Some(step) = text[at..].find(['{', '[']) {
@@ -51,7 +51,7 @@ pub(super) fn read(text: &str) -> Vec<Piece> {
         match opening::look(&text[at..]) {
             Opening::No(length) => at += length,
             Opening::Cut => {
-                found.push(Piece {
+                found.push(JsonPiece {
                     value: Value::Null,
                     repairs: BTreeSet::new(),
                     end: End::CutOff,
@@ -64,7 +64,7 @@ pub(super) fn read(text: &str) -> Vec<Piece> {
                 at = reader.at();
                 let (repairs, end) = reader.finish();
                 if !is_empty(&value) || end == End::CutOff {
-                    found.push(Piece {
+                    found.push(JsonPiece {
                         value,
                         repairs,
                         end,

@@ -2,7 +2,7 @@
 
 use super::text::{closing, is_bare_key, is_quote, skip_blank, window};
 
-/// Bytes looked at; a longer first key is no key.
+/// Longest first key, bytes.
 const WINDOW: usize = 400;
 
 /// Meaning of a bracket.
@@ -10,7 +10,7 @@ const WINDOW: usize = 400;
 pub(super) enum Opening {
     /// It opens an object with a key, or a list of such objects or of lists.
     Yes,
-    /// It opens nothing of interest; so many bytes can be passed over.
+    /// It opens no object or list; this many bytes can be skipped.
     No(usize),
     /// The text ends before this can be told.
     Cut,

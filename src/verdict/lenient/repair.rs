@@ -15,7 +15,7 @@ pub(in crate::verdict) enum Repair {
     DoubledBraces,
     /// `'…'` or typographic quotation marks.
     OtherQuotes,
-    /// One of a pair of quotation marks is not there.
+    /// A quotation mark is missing.
     MissingQuotes,
     /// Quotation marks inside a string, without a backslash.
     InnerQuotes,

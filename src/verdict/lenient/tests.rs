@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::*;
 
-fn one(text: &str) -> Piece {
+fn one(text: &str) -> JsonPiece {
     let mut found = read(text);
     assert_eq!(found.len(), 1, "{text}: {found:?}");
     found.remove(0)

@@ -5,12 +5,12 @@ use super::*;
 #[test]
 fn attackers() {
     let strict = r#"{"attacker": 4, "obstacles": [{"id": 4, "risk_score": 1, "reason": "r"}], "justification": "j"}"#;
-    let nobody = r#"{"attacker": null, "obstacles": [], "justification": "j"}"#;
+    let none = r#"{"attacker": null, "obstacles": [], "justification": "j"}"#;
     let paper = r#"{"CollisionObstacle": null, "ExtremeRiskObstacle": {"ObstacleID": "5", "OverallRiskScore": "1"},
         "PotentialAttackers": [{"ObstacleID": "4", "AttackPotential": "High", "RiskScore": "2", "AttackReason": "r"}]}"#;
     let cases: &[(&str, Option<i64>, &[i64], bool)] = &[
         (strict, Some(4), &[4], true),
-        (nobody, None, &[], true),
+        (none, None, &[], true),
         (paper, Some(4), &[4, 5], false),
         (
             r#"{"CollisionObstacle": null, "ExtremeRiskObstacle": {"ObstacleID": "5"}}"#,

@@ -18,10 +18,10 @@ pub use built_in::{BuiltInAnswers, BuiltInEvent, BuiltInRequest};
 pub use control::{BatchControl, ProviderSlots};
 pub use dry_run::{DryRun, DryRunEvent};
 pub use error::BatchError;
-pub use paused::Paused;
+pub use paused::PausedModel;
 pub use plan::{BatchPlan, BatchRequest};
 pub use resume::{Relabelling, ResumeRequest};
-pub use run::{BatchRun, Ended, Selection, at_once};
+pub use run::{BatchRun, QuestionOutcome, Selection, at_once};
 pub use submit::SubmittedItems;
 
 use rayon::prelude::*;

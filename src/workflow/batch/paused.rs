@@ -9,7 +9,7 @@ const IN_A_ROW: usize = 5;
 
 /// A model whose questions are left open, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Paused {
+pub struct PausedModel {
     /// The model as `provider/model`; a provider alone where none of its models can be reached.
     pub who: String,
     /// Questions in a row that brought it about.
@@ -26,7 +26,7 @@ pub(super) struct Watch {
     provider: String,
     silent: usize,
     forbidden: BTreeMap<String, usize>,
-    paused: Vec<Paused>,
+    paused: Vec<PausedModel>,
 }
 
 impl Watch {
@@ -68,7 +68,7 @@ impl Watch {
         match self.paused.iter_mut().find(|paused| paused.who == who) {
             // Questions that were on their way when it was paused.
             Some(known) => known.after = known.after.max(after),
-            None => self.paused.push(Paused {
+            None => self.paused.push(PausedModel {
                 who,
                 after,
                 why,
@@ -89,7 +89,7 @@ impl Watch {
     }
 
     /// Who is paused at the end.
-    pub fn over(self) -> Vec<Paused> {
+    pub fn over(self) -> Vec<PausedModel> {
         self.paused
     }
 }

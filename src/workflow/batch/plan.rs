@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::resume::StoredBatch;
 use super::{BatchError, DryRun, Relabelling, Selection};
 use crate::evaluation::batch::{Ask, Matrix, QuestionBuilder, Shard, Spec, Truth, TruthSource};
-use crate::formats::{EgoSelection, Entry, Place};
+use crate::formats::{EgoSelection, Entry, EntryLocation};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::store::{BatchId, Store, StoreError};
@@ -68,7 +68,7 @@ impl BatchRequest {
         thresholds: &Arc<Thresholds>,
     ) -> Result<BatchPlan, BatchError> {
         for entry in &mut self.entries {
-            if let Place::File(path) = &mut entry.place {
+            if let EntryLocation::File(path) = &mut entry.place {
                 *path = absolute(path)?;
             }
         }
@@ -81,7 +81,7 @@ impl BatchRequest {
             self.entries.retain(|entry| shard.has(&entry.name));
         }
         let paths = self.paths.iter().map(|path| {
-            match matches!(Entry::of_argument(path).place, Place::Bundled(_)) {
+            match matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
                 true => Ok(path.clone()),
                 false => absolute(path),
             }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::plan::Origin;
 use super::{BatchError, BatchPlan, DryRun, Selection};
 use crate::evaluation::batch::{
-    Ask, Matrix, More, Relabelled, Spec, Truth, TruthSource, Variant, retold, way_of,
+    Ask, Matrix, MatrixAdditions, Relabelled, Spec, Truth, TruthSource, Variant, retold, way_of,
 };
 use crate::evaluation::{Lead, PromptConfig};
 use crate::formats::Entry;
@@ -24,7 +24,7 @@ pub struct ResumeRequest {
     /// Which of its questions are asked.
     pub selection: Selection,
     /// What is added to it.
-    pub more: More,
+    pub more: MatrixAdditions,
     /// Another truth.
     pub truth: Option<TruthSource>,
     /// Whether another truth is only looked at; otherwise it is written into the store.

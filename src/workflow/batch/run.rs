@@ -10,10 +10,10 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::task::JoinSet;
 
 use super::paused::Watch;
-use super::{BatchControl, BatchPlan, DryRun, Paused, ProviderSlots};
+use super::{BatchControl, BatchPlan, DryRun, PausedModel, ProviderSlots};
 use crate::evaluation::batch::{QuestionBuilder, Variant, label_of, question_key, way_of};
 use crate::evaluation::{
-    Answer, AskError, Event, Judge, Judged, Judges, Missing, Question, RunOptions,
+    Answer, AskError, Event, Judge, JudgeOutcome, Judges, MissingVerdict, Question, RunOptions,
 };
 use crate::formats::Entry;
 use crate::llm::ProviderOutage;
@@ -45,7 +45,7 @@ impl Selection {
 
 /// Outcome of one question.
 #[derive(Debug, Clone)]
-pub struct Ended {
+pub struct QuestionOutcome {
     /// The question, as the store had it before.
     pub item: Item,
     /// Where it stands now.
@@ -56,7 +56,7 @@ pub struct Ended {
     pub answered: Option<(Arc<Question>, Box<Answer>)>,
 }
 
-impl Ended {
+impl QuestionOutcome {
     /// Whether the store had the answer.
     #[must_use]
     pub fn is_stored(&self) -> bool {
@@ -155,8 +155,8 @@ impl BatchRun {
     pub async fn ask(
         self: Arc<Self>,
         items: Vec<Item>,
-        mut on_event: impl FnMut(Ended),
-    ) -> Result<Vec<Paused>, StoreError> {
+        mut on_event: impl FnMut(QuestionOutcome),
+    ) -> Result<Vec<PausedModel>, StoreError> {
         let mut by_provider: BTreeMap<String, Vec<Item>> = BTreeMap::new();
         for item in items {
             let provider = item.asked.model.split('/').next().unwrap_or_default();
@@ -183,7 +183,8 @@ impl BatchRun {
                 }
             }
         }
-        let mut paused: Vec<Paused> = providers.join_all().await.into_iter().flatten().collect();
+        let mut paused: Vec<PausedModel> =
+            providers.join_all().await.into_iter().flatten().collect();
         paused.sort_by(|a, b| a.who.cmp(&b.who));
         refused.map_or(Ok(paused), Err)
     }
@@ -194,8 +195,8 @@ impl BatchRun {
         provider: String,
         items: Vec<Item>,
         at_once: usize,
-        sender: &UnboundedSender<Result<Ended, StoreError>>,
-    ) -> Vec<Paused> {
+        sender: &UnboundedSender<Result<QuestionOutcome, StoreError>>,
+    ) -> Vec<PausedModel> {
         let slots = self.slots.of_provider(&provider, at_once);
         let mut watch = Watch::new(provider);
         let mut waiting = items.into_iter();
@@ -224,7 +225,7 @@ impl BatchRun {
         &self,
         item: Item,
         slots: &Semaphore,
-        sender: &UnboundedSender<Result<Ended, StoreError>>,
+        sender: &UnboundedSender<Result<QuestionOutcome, StoreError>>,
     ) -> Option<(String, Option<(ProviderOutage, String)>)> {
         // The semaphore is never closed.
         let _slot = slots.acquire().await;
@@ -242,7 +243,7 @@ impl BatchRun {
             // Before the next one is begun.
             self.control.stop();
         }
-        let heard = ended.as_ref().is_ok_and(Ended::was_sent);
+        let heard = ended.as_ref().is_ok_and(QuestionOutcome::was_sent);
         let why = ended.as_ref().ok().and_then(|ended| ended.error.clone());
         // The receiver is gone where the whole was dropped.
         let _ = sender.send(ended);
@@ -253,7 +254,7 @@ impl BatchRun {
         &self,
         item: Item,
         barrier: &mut Option<ProviderOutage>,
-    ) -> Result<Ended, StoreError> {
+    ) -> Result<QuestionOutcome, StoreError> {
         let judge = &self.judges[&item.asked.model];
         let question = match self.question(&item).await {
             Ok(question) => question,
@@ -312,13 +313,13 @@ impl BatchRun {
         key: Option<&Key>,
         question: Arc<Question>,
         answer: Answer,
-    ) -> Result<Ended, StoreError> {
+    ) -> Result<QuestionOutcome, StoreError> {
         let (state, error) = match &answer.judged {
-            Judged::Missing(Missing::Cancelled) => (ItemState::Waiting, None),
-            Judged::Missing(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => {
-                (ItemState::Failed, Some(missing.to_string()))
-            }
-            Judged::Missing(missing) if !answer.is_whole() => {
+            JudgeOutcome::Missing(MissingVerdict::Cancelled) => (ItemState::Waiting, None),
+            JudgeOutcome::Missing(
+                missing @ (MissingVerdict::NoAnswer(_) | MissingVerdict::NotSent(_)),
+            ) => (ItemState::Failed, Some(missing.to_string())),
+            JudgeOutcome::Missing(missing) if !answer.is_whole() => {
                 (ItemState::Truncated, Some(missing.to_string()))
             }
             _ if !answer.is_whole() => {
@@ -329,7 +330,7 @@ impl BatchRun {
             _ => (ItemState::Answered, None),
         };
         self.set(&item, key, state, answer.run, error.as_deref())?;
-        Ok(Ended {
+        Ok(QuestionOutcome {
             item,
             state,
             error,
@@ -343,9 +344,9 @@ impl BatchRun {
         key: Option<&Key>,
         state: ItemState,
         why: String,
-    ) -> Result<Ended, StoreError> {
+    ) -> Result<QuestionOutcome, StoreError> {
         self.set(&item, key, state, None, Some(&why))?;
-        Ok(Ended {
+        Ok(QuestionOutcome {
             item,
             state,
             error: Some(why),

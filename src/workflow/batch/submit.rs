@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::BatchRun;
 use crate::evaluation::batch::{Variant, label_of, way_of};
-use crate::evaluation::remote::{RemoteError, Submitted, submit};
+use crate::evaluation::remote::{RemoteError, SubmissionOutcome, submit};
 use crate::evaluation::{Judge, Question, RunOptions};
 use crate::formats::Entry;
 use crate::store::{Item, StoreError};
@@ -16,7 +16,7 @@ use crate::store::{Item, StoreError};
 #[derive(Debug, Default)]
 pub struct SubmittedItems {
     /// By model.
-    pub submitted: Vec<(String, Submitted)>,
+    pub submitted: Vec<(String, SubmissionOutcome)>,
     /// Questions that no provider takes: the built-in judge's.
     pub own: Vec<Item>,
     /// Questions that cannot be made, with why.

@@ -127,6 +127,6 @@ fn labels_of_people_count_before_the_judge() {
         stored(&runs, &truth, &SecondaryRuns::default()).scored[0].truth,
         Some(Label::Safe)
     );
-    let nobody = stored(&runs, &Truth::default(), &SecondaryRuns::default());
-    assert_eq!(nobody.unlabelled, ["a"]);
+    let unlabelled = stored(&runs, &Truth::default(), &SecondaryRuns::default());
+    assert_eq!(unlabelled.unlabelled, ["a"]);
 }

@@ -8,7 +8,7 @@ mod shapes;
 use std::collections::HashSet;
 
 pub(super) use numbers::{coordinate, finite, quantity, refused_step, size, steps};
-pub(super) use place::{Diagnostics, Place};
+pub(super) use place::{Diagnostics, SourceLocation};
 pub(super) use references::{Target, Targets};
 pub(super) use shapes::{checked, footprint, polygon, semi_trailer_truck, truck, union};
 
@@ -36,12 +36,12 @@ pub(super) struct ScenarioBuilder {
 }
 
 impl ScenarioBuilder {
-    pub fn lanelet(&mut self, at: &impl Place, lanelet: Lanelet) {
+    pub fn lanelet(&mut self, at: &impl SourceLocation, lanelet: Lanelet) {
         self.take_id(at, lanelet.id);
         self.lanelets.push(lanelet);
     }
 
-    pub fn sign(&mut self, at: &impl Place, sign: Sign) {
+    pub fn sign(&mut self, at: &impl SourceLocation, sign: Sign) {
         if sign.elements.is_empty() {
             at.note(Severity::Note, "a traffic sign that says nothing");
         }
@@ -49,12 +49,12 @@ impl ScenarioBuilder {
         self.signs.push(sign);
     }
 
-    pub fn light(&mut self, at: &impl Place, light: TrafficLight) {
+    pub fn light(&mut self, at: &impl SourceLocation, light: TrafficLight) {
         self.take_id(at, light.id);
         self.lights.push(light);
     }
 
-    pub fn intersection(&mut self, at: &impl Place, intersection: Intersection) {
+    pub fn intersection(&mut self, at: &impl SourceLocation, intersection: Intersection) {
         if intersection.incomings.is_empty() {
             at.note(Severity::Note, "an intersection without roads");
         }
@@ -62,7 +62,7 @@ impl ScenarioBuilder {
         self.intersections.push(intersection);
     }
 
-    pub fn obstacle(&mut self, at: &impl Place, parts: ObstacleParts) {
+    pub fn obstacle(&mut self, at: &impl SourceLocation, parts: ObstacleParts) {
         if matches!(parts.role, ObstacleRole::Static | ObstacleRole::Dynamic) {
             if parts.footprint.is_none() {
                 at.warn("no shape; it is not measured");
@@ -78,7 +78,7 @@ impl ScenarioBuilder {
         self.obstacles.push(parts);
     }
 
-    pub fn problem(&mut self, at: &impl Place, problem: PlanningProblem) {
+    pub fn problem(&mut self, at: &impl SourceLocation, problem: PlanningProblem) {
         if problem.goals.is_empty() {
             at.warn("no goal");
         }
@@ -119,7 +119,7 @@ impl ScenarioBuilder {
         }
     }
 
-    fn take_id(&mut self, at: &impl Place, id: i64) {
+    fn take_id(&mut self, at: &impl SourceLocation, id: i64) {
         if !self.ids.insert(id) {
             at.warn(format!(
                 "id {id} is used twice; the first one is meant where it is referred to"
@@ -133,7 +133,7 @@ impl ScenarioBuilder {
 /// # Errors
 /// It has less than two points.
 pub(super) fn bound(
-    at: &impl Place,
+    at: &impl SourceLocation,
     points: Vec<Point>,
     heights: Vec<f64>,
     marking: LineMarking,
@@ -155,7 +155,11 @@ pub(super) fn bound(
 }
 
 /// The lanelet beside one; `same_direction` where the file says which.
-pub(super) fn adjacent(at: &impl Place, id: i64, same_direction: Option<bool>) -> Adjacent {
+pub(super) fn adjacent(
+    at: &impl SourceLocation,
+    id: i64,
+    same_direction: Option<bool>,
+) -> Adjacent {
     if same_direction.is_none() {
         at.warn("the driving direction is neither same nor opposite; taken as same");
     }
@@ -166,7 +170,7 @@ pub(super) fn adjacent(at: &impl Place, id: i64, same_direction: Option<bool>) -
 }
 
 /// The ends of a stop line; `None` if it lies at the end of its lanelet.
-pub(super) fn stop_line(at: &impl Place, points: &[Point]) -> Option<(Point, Point)> {
+pub(super) fn stop_line(at: &impl SourceLocation, points: &[Point]) -> Option<(Point, Point)> {
     if !matches!(points.len(), 0 | 2) {
         let taken = if points.len() < 2 {
             "taken to be at the end of its lanelet"
@@ -195,7 +199,7 @@ pub(super) fn set_quantity(state: &mut State, field: StateField, value: Option<Q
 }
 
 /// Notes a benchmark id that does not follow the rule.
-pub(super) fn check_benchmark_id(at: &impl Place, id: &str) {
+pub(super) fn check_benchmark_id(at: &impl SourceLocation, id: &str) {
     if !benchmark_id::is_valid(id) {
         let message = format!(
             "benchmark id `{}` does not follow the rule for such ids",

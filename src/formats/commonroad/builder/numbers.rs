@@ -1,6 +1,6 @@
 //! Checks numbers, and turns them into quantities and time steps.
 
-use super::Place;
+use super::SourceLocation;
 use crate::formats::commonroad::ReadError;
 use crate::scenario::plausibility::limits::{
     LARGEST_NUMBER, LATEST_STEP, is_tiny, refused_coordinate, refused_size,
@@ -12,7 +12,7 @@ use crate::scenario::{Quantity, Steps};
 /// # Errors
 /// It is not finite, or larger than any quantity of a scenario.
 pub fn finite(
-    at: &impl Place,
+    at: &impl SourceLocation,
     value: f64,
     written: impl FnOnce() -> String,
 ) -> Result<f64, ReadError> {
@@ -32,7 +32,7 @@ pub fn finite(
 ///
 /// # Errors
 /// No map has it.
-pub fn coordinate(at: &impl Place, value: f64) -> Result<f64, ReadError> {
+pub fn coordinate(at: &impl SourceLocation, value: f64) -> Result<f64, ReadError> {
     refused_coordinate(value).map_or(Ok(value), |message| Err(at.fail(message)))
 }
 
@@ -40,7 +40,7 @@ pub fn coordinate(at: &impl Place, value: f64) -> Result<f64, ReadError> {
 ///
 /// # Errors
 /// No shape is that large.
-pub fn size(at: &impl Place, value: f64) -> Result<f64, ReadError> {
+pub fn size(at: &impl SourceLocation, value: f64) -> Result<f64, ReadError> {
     refused_size(value).map_or(Ok(value), |message| Err(at.fail(message)))
 }
 
@@ -49,7 +49,7 @@ pub fn size(at: &impl Place, value: f64) -> Result<f64, ReadError> {
 /// # Errors
 /// The interval is empty, or one of its ends is missing.
 pub fn quantity(
-    at: &impl Place,
+    at: &impl SourceLocation,
     exact: Option<f64>,
     start: Option<f64>,
     end: Option<f64>,
@@ -71,8 +71,8 @@ pub fn quantity(
 /// Time steps, rounded outwards.
 ///
 /// # Errors
-/// There are none, or they are out of reason.
-pub fn steps(at: &impl Place, quantity: Option<Quantity>) -> Result<Steps, ReadError> {
+/// They are missing or implausible.
+pub fn steps(at: &impl SourceLocation, quantity: Option<Quantity>) -> Result<Steps, ReadError> {
     let steps = match quantity {
         Some(Quantity::Exact(value)) => Steps::exact(value.round() as i64),
         Some(Quantity::Interval(from, to)) => Steps {

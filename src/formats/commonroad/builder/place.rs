@@ -7,7 +7,7 @@ use crate::geometry::ShapeError;
 use crate::scenario::{Diagnostic, Severity};
 
 /// A place in a file: an element of XML, a field of protobuf.
-pub trait Place {
+pub trait SourceLocation {
     /// An error about what is here.
     fn fail(&self, message: impl Into<String>) -> ReadError;
 

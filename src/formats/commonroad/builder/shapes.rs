@@ -1,6 +1,6 @@
 //! Checks that shapes enclose an area, and builds trucks and footprints from them.
 
-use super::Place;
+use super::SourceLocation;
 use crate::formats::commonroad::ReadError;
 use crate::geometry::{Footprint, Point, SemiTrailer, Shape, Truck};
 
@@ -8,7 +8,7 @@ use crate::geometry::{Footprint, Point, SemiTrailer, Shape, Truck};
 ///
 /// # Errors
 /// It encloses nothing, and cannot be left out.
-pub fn checked(at: &impl Place, shape: Shape) -> Result<Option<Shape>, ReadError> {
+pub fn checked(at: &impl SourceLocation, shape: Shape) -> Result<Option<Shape>, ReadError> {
     match shape.check() {
         Ok(()) => Ok(Some(shape)),
         Err(error) => at.leave_out(&error).map(|()| None),
@@ -16,7 +16,7 @@ pub fn checked(at: &impl Place, shape: Shape) -> Result<Option<Shape>, ReadError
 }
 
 /// Shapes as one; nothing, with a diagnostic, where there is none.
-pub fn union(at: &impl Place, shapes: Vec<Shape>) -> Option<Shape> {
+pub fn union(at: &impl SourceLocation, shapes: Vec<Shape>) -> Option<Shape> {
     if shapes.is_empty() {
         at.warn("no shape in it; it covers nothing");
     }
@@ -27,7 +27,10 @@ pub fn union(at: &impl Place, shapes: Vec<Shape>) -> Option<Shape> {
 ///
 /// # Errors
 /// It cannot be measured, and cannot be left out.
-pub fn footprint(at: &impl Place, shape: Option<Shape>) -> Result<Option<Footprint>, ReadError> {
+pub fn footprint(
+    at: &impl SourceLocation,
+    shape: Option<Shape>,
+) -> Result<Option<Footprint>, ReadError> {
     match shape.map(Footprint::new).transpose() {
         Ok(footprint) => Ok(footprint),
         Err(error) => at.leave_out(&error).map(|()| None),

@@ -14,9 +14,9 @@ use crate::scenario::{LaneletNetwork, Location, Scenario};
 /// A scenario that fits the schema as far as it can.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conformed {
-    /// What fits.
+    /// The scenario, restricted to what the format can hold.
     pub scenario: Scenario,
-    /// What was left out, filled in or replaced, one sentence each.
+    /// Omissions, defaults and replacements, one sentence each.
     pub changes: Vec<String>,
     /// Schema violations that only the author can fix, one sentence each.
     pub violations: Vec<String>,

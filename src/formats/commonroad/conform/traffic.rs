@@ -84,7 +84,7 @@ fn may_be(role: ObstacleRole, kind: ObstacleType) -> bool {
     }
 }
 
-/// What the obstacle lacks.
+/// The missing properties of the obstacle.
 fn check(obstacle: &ObstacleParts, name: &str, report: &mut Report) {
     let mut lacks = |what: &str| report.violation(format!("{name} has no {what}"));
     if obstacle.role != ObstacleRole::Phantom && obstacle.footprint.is_none() {

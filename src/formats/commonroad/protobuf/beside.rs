@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-use super::kind::{Head, Kind};
+use super::kind::{FileHeader, MessageKind};
 use crate::system;
 
 /// How much of a file is looked at to see what it is, bytes: its information comes first.
@@ -13,14 +13,14 @@ const BEGINNING: u64 = 256 << 10;
 /// The ending of protobuf files.
 pub(super) const ENDING: &str = "pb";
 
-/// What the name of a scenario file has after the benchmark id.
+/// The suffix of a scenario file's name after the benchmark id.
 const SCENARIO_MARK: &str = "-SC";
 
 /// The protobuf files of one folder; each is looked at once, when it is needed.
 pub(super) struct Folder {
     path: PathBuf,
-    heads: HashMap<PathBuf, Option<Head>>,
-    by_id: Option<HashMap<(Kind, String), Vec<PathBuf>>>,
+    heads: HashMap<PathBuf, Option<FileHeader>>,
+    by_id: Option<HashMap<(MessageKind, String), Vec<PathBuf>>>,
 }
 
 /// Why a sibling file was not found.
@@ -42,8 +42,8 @@ impl Folder {
         }
     }
 
-    /// What a file is; nothing if it is no CommonRoad message.
-    pub fn head(&mut self, file: &Path) -> Option<&Head> {
+    /// The kind of a file; `None` if it is not a CommonRoad message.
+    pub fn head(&mut self, file: &Path) -> Option<&FileHeader> {
         let head = self.heads.entry(file.to_path_buf());
         head.or_insert_with(|| look(file)).as_ref()
     }
@@ -53,17 +53,22 @@ impl Folder {
         let Some(head) = self.head(file).cloned() else {
             return Vec::new();
         };
-        let map = head.map.map(|id| self.part_of(file, Kind::Map, &id));
+        let map = head.map.map(|id| self.part_of(file, MessageKind::Map, &id));
         let dynamic = head
             .dynamic
-            .map(|id| self.part_of(file, Kind::Dynamic, &id));
+            .map(|id| self.part_of(file, MessageKind::Dynamic, &id));
         map.into_iter().chain(dynamic).collect()
     }
 
     /// The file of a kind and with an id that `file` needs.
-    pub fn part_of(&mut self, file: &Path, kind: Kind, id: &str) -> Result<PathBuf, NotFound> {
+    pub fn part_of(
+        &mut self,
+        file: &Path,
+        kind: MessageKind,
+        id: &str,
+    ) -> Result<PathBuf, NotFound> {
         let named = match kind {
-            Kind::Map => map_name(file),
+            MessageKind::Map => map_name(file),
             _ => dynamic_name(file),
         };
         self.find(kind, id, named.as_deref())
@@ -71,7 +76,12 @@ impl Folder {
 
     /// The file of a kind with an id: the one that has its name, the only one that has it inside, or the one that
     /// has the name that goes with the file that asks for it.
-    fn find(&mut self, kind: Kind, id: &str, named: Option<&str>) -> Result<PathBuf, NotFound> {
+    fn find(
+        &mut self,
+        kind: MessageKind,
+        id: &str,
+        named: Option<&str>,
+    ) -> Result<PathBuf, NotFound> {
         let by_name = self.named(kind, id);
         if let Some(file) = &by_name
             && self.head(file).is_some_and(|h| h.id == id)
@@ -88,7 +98,7 @@ impl Folder {
     }
 
     /// The file of a kind with a name.
-    fn named(&mut self, kind: Kind, name: &str) -> Option<PathBuf> {
+    fn named(&mut self, kind: MessageKind, name: &str) -> Option<PathBuf> {
         let name = format!("{name}.{ENDING}");
         // An id is what some file says: it must not lead out of the folder.
         let mut components = Path::new(&name).components();
@@ -100,7 +110,7 @@ impl Folder {
         right.then_some(file)
     }
 
-    fn with_id(&mut self, kind: Kind, id: &str) -> &[PathBuf] {
+    fn with_id(&mut self, kind: MessageKind, id: &str) -> &[PathBuf] {
         if self.by_id.is_none() {
             self.by_id = Some(self.index());
         }
@@ -111,7 +121,7 @@ impl Folder {
         found.map_or(&[], Vec::as_slice)
     }
 
-    fn index(&mut self) -> HashMap<(Kind, String), Vec<PathBuf>> {
+    fn index(&mut self) -> HashMap<(MessageKind, String), Vec<PathBuf>> {
         let folder = if self.path.as_os_str().is_empty() {
             Path::new(".")
         } else {
@@ -140,13 +150,13 @@ pub(in crate::formats::commonroad) fn is_protobuf_name(file: &Path) -> bool {
         .is_some_and(|x| x.eq_ignore_ascii_case(ENDING))
 }
 
-/// What the dynamic file of a scenario file is called: its name without the mark.
+/// The name of a scenario file's dynamic file: its own name without the suffix.
 fn dynamic_name(file: &Path) -> Option<String> {
     let stem = file.file_stem()?.to_str()?;
     stem.strip_suffix(SCENARIO_MARK).map(str::to_string)
 }
 
-/// What the map of a dynamic or scenario file is called: `DEU_Bremen-1` of `DEU_Bremen-1_10_T-1-SC`.
+/// The name of the map of a dynamic or scenario file: `DEU_Bremen-1` of `DEU_Bremen-1_10_T-1-SC`.
 fn map_name(file: &Path) -> Option<String> {
     let stem = file.file_stem()?.to_str()?;
     let stem = stem.strip_prefix("C-").unwrap_or(stem);
@@ -159,9 +169,9 @@ pub(in crate::formats::commonroad) fn scenario_name(file: &Path) -> Option<Strin
     is_protobuf_name(file).then(|| dynamic_name(file)).flatten()
 }
 
-fn look(file: &Path) -> Option<Head> {
+fn look(file: &Path) -> Option<FileHeader> {
     let mut beginning = Vec::new();
     let opened = system::open_file(file).ok()?;
     opened.take(BEGINNING).read_to_end(&mut beginning).ok()?;
-    Head::of(&beginning)
+    FileHeader::detect(&beginning)
 }

@@ -1,8 +1,8 @@
 //! Checks that need the whole scenario: dangling references and contradictions, with their fields.
 
-use super::report::{At, Report};
-use crate::formats::commonroad::builder::{Place, Target, Targets};
-use crate::scenario::plausibility::{self, About};
+use super::report::{FieldPath, Report};
+use crate::formats::commonroad::builder::{SourceLocation, Target, Targets};
+use crate::scenario::plausibility::{self, ElementRef};
 use crate::scenario::{Lanelet, ObstacleRole, Scenario};
 
 /// The messages that hold road, traffic and planning problems; empty names where one message holds all.
@@ -38,7 +38,7 @@ pub(super) fn finish(report: Report, roots: &Roots, mut scenario: Scenario) -> S
     scenario
 }
 
-fn field(roots: &Roots, about: About, scenario: &Scenario) -> String {
+fn field(roots: &Roots, about: ElementRef, scenario: &Scenario) -> String {
     let below = |root: &str, path: String| match (root, path.as_str()) {
         ("", _) => path,
         (_, "") => root.to_string(),
@@ -47,23 +47,23 @@ fn field(roots: &Roots, about: About, scenario: &Scenario) -> String {
     let road = |path: String| below(roots.road, path);
     let planning = |path: String| below(roots.planning, path);
     match about {
-        About::Scenario if roots.road.is_empty() => "information/time_step_size".into(),
-        About::Scenario => String::new(),
-        About::Location => road("location".into()),
-        About::Lanelet(i) => road(format!("lanelets[{i}]")),
-        About::Sign(i) => road(format!("traffic_signs[{i}]")),
-        About::Light(i) => road(format!("traffic_lights[{i}]")),
-        About::Intersection(i) => road(format!("intersections[{i}]")),
-        About::Obstacle(i) => obstacle(roots, i, scenario),
-        About::State { obstacle: i, state } => {
+        ElementRef::Scenario if roots.road.is_empty() => "information/time_step_size".into(),
+        ElementRef::Scenario => String::new(),
+        ElementRef::Location => road("location".into()),
+        ElementRef::Lanelet(i) => road(format!("lanelets[{i}]")),
+        ElementRef::Sign(i) => road(format!("traffic_signs[{i}]")),
+        ElementRef::Light(i) => road(format!("traffic_lights[{i}]")),
+        ElementRef::Intersection(i) => road(format!("intersections[{i}]")),
+        ElementRef::Obstacle(i) => obstacle(roots, i, scenario),
+        ElementRef::State { obstacle: i, state } => {
             let whole = obstacle(roots, i, scenario);
             match state.checked_sub(1) {
                 None => format!("{whole}/initial_state"),
                 Some(state) => format!("{whole}/trajectory_prediction/trajectory/states[{state}]"),
             }
         }
-        About::Start(i) => planning(format!("planning_problems[{i}]/initial_state")),
-        About::Goal { problem, goal } => {
+        ElementRef::Start(i) => planning(format!("planning_problems[{i}]/initial_state")),
+        ElementRef::Goal { problem, goal } => {
             planning(format!("planning_problems[{problem}]/goal_states[{goal}]"))
         }
     }
@@ -90,7 +90,7 @@ fn obstacle(roots: &Roots, place: usize, scenario: &Scenario) -> String {
 fn check_references(report: &Report, roots: &Roots, scenario: &Scenario) {
     let network = &scenario.network;
     let known = Targets::new(network);
-    let road = At::root(report, roots.road);
+    let road = FieldPath::root(report, roots.road);
     for (i, lanelet) in network.lanelets.iter().enumerate() {
         check_lanelet(&road.nth("lanelets", i), lanelet, &known);
     }
@@ -106,7 +106,7 @@ fn check_references(report: &Report, roots: &Roots, scenario: &Scenario) {
         }
         warn_of_missing(&at, Target::Lanelet, &intersection.crossings, &known);
     }
-    let planning = At::root(report, roots.planning);
+    let planning = FieldPath::root(report, roots.planning);
     for (i, problem) in scenario.planning_problems.iter().enumerate() {
         let at = planning.nth("planning_problems", i);
         for (j, goal) in problem.goals.iter().enumerate() {
@@ -116,7 +116,7 @@ fn check_references(report: &Report, roots: &Roots, scenario: &Scenario) {
     }
 }
 
-fn check_lanelet(at: &At<'_>, lanelet: &Lanelet, known: &Targets) {
+fn check_lanelet(at: &FieldPath<'_>, lanelet: &Lanelet, known: &Targets) {
     let beside = [&lanelet.adjacent_left, &lanelet.adjacent_right];
     let beside: Vec<i64> = beside.into_iter().flatten().map(|a| a.id).collect();
     for ids in [&lanelet.predecessors, &lanelet.successors, &beside] {
@@ -131,7 +131,7 @@ fn check_lanelet(at: &At<'_>, lanelet: &Lanelet, known: &Targets) {
     }
 }
 
-fn warn_of_missing(at: &At<'_>, target: Target, ids: &[i64], known: &Targets) {
+fn warn_of_missing(at: &FieldPath<'_>, target: Target, ids: &[i64], known: &Targets) {
     let name = match target {
         Target::Lanelet => "lanelet",
         Target::Sign => "sign",

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use super::elements::Elements;
 use super::header::{self, Map};
 use super::messages::{SignValue, TrafficLightCycle};
-use super::report::{At, Report};
+use super::report::{FieldPath, Report};
 use super::shapes::body;
 use super::words::ENVIRONMENT_2024;
 use super::{obstacles, place, road, sign_values};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Place, ScenarioBuilder};
+use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
 use crate::scenario::{Environment, Header, LightPhase, Sign, SignElement, TrafficLight};
 
 /// Contents of a dynamic file, except obstacles.
@@ -27,7 +27,7 @@ pub(super) struct Changes {
     signs: BTreeMap<i64, (usize, Vec<SignElement>)>,
 }
 
-/// What a traffic light does.
+/// The cycle of a traffic light.
 struct Cycle {
     phases: Vec<LightPhase>,
     offset: i64,
@@ -36,7 +36,7 @@ struct Cycle {
 
 /// Adds the traffic to a scenario.
 pub(super) fn read(
-    root: &At<'_>,
+    root: &FieldPath<'_>,
     bytes: &[u8],
     builder: &mut ScenarioBuilder,
 ) -> Result<Dynamic, ReadError> {
@@ -96,7 +96,7 @@ pub(super) fn read(
     })
 }
 
-fn cycle(at: &At<'_>, message: &TrafficLightCycle) -> Result<(i64, Cycle), ReadError> {
+fn cycle(at: &FieldPath<'_>, message: &TrafficLightCycle) -> Result<(i64, Cycle), ReadError> {
     let light = at.need("traffic_light_id", message.traffic_light_id)?;
     let cycle = Cycle {
         phases: road::cycle(at, &message.cycle_elements)?,
@@ -124,7 +124,7 @@ impl Changes {
 
     /// Warns of what no light or sign of the map took.
     pub fn warn_of_rest(&self, report: &Report) {
-        let root = At::root(report, "dynamic");
+        let root = FieldPath::root(report, "dynamic");
         for (id, (i, _)) in &self.cycles {
             let at = root.nth("traffic_light_cycle", *i);
             at.warn(format!("it refers to light {id}, which is not there"));

@@ -2,21 +2,21 @@
 
 use prost::Message;
 
-use super::report::At;
+use super::report::FieldPath;
 use super::wire::Field;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::ScenarioBuilder;
 
 /// The repeated elements of a file's own message, which are added to a scenario.
 pub(super) struct Elements<'a> {
-    pub root: &'a At<'a>,
+    pub root: &'a FieldPath<'a>,
     pub builder: &'a mut ScenarioBuilder,
     /// The numbers of fields, and how many of each there were.
     counts: Vec<(u32, usize)>,
 }
 
 impl<'a> Elements<'a> {
-    pub fn new(root: &'a At<'a>, builder: &'a mut ScenarioBuilder) -> Self {
+    pub fn new(root: &'a FieldPath<'a>, builder: &'a mut ScenarioBuilder) -> Self {
         Self {
             root,
             builder,
@@ -29,7 +29,7 @@ impl<'a> Elements<'a> {
         &mut self,
         name: &str,
         field: &Field<'_>,
-        read: impl FnOnce(&mut ScenarioBuilder, &At<'_>, &M) -> Result<(), ReadError>,
+        read: impl FnOnce(&mut ScenarioBuilder, &FieldPath<'_>, &M) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {
         let at = self.root.nth(name, self.count(field.number));
         read(self.builder, &at, &at.element(field)?)

@@ -2,7 +2,7 @@
 
 use super::checks::{self, ONE};
 use super::elements::Elements;
-use super::report::{At, Report};
+use super::report::{FieldPath, Report};
 use super::shapes::region;
 use super::words::{ENVIRONMENT_2020A, OBSTACLE_TYPES};
 use super::{header, obstacles, place, planning, road};
@@ -13,7 +13,7 @@ use crate::scenario::{ContentHash, Scenario};
 /// Reads the message.
 pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     let report = Report::about(file);
-    let root = At::root(&report, "");
+    let root = FieldPath::root(&report, "");
     let mut builder = ScenarioBuilder::default();
     let (mut header, mut tags, mut location) = (None, None, None);
     let mut elements = Elements::new(&root, &mut builder);
@@ -76,6 +76,6 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     let header = root.need("information", header)?;
     builder.tags = root.need("scenario_tags", tags)?;
     builder.location = Some(root.need("location", location)?);
-    let scenario = builder.finish(header, ContentHash::of(bytes));
+    let scenario = builder.finish(header, ContentHash::digest(bytes));
     Ok(checks::finish(report, &ONE, scenario))
 }

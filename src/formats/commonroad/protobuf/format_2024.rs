@@ -5,11 +5,11 @@ use std::path::Path;
 use super::beside::{Folder, NotFound};
 use super::checks::{self, THREE};
 use super::dynamic::{self, Changes};
-use super::kind::{Head, Kind};
-use super::report::{At, Report};
+use super::kind::{FileHeader, MessageKind};
+use super::report::{FieldPath, Report};
 use super::{check_size, map, tasks};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Place, ScenarioBuilder};
+use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
 use crate::formats::commonroad::xml::short;
 use crate::scenario::{ContentHash, Scenario, Severity};
 use crate::system;
@@ -20,13 +20,13 @@ use crate::system;
 pub(super) fn read(
     bytes: &[u8],
     file: &str,
-    head: &Head,
+    head: &FileHeader,
     path: Option<&Path>,
 ) -> Result<Scenario, ReadError> {
     let report = Report::about(file);
     let mut builder = ScenarioBuilder::default();
-    let root = |name| At::root(&report, name);
-    if head.kind == Kind::Map {
+    let root = |name| FieldPath::root(&report, name);
+    if head.kind == MessageKind::Map {
         let at = root("map");
         let message = format!(
             "a map alone: no obstacles, no planning problems, and {} s a time step",
@@ -34,12 +34,12 @@ pub(super) fn read(
         );
         at.note(Severity::Note, message);
         let header = map::read(&at, bytes, &mut builder, Changes::default())?;
-        let scenario = builder.finish(header, ContentHash::of(bytes));
+        let scenario = builder.finish(header, ContentHash::digest(bytes));
         return Ok(checks::finish(report, &THREE, scenario));
     }
-    // What is wrong with the file itself is said before what is missing beside it.
+    // Mistakes in the file itself are reported before missing files.
     let (mut traffic, mut tasks) = (None, None);
-    if head.kind == Kind::Scenario {
+    if head.kind == MessageKind::Scenario {
         tasks = Some(tasks::read(&root("scenario"), bytes, &mut builder)?);
     } else {
         let at = root("dynamic");
@@ -93,30 +93,32 @@ struct Parts {
 }
 
 /// Finds and reads the files that a dynamic or scenario file needs.
-fn beside(report: &Report, head: &Head, path: Option<&Path>) -> Result<Parts, ReadError> {
-    let root = At::root(report, "");
+fn beside(report: &Report, head: &FileHeader, path: Option<&Path>) -> Result<Parts, ReadError> {
+    let root = FieldPath::root(report, "");
     let Some(path) = path else {
         let message = "it is one of the files of a 2024 scenario, and can be read only from a folder with the others";
         return Err(root.fail(message));
     };
     let mut folder = Folder::around(path);
     let dynamic = match (head.kind, &head.dynamic) {
-        (Kind::Scenario, Some(id)) => Some(part(&root, &mut folder, path, Kind::Dynamic, id)?),
+        (MessageKind::Scenario, Some(id)) => {
+            Some(part(&root, &mut folder, path, MessageKind::Dynamic, id)?)
+        }
         _ => None,
     };
     let id = root.need("map_id", head.map.as_deref())?;
-    let map = part(&root, &mut folder, path, Kind::Map, id)?;
+    let map = part(&root, &mut folder, path, MessageKind::Map, id)?;
     Ok(Parts { map, dynamic })
 }
 
 fn part(
-    root: &At<'_>,
+    root: &FieldPath<'_>,
     folder: &mut Folder,
     path: &Path,
-    kind: Kind,
+    kind: MessageKind,
     id: &str,
 ) -> Result<Named, ReadError> {
-    let what = if kind == Kind::Map {
+    let what = if kind == MessageKind::Map {
         "map"
     } else {
         "dynamic file"

@@ -6,15 +6,18 @@ use super::kind::{benchmark_id, map_name};
 use super::messages::{
     FileInformation, MapId, ScenarioInformation, ScenarioMetaInformation, TimeStamp,
 };
-use super::report::At;
+use super::report::FieldPath;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Place, check_benchmark_id};
+use crate::formats::commonroad::builder::{SourceLocation, check_benchmark_id};
 use crate::formats::commonroad::xml::short;
 use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{Header, Severity};
 
 /// The header of a file of 2020a.
-pub(super) fn of_2020a(at: &At<'_>, message: &ScenarioInformation) -> Result<Header, ReadError> {
+pub(super) fn of_2020a(
+    at: &FieldPath<'_>,
+    message: &ScenarioInformation,
+) -> Result<Header, ReadError> {
     let version = message.common_road_version.as_ref();
     let version = at.needed_text("common_road_version", version)?;
     if !matches!(version.as_str(), "2020a" | "2018b") {
@@ -34,7 +37,7 @@ pub(super) fn of_2020a(at: &At<'_>, message: &ScenarioInformation) -> Result<Hea
 
 /// The header of a dynamic or scenario file of 2024, and the id of the map that it is about.
 pub(super) fn of_2024(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &ScenarioMetaInformation,
 ) -> Result<(Header, Map), ReadError> {
     let id = at.need("benchmark_id", message.benchmark_id.as_ref())?;
@@ -72,7 +75,7 @@ pub(super) struct Map {
     pub country: String,
 }
 
-pub(super) fn map(at: &At<'_>, message: &MapId) -> Result<Map, ReadError> {
+pub(super) fn map(at: &FieldPath<'_>, message: &MapId) -> Result<Map, ReadError> {
     let country = at.needed_text("country_id", message.country_id.as_ref())?;
     let name = at.needed_text("map_name", message.map_name.as_ref())?;
     let number = at.need("map_id", message.map_id)?;
@@ -84,7 +87,7 @@ pub(super) fn map(at: &At<'_>, message: &MapId) -> Result<Map, ReadError> {
 
 /// Author, affiliation, source and date of a file of 2024.
 pub(super) fn of_file(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &FileInformation,
 ) -> Result<BTreeMap<String, String>, ReadError> {
     let name = at.need("license_name", message.license_name.as_deref())?;
@@ -99,7 +102,7 @@ pub(super) fn of_file(
 }
 
 fn attributes(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     date: Option<&TimeStamp>,
     texts: [&Option<String>; 3],
 ) -> Result<BTreeMap<String, String>, ReadError> {
@@ -118,7 +121,7 @@ fn day(date: &TimeStamp) -> Option<String> {
     Some(format!("{year:04}-{month:02}-{day:02}"))
 }
 
-fn step_size(at: &At<'_>, value: Option<f64>) -> Result<f64, ReadError> {
+fn step_size(at: &FieldPath<'_>, value: Option<f64>) -> Result<f64, ReadError> {
     let value = at.need("time_step_size", value)?;
     match refused_time_step(value) {
         None => Ok(value),

@@ -4,7 +4,7 @@ use super::wire::{Fields, Value, first};
 
 /// The messages that are files of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Kind {
+pub(super) enum MessageKind {
     /// Everything in one, 2020a.
     Single,
     /// The road, 2024.
@@ -17,8 +17,8 @@ pub(super) enum Kind {
 
 /// Information from the beginning of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Head {
-    pub kind: Kind,
+pub(super) struct FileHeader {
+    pub kind: MessageKind,
     /// Its own id: of the benchmark, or of a map the map's.
     pub id: String,
     /// The id of the map it needs.
@@ -27,14 +27,14 @@ pub(super) struct Head {
     pub dynamic: Option<String>,
 }
 
-impl Head {
+impl FileHeader {
     /// Looks at the beginning of a file; nothing if it is none of the messages. The rest may be missing.
     ///
     /// The first field of each is its information, and the first field of that tells them apart: a version as text
     /// (2020a), the id of a map (map), or the id of a scenario. A dynamic file has an environment as field 2, which
     /// a scenario file has not; a scenario file has the ids of the other two as fields 3 and 4.
-    pub fn of(bytes: &[u8]) -> Option<Self> {
-        let whole = Fields::of(bytes).map_while(Result::ok);
+    pub fn detect(bytes: &[u8]) -> Option<Self> {
+        let whole = Fields::new(bytes).map_while(Result::ok);
         let information = whole
             .clone()
             .next()
@@ -44,7 +44,7 @@ impl Head {
         let opening = first(information, 1)?.bytes()?;
         if let Some(id) = map_id(opening) {
             return Some(Self {
-                kind: Kind::Map,
+                kind: MessageKind::Map,
                 id,
                 map: None,
                 dynamic: None,
@@ -54,14 +54,14 @@ impl Head {
             let text = |number| Some(first(bytes, number)?.text()?.to_string());
             if whole.clone().any(|f| f.number == 2) {
                 return Some(Self {
-                    kind: Kind::Dynamic,
+                    kind: MessageKind::Dynamic,
                     id,
                     map: Some(map),
                     dynamic: None,
                 });
             }
             return Some(Self {
-                kind: Kind::Scenario,
+                kind: MessageKind::Scenario,
                 id,
                 map: Some(text(3).unwrap_or(map)),
                 dynamic: text(4),
@@ -71,7 +71,7 @@ impl Head {
         let id = first(information, 2)?.text()?;
         let has_step = matches!(first(information, 7), Some(Value::Fixed64(_)));
         (has_step || version.starts_with("20")).then(|| Self {
-            kind: Kind::Single,
+            kind: MessageKind::Single,
             id: id.to_string(),
             map: None,
             dynamic: None,

@@ -8,12 +8,12 @@ use super::elements::Elements;
 use super::header::{self, Map};
 use super::map_elements::{Pending, Side, intersection, lanelet, light, sign, stop_line};
 use super::messages::{Boundary, MapInformation, MapSign};
-use super::report::At;
+use super::report::FieldPath;
 use super::wire::Field;
 use super::words::{ENVIRONMENT_2024, MAP_OBSTACLE_TYPES};
 use super::{obstacles, place, road};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Place, ScenarioBuilder};
+use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
 use crate::scenario::{Bound, Header, Lanelet, Location, Severity, StopLine};
 
 /// A map has no time steps; these are the usual ones, seconds.
@@ -22,7 +22,7 @@ pub(super) const TIME_STEP_SIZE: f64 = 0.1;
 /// A border has two sides; roads that cross share a few. More users would let a small file fill the memory.
 const MOST_USERS: usize = 64;
 
-/// What was read so far, beside what the builder has.
+/// Elements read so far, beside those in the builder.
 #[derive(Default)]
 struct Parts {
     information: Option<(Map, Header)>,
@@ -36,7 +36,7 @@ struct Parts {
 
 /// Adds a map to a scenario, with what a dynamic file changes of it; its header.
 pub(super) fn read(
-    root: &At<'_>,
+    root: &FieldPath<'_>,
     bytes: &[u8],
     builder: &mut ScenarioBuilder,
     mut changes: Changes,
@@ -129,7 +129,7 @@ impl Parts {
     }
 
     /// Gives a lanelet its borders and its stop line.
-    fn complete(&mut self, at: &At<'_>, pending: Pending) -> Result<Lanelet, ReadError> {
+    fn complete(&mut self, at: &FieldPath<'_>, pending: Pending) -> Result<Lanelet, ReadError> {
         let mut lanelet = pending.lanelet;
         lanelet.left = self.border(&at.field("left_bound"), &pending.left)?;
         lanelet.right = self.border(&at.field("right_bound"), &pending.right)?;
@@ -142,7 +142,7 @@ impl Parts {
         Ok(lanelet)
     }
 
-    fn border(&mut self, at: &At<'_>, side: &Side) -> Result<Bound, ReadError> {
+    fn border(&mut self, at: &FieldPath<'_>, side: &Side) -> Result<Bound, ReadError> {
         let id = side.boundary;
         let Some((bound, users)) = self.boundaries.get_mut(&i64::from(id)) else {
             return Err(at.fail(format!("boundary {id} is not in the file")));
@@ -161,7 +161,7 @@ impl Parts {
     }
 }
 
-fn keep_first<T>(at: &At<'_>, into: &mut HashMap<i64, T>, id: i64, value: T) {
+fn keep_first<T>(at: &FieldPath<'_>, into: &mut HashMap<i64, T>, id: i64, value: T) {
     match into.entry(id) {
         Entry::Vacant(place) => {
             place.insert(value);
@@ -170,7 +170,7 @@ fn keep_first<T>(at: &At<'_>, into: &mut HashMap<i64, T>, id: i64, value: T) {
     }
 }
 
-fn information(at: &At<'_>, message: &MapInformation) -> Result<(Map, Header), ReadError> {
+fn information(at: &FieldPath<'_>, message: &MapInformation) -> Result<(Map, Header), ReadError> {
     let id = at.need("map_id", message.map_id.as_ref())?;
     let map = header::map(&at.field("map_id"), id)?;
     let file = at.need("file_information", message.file_information.as_ref())?;

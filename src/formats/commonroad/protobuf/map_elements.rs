@@ -1,7 +1,7 @@
 //! Single elements of the map file of 2024.
 
 use super::messages::{IncomingGroup, MapIntersection, MapLanelet, MapLight, MapSign, MapStopLine};
-use super::report::At;
+use super::report::FieldPath;
 use super::values::ids;
 use super::{road, sign_values};
 use crate::formats::commonroad::ReadError;
@@ -20,7 +20,7 @@ pub(super) struct Side {
     pub reverse: bool,
 }
 
-pub(super) fn lanelet(at: &At<'_>, message: &MapLanelet) -> Result<Pending, ReadError> {
+pub(super) fn lanelet(at: &FieldPath<'_>, message: &MapLanelet) -> Result<Pending, ReadError> {
     if !message.adjacent_areas.is_empty() {
         at.no_place_for("adjacent_areas");
     }
@@ -62,7 +62,10 @@ pub(super) fn lanelet(at: &At<'_>, message: &MapLanelet) -> Result<Pending, Read
     })
 }
 
-pub(super) fn stop_line(at: &At<'_>, message: &MapStopLine) -> Result<(i64, StopLine), ReadError> {
+pub(super) fn stop_line(
+    at: &FieldPath<'_>,
+    message: &MapStopLine,
+) -> Result<(i64, StopLine), ReadError> {
     let id = at.need("stop_line_id", message.stop_line_id)?;
     let from = at.needed_point("start_point", message.start_point.as_ref())?;
     let to = at.needed_point("end_point", message.end_point.as_ref())?;
@@ -75,7 +78,11 @@ pub(super) fn stop_line(at: &At<'_>, message: &MapStopLine) -> Result<(i64, Stop
     Ok((id.into(), line))
 }
 
-pub(super) fn sign(at: &At<'_>, message: &MapSign, country: &str) -> Result<Sign, ReadError> {
+pub(super) fn sign(
+    at: &FieldPath<'_>,
+    message: &MapSign,
+    country: &str,
+) -> Result<Sign, ReadError> {
     Ok(Sign {
         id: at.need("traffic_sign_id", message.traffic_sign_id)?.into(),
         elements: sign_values::elements(at, &message.traffic_sign_elements, country)?,
@@ -85,7 +92,7 @@ pub(super) fn sign(at: &At<'_>, message: &MapSign, country: &str) -> Result<Sign
 }
 
 /// A light without its cycle, which the dynamic file has.
-pub(super) fn light(at: &At<'_>, message: &MapLight) -> Result<TrafficLight, ReadError> {
+pub(super) fn light(at: &FieldPath<'_>, message: &MapLight) -> Result<TrafficLight, ReadError> {
     if !message.color.is_empty() {
         at.no_place_for("color");
     }
@@ -102,7 +109,7 @@ pub(super) fn light(at: &At<'_>, message: &MapLight) -> Result<TrafficLight, Rea
 }
 
 pub(super) fn intersection(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &MapIntersection,
 ) -> Result<Intersection, ReadError> {
     let incoming = |(i, group): (usize, &IncomingGroup)| {

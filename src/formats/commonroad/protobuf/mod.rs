@@ -30,13 +30,13 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use beside::Folder;
-use kind::{Head, Kind};
-use report::{At, Report};
+use kind::{FileHeader, MessageKind};
+use report::{FieldPath, Report};
 
 pub(super) use beside::{is_protobuf_name, scenario_name};
 
 use super::ReadError;
-use super::builder::Place;
+use super::builder::SourceLocation;
 use super::encoding::{foreign, without_marks};
 use super::root::{Unrecognised, beginning_of_file};
 use crate::scenario::Scenario;
@@ -46,22 +46,23 @@ const LARGEST_FILE: u64 = 128 << 20;
 
 /// Whether a file is protobuf: its beginning is a message's, or it has the name of one and is no XML.
 pub(super) fn is_meant(bytes: &[u8], file: &str) -> bool {
-    Head::of(bytes).is_some() || !is_markup(bytes) && is_protobuf_name(Path::new(file))
+    FileHeader::detect(bytes).is_some() || !is_markup(bytes) && is_protobuf_name(Path::new(file))
 }
 
 /// Reads a scenario; `path` is where the other files of a scenario of 2024 are looked for.
 pub(super) fn read(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scenario, ReadError> {
     check_size(file, bytes.len() as u64)?;
-    match Head::of(bytes) {
-        Some(Head {
-            kind: Kind::Single, ..
+    match FileHeader::detect(bytes) {
+        Some(FileHeader {
+            kind: MessageKind::Single,
+            ..
         }) => format_2020a::read(bytes, file),
         Some(head) => format_2024::read(bytes, file, &head, path),
         None => Err(fail(file, &no_message(bytes))),
     }
 }
 
-/// What bytes are that do not begin as a message does.
+/// The nature of bytes that do not begin as a message does.
 fn no_message(bytes: &[u8]) -> String {
     let said = match foreign(bytes) {
         Some(what) => return format!("this is {what}"),
@@ -74,7 +75,7 @@ fn no_message(bytes: &[u8]) -> String {
 }
 
 fn fail(file: &str, message: &str) -> ReadError {
-    At::root(&Report::about(file), "").fail(message)
+    FieldPath::root(&Report::about(file), "").fail(message)
 }
 
 fn check_size(file: &str, size: u64) -> Result<(), ReadError> {

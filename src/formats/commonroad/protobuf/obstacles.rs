@@ -4,18 +4,18 @@ use super::messages::{
     DynamicObstacle, EnvironmentObstacle, PhantomObstacle, SetBasedPrediction, Shape, SignalState,
     StaticObstacle,
 };
-use super::report::At;
+use super::report::FieldPath;
 use super::shapes::{Decode, region};
 use super::states::{signal_state, state};
 use super::words::OBSTACLE_TYPES;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, Place};
+use crate::formats::commonroad::builder::{self, SourceLocation};
 use crate::geometry::Footprint;
 use crate::scenario::{self, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction};
 
 /// A static obstacle; `body` reads its shape.
 pub(super) fn fixed(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &StaticObstacle,
     body: Decode,
 ) -> Result<ObstacleParts, ReadError> {
@@ -39,7 +39,7 @@ pub(super) fn fixed(
 
 /// A dynamic obstacle; `body` reads its shape.
 pub(super) fn moving(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &DynamicObstacle,
     body: Decode,
 ) -> Result<ObstacleParts, ReadError> {
@@ -72,7 +72,7 @@ pub(super) fn moving(
 
 /// An environment obstacle; `kinds` are the words of its type, which differ between the versions.
 pub(super) fn environment(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &EnvironmentObstacle,
     kinds: &[ObstacleType],
 ) -> Result<ObstacleParts, ReadError> {
@@ -89,7 +89,10 @@ pub(super) fn environment(
     })
 }
 
-pub(super) fn phantom(at: &At<'_>, message: &PhantomObstacle) -> Result<ObstacleParts, ReadError> {
+pub(super) fn phantom(
+    at: &FieldPath<'_>,
+    message: &PhantomObstacle,
+) -> Result<ObstacleParts, ReadError> {
     let prediction = message.prediction.as_ref();
     let prediction = prediction.map(|p| occupancies(&at.field("prediction"), p));
     Ok(ObstacleParts {
@@ -104,7 +107,7 @@ pub(super) fn phantom(at: &At<'_>, message: &PhantomObstacle) -> Result<Obstacle
 }
 
 fn kind(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     kinds: &[ObstacleType],
     number: Option<i32>,
 ) -> Result<ObstacleType, ReadError> {
@@ -112,7 +115,7 @@ fn kind(
 }
 
 fn footprint(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     name: &str,
     shape: Option<&Shape>,
     body: Decode,
@@ -122,7 +125,7 @@ fn footprint(
     builder::footprint(&at, body(&at, shape)?)
 }
 
-fn prediction(at: &At<'_>, message: &DynamicObstacle) -> Result<Prediction, ReadError> {
+fn prediction(at: &FieldPath<'_>, message: &DynamicObstacle) -> Result<Prediction, ReadError> {
     if let Some(set) = &message.set_based_prediction {
         if message.trajectory_prediction.is_some() {
             let message = "a trajectory beside a set of occupancies was left out";
@@ -147,7 +150,7 @@ fn prediction(at: &At<'_>, message: &DynamicObstacle) -> Result<Prediction, Read
     Ok(Prediction::Trajectory(states.collect::<Result<_, _>>()?))
 }
 
-fn occupancies(at: &At<'_>, message: &SetBasedPrediction) -> Result<Prediction, ReadError> {
+fn occupancies(at: &FieldPath<'_>, message: &SetBasedPrediction) -> Result<Prediction, ReadError> {
     at.need("initial_time_step", message.initial_time_step)?;
     let set = at.need("occupancy_set", message.occupancy_set.as_ref())?;
     let at = at.field("occupancy_set");
@@ -163,7 +166,7 @@ fn occupancies(at: &At<'_>, message: &SetBasedPrediction) -> Result<Prediction, 
 }
 
 fn signals(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     initial: Option<&SignalState>,
     series: &[SignalState],
 ) -> Result<Vec<scenario::SignalState>, ReadError> {

@@ -1,7 +1,7 @@
 //! The location of a scenario, and its environment.
 
 use super::messages;
-use super::report::At;
+use super::report::FieldPath;
 use super::words::{EnvironmentWords, UNDERGROUNDS};
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
@@ -9,7 +9,7 @@ use crate::scenario::{Environment, GeoTransformation, Location};
 
 /// `words` are those of the environment in it.
 pub(super) fn location(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &messages::Location,
     words: &EnvironmentWords,
 ) -> Result<Location, ReadError> {
@@ -30,7 +30,7 @@ pub(super) fn location(
     })
 }
 
-fn transformation(at: &At<'_>, message: &messages::GeoTransformation) -> GeoTransformation {
+fn transformation(at: &FieldPath<'_>, message: &messages::GeoTransformation) -> GeoTransformation {
     let reference = message.geo_reference.as_deref();
     let reference = reference.map(|text| at.field("geo_reference").text(text));
     GeoTransformation {
@@ -44,7 +44,7 @@ fn transformation(at: &At<'_>, message: &messages::GeoTransformation) -> GeoTran
 
 /// The surroundings, in the words of XML; nothing where nothing is said.
 pub(super) fn environment(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &messages::Environment,
     words: &EnvironmentWords,
 ) -> Option<Environment> {

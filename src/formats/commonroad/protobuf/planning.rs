@@ -1,16 +1,16 @@
 //! Planning problems.
 
 use super::messages::{self, GoalState};
-use super::report::At;
+use super::report::FieldPath;
 use super::states::state;
 use super::values::ids;
 use super::words::TAGS;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::Place;
+use crate::formats::commonroad::builder::SourceLocation;
 use crate::scenario::{Goal, PlanningProblem, Position, Severity, StateField};
 
 pub(super) fn problem(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &messages::PlanningProblem,
 ) -> Result<PlanningProblem, ReadError> {
     let id = at.need("planning_problem_id", message.planning_problem_id)?;
@@ -31,7 +31,7 @@ pub(super) fn problem(
 }
 
 /// A goal. Where it names lanelets, a shape in its state is their area, worked out by the writer: the names count.
-fn goal(at: &At<'_>, message: &GoalState) -> Result<Goal, ReadError> {
+fn goal(at: &FieldPath<'_>, message: &GoalState) -> Result<Goal, ReadError> {
     let bytes = at.need("state", message.state.as_deref())?;
     let lanelets = ids(&message.goal_position_lanelets);
     let at = at.field("state");
@@ -57,7 +57,7 @@ fn goal(at: &At<'_>, message: &GoalState) -> Result<Goal, ReadError> {
 }
 
 /// The tags of a scenario.
-pub(super) fn tags(at: &At<'_>, message: &messages::ScenarioTags) -> Vec<String> {
+pub(super) fn tags(at: &FieldPath<'_>, message: &messages::ScenarioTags) -> Vec<String> {
     let numbered = message.tags.iter().enumerate();
     let words = numbered.filter_map(|(i, number)| at.nth("tags", i).word(TAGS, *number));
     words.map(str::to_string).collect()

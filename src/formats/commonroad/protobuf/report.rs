@@ -7,14 +7,14 @@ use prost::Message;
 
 use super::wire::{Field, Fields, NoField, Value};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Diagnostics, Place};
+use crate::formats::commonroad::builder::{Diagnostics, SourceLocation};
 use crate::geometry::ShapeError;
 use crate::scenario::{Diagnostic, Severity};
 
 /// No element of a scenario is larger, bytes; a decoded message can be fifty times as large as its bytes.
 const LARGEST_ELEMENT: usize = 8 << 20;
 
-/// So many fields lead to a fault that is named.
+/// Longest path to a reported fault, fields.
 const DEEPEST_PATH: usize = 6;
 
 /// The file that is read, and what was noted about it and those beside it.
@@ -24,7 +24,7 @@ pub(super) struct Report {
     pub diagnostics: Diagnostics,
     /// The first number that is nearer to 0 than any that is measured, and how many there are.
     tiny: RefCell<Option<(String, f64, usize)>>,
-    /// Where the element that is read begins, bytes.
+    /// Offset of the element being read, bytes.
     element: Cell<usize>,
     /// Whether it was noted that the element has fields that are not known.
     incomplete: Cell<bool>,
@@ -59,14 +59,14 @@ impl Report {
 
 /// Path of a field: the names of the fields that lead to it. Formatted only for diagnostics.
 #[derive(Clone, Copy)]
-pub(super) struct At<'a> {
+pub(super) struct FieldPath<'a> {
     pub report: &'a Report,
-    up: Option<&'a At<'a>>,
+    up: Option<&'a FieldPath<'a>>,
     name: &'a str,
     index: Option<usize>,
 }
 
-impl<'a> At<'a> {
+impl<'a> FieldPath<'a> {
     /// The message itself; `name` may be empty.
     pub fn root(report: &'a Report, name: &'a str) -> Self {
         Self {
@@ -86,7 +86,7 @@ impl<'a> At<'a> {
         }
     }
 
-    /// One of a repeated field, from 0.
+    /// An element of a repeated field, from 0.
     pub fn nth(&'a self, name: &'a str, index: usize) -> Self {
         Self {
             index: Some(index),
@@ -114,7 +114,7 @@ impl<'a> At<'a> {
         bytes: &[u8],
         mut read: impl FnMut(&Field<'_>) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {
-        for field in Fields::of(bytes) {
+        for field in Fields::new(bytes) {
             read(&self.whole(field)?)?;
         }
         Ok(())
@@ -196,7 +196,7 @@ impl<'a> At<'a> {
         &self,
         field: &Field<'_>,
         into: &mut Option<T>,
-        read: impl FnOnce(&At<'_>, &M) -> Result<T, ReadError>,
+        read: impl FnOnce(&FieldPath<'_>, &M) -> Result<T, ReadError>,
     ) -> Result<(), ReadError> {
         if into.replace(read(self, &self.element(field)?)?).is_some() {
             self.warn("it is there more than once; the last one counts");
@@ -205,7 +205,7 @@ impl<'a> At<'a> {
     }
 }
 
-impl Place for At<'_> {
+impl SourceLocation for FieldPath<'_> {
     fn fail(&self, message: impl Into<String>) -> ReadError {
         ReadError {
             file: self.report.file.borrow().clone(),
@@ -233,7 +233,7 @@ impl Place for At<'_> {
     }
 }
 
-impl fmt::Display for At<'_> {
+impl fmt::Display for FieldPath<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(up) = self.up.filter(|up| !up.name.is_empty()) {
             write!(f, "{up}/")?;
@@ -282,7 +282,7 @@ mod tests {
             missing: 0,
         };
         let report = Report::about("x.pb");
-        let root = At::root(&report, "");
+        let root = FieldPath::root(&report, "");
         let error = root.nth("lanelets", 3).element::<Lanelet>(&field);
         assert_eq!(
             error.unwrap_err().to_string(),
@@ -293,13 +293,13 @@ mod tests {
     #[test]
     fn a_path_names_every_field_on_the_way() {
         let report = Report::about("x.pb");
-        let root = At::root(&report, "");
+        let root = FieldPath::root(&report, "");
         let obstacle = root.nth("dynamic_obstacles", 3);
         assert_eq!(
             obstacle.field("initial_state").to_string(),
             "dynamic_obstacles[3]/initial_state"
         );
-        let map = At::root(&report, "map");
+        let map = FieldPath::root(&report, "map");
         assert_eq!(map.nth("lanelets", 0).to_string(), "map/lanelets[0]");
     }
 }

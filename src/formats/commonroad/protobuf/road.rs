@@ -1,18 +1,21 @@
 //! The road of 2020a: lanelets, signs, lights and intersections.
 
 use super::messages::{self, CycleElement, TrafficSignElement};
-use super::report::At;
+use super::report::FieldPath;
 use super::signs;
 use super::values::ids;
 use super::words::{DIRECTIONS, LANELET_TYPES, LINE_MARKINGS, ROAD_USERS, SIGNAL_COLORS};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, Place};
+use crate::formats::commonroad::builder::{self, SourceLocation};
 use crate::scenario::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
     RoadUser, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
 };
 
-pub(super) fn lanelet(at: &At<'_>, message: &messages::Lanelet) -> Result<Lanelet, ReadError> {
+pub(super) fn lanelet(
+    at: &FieldPath<'_>,
+    message: &messages::Lanelet,
+) -> Result<Lanelet, ReadError> {
     let border = |name, border: Option<&messages::Bound>| {
         let border = at.need(name, border)?;
         bound(&at.field(name), &border.points, border.line_marking)
@@ -41,7 +44,7 @@ pub(super) fn lanelet(at: &At<'_>, message: &messages::Lanelet) -> Result<Lanele
     })
 }
 
-pub(super) fn types(at: &At<'_>, numbers: &[i32]) -> Vec<LaneletType> {
+pub(super) fn types(at: &FieldPath<'_>, numbers: &[i32]) -> Vec<LaneletType> {
     at.words(
         "lanelet_types",
         LANELET_TYPES,
@@ -50,13 +53,13 @@ pub(super) fn types(at: &At<'_>, numbers: &[i32]) -> Vec<LaneletType> {
     )
 }
 
-pub(super) fn users(at: &At<'_>, name: &str, numbers: &[i32]) -> Vec<RoadUser> {
+pub(super) fn users(at: &FieldPath<'_>, name: &str, numbers: &[i32]) -> Vec<RoadUser> {
     at.words(name, ROAD_USERS, numbers, RoadUser::Vehicle)
 }
 
 /// A border of at least two points.
 pub(super) fn bound(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     points: &[messages::Point],
     marking: Option<i32>,
 ) -> Result<Bound, ReadError> {
@@ -69,12 +72,12 @@ pub(super) fn bound(
     builder::bound(at, points, heights, marking)
 }
 
-/// What is painted on the road.
-pub(super) fn marking(at: &At<'_>, number: Option<i32>) -> Result<LineMarking, ReadError> {
+/// A line marking.
+pub(super) fn marking(at: &FieldPath<'_>, number: Option<i32>) -> Result<LineMarking, ReadError> {
     at.needed_word("line_marking", LINE_MARKINGS, number, LineMarking::Unknown)
 }
 
-fn stop_line(at: &At<'_>, message: &messages::StopLine) -> Result<StopLine, ReadError> {
+fn stop_line(at: &FieldPath<'_>, message: &messages::StopLine) -> Result<StopLine, ReadError> {
     let (points, _) = at.points(&message.points)?;
     Ok(StopLine {
         points: builder::stop_line(at, &points),
@@ -84,7 +87,7 @@ fn stop_line(at: &At<'_>, message: &messages::StopLine) -> Result<StopLine, Read
     })
 }
 
-pub(super) fn sign(at: &At<'_>, message: &messages::TrafficSign) -> Result<Sign, ReadError> {
+pub(super) fn sign(at: &FieldPath<'_>, message: &messages::TrafficSign) -> Result<Sign, ReadError> {
     let elements = message.traffic_sign_elements.iter().enumerate();
     let elements =
         elements.map(|(i, element)| sign_element(&at.nth("traffic_sign_elements", i), element));
@@ -99,7 +102,10 @@ pub(super) fn sign(at: &At<'_>, message: &messages::TrafficSign) -> Result<Sign,
     })
 }
 
-fn sign_element(at: &At<'_>, message: &TrafficSignElement) -> Result<SignElement, ReadError> {
+fn sign_element(
+    at: &FieldPath<'_>,
+    message: &TrafficSignElement,
+) -> Result<SignElement, ReadError> {
     let number = message.number;
     let number = number.ok_or_else(|| at.fail("it does not say which sign it is"))?;
     let id = signs::of_2020a(number);
@@ -113,7 +119,7 @@ fn sign_element(at: &At<'_>, message: &TrafficSignElement) -> Result<SignElement
 }
 
 pub(super) fn light(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &messages::TrafficLight,
 ) -> Result<TrafficLight, ReadError> {
     Ok(TrafficLight {
@@ -128,12 +134,15 @@ pub(super) fn light(
     })
 }
 
-pub(super) fn direction(at: &At<'_>, number: Option<i32>) -> Option<TrafficDirection> {
+pub(super) fn direction(at: &FieldPath<'_>, number: Option<i32>) -> Option<TrafficDirection> {
     let at = at.field("direction");
     number.map(|n| at.word_or(DIRECTIONS, n, TrafficDirection::All))
 }
 
-pub(super) fn cycle(at: &At<'_>, elements: &[CycleElement]) -> Result<Vec<LightPhase>, ReadError> {
+pub(super) fn cycle(
+    at: &FieldPath<'_>,
+    elements: &[CycleElement],
+) -> Result<Vec<LightPhase>, ReadError> {
     let phase = |(i, element): (usize, &CycleElement)| {
         let (at, inactive) = (at.nth("cycle_elements", i), SignalColor::Inactive);
         Ok(LightPhase {
@@ -145,7 +154,7 @@ pub(super) fn cycle(at: &At<'_>, elements: &[CycleElement]) -> Result<Vec<LightP
 }
 
 pub(super) fn intersection(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &messages::Intersection,
 ) -> Result<Intersection, ReadError> {
     let incoming = |(i, road): (usize, &messages::Incoming)| {

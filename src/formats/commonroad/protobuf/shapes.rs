@@ -2,19 +2,19 @@
 
 use super::messages::shape::Shape as Content;
 use super::messages::{self, SemiTrailerTruckShape, ShapeGroup, TruckShape};
-use super::report::At;
+use super::report::FieldPath;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, Place, checked};
+use crate::formats::commonroad::builder::{self, SourceLocation, checked};
 use crate::geometry::{Point, Shape, Truck};
 
 /// Groups inside groups, deeper than any file needs.
 const DEEPEST_GROUP: usize = 4;
 
 /// Decoder of a shape message, which differs between versions.
-pub(super) type Decode = fn(&At<'_>, &messages::Shape) -> Result<Option<Shape>, ReadError>;
+pub(super) type Decode = fn(&FieldPath<'_>, &messages::Shape) -> Result<Option<Shape>, ReadError>;
 
 /// The body of an obstacle of 2024; nothing, with a diagnostic, where there is no shape in it.
-pub(super) fn body(at: &At<'_>, body: &messages::Shape) -> Result<Option<Shape>, ReadError> {
+pub(super) fn body(at: &FieldPath<'_>, body: &messages::Shape) -> Result<Option<Shape>, ReadError> {
     let shape = match &body.shape {
         Some(Content::GroupOrTruck(bytes)) => {
             let at = at.field("truck_shape");
@@ -30,14 +30,17 @@ pub(super) fn body(at: &At<'_>, body: &messages::Shape) -> Result<Option<Shape>,
 }
 
 /// A region of the world, or a body of 2020a; nothing, with a diagnostic, where there is no shape in it.
-pub(super) fn region(at: &At<'_>, region: &messages::Shape) -> Result<Option<Shape>, ReadError> {
+pub(super) fn region(
+    at: &FieldPath<'_>,
+    region: &messages::Shape,
+) -> Result<Option<Shape>, ReadError> {
     match &region.shape {
         None | Some(Content::SemiTrailerTruck(_)) => Ok(builder::union(at, Vec::new())),
         Some(content) => inside(at, content, 0),
     }
 }
 
-fn inside(at: &At<'_>, content: &Content, depth: usize) -> Result<Option<Shape>, ReadError> {
+fn inside(at: &FieldPath<'_>, content: &Content, depth: usize) -> Result<Option<Shape>, ReadError> {
     let shape = match content {
         Content::Rectangle(message) => rectangle(&at.field("rectangle"), message)?,
         Content::Circle(message) => circle(&at.field("circle"), message)?,
@@ -55,7 +58,7 @@ fn inside(at: &At<'_>, content: &Content, depth: usize) -> Result<Option<Shape>,
     checked(at, shape)
 }
 
-fn group(at: &At<'_>, group: &ShapeGroup, depth: usize) -> Result<Shape, ReadError> {
+fn group(at: &FieldPath<'_>, group: &ShapeGroup, depth: usize) -> Result<Shape, ReadError> {
     let mut members = Vec::with_capacity(group.shapes.len());
     for (i, member) in group.shapes.iter().enumerate() {
         let at = at.nth("shapes", i);
@@ -66,7 +69,7 @@ fn group(at: &At<'_>, group: &ShapeGroup, depth: usize) -> Result<Shape, ReadErr
     Shape::union(members).ok_or_else(|| at.fail("a group without shapes"))
 }
 
-fn rectangle(at: &At<'_>, message: &messages::Rectangle) -> Result<Shape, ReadError> {
+fn rectangle(at: &FieldPath<'_>, message: &messages::Rectangle) -> Result<Shape, ReadError> {
     let orientation = message.orientation.unwrap_or(0.0);
     Ok(Shape::Rectangle {
         length: at.size("length", message.length)?,
@@ -77,27 +80,27 @@ fn rectangle(at: &At<'_>, message: &messages::Rectangle) -> Result<Shape, ReadEr
     })
 }
 
-fn circle(at: &At<'_>, message: &messages::Circle) -> Result<Shape, ReadError> {
+fn circle(at: &FieldPath<'_>, message: &messages::Circle) -> Result<Shape, ReadError> {
     Ok(Shape::Circle {
         radius: at.size("radius", message.radius)?,
         center: center(at, message.center.as_ref())?,
     })
 }
 
-fn center(at: &At<'_>, center: Option<&messages::Point>) -> Result<Point, ReadError> {
+fn center(at: &FieldPath<'_>, center: Option<&messages::Point>) -> Result<Point, ReadError> {
     Ok(at
         .optional_point("center", center)?
         .unwrap_or_else(Point::origin))
 }
 
-fn polygon(at: &At<'_>, message: &messages::Polygon) -> Result<Shape, ReadError> {
+fn polygon(at: &FieldPath<'_>, message: &messages::Polygon) -> Result<Shape, ReadError> {
     let vertices = message.vertices.iter().enumerate();
     let vertices = vertices.map(|(i, v)| at.nth("vertices", i).point(v));
     Ok(builder::polygon(vertices.collect::<Result<_, _>>()?))
 }
 
 /// A truck by its dimensions.
-fn truck(at: &At<'_>, message: &TruckShape) -> Result<Truck, ReadError> {
+fn truck(at: &FieldPath<'_>, message: &TruckShape) -> Result<Truck, ReadError> {
     let dimensions = at.need("truck_dims", message.truck_dims.as_ref())?;
     let shift = at.size("origin_x_shift", message.origin_x_shift)?;
     let at = at.field("truck_dims");
@@ -119,7 +122,10 @@ fn truck(at: &At<'_>, message: &TruckShape) -> Result<Truck, ReadError> {
 }
 
 /// A tractor with its trailer; the schema has no hitch angle, so that the two are in line.
-fn semi_trailer_truck(at: &At<'_>, message: &SemiTrailerTruckShape) -> Result<Shape, ReadError> {
+fn semi_trailer_truck(
+    at: &FieldPath<'_>,
+    message: &SemiTrailerTruckShape,
+) -> Result<Shape, ReadError> {
     let tractor = at.need("truck_shape", message.truck_shape.as_ref())?;
     let tractor = truck(&at.field("truck_shape"), tractor)?;
     let trailer = at.need("trailer_dims", message.trailer_dims.as_ref())?;
@@ -145,7 +151,7 @@ mod tests {
     fn read(shape: Content, decode: Decode) -> (Result<Option<Shape>, ReadError>, Vec<String>) {
         let report = Report::about("x.pb");
         let shape = messages::Shape { shape: Some(shape) };
-        let shape = decode(&At::root(&report, "shape"), &shape);
+        let shape = decode(&FieldPath::root(&report, "shape"), &shape);
         let said = report.into_diagnostics();
         (shape, said.iter().map(ToString::to_string).collect())
     }
@@ -210,7 +216,10 @@ mod tests {
     #[test]
     fn nothing_is_named() {
         let report = Report::about("x.pb");
-        let shape = region(&At::root(&report, "shape"), &messages::Shape::default());
+        let shape = region(
+            &FieldPath::root(&report, "shape"),
+            &messages::Shape::default(),
+        );
         assert_eq!(shape.unwrap(), None);
         assert_eq!(report.into_diagnostics().len(), 1);
     }

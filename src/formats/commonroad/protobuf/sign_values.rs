@@ -1,16 +1,16 @@
 //! Sign values of 2024: in the map, and updated in the dynamic file.
 
 use super::messages::MapSignElement;
-use super::report::At;
+use super::report::FieldPath;
 use super::signs::{Sign2024, of_2024};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::Place;
+use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::commonroad::xml::short;
 use crate::scenario::SignElement;
 
-/// What is on a post; `country` is that of the map.
+/// The sign elements on a post; `country` is that of the map.
 pub(super) fn elements(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     messages: &[MapSignElement],
     country: &str,
 ) -> Result<Vec<SignElement>, ReadError> {

@@ -94,7 +94,7 @@ pub(super) fn of_2020a(number: Number) -> Option<&'static str> {
         Number::Germany(place) | Number::Zamunda(place) => (&GERMANY, place),
         Number::Usa(place) => (&USA, place),
         Number::Spain(place) => (&SPAIN, place),
-        // Of these there is the sign for a maximum speed only.
+        // Of these only the sign for a maximum speed exists.
         Number::China(place) | Number::Italy(place) => (&["274"], place),
         Number::Russia(place) => (&["3.24"], place),
         Number::Argentina(place) => (&["R15"], place),
@@ -114,7 +114,7 @@ pub(super) enum Sign2024 {
     Own(&'static str),
     /// The German number: the country has none for this sign, or is not known.
     German(&'static str),
-    /// There is no such sign.
+    /// The sign does not exist.
     Unknown,
 }
 

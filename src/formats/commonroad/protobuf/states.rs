@@ -1,14 +1,14 @@
 //! States and signal states.
 
 use super::messages;
-use super::report::At;
+use super::report::FieldPath;
 use super::shapes::region;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Place, set_quantity};
+use crate::formats::commonroad::builder::{SourceLocation, set_quantity};
 use crate::scenario::{Position, Signal, SignalState, State, StateField as F};
 
 /// The state in the bytes of a field.
-pub(super) fn state(at: &At<'_>, bytes: &[u8]) -> Result<State, ReadError> {
+pub(super) fn state(at: &FieldPath<'_>, bytes: &[u8]) -> Result<State, ReadError> {
     let message: messages::State = at.decode(bytes)?;
     let mut state = State::at(at.steps("time_step", message.time_step.as_ref())?);
     state.position = position(at, &message)?;
@@ -28,7 +28,7 @@ pub(super) fn state(at: &At<'_>, bytes: &[u8]) -> Result<State, ReadError> {
     Ok(state)
 }
 
-fn position(at: &At<'_>, message: &messages::State) -> Result<Option<Position>, ReadError> {
+fn position(at: &FieldPath<'_>, message: &messages::State) -> Result<Option<Position>, ReadError> {
     if let Some(here) = at.optional_point("point", message.point.as_ref())? {
         return Ok(Some(Position::Point(here)));
     }
@@ -94,7 +94,7 @@ fn quantities(m: &messages::State) -> [(F, Option<&messages::FloatExactOrInterva
 ///
 /// Writers write an empty message where there is no signal state; it says nothing, and nothing is said about it.
 pub(super) fn signal_state(
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &messages::SignalState,
 ) -> Result<Option<SignalState>, ReadError> {
     let all = [

@@ -4,14 +4,14 @@ use super::elements::Elements;
 use super::header::{self, Map};
 use super::messages::PlanningProblem;
 use super::planning;
-use super::report::At;
+use super::report::FieldPath;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Place, ScenarioBuilder};
+use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
 use crate::scenario::{Header, Severity};
 
 /// Adds the planning problems to a scenario, and the tags of all of them, each once; the header.
 pub(super) fn read(
-    root: &At<'_>,
+    root: &FieldPath<'_>,
     bytes: &[u8],
     builder: &mut ScenarioBuilder,
 ) -> Result<Header, ReadError> {
@@ -24,7 +24,7 @@ pub(super) fn read(
                 let at = root.field("scenario_meta_information");
                 at.part(field, &mut information, header::of_2024)?;
             }
-            // What they say was used to find the other files.
+            // These fields were used to find the other files.
             3 => map = Some(()),
             4 => dynamic = Some(()),
             5 => elements.add("planning_problems", field, problem)?,
@@ -47,7 +47,7 @@ pub(super) fn read(
 
 fn problem(
     builder: &mut ScenarioBuilder,
-    at: &At<'_>,
+    at: &FieldPath<'_>,
     message: &PlanningProblem,
 ) -> Result<(), ReadError> {
     let own = at.need("scenario_tags", message.scenario_tags.as_ref())?;

@@ -3,15 +3,15 @@
 use std::borrow::Cow;
 
 use super::messages::{self, FloatExactOrInterval, IntegerExactOrInterval};
-use super::report::At;
+use super::report::FieldPath;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, Place};
-use crate::formats::commonroad::out::allowed;
+use crate::formats::commonroad::builder::{self, SourceLocation};
+use crate::formats::commonroad::xml_writer::allowed;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::MOST_PARTS;
 use crate::scenario::{Quantity, Steps};
 
-impl At<'_> {
+impl FieldPath<'_> {
     /// A text as XML gives it: trimmed, and with U+FFFD, and a diagnostic, for every character that no XML file can hold.
     pub fn text(&self, text: &str) -> String {
         let allowed = allowed(text.trim());
@@ -21,7 +21,7 @@ impl At<'_> {
         allowed.into_owned()
     }
 
-    /// The texts of a repeated field; see [`At::text`].
+    /// The texts of a repeated field; see [`FieldPath::text`].
     pub fn texts(&self, name: &str, texts: &[String]) -> Vec<String> {
         let numbered = texts.iter().enumerate();
         numbered
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn a_number_without_a_word_is_named() {
         let report = Report::about("x.pb");
-        let root = At::root(&report, "");
+        let root = FieldPath::root(&report, "");
         let types = root.words("types", LANELET_TYPES, &[0, 99, -1], LaneletType::Unknown);
         assert_eq!(
             types,

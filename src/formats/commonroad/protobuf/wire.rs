@@ -7,7 +7,7 @@ use prost::encoding::{WireType, decode_key, decode_varint};
 pub(super) struct Field<'a> {
     /// Its number in the schema.
     pub number: u32,
-    /// Where it begins, bytes from 0.
+    /// Its offset, bytes from 0.
     pub offset: usize,
     pub value: Value<'a>,
     /// How many bytes of it lie beyond the end; 0 for a whole field.
@@ -40,7 +40,7 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    pub fn of(bytes: &'a [u8]) -> Self {
+    pub fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0 }
     }
 
@@ -116,7 +116,7 @@ impl<'a> Iterator for Fields<'a> {
 
 /// The first field with a number, as far as the bytes are fields.
 pub(super) fn first<'a>(bytes: &'a [u8], number: u32) -> Option<Value<'a>> {
-    let mut fields = Fields::of(bytes).map_while(Result::ok);
+    let mut fields = Fields::new(bytes).map_while(Result::ok);
     fields.find(|f| f.number == number).map(|f| f.value)
 }
 
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn fields_with_their_places() {
         let bytes = [0x08, 0x96, 0x01, 0x12, 0x02, b'h', b'i'];
-        let fields: Vec<_> = Fields::of(&bytes).map(Result::unwrap).collect();
+        let fields: Vec<_> = Fields::new(&bytes).map(Result::unwrap).collect();
         assert_eq!((fields[0].number, fields[0].offset), (1, 0));
         assert_eq!(fields[0].value, Value::Varint(150));
         assert_eq!((fields[1].number, fields[1].offset), (2, 3));
@@ -158,9 +158,9 @@ mod tests {
 
     #[test]
     fn ends_that_are_cut_off_and_bytes_that_are_no_field() {
-        let cut = Fields::of(&[0x12, 0x05, b'h']).next().unwrap().unwrap();
+        let cut = Fields::new(&[0x12, 0x05, b'h']).next().unwrap().unwrap();
         assert_eq!((cut.missing, cut.value), (4, Value::Bytes(b"h")));
-        let broken = |bytes: &[u8]| Fields::of(bytes).next().unwrap().unwrap_err();
+        let broken = |bytes: &[u8]| Fields::new(bytes).next().unwrap().unwrap_err();
         assert!(broken(&[0x09, 1, 2]).cut, "a double needs eight bytes");
         assert!(broken(&[0x08, 0x80]).cut, "a number without its last byte");
         assert!(!broken(&[0x0b]).cut, "a group");
@@ -169,7 +169,7 @@ mod tests {
         let longest = [
             0x12, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01,
         ];
-        let field = Fields::of(&longest).next().unwrap().unwrap();
+        let field = Fields::new(&longest).next().unwrap().unwrap();
         assert_eq!(field.missing, u64::MAX);
     }
 }

@@ -75,7 +75,7 @@ pub(super) const OBSTACLE_TYPES: &[ObstacleType] = &[
     ObstacleType::MedianStrip,
 ];
 
-/// Of environment obstacles in the map of 2024.
+/// Names of environment obstacles in the map of 2024.
 pub(super) const MAP_OBSTACLE_TYPES: &[ObstacleType] = &[
     ObstacleType::Unknown,
     ObstacleType::Building,

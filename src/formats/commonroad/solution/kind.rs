@@ -111,7 +111,7 @@ impl TrajectoryKind {
         }
     }
 
-    /// What a state holds beside its time, in the order of commonroad-io.
+    /// The quantities of a state besides its time, in the order of commonroad-io.
     #[must_use]
     pub fn fields(self) -> &'static [Field] {
         match self {

@@ -30,7 +30,7 @@ pub struct Solution {
     pub processor: Option<String>,
     /// The motions, one a planning problem.
     pub problems: Vec<ProblemSolution>,
-    /// What was assumed or skipped while reading.
+    /// Assumptions and omissions made while reading.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -68,7 +68,7 @@ pub struct SolutionState {
 /// Why a solution cannot be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SolutionError {
-    /// There is nothing in it.
+    /// It is empty.
     #[error("a solution without a trajectory; it needs one a planning problem")]
     Empty,
     /// A trajectory without states.
@@ -93,7 +93,7 @@ pub enum SolutionError {
         step: i64,
         /// Which quantity.
         field: &'static str,
-        /// What it is, as text.
+        /// The value, as text.
         value: String,
     },
     /// Two states at one time step.
@@ -120,9 +120,9 @@ pub enum SolutionError {
     Word {
         /// Which word.
         what: &'static str,
-        /// What it is.
+        /// The element.
         value: String,
-        /// What is wrong with it.
+        /// The mistake.
         why: &'static str,
     },
     /// The computation time is not positive and finite.
@@ -200,7 +200,7 @@ impl SolutionTrajectory {
         Ok(Self { kind, states })
     }
 
-    /// What its states hold.
+    /// The quantities of its states.
     #[must_use]
     pub fn kind(&self) -> TrajectoryKind {
         self.kind

@@ -18,7 +18,7 @@ const ROOT: &str = "CommonRoadSolution";
 /// Reads a CommonRoad solution from `bytes`; `file` names it in errors.
 ///
 /// # Errors
-/// What is not a solution: with line, column, element and what was expected there.
+/// A mistake in a solution, with line, column, element and the expectation.
 pub fn read_solution(bytes: &[u8], file: &str) -> Result<Solution, ReadError> {
     let mut xml = Xml::new(bytes, file)?;
     let Some(root) = xml.next()? else {

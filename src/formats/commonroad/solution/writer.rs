@@ -8,7 +8,7 @@ use quick_xml::events::{BytesDecl, Event};
 use super::id::{self, is_word, legal};
 use super::{ProblemSolution, Solution, SolutionError};
 use crate::formats::commonroad::WriteError;
-use crate::formats::commonroad::out::{Out, number};
+use crate::formats::commonroad::xml_writer::{XmlWriter, number};
 
 /// The solution as an XML file in UTF-8. The same solution gives the same bytes.
 ///
@@ -26,7 +26,7 @@ pub fn write_solution(solution: &Solution) -> Result<Vec<u8>, SolutionError> {
 }
 
 fn document(solution: &Solution, order: &[&ProblemSolution]) -> Result<Vec<u8>, WriteError> {
-    let mut out = Out {
+    let mut out = XmlWriter {
         xml: Writer::new_with_indent(Vec::new(), b' ', 2),
     };
     out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
@@ -45,7 +45,7 @@ fn document(solution: &Solution, order: &[&ProblemSolution]) -> Result<Vec<u8>, 
     Ok(bytes)
 }
 
-fn problem(out: &mut Out, solved: &ProblemSolution) -> Result<(), WriteError> {
+fn problem(out: &mut XmlWriter, solved: &ProblemSolution) -> Result<(), WriteError> {
     let kind = solved.trajectory.kind();
     let of = [("planningProblem", solved.planning_problem.to_string())];
     out.element(kind.element(), &of, |out| {

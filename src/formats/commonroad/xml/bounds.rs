@@ -31,7 +31,7 @@ impl<'a> Xml<'a> {
     }
 
     /// # Errors
-    /// There are more than a million of something.
+    /// More than a million elements of one kind.
     pub fn check_count(
         &self,
         element: Element<'a>,

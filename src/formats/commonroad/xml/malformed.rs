@@ -2,7 +2,7 @@
 
 use quick_xml::errors::{Error, SyntaxError};
 
-/// What is wrong, and what that means where the file ends too early.
+/// The syntax error, and a hint if the file is truncated.
 pub(super) fn words(error: &Error) -> String {
     let advice = match error {
         Error::Syntax(SyntaxError::UnclosedTag) => "; the file is cut off",

@@ -59,7 +59,7 @@ impl Grouping {
     }
 
     /// The groups that a scenario is in: their place and their name, both for sorting.
-    pub fn of(self, row: &Row) -> Vec<(u8, String)> {
+    pub fn groups_of(self, row: &Row) -> Vec<(u8, String)> {
         const KNOWN: u8 = 0;
         const NOTHING: u8 = 8;
         const UNREAD: u8 = 9;

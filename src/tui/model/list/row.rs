@@ -55,7 +55,7 @@ impl Row {
         }
     }
 
-    /// What stored answers say about it; `None` while it was not read.
+    /// The verdicts of stored answers; `None` until they are read.
     #[must_use]
     pub fn agreement(&self) -> Option<Agreement> {
         let tally = match self.facts.as_ref()? {

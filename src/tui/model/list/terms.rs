@@ -46,7 +46,7 @@ pub enum Test {
     /// Whether the folder has this part, in small letters.
     Folder(String),
     /// Whether something is there (or, with `false`, known not to be).
-    Has(Thing, bool),
+    Has(Property, bool),
     /// Verdicts of stored answers.
     Verdict(Agreement),
     /// How a number compares.
@@ -55,7 +55,7 @@ pub enum Test {
 
 /// A property that a scenario may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Thing {
+pub enum Property {
     /// A contact of the ego.
     Collision,
     /// An ego.
@@ -68,12 +68,12 @@ pub enum Thing {
     Error,
 }
 
-const THINGS: [(&str, Thing); 5] = [
-    ("collision", Thing::Collision),
-    ("ego", Thing::Ego),
-    ("answers", Thing::Answers),
-    ("tags", Thing::Tags),
-    ("error", Thing::Error),
+const PROPERTIES: [(&str, Property); 5] = [
+    ("collision", Property::Collision),
+    ("ego", Property::Ego),
+    ("answers", Property::Answers),
+    ("tags", Property::Tags),
+    ("error", Property::Error),
 ];
 
 /// A number of a scenario.
@@ -134,11 +134,15 @@ fn compared(word: &str) -> Option<(&str, Comparison, &str)> {
 
 fn named(key: &str, value: &str) -> Result<Option<Test>, String> {
     let small = value.to_lowercase();
-    let thing = |there: bool| match THINGS.iter().find(|(name, _)| *name == small) {
+    let thing = |there: bool| match PROPERTIES.iter().find(|(name, _)| *name == small) {
         Some((_, thing)) => Ok(Some(Test::Has(*thing, there))),
         // Still being typed.
-        None if THINGS.iter().any(|(name, _)| name.starts_with(&small)) => Ok(None),
-        None => Err(unknown(key, value, THINGS.iter().map(|(name, _)| *name))),
+        None if PROPERTIES.iter().any(|(name, _)| name.starts_with(&small)) => Ok(None),
+        None => Err(unknown(
+            key,
+            value,
+            PROPERTIES.iter().map(|(name, _)| *name),
+        )),
     };
     match key {
         "tag" => Ok((!small.is_empty()).then_some(Test::Tag(small))),
@@ -203,7 +207,7 @@ fn number(
 impl Test {
     /// Whether it needs facts known only after a scenario was read.
     pub fn needs_facts(&self) -> bool {
-        !matches!(self, Self::Folder(_) | Self::Has(Thing::Tags, _))
+        !matches!(self, Self::Folder(_) | Self::Has(Property::Tags, _))
     }
 
     /// Whether a scenario is so; what is not known yet is not.
@@ -227,13 +231,13 @@ impl Test {
 }
 
 /// Whether a scenario has it; `None` while that is not known.
-fn has(row: &Row, thing: Thing) -> Option<bool> {
+fn has(row: &Row, thing: Property) -> Option<bool> {
     match thing {
-        Thing::Tags => Some(!row.own_tags.is_empty()),
-        Thing::Error => Some(row.facts.as_ref()?.is_err()),
-        Thing::Answers => Some(row.facts()?.tally().count() > 0),
-        Thing::Ego => Some(row.facts()?.headline.is_some()),
-        Thing::Collision => Some(row.facts()?.headline.as_ref().is_some_and(|h| h.collides())),
+        Property::Tags => Some(!row.own_tags.is_empty()),
+        Property::Error => Some(row.facts.as_ref()?.is_err()),
+        Property::Answers => Some(row.facts()?.tally().count() > 0),
+        Property::Ego => Some(row.facts()?.headline.is_some()),
+        Property::Collision => Some(row.facts()?.headline.as_ref().is_some_and(|h| h.collides())),
     }
 }
 

@@ -21,7 +21,7 @@ const LEAST: f64 = 0.05;
 /// The paths of one participant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Future {
-    /// Whose.
+    /// The ego or the obstacle.
     pub who: On,
     /// The predicted courses at the middle speed, each with its probability, the likeliest first.
     pub courses: Vec<(f64, Vec<Point>)>,
@@ -111,7 +111,7 @@ impl Foresight {
 
 fn futures(asked: &PathRequest) -> Vec<Future> {
     let window = Window::ending_at(&asked.scene, asked.step, asked.history);
-    let past = ObservedHistory::of(&asked.scene, &window);
+    let past = ObservedHistory::from_window(&asked.scene, &window);
     let mut predictor = Predictor::new(&past, Criterion::REFERENCE.model);
     let mut future = |who, seen: &Observed<'_>| Future {
         who,

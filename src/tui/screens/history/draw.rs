@@ -12,7 +12,7 @@ use crate::description::visible;
 use crate::judge;
 use crate::store::{Filter, Summary};
 use crate::tui::action::Action;
-use crate::tui::model::{COUNTED, HistoryDrawn, Model, Typing};
+use crate::tui::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
 use crate::tui::widgets::words::{date, fit, fit_end, pad, thousands};
 
 /// Columns from which on the details stand beside the list.
@@ -78,9 +78,11 @@ fn search(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let accent = Style::new().fg(theme.accent);
     let width = usize::from(area.width).saturating_sub(12);
     let (label, text, typing) = match &history.typing {
-        Some(Typing::Note(id, text)) => (format!(" note on run {id}: "), text.as_str(), true),
-        Some(Typing::Export(file)) => (" write these runs into: ".into(), file.as_str(), true),
-        Some(Typing::Search) => (" /".into(), history.line.as_str(), true),
+        Some(InputPurpose::Note(id, text)) => (format!(" note on run {id}: "), text.as_str(), true),
+        Some(InputPurpose::Export(file)) => {
+            (" write these runs into: ".into(), file.as_str(), true)
+        }
+        Some(InputPurpose::Search) => (" /".into(), history.line.as_str(), true),
         None => (" /".into(), history.line.as_str(), false),
     };
     // The end is where one types.
@@ -95,7 +97,7 @@ fn search(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let left = usize::from(area.width).saturating_sub(line.width() + 3);
     let note = match &history.wrong {
         Some(why) => Some((why.as_str(), theme.danger)),
-        None if text.is_empty() && !matches!(history.typing, Some(Typing::Note(..))) => {
+        None if text.is_empty() && !matches!(history.typing, Some(InputPurpose::Note(..))) => {
             Some((Filter::NAMES, theme.dim))
         }
         None => None,

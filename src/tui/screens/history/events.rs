@@ -7,7 +7,7 @@ use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::tui::model::Model;
 use crate::tui::screens::Step;
 
-/// What the store says.
+/// Handles the store's answers.
 pub fn on_event(model: &mut Model, event: HistoryEvent) -> Step {
     let open = model.screens.find::<HistoryScreen>().is_some();
     match event {

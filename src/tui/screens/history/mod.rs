@@ -17,7 +17,7 @@ use crate::tui::action::{Action, Scope};
 use crate::tui::keymap::Key;
 use crate::tui::message::runs::{HistoryCommand, PageId};
 use crate::tui::message::{Effect, Mouse};
-use crate::tui::model::{Model, PAGE, Typing};
+use crate::tui::model::{InputPurpose, Model, PAGE};
 use crate::tui::widgets::hints::{self, Hint, fixed};
 
 /// The history of runs; what it shows is kept in the model, so that it is there again when it is reopened.
@@ -62,9 +62,9 @@ impl Screen for HistoryScreen {
             Up | Down | PageUp | PageDown | Top | Bottom => {
                 return Step::Stay(moved(model, action));
             }
-            SearchRuns => model.history.typing = Some(Typing::Search),
+            SearchRuns => model.history.typing = Some(InputPurpose::Search),
             OtherHalf => model.history.on_details = !model.history.on_details,
-            ExportRuns => model.history.typing = Some(Typing::Export("runs.jsonl".into())),
+            ExportRuns => model.history.typing = Some(InputPurpose::Export("runs.jsonl".into())),
             UndoDelete => return Step::Stay(runs::undo(model)),
             ReopenRun | PinRun | DeleteRun | NoteRun | CopyRun => {
                 return runs::act(model, action);

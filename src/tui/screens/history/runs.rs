@@ -5,7 +5,7 @@ use crate::store::RunId;
 use crate::tui::action::Action;
 use crate::tui::message::Effect;
 use crate::tui::message::runs::HistoryCommand;
-use crate::tui::model::{Model, Typing};
+use crate::tui::model::{InputPurpose, Model};
 use crate::tui::screens::Step;
 
 /// Does something with the selected run.
@@ -46,7 +46,7 @@ pub fn act(model: &mut Model, action: Action) -> Step {
         return Step::stay();
     };
     match action {
-        Action::NoteRun => model.history.typing = Some(Typing::Note(id, run.notes)),
+        Action::NoteRun => model.history.typing = Some(InputPurpose::Note(id, run.notes)),
         Action::CopyRun => {
             let text = match run.reasoning.is_empty() {
                 true => run.answer,

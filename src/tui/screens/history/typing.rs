@@ -8,19 +8,19 @@ use crate::tui::action::Action;
 use crate::tui::keymap::{Code, Key, edit_line};
 use crate::tui::message::Effect;
 use crate::tui::message::runs::HistoryCommand;
-use crate::tui::model::{Model, Typing};
+use crate::tui::model::{InputPurpose, Model};
 
 /// A key while something is typed.
 pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
     let history = &mut model.history;
     let mut line = match &history.typing {
-        Some(Typing::Search) => history.line.clone(),
-        Some(Typing::Note(_, text) | Typing::Export(text)) => text.clone(),
+        Some(InputPurpose::Search) => history.line.clone(),
+        Some(InputPurpose::Note(_, text) | InputPurpose::Export(text)) => text.clone(),
         None => return Vec::new(),
     };
     match key.code {
         Code::Esc => {
-            let searching = history.typing.take() == Some(Typing::Search);
+            let searching = history.typing.take() == Some(InputPurpose::Search);
             return if searching {
                 search(model, String::new())
             } else {
@@ -28,7 +28,7 @@ pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
             };
         }
         Code::Enter => return entered(model),
-        Code::Up | Code::Down if history.typing == Some(Typing::Search) => {
+        Code::Up | Code::Down if history.typing == Some(InputPurpose::Search) => {
             return moved(
                 model,
                 if key.code == Code::Up {
@@ -48,8 +48,8 @@ pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
 pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
     let text: String = text.chars().filter(|c| !c.is_control()).collect();
     let line = match &model.history.typing {
-        Some(Typing::Search) => model.history.line.clone(),
-        Some(Typing::Note(_, text) | Typing::Export(text)) => text.clone(),
+        Some(InputPurpose::Search) => model.history.line.clone(),
+        Some(InputPurpose::Note(_, text) | InputPurpose::Export(text)) => text.clone(),
         None => return Vec::new(),
     };
     put(model, line + &text)
@@ -57,11 +57,11 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
 
 fn put(model: &mut Model, line: String) -> Vec<Effect> {
     match &mut model.history.typing {
-        Some(Typing::Note(_, text) | Typing::Export(text)) => {
+        Some(InputPurpose::Note(_, text) | InputPurpose::Export(text)) => {
             *text = line;
             Vec::new()
         }
-        Some(Typing::Search) | None => search(model, line),
+        Some(InputPurpose::Search) | None => search(model, line),
     }
 }
 
@@ -100,22 +100,22 @@ fn without(line: &str, name: &str) -> String {
 
 fn entered(model: &mut Model) -> Vec<Effect> {
     match model.history.typing.take() {
-        Some(Typing::Note(id, text)) => {
+        Some(InputPurpose::Note(id, text)) => {
             if let Some(run) = model.history.details.as_mut().filter(|run| run.id == id) {
                 run.notes.clone_from(&text);
             }
             vec![Effect::History(HistoryCommand::Note(id, text))]
         }
-        Some(Typing::Export(file)) if file.trim().is_empty() => {
+        Some(InputPurpose::Export(file)) if file.trim().is_empty() => {
             model.say("no file was named");
             Vec::new()
         }
-        Some(Typing::Export(file)) => {
+        Some(InputPurpose::Export(file)) => {
             model.say(format!("writing {file} …"));
             let filter = model.history.filter.clone();
             let ask = HistoryCommand::Export(filter, PathBuf::from(file.trim()));
             vec![Effect::History(ask)]
         }
-        Some(Typing::Search) | None => Vec::new(),
+        Some(InputPurpose::Search) | None => Vec::new(),
     }
 }

@@ -9,7 +9,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::draw::{self, HEADS, NAMES, asked};
 use crate::description::visible;
-use crate::evaluation::{Counted, Outcome};
+use crate::evaluation::{AnswerOutcome, Outcome};
 use crate::tui::model::{Model, ResultsDrawn};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::pad;
@@ -51,7 +51,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     }
 }
 
-fn line(model: &Model, answer: &Counted, chosen: bool, width: usize) -> Line<'static> {
+fn line(model: &Model, answer: &AnswerOutcome, chosen: bool, width: usize) -> Line<'static> {
     let theme = &model.theme;
     let (word, what) = said(answer);
     let color = match answer.outcome.is_right() {
@@ -86,7 +86,7 @@ fn line(model: &Model, answer: &Counted, chosen: bool, width: usize) -> Line<'st
     ])
 }
 
-fn said(answer: &Counted) -> (&'static str, &'static str) {
+fn said(answer: &AnswerOutcome) -> (&'static str, &'static str) {
     match answer.outcome {
         Outcome::TruePositive => ("right", "says yes"),
         Outcome::TrueNegative => ("right", "says no"),

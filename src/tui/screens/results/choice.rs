@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::description::visible;
-use crate::evaluation::batch::Offer;
+use crate::evaluation::batch::CountingChoice;
 use crate::tui::model::{Model, ResultsDrawn};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::{date, fit, pad, thousands};
@@ -34,7 +34,7 @@ pub fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, selected: usize) -
     let rows = usize::from(list.height);
     let top = (selected + 1).saturating_sub(rows);
     let shown = offers.iter().enumerate().skip(top).take(rows);
-    let line = |(place, offer): (usize, &Offer)| {
+    let line = |(place, offer): (usize, &CountingChoice)| {
         let chosen = place == selected;
         let line = line(model, offer, chosen, usize::from(list.width));
         match chosen {
@@ -55,7 +55,7 @@ pub fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, selected: usize) -
     }
 }
 
-fn line(model: &Model, offer: &Offer, chosen: bool, width: usize) -> Line<'static> {
+fn line(model: &Model, offer: &CountingChoice, chosen: bool, width: usize) -> Line<'static> {
     let dim = Style::new().fg(model.theme.dim);
     let begun = offer.created_ms.map_or(String::new(), date);
     let progress = offer.progress;

@@ -9,7 +9,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::{answers, bars, choice};
 use crate::description::visible;
-use crate::evaluation::batch::Counting;
+use crate::evaluation::batch::AnswerSet;
 use crate::evaluation::{Confusion, Outcome, PromptConfig, Results};
 use crate::tui::action::Action;
 use crate::tui::model::{Model, ResultsDrawn, ResultsView};
@@ -69,7 +69,7 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
     let words = match (&results.error, results.reading, results.counting) {
         (Some(error), ..) => error.clone(),
         (None, true, _) => "reading the store…".into(),
-        (None, false, Some(counting @ Counting::Batch(..))) => format!(
+        (None, false, Some(counting @ AnswerSet::Batch(..))) => format!(
             "nothing of {counting} is answered; not asked, or not yet: {}; {key} counts other answers",
             results.unasked
         ),

@@ -177,7 +177,7 @@ fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     }
 }
 
-/// What the store says.
+/// Handles the store's answers.
 pub fn on_event(model: &mut Model, event: ResultsEvent) -> Step {
     match event {
         ResultsEvent::Read(id, result) if id == model.results.asked => match result {

@@ -106,7 +106,7 @@ fn text(model: &Model, width: usize) -> Text<'static> {
     let theme = &model.theme;
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let dim = Style::new().fg(theme.dim);
-    match (model.scene(), model.values.of(model.picked)) {
+    match (model.scene(), model.values.for_obstacle(model.picked)) {
         (None, _) => {
             text.push_line(Line::styled(
                 format!(

@@ -4,10 +4,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use crate::description::visible;
-use crate::evaluation::generating::{Choice, ChosenBy, Source, Spent};
+use crate::evaluation::generating::{AuthoringUsage, Choice, ChosenBy, Source};
 use crate::generation::attacker::Candidate;
-use crate::generation::{Attack, Refusal, summed};
-use crate::tui::loaded::{Authorship, Made};
+use crate::generation::{Attack, Refusal, summarize};
+use crate::tui::loaded::{Authorship, GeneratedVariant};
 use crate::tui::model::{Model, consequence_words};
 use crate::tui::widgets::lines::Lines;
 use crate::tui::widgets::words::{hundredths, pad, thousands};
@@ -35,8 +35,8 @@ pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
     lines.text
 }
 
-/// Who could attack, by the reference.
-pub fn ranking(lines: &mut Lines, made: &Made) {
+/// Possible attackers by the reference.
+pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
     let attacker = Some(made.effect.attacker);
     lines.title("who could attack, the least change first");
     for (place, candidate) in made.ranked.iter().take(PLACES).enumerate() {
@@ -55,7 +55,7 @@ pub fn ranking(lines: &mut Lines, made: &Made) {
     more(lines, made.ranked.len());
 }
 
-/// Who could attack, by the model and by the reference.
+/// Possible attackers by the model and by the reference.
 fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
     let choice = &wrote.authored.choice;
     let said = choice.proposal.as_ref().and_then(|p| p.said.as_ref());
@@ -100,9 +100,9 @@ fn more(lines: &mut Lines, count: usize) {
     }
 }
 
-/// Whose choice the attacker is.
+/// The attacker and who chose it.
 fn chosen(choice: &Choice) -> String {
-    let who = choice.attacker.map_or("nobody".into(), |id| id.to_string());
+    let who = choice.attacker.map_or("none".into(), |id| id.to_string());
     let refused = choice.proposal.as_ref().and_then(|p| p.refused.as_ref());
     let why = refused.map_or(String::new(), |why| {
         format!("; the model's choice was refused: {why}")
@@ -111,7 +111,7 @@ fn chosen(choice: &Choice) -> String {
         ChosenBy::User => format!("{who}, by you"),
         ChosenBy::Model => format!("{who}, by the model"),
         ChosenBy::Reference => format!("{who}, by the reference{why}"),
-        ChosenBy::Nobody => format!("{who}{why}"),
+        ChosenBy::NoAttacker => format!("{who}{why}"),
     }
 }
 
@@ -172,7 +172,7 @@ fn effect(attack: &Attack) -> &'static str {
 
 /// Reasons in a row, each with the worst step, its value and the limit.
 fn refusals(all: &[Refusal]) -> String {
-    let kinds = summed(all);
+    let kinds = summarize(all);
     let mut words: Vec<String> = kinds.iter().take(KINDS).map(ToString::to_string).collect();
     if kinds.len() > KINDS {
         words.push(format!("{} more reasons", kinds.len() - KINDS));
@@ -180,7 +180,7 @@ fn refusals(all: &[Refusal]) -> String {
     format!("x refused: {}", words.join("; "))
 }
 
-fn spent(lines: &mut Lines, spent: &Spent) {
+fn spent(lines: &mut Lines, spent: &AuthoringUsage) {
     let stored = match spent.stored {
         0 => String::new(),
         n => format!(", {n} from the store"),

@@ -14,7 +14,7 @@ use crate::description::visible;
 use crate::generation::{Certificate, Consequence, Reason};
 use crate::scenario::Motion as State;
 use crate::tui::action::Action;
-use crate::tui::loaded::{Made, VariantShown};
+use crate::tui::loaded::{GeneratedVariant, VariantShown};
 use crate::tui::model::{Model, consequence_words};
 use crate::tui::widgets::hints::{self, Hint};
 use crate::tui::widgets::lines::{self, Lines};
@@ -168,7 +168,7 @@ fn manoeuvre_words(m: &Manoeuvre) -> String {
     words
 }
 
-fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
+fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let effect = &made.effect;
     lines.title("what the attack leads to, computed");
     let id = effect.attacker;
@@ -207,7 +207,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
     );
 }
 
-fn avoidable(lines: &mut Lines, model: &Model, made: &Made) {
+fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     lines.title("avoided by a good driver who reacts after");
     let mut last = None;
     for (delay, certificate) in &made.avoidability.certificates {
@@ -228,7 +228,7 @@ fn avoidable(lines: &mut Lines, model: &Model, made: &Made) {
     }
 }
 
-fn refused(lines: &mut Lines, made: &Made) {
+fn refused(lines: &mut Lines, made: &GeneratedVariant) {
     let progress = &made.progress;
     lines.title(&format!(
         "{} motions tried, {} driven against",
@@ -251,7 +251,7 @@ fn refused(lines: &mut Lines, made: &Made) {
     }
 }
 
-fn gate(lines: &mut Lines, made: &Made) {
+fn gate(lines: &mut Lines, made: &GeneratedVariant) {
     let passed = &made.passed;
     lines.title("the gate that it passed");
     lines.say(
@@ -273,7 +273,7 @@ fn gate(lines: &mut Lines, made: &Made) {
 }
 
 /// The attacker's two states at the cursor.
-fn difference(lines: &mut Lines, model: &Model, made: &Made) {
+fn difference(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let step = model.clock.step();
     let time = model.clock.time();
     lines.title(&format!("at {time:.1} s, step {step}: recorded → changed"));

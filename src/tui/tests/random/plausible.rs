@@ -11,7 +11,7 @@ use super::super::kept::FIRST;
 use super::super::written::unwritten;
 use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::batch::Estimate;
-use crate::evaluation::generating::Progress as Heard;
+use crate::evaluation::generating::Progress as TerminationSignal;
 use crate::evaluation::{Answer, Event};
 use crate::formats::{EgoSelection, Entry};
 use crate::generation::Progress;
@@ -20,8 +20,10 @@ use crate::metrics::Thresholds;
 use crate::planner::Forecast;
 use crate::scenario::Transform;
 use crate::store::{Choice, RatedAnswer, Rating, RunId};
-use crate::tui::loaded::{Facts, Generated, GenerationProgress, VariantRequest, Verdicts, Working};
-use crate::tui::message::runs::{Batch, Counts, Ended};
+use crate::tui::loaded::{
+    Facts, GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest, Verdicts,
+};
+use crate::tui::message::runs::{Batch, BatchAnswer, Counts};
 use crate::tui::message::{BatchProgress, JobEvent, JobId, JobRequest, Msg, Update};
 use crate::tui::model::JobKind;
 use crate::verdict::Task;
@@ -135,7 +137,7 @@ fn estimate(batch: &Batch, n: usize) -> JobEvent {
 fn ask(batch: &Batch, n: usize) -> Vec<JobEvent> {
     let answered = |place: usize| match place % 4 {
         0 => Err(format!("the server is gone {HOSTILE}")),
-        _ => Ok(Ended {
+        _ => Ok(BatchAnswer {
             about: None,
             answer: Box::new(stored(place)),
             truth: Some(true),
@@ -183,14 +185,14 @@ fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
                 ..request
             })
         }
-        _ => Ok(Generated::Nothing(HOSTILE.into())),
+        _ => Ok(GenerationOutcome::Nothing(HOSTILE.into())),
     };
     let updates = [
-        Update::Progress(GenerationProgress::Working(Working::Driving(1, n))),
-        Update::Progress(GenerationProgress::Working(Working::Searching(
+        Update::Progress(GenerationProgress::Working(GenerationStage::Driving(1, n))),
+        Update::Progress(GenerationProgress::Working(GenerationStage::Searching(
             progress, 600,
         ))),
-        Update::Progress(GenerationProgress::Model(Heard::Choosing)),
+        Update::Progress(GenerationProgress::Model(TerminationSignal::Choosing)),
         Update::Ended(ended),
     ];
     let updates = updates.into_iter().take(1 + n % 4);

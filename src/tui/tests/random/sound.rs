@@ -2,7 +2,7 @@
 
 use std::any::{Any, TypeId};
 
-use crate::tui::model::{Line, Model, Shown};
+use crate::tui::model::{Line, Model, ShownAnswer};
 use crate::tui::screens::batch::BatchScreen;
 use crate::tui::screens::measures::Measures;
 use crate::tui::screens::models::Models;
@@ -127,9 +127,9 @@ fn scene(model: &Model) {
 
 fn answers(model: &Model) {
     let answers = &model.answers;
-    let there = |shown: &Shown| match shown {
-        Shown::Reference => true,
-        Shown::Column(place) => *place < answers.columns.len(),
+    let there = |shown: &ShownAnswer| match shown {
+        ShownAnswer::Reference => true,
+        ShownAnswer::Column(place) => *place < answers.columns.len(),
     };
     assert!(
         there(&answers.shown),

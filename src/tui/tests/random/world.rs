@@ -11,7 +11,7 @@ use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
 use super::super::bench::opened;
-use super::super::kept::{FIRST, Kept};
+use super::super::kept::{FIRST, Fixture};
 use super::plausible::{cancelled, facts, job, rating, stored};
 use super::{ESCAPES, Input, sound};
 use crate::formats::{EgoSelection, Entry, bundled};
@@ -63,7 +63,7 @@ pub const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 9
     Obstacle 302 is behind the ego. Obstacle 99999 is not there.";
 
 pub struct World {
-    kept: Kept,
+    kept: Fixture,
     size: (u16, u16),
     /// What was asked for and is not done yet.
     waiting: VecDeque<Effect>,
@@ -94,7 +94,7 @@ impl Drop for World {
 
 impl World {
     pub fn new(keys: Keys, preset: Preset, size: (u16, u16)) -> Self {
-        let mut kept = Kept::new();
+        let mut kept = Fixture::new();
         for (i, scenario) in [FIRST, "ZAM_Lost-1_1_T-1", "ZAM_Merge-1_1_T-1"]
             .into_iter()
             .cycle()
@@ -105,7 +105,7 @@ impl World {
         }
         let model = &mut kept.bench.model;
         model.prompt = PromptPane::new(keys);
-        model.look.keymap = Keymap::of(preset);
+        model.look.keymap = Keymap::from_preset(preset);
         model.look.themes = Theme::all(std::path::Path::new("/nonexistent"));
         model.size = size;
         model.refresh();
@@ -225,7 +225,9 @@ impl World {
             News::Themes => Msg::Reloaded(Reloaded::Themes(Theme::all(std::path::Path::new(
                 "/nonexistent",
             )))),
-            News::Keymap(preset) => Msg::Reloaded(Reloaded::Keymap(Ok(Keymap::of(preset)))),
+            News::Keymap(preset) => {
+                Msg::Reloaded(Reloaded::Keymap(Ok(Keymap::from_preset(preset))))
+            }
             News::Config => Msg::Reloaded(Reloaded::Config(match self.done % 2 {
                 0 => Err(format!("config.toml:1: {HOSTILE}")),
                 _ => Ok(Box::default()),

@@ -9,16 +9,16 @@ use crate::settings::Keys;
 
 /// Effect of a key on the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Typed {
+pub enum EditOutcome {
     /// It is another one.
     Changed,
     /// It is the same; perhaps the cursor moved.
     Same,
-    /// There is no room for more.
+    /// The text is full.
     Full,
 }
 
-impl From<bool> for Typed {
+impl From<bool> for EditOutcome {
     fn from(changed: bool) -> Self {
         if changed { Self::Changed } else { Self::Same }
     }
@@ -53,7 +53,7 @@ pub fn command(keymap: &Keymap, editor: &Editor, key: Key) -> Option<Action> {
 }
 
 /// A key that is no command.
-pub fn typed(editor: &mut Editor, key: Key) -> Typed {
+pub fn typed(editor: &mut Editor, key: Key) -> EditOutcome {
     if editor.keys() == Keys::Vim {
         return vim(editor, key);
     }
@@ -64,7 +64,7 @@ pub fn typed(editor: &mut Editor, key: Key) -> Typed {
         _ if key.writes().is_some() => return written(editor, key.writes()),
         Code::Enter => return written(editor, Some('\n')),
         Code::Tab => return written(editor, Some('\t')),
-        Code::Backspace | Code::Delete if editor.erase() => return Typed::Changed,
+        Code::Backspace | Code::Delete if editor.erase() => return EditOutcome::Changed,
         Code::Up => editor.go_rows(-1, key.shift),
         Code::Down => editor.go_rows(1, key.shift),
         Code::Char('p') if emacs && key.ctrl => editor.go_rows(-1, false),
@@ -83,21 +83,23 @@ pub fn typed(editor: &mut Editor, key: Key) -> Typed {
             return input(editor, key);
         }
     }
-    Typed::Same
+    EditOutcome::Same
 }
 
-fn written(editor: &mut Editor, c: Option<char>) -> Typed {
+fn written(editor: &mut Editor, c: Option<char>) -> EditOutcome {
     match c {
-        Some(c) if editor.write(c) => Typed::Changed,
-        _ => Typed::Full,
+        Some(c) if editor.write(c) => EditOutcome::Changed,
+        _ => EditOutcome::Full,
     }
 }
 
-fn input(editor: &mut Editor, key: Key) -> Typed {
-    editor_input(key).map_or(Typed::Same, |input: KeyInput| editor.input(input).into())
+fn input(editor: &mut Editor, key: Key) -> EditOutcome {
+    editor_input(key).map_or(EditOutcome::Same, |input: KeyInput| {
+        editor.input(input).into()
+    })
 }
 
-fn vim(editor: &mut Editor, key: Key) -> Typed {
+fn vim(editor: &mut Editor, key: Key) -> EditOutcome {
     if editor.mode() == "insert" {
         let c = match key.code {
             Code::Enter => Some('\n'),

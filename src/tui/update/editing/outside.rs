@@ -1,7 +1,7 @@
 //! Round trip of a template through the external editor.
 
 use super::super::super::action::{Action, Scope};
-use super::super::super::message::{Effect, Outside};
+use super::super::super::message::{Effect, ExternalEdit};
 use super::super::super::model::{Model, Pane, PromptView};
 
 /// Opens the template in the user's editor; a copy of the prompt, where that is what has the keys.
@@ -24,12 +24,12 @@ pub fn open_outside(model: &mut Model) -> Vec<Effect> {
         _ => None,
     };
     vec![Effect::EditOutside(match copy {
-        Some((name, text)) => Outside {
+        Some((name, text)) => ExternalEdit {
             file: name.into(),
             text,
             copy: true,
         },
-        None => Outside {
+        None => ExternalEdit {
             file,
             text: prompt.text(),
             copy: false,
@@ -38,7 +38,7 @@ pub fn open_outside(model: &mut Model) -> Vec<Effect> {
 }
 
 /// Takes over what came back; what went wrong changes nothing.
-pub fn edited_outside(model: &mut Model, sent: Outside, result: Result<String, String>) {
+pub fn edited_outside(model: &mut Model, sent: ExternalEdit, result: Result<String, String>) {
     let text = match result {
         Ok(text) => text.replace("\r\n", "\n"),
         Err(why) => return model.complain(why),

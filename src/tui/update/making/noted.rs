@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use super::super::super::loaded::{Generated, GenerationProgress, VariantRequest, Working};
+use super::super::super::loaded::{
+    GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest,
+};
 use super::super::super::message::{JobId, Update};
 use super::super::super::model::{Job, JobKind, JobState, consequence_words};
 use super::writing;
@@ -20,10 +22,10 @@ pub fn job(id: JobId, request: &VariantRequest, now: Duration) -> Job {
 }
 
 /// Notes in the list of tasks how far it is.
-pub fn note(job: &mut Job, update: &Update<GenerationProgress, Generated>, now: Duration) {
+pub fn note(job: &mut Job, update: &Update<GenerationProgress, GenerationOutcome>, now: Duration) {
     let stopping = job.state == JobState::Stopping;
     let result = match update {
-        Update::Progress(GenerationProgress::Working(Working::Searching(progress, of))) => {
+        Update::Progress(GenerationProgress::Working(GenerationStage::Searching(progress, of))) => {
             (job.done, job.of) = (progress.tried.min(*of), *of);
             return;
         }
@@ -32,18 +34,20 @@ pub fn note(job: &mut Job, update: &Update<GenerationProgress, Generated>, now: 
         Update::Progress(GenerationProgress::Model(progress)) => {
             return writing::note(job, progress);
         }
-        // What a stopped search has found comes too late.
+        // Results of a stopped search are dropped.
         Update::Ended(result) if !stopping => result,
         Update::Ended(_) | Update::Cancelled => {
             return job.end(JobState::Cancelled(String::new()), now);
         }
     };
     let state = match result {
-        Ok(Generated::Unwritten(words, wrote)) if wrote.failed() => JobState::Failed(words.clone()),
-        Ok(Generated::Unwritten(words, _) | Generated::Nothing(words)) => {
+        Ok(GenerationOutcome::Unwritten(words, wrote)) if wrote.failed() => {
+            JobState::Failed(words.clone())
+        }
+        Ok(GenerationOutcome::Unwritten(words, _) | GenerationOutcome::Nothing(words)) => {
             JobState::Done(words.clone())
         }
-        Ok(Generated::Found { variant, .. }) => {
+        Ok(GenerationOutcome::Found { variant, .. }) => {
             let shown = variant.variant.as_ref();
             let effect = shown.map(|shown| &shown.made.effect);
             JobState::Done(effect.map_or(String::new(), |effect| {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::super::super::action::Action;
-use super::super::super::loaded::{Authorship, Working, Writer, Writing};
+use super::super::super::loaded::{AuthoringProgress, Authorship, GenerationStage, Writer};
 use super::super::super::message::{Effect, JobId};
 use super::super::super::model::{Job, JobKind, JobState, Model, forecast_words};
 use super::super::list;
@@ -81,11 +81,11 @@ pub fn heard(model: &mut Model, progress: &Progress) {
         return;
     };
     let mut at = match search.at {
-        Some(Working::Writing(at)) => at,
-        _ => Writing::default(),
+        Some(GenerationStage::Writing(at)) => at,
+        _ => AuthoringProgress::default(),
     };
     at.hear(progress);
-    search.at = Some(Working::Writing(at));
+    search.at = Some(GenerationStage::Writing(at));
     search.waits = match progress {
         Progress::Heard { event, .. } => match waiting(event) {
             Some(why) => Some(why),

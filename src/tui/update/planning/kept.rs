@@ -50,10 +50,16 @@ pub fn instead(
     let run = model.reopening.as_ref();
     let run = run.and_then(|(of, run)| (*of == id).then_some(&run.question.ego));
     let of_run = run.is_some();
-    let drive = model.driver.kept.of(hash, change).find(|drive| match run {
-        Some(ego) => drive.opened.scene.as_ref().map(|s| s.ego.to_string()) == Some(ego.clone()),
-        None => drive.shown,
-    });
+    let drive = model
+        .driver
+        .kept
+        .for_scenario(hash, change)
+        .find(|drive| match run {
+            Some(ego) => {
+                drive.opened.scene.as_ref().map(|s| s.ego.to_string()) == Some(ego.clone())
+            }
+            None => drive.shown,
+        });
     let found = drive.map(|drive| (drive.key, drive.opened.clone()));
     let Some((key, planned)) = found else {
         if of_run {

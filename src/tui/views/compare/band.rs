@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use super::hidden;
 use crate::evaluation::claims::{Judgement, TOLERANCES};
-use crate::evaluation::{By, Standings};
+use crate::evaluation::{Standings, StandingsBy};
 use crate::tui::action::Action;
 use crate::tui::model::{Model, REASONS};
 use crate::tui::widgets::claimed;
@@ -29,7 +29,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let claims = if hides {
         &[]
     } else {
-        model.claims.of(document.key)
+        model.claims.get(document.key)
     };
     let picked = model.claims.picked_of(document.key).filter(|_| !hides);
     let title = if hides {
@@ -153,7 +153,10 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
             "there are no ratings yet: {first} to {fourth}, {tie} and {wrong} make them"
         ));
     }
-    for (by, name) in [(By::Model, "model"), (By::Prompt, "prompt")] {
+    for (by, name) in [
+        (StandingsBy::Model, "model"),
+        (StandingsBy::Prompt, "prompt"),
+    ] {
         if ratings.is_empty() {
             continue;
         }

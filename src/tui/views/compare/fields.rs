@@ -3,10 +3,10 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::evaluation::{Answer, Judged};
+use crate::evaluation::{Answer, JudgeOutcome};
 use crate::judge;
 use crate::store::Choice;
-use crate::tui::model::{Model, Progress, Shown};
+use crate::tui::model::{Model, Progress, ShownAnswer};
 use crate::tui::widgets::claimed;
 use crate::tui::widgets::words::{duration, pad, thousands};
 use crate::verdict::{Task, Verdict};
@@ -25,7 +25,7 @@ pub struct Field {
 const LABEL: usize = 13;
 
 /// The fields of an answer. While models are hidden, those that could tell them apart are left out for all.
-pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
+pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
     let hides = model.compare.hides();
     let mut fields = Vec::new();
     let mut add = |name, value: String, color, counts| {
@@ -39,7 +39,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
     let theme = &model.theme;
     let reference = model.answers.reference.as_ref().map(|r| &r.verdict);
     let (verdict, how, steps, says) = match shown {
-        Shown::Reference => {
+        ShownAnswer::Reference => {
             let window = match model.task {
                 // It looks at the whole recording.
                 Task::Collision => model.scene().map(|_| model.clock.range()),
@@ -52,7 +52,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
                 String::new(),
             )
         }
-        Shown::Column(place) => match model.answers.columns.get(place) {
+        ShownAnswer::Column(place) => match model.answers.columns.get(place) {
             Some(column) => (
                 column.answer().and_then(Answer::verdict),
                 column.how.clone(),
@@ -66,15 +66,15 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
         add("how", how, None, false);
     }
     let truth = match shown {
-        Shown::Column(place) => model
+        ShownAnswer::Column(place) => model
             .answers
             .columns
             .get(place)
             .map_or(reference, |c| c.truth_or(reference)),
-        Shown::Reference => None,
+        ShownAnswer::Reference => None,
     };
     let word = match (verdict, truth) {
-        // Who agrees with the built-in judge would sway the rating.
+        // Agreement with the built-in judge would bias the rating.
         (Some(verdict), Some(truth)) if !hides => {
             let same = verdict.dangerous == truth.dangerous;
             let color = if same { theme.safe } else { theme.danger };
@@ -99,7 +99,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
         add("time · cost", consumed.1, None, false);
     }
     let claims = model.document(shown).map_or(String::new(), |document| {
-        let claims = model.claims.of(document.key);
+        let claims = model.claims.get(document.key);
         match (document.whole, claims.is_empty()) {
             _ if hides => "after rating".into(),
             (false, _) => "when it is whole".into(),
@@ -141,20 +141,20 @@ fn progress(progress: &Progress) -> String {
         Progress::Unasked(_) => "not asked".into(),
         Progress::Broken(_) => "no answer".into(),
         Progress::Done(answer) => match &answer.judged {
-            Judged::Other(reading) => reading.said.task().name().into(),
+            JudgeOutcome::Other(reading) => reading.said.task().name().into(),
             _ => "no verdict".into(),
         },
     }
 }
 
 /// Tokens, and time with cost.
-fn consumed(model: &Model, shown: Shown) -> (String, String) {
+fn consumed(model: &Model, shown: ShownAnswer) -> (String, String) {
     let consumed = match shown {
-        Shown::Reference => {
+        ShownAnswer::Reference => {
             let ms = model.answers.reference_ms;
             return ("–".into(), ms.map_or("–".into(), duration));
         }
-        Shown::Column(place) => model
+        ShownAnswer::Column(place) => model
             .answers
             .columns
             .get(place)

@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 
 use crate::judge;
-use crate::tui::model::{Model, Shown};
+use crate::tui::model::{Model, ShownAnswer};
 
 /// The displayed name of an answer.
-pub fn name(model: &Model, shown: Shown) -> String {
+pub fn name(model: &Model, shown: ShownAnswer) -> String {
     match shown {
         _ if model.compare.hides() => "answer".into(),
-        Shown::Reference => format!("built-in · {}", judge::MODEL),
-        Shown::Column(place) => model
+        ShownAnswer::Reference => format!("built-in · {}", judge::MODEL),
+        ShownAnswer::Column(place) => model
             .answers
             .columns
             .get(place)
@@ -19,9 +19,9 @@ pub fn name(model: &Model, shown: Shown) -> String {
 }
 
 /// The text of an answer without the names of its model. Every place in it stays where it was.
-pub fn text<'t>(model: &Model, shown: Shown, text: &'t str) -> Cow<'t, str> {
+pub fn text<'t>(model: &Model, shown: ShownAnswer, text: &'t str) -> Cow<'t, str> {
     let mut text = Cow::Borrowed(text);
-    let Shown::Column(place) = shown else {
+    let ShownAnswer::Column(place) = shown else {
         return text;
     };
     let Some(column) = model

@@ -27,7 +27,7 @@ pub fn fan(ctx: &mut Context<'_>, model: &Model, view: &Projection) {
     let theme = &model.theme;
     let mut dots = Vec::new();
     for (line, drivable) in cycle.fan.lines() {
-        if !Bounds::of(&line).is_some_and(|bounds| view.sees(&bounds)) {
+        if !Bounds::from_points(&line).is_some_and(|bounds| view.sees(&bounds)) {
             continue;
         }
         if drivable {

@@ -96,7 +96,7 @@ fn place(opened: &Opened, goal: &Goal, view: &Projection) -> Option<Point> {
             Position::Point(p) => places.push(*p),
             Position::Region(region) => {
                 let outlines = region.outlines();
-                places.extend(Bounds::of(outlines.iter().flatten()).map(|b| b.center()));
+                places.extend(Bounds::from_points(outlines.iter().flatten()).map(|b| b.center()));
             }
             Position::Lanelets(ids) => {
                 for lanelet in ids.iter().filter_map(|id| network.lanelet(*id)) {
@@ -147,7 +147,7 @@ pub fn words(goal: &Goal, dt: f64) -> String {
 /// An outline with dots inside.
 fn area(ctx: &mut Context<'_>, view: &Projection, region: &Shape, color: Color) {
     for ring in region.outlines() {
-        if Bounds::of(&ring).is_some_and(|bounds| view.sees(&bounds)) {
+        if Bounds::from_points(&ring).is_some_and(|bounds| view.sees(&bounds)) {
             let corners: Vec<(f64, f64)> = ring.iter().map(|p| view.at(p)).collect();
             ctx.draw(&Fill::dotted(&corners, color));
         }
@@ -157,7 +157,7 @@ fn area(ctx: &mut Context<'_>, view: &Projection, region: &Shape, color: Color) 
 
 fn outline(ctx: &mut Context<'_>, view: &Projection, region: &Shape, color: Color) {
     for mut ring in region.outlines() {
-        if Bounds::of(&ring).is_some_and(|bounds| view.sees(&bounds)) {
+        if Bounds::from_points(&ring).is_some_and(|bounds| view.sees(&bounds)) {
             ring.extend(ring.first().copied());
             stroke(ctx, view, &ring, color);
         }

@@ -12,7 +12,7 @@ use super::{axes, stroke};
 use crate::generation::RiskCurve;
 use crate::render::Ticks;
 use crate::scenario::Track;
-use crate::tui::loaded::{Opened, Planned};
+use crate::tui::loaded::{Opened, PlannedEgo};
 use crate::tui::model::{Drives, Model, Pane};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::quantity;
@@ -110,7 +110,7 @@ fn width(part: &[Span<'_>]) -> usize {
     part.iter().map(Span::width).sum()
 }
 
-fn curves(model: &Model, opened: &Opened, planned: &Planned, what: Drives) -> Vec<Curve> {
+fn curves(model: &Model, opened: &Opened, planned: &PlannedEgo, what: Drives) -> Vec<Curve> {
     let theme = &model.theme;
     let dt = opened.scenario.dt();
     let own = opened.scene.as_ref().map(|scene| &scene.ego.track);

@@ -4,7 +4,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use super::LABEL;
-use crate::tui::clock::Lap;
+use crate::tui::clock::PlayRange;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 
@@ -20,7 +20,7 @@ pub fn marks(model: &Model, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
         marks.push((column(window.first()), "[", bold(theme.title)));
         marks.push((column(window.last()), "]", bold(theme.title)));
     }
-    if let Lap::Part(first, last) = model.clock.lap() {
+    if let PlayRange::Part(first, last) = model.clock.lap() {
         marks.push((column(first), "(", bold(theme.accent)));
         marks.push((column(last), ")", bold(theme.accent)));
     }

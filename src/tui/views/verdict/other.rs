@@ -27,7 +27,7 @@ pub fn cells(said: &ParsedAnswer) -> [String; 3] {
             let others = choice.obstacles.iter().map(|o| o.id);
             let others = others.filter(|id| Some(*id) != choice.attacker).count();
             [
-                choice.attacker.map_or("nobody".into(), |id| id.to_string()),
+                choice.attacker.map_or("none".into(), |id| id.to_string()),
                 others.to_string(),
                 risk.map_or_else(dash, |risk| risk.to_string()),
             ]

@@ -4,9 +4,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{Answer, Judged, Missing};
+use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 use crate::store::Origin;
-use crate::tui::model::{Answers, Column, Model, Progress, Shown, parts};
+use crate::tui::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
 use crate::tui::widgets::words::{duration, fit, pad, thousands};
 use crate::verdict::{Task, Verdict};
 
@@ -38,7 +38,7 @@ pub enum Row {
 
 impl Row {
     /// The rows that are needed, in their order: what tells columns apart comes first.
-    pub fn of((ways, prompts): (bool, bool), truth: bool, measured: bool) -> Vec<Self> {
+    pub fn visible((ways, prompts): (bool, bool), truth: bool, measured: bool) -> Vec<Self> {
         let all = [
             Self::Head,
             Self::Frame,
@@ -136,7 +136,7 @@ impl<'a> Table<'a> {
 
     /// The built-in judge, about the window at the current step.
     pub fn reference(&mut self, answers: &Answers, verdict: Option<&Verdict>) {
-        self.head(BUILT_IN, answers.shown == Shown::Reference);
+        self.head(BUILT_IN, answers.shown == ShownAnswer::Reference);
         let Some(verdict) = verdict else {
             let dim = Style::new().fg(self.model.theme.dim);
             for row in [
@@ -214,7 +214,7 @@ impl<'a> Table<'a> {
         self.cell(Row::Time, &time, base);
     }
 
-    /// Said of a question that never left this machine.
+    /// The label of a question that was never sent.
     fn not_sent(&self) -> &'static str {
         if self.width < LABEL {
             "unsent"
@@ -315,13 +315,13 @@ impl<'a> Table<'a> {
                     base,
                 );
             }
-            (None, _) if matches!(answer.judged, Judged::Other(_)) => self.other(answer),
+            (None, _) if matches!(answer.judged, JudgeOutcome::Other(_)) => self.other(answer),
             (None, _) => {
                 let warning = Style::new().fg(theme.warning).add_modifier(Modifier::BOLD);
                 let words = match &answer.judged {
-                    Judged::Missing(Missing::NoAnswer(_)) => "no answer",
-                    Judged::Missing(Missing::NotSent(_)) => self.not_sent(),
-                    Judged::Missing(Missing::Cancelled) => "cancelled",
+                    JudgeOutcome::Missing(MissingVerdict::NoAnswer(_)) => "no answer",
+                    JudgeOutcome::Missing(MissingVerdict::NotSent(_)) => self.not_sent(),
+                    JudgeOutcome::Missing(MissingVerdict::Cancelled) => "cancelled",
                     _ => "no verdict",
                 };
                 self.cell(Row::Says, words, warning);
@@ -349,7 +349,7 @@ impl<'a> Table<'a> {
 impl Table<'_> {
     /// An answer that is no yes or no.
     fn other(&mut self, answer: &Answer) {
-        let Judged::Other(reading) = &answer.judged else {
+        let JudgeOutcome::Other(reading) = &answer.judged else {
             return;
         };
         let base = self.model.theme.base();

@@ -35,7 +35,7 @@ impl AnswerPainter {
 /// with the line in which they close; in fences or not. One that does not close yet is JSON to the end.
 #[derive(Debug, Clone, Default)]
 struct Parts {
-    open: Option<Depth>,
+    open: Option<BracketDepth>,
     /// Whether the line before closed a part.
     closed: bool,
 }
@@ -47,7 +47,7 @@ impl Parts {
         let begins =
             self.open.is_none() && line.trim_start().starts_with(['{', '[']) && !is_link(line);
         if begins {
-            self.open = Some(Depth::default());
+            self.open = Some(BracketDepth::default());
         }
         if let Some(depth) = &mut self.open
             && depth.closes(line)
@@ -71,12 +71,12 @@ fn is_link(line: &str) -> bool {
 
 /// How many braces and brackets are open.
 #[derive(Debug, Clone, Default)]
-struct Depth {
+struct BracketDepth {
     open: usize,
     string: bool,
 }
 
-impl Depth {
+impl BracketDepth {
     fn closes(&mut self, line: &str) -> bool {
         let mut escaped = false;
         for c in line.chars() {

@@ -3,40 +3,38 @@
 use crate::geometry::{Pose, normalize_angle};
 use crate::planner::{Limits, ReferenceTrack, VehicleState};
 
-/// An evasive manoeuvre that a driver may begin and hold.
+/// An evasive manoeuvre that a driver begins and holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evasion {
-    /// Acceleration along the heading, m/s²; below 0 for braking. Steering comes first: what it leaves of the friction
-    /// is the most.
+pub struct EvasiveManoeuvre {
+    /// Acceleration along the heading, m/s²; negative for braking. Bounded by the friction that steering leaves.
     pub acceleration: f64,
-    /// The speed (m/s) from which on it is neither braked nor accelerated any more.
+    /// The speed (m/s) at which braking or accelerating ends.
     pub until: f64,
-    /// The offset from the path that is steered to, metres to the left.
+    /// The target offset from the path, metres to the left.
     pub offset: f64,
     /// The share of the friction that steering may take, 0 to 1.
     pub grip: f64,
 }
 
-/// Parts of a step in which the motion is integrated.
+/// Integration substeps per step.
 const PARTS: usize = 16;
 
-/// The share of the limits that is used: the exact check comes after.
+/// Share of the limits to use, since the exact check comes afterwards.
 const SHARE: f64 = 0.995;
 
-/// Seconds in which the heading is brought to what is wanted, and metres added to the way of that time.
+/// Time constant of the heading (s), and a distance added to the one covered in it (m).
 const TURNING: f64 = 0.25;
 const AT_LEAST: f64 = 1.0;
 
-/// The offset is made good in this many times the way of turning.
+/// The offset is corrected over this multiple of the turning distance.
 const SLOWER: f64 = 2.5;
 
-/// The path is looked for this far from where it was left, metres.
+/// Range around the last arc length in which the path is projected on, metres.
 const NEAR: f64 = 15.0;
 
-impl Evasion {
-    /// The state a step of `dt` seconds later; inputs are constant in it. `hint` is the arc length (m) along the path.
-    ///
-    /// Nothing where the path has ended.
+impl EvasiveManoeuvre {
+    /// The state one step of `dt` seconds later, with constant inputs; `None` past the end of the path. `hint` is the arc
+    /// length (m) along the path.
     pub(super) fn step(
         &self,
         at: &VehicleState,
@@ -48,7 +46,7 @@ impl Evasion {
         let v = at.velocity.max(0.0);
         let most = self.grip * SHARE * limits.acceleration / (v * v).max(1.0);
         let most = most.min(SHARE * limits.curvature());
-        // Who stands does not steer.
+        // A standing vehicle does not steer.
         let wanted = match v > 0.0 {
             true => self.curvature(at, guide, hint, most)?,
             false => at.curvature,
@@ -80,7 +78,7 @@ impl Evasion {
         })
     }
 
-    /// Acceleration along the heading while the curvature goes from the present one to `end`, m/s².
+    /// Acceleration along the heading while the curvature changes to `end`, m/s².
     fn along(&self, at: &VehicleState, end: f64, limits: &Limits, dt: f64) -> f64 {
         let v = at.velocity.max(0.0);
         let towards = (self.until - v) / dt;
@@ -97,9 +95,9 @@ impl Evasion {
         wanted.clamp(-room.min(v / dt), room.min(forward))
     }
 
-    /// The curvature that leads to the offset, 1/m, where `most` can be steered.
+    /// The curvature (1/m) that leads to the offset, at most `most`.
     ///
-    /// The heading that is aimed at is the one from which half of `most` straightens up before the offset is passed.
+    /// From the target heading, half of `most` suffices to straighten up before the offset is passed.
     fn curvature(
         &self,
         at: &VehicleState,

@@ -5,21 +5,21 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::formats::Entry;
-use crate::system::activity::{Doing, trying};
+use crate::system::activity::{ActivityGuard, trying};
 use crate::tui::message::Effect;
-use crate::tui::message::session::Where;
+use crate::tui::session::SavedLocation;
 
 /// A program that is killed later than this after the first picture was not ended by the scenario.
 const SETTLED: Duration = Duration::from_millis(800);
 
 /// The scenario opened last.
 #[derive(Debug, Default)]
-pub struct Tried {
-    open: Option<Arc<Doing>>,
+pub struct LastOpened {
+    open: Option<Arc<ActivityGuard>>,
     drawn: bool,
 }
 
-impl Tried {
+impl LastOpened {
     /// An effect is about to be performed: if it opens a scenario, that is tried from now on.
     pub fn hear(&mut self, effect: &Effect, here: &Path) {
         let entry: &Entry = match effect {
@@ -29,7 +29,7 @@ impl Tried {
         // The one before is over first.
         self.open = None;
         let words = format!("opening or showing {}", entry.name);
-        let subject = Where::of(entry, here).subject();
+        let subject = SavedLocation::from_entry(entry, here).subject();
         self.open = Some(Arc::new(trying(words, subject)));
         self.drawn = false;
     }

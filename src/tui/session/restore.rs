@@ -1,10 +1,10 @@
-//! The session: saves the state of the workbench, and restores it at the next start.
+//! Captures the state of the workbench as a session, and restores it at the next start.
 
 use super::super::action::Action;
-use super::super::message::session::{Instead, Opened, Session, View, Where};
 use super::super::message::{Effect, JobEvent, Msg, Update};
 use super::super::model::{Grouping, Model, Order, Pane};
-use super::{clock, open, open_current};
+use super::super::update::{clock, open, open_current};
+use super::{Override, SavedLocation, SavedScenario, Session, View};
 use crate::description::Frame;
 use crate::formats::Entry;
 use crate::geometry::{Point, Vector};
@@ -16,10 +16,10 @@ use crate::verdict::Task;
 
 /// The current session.
 #[must_use]
-pub fn of(model: &Model) -> Session {
+pub fn capture(model: &Model) -> Session {
     let rows = model.list.rows.iter().map(|row| &row.entry);
     let marked = rows.filter(|entry| model.marks.has(entry));
-    let mut marks: Vec<Where> = marked.map(|entry| lies(model, entry)).collect();
+    let mut marks: Vec<SavedLocation> = marked.map(|entry| lies(model, entry)).collect();
     marks.extend(model.recall.marks.iter().cloned());
     marks.sort();
     let config = &model.config;
@@ -30,8 +30,8 @@ pub fn of(model: &Model) -> Session {
         techniques: model
             .techniques_chosen
             .then(|| model.techniques.to_string()),
-        model: Instead::chosen(&model.model, config.model.as_ref(), judge::MODEL),
-        theme: Instead::chosen(&model.look.chosen, config.theme.as_ref(), "auto"),
+        model: Override::chosen(&model.model, config.model.as_ref(), judge::MODEL),
+        theme: Override::chosen(&model.look.chosen, config.theme.as_ref(), "auto"),
         focus: model.focus.name().into(),
         zoomed: model.zoomed,
         filter: model.list.filter.clone(),
@@ -46,7 +46,7 @@ pub fn of(model: &Model) -> Session {
     }
 }
 
-fn opened_of(model: &Model) -> Option<Opened> {
+fn opened_of(model: &Model) -> Option<SavedScenario> {
     model.opened.as_ref()?;
     if model.opening.is_some() {
         // The screen shows another scenario.
@@ -54,7 +54,7 @@ fn opened_of(model: &Model) -> Option<Opened> {
     }
     let entry = &model.list.rows.get(model.list.opened?)?.entry;
     let camera = &model.camera;
-    Some(Opened {
+    Some(SavedScenario {
         scenario: lies(model, entry),
         ego: model.taken,
         step: model.clock.step(),
@@ -69,8 +69,8 @@ fn opened_of(model: &Model) -> Option<Opened> {
     })
 }
 
-fn lies(model: &Model, entry: &Entry) -> Where {
-    Where::of(entry, &model.recall.here)
+fn lies(model: &Model, entry: &Entry) -> SavedLocation {
+    SavedLocation::from_entry(entry, &model.recall.here)
 }
 
 /// Restores a session before anything is open; settings no longer known keep their defaults. An obstacle as the ego is
@@ -83,7 +83,7 @@ pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
         model.techniques = techniques;
         model.techniques_chosen = true;
     }
-    let chosen = |instead: &Option<Instead>, of: Option<&String>| {
+    let chosen = |instead: &Option<Override>, of: Option<&String>| {
         let still = instead.as_ref()?.still(of)?;
         Some(still.to_string())
     };
@@ -119,7 +119,7 @@ pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
     }
     model.list.set_filter(session.filter);
     model.recall.marks = session.marks.into_iter().collect();
-    let opened = session.opened.map(|opened| Opened {
+    let opened = session.opened.map(|opened| SavedScenario {
         ego: opened.ego.filter(|_| !ego_chosen),
         ..opened
     });
@@ -162,7 +162,7 @@ fn find_again(model: &mut Model) -> Option<usize> {
     }
     let mut found = None;
     for (place, row) in model.list.rows.iter().enumerate().skip(new) {
-        let lies = Where::of(&row.entry, &recall.here);
+        let lies = SavedLocation::from_entry(&row.entry, &recall.here);
         if recall.wanted.as_ref().is_some_and(|w| w.scenario == lies) {
             found = Some(place);
         }
@@ -281,7 +281,7 @@ pub fn keep(model: &mut Model) -> Vec<Effect> {
     if !model.recall.on {
         return Vec::new();
     }
-    let session = Box::new(of(model));
+    let session = Box::new(capture(model));
     if model.recall.kept.as_ref() == Some(&session) {
         return Vec::new();
     }

@@ -22,11 +22,11 @@ pub struct KeptDrive {
 
 /// Kept drives, oldest first.
 #[derive(Debug, Default)]
-pub struct Kept {
+pub struct RolloutCache {
     drives: Vec<KeptDrive>,
 }
 
-impl Kept {
+impl RolloutCache {
     /// Keeps a drive, which is shown; one of the same goes.
     pub fn keep(&mut self, opened: &Opened) {
         let (Some(key), Some(planned)) = (opened.drive_key(), opened.planned.as_ref()) else {
@@ -54,7 +54,7 @@ impl Kept {
     }
 
     /// The drives of a scenario.
-    pub fn of(
+    pub fn for_scenario(
         &self,
         hash: ContentHash,
         change: Option<Transform>,

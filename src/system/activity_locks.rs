@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 /// A lock file for this program while it runs, and one file for each held subject.
 #[derive(Debug)]
-pub struct Marks {
+pub struct ActivityLocks {
     folder: PathBuf,
     path: PathBuf,
     file: File,
@@ -22,7 +22,7 @@ const HELD: &str = "held-";
 /// Longer files are none of ours, bytes.
 const LONGEST: u64 = 1 << 20;
 
-impl Marks {
+impl ActivityLocks {
     /// Opens the folder: what is marked by programs that are gone is held from now on.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl Marks {
     }
 }
 
-impl Drop for Marks {
+impl Drop for ActivityLocks {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
     }
@@ -156,12 +156,12 @@ mod tests {
         let place = folder.path().join("marks");
         std::fs::create_dir(&place).unwrap();
         std::fs::write(place.join("running-1"), "scenario a\ntemplate b 1\n").unwrap();
-        let mut marks = Marks::open(&place).unwrap();
+        let mut marks = ActivityLocks::open(&place).unwrap();
         assert!(marks.holds("scenario a") && marks.holds("template b 1"));
         assert!(!place.join("running-1").exists());
         marks.release("scenario a");
         drop(marks);
-        let marks = Marks::open(&place).unwrap();
+        let marks = ActivityLocks::open(&place).unwrap();
         assert!(!marks.holds("scenario a") && marks.holds("template b 1"));
     }
 
@@ -172,7 +172,7 @@ mod tests {
         let mut file = File::create(&other).unwrap();
         file.lock().unwrap();
         file.write_all(b"scenario a\n").unwrap();
-        let mut marks = Marks::open(folder.path()).unwrap();
+        let mut marks = ActivityLocks::open(folder.path()).unwrap();
         assert!(!marks.holds("scenario a") && other.exists());
         marks.write(&["scenario b"]);
         let own = folder
@@ -182,6 +182,10 @@ mod tests {
         drop(marks);
         assert!(!own.exists());
         drop(file);
-        assert!(Marks::open(folder.path()).unwrap().holds("scenario a"));
+        assert!(
+            ActivityLocks::open(folder.path())
+                .unwrap()
+                .holds("scenario a")
+        );
     }
 }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 /// Subject of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct About {
+pub struct ReportSubject {
     /// The batch, such as `b7`; `None` if the report is not of one.
     pub batch: Option<String>,
     /// How the batch asks, as its [`Spec`](crate::evaluation::batch::Spec) says it.
@@ -17,7 +17,7 @@ pub struct About {
     pub notes: Vec<String>,
 }
 
-impl About {
+impl ReportSubject {
     /// The fields that stand beside `cells`.
     pub(super) fn fields(&self) -> [(&'static str, Value); 4] {
         [

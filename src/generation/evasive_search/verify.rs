@@ -1,19 +1,19 @@
-//! Verifies an escape: it touches no obstacle, and a vehicle can drive it.
+//! Verifies an evasive trajectory: it touches no obstacle, and the vehicle can drive it.
 
-use super::super::certificate::{Avoidance, Finder};
+use super::super::certificate::{EvasiveTrajectory, Finder};
 use super::Search;
 use crate::geometry::Pose;
 use crate::planner::{Feasibility, VehicleState};
 use crate::simulation::{Collision, Look, Outcome, Rollout};
 
-/// Who got away has to be able to go on for so long, seconds, with one of these accelerations, m/s².
+/// After the evasive trajectory the ego must be able to drive on this long (s) at one of these accelerations (m/s²).
 const GOING_ON: f64 = 2.0;
 const GOING_ON_WITH: [f64; 4] = [-8.0, -3.0, 0.0, 3.0];
 
 impl Search<'_> {
     /// Whether a finished trajectory touches no obstacle, stays on the road, gets to its end, and can be driven from step
     /// `reaction` on.
-    pub fn verify(&self, avoidance: &Avoidance, reaction: i64) -> bool {
+    pub fn verify(&self, avoidance: &EvasiveTrajectory, reaction: i64) -> bool {
         let driver = self.closed.driver();
         let drive = &avoidance.drive;
         let mut look = Look::new(driver, self.scenario, self.goal_from);

@@ -4,7 +4,7 @@ use super::Refusal;
 
 /// All refusals for one reason.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Summed {
+pub struct RefusalSummary {
     /// The one that is farthest above its limit; of those without numbers the first.
     pub worst: Refusal,
     /// How many there are.
@@ -15,12 +15,12 @@ pub struct Summed {
 
 /// Refusals summed up by their reasons, in the order in which these come first.
 #[must_use]
-pub fn summed(refusals: &[Refusal]) -> Vec<Summed> {
-    let mut all: Vec<Summed> = Vec::new();
+pub fn summarize(refusals: &[Refusal]) -> Vec<RefusalSummary> {
+    let mut all: Vec<RefusalSummary> = Vec::new();
     for refusal in refusals {
-        let same = |s: &&mut Summed| s.worst.reason == refusal.reason;
+        let same = |s: &&mut RefusalSummary| s.worst.reason == refusal.reason;
         let Some(known) = all.iter_mut().find(same) else {
-            all.push(Summed {
+            all.push(RefusalSummary {
                 worst: refusal.clone(),
                 count: 1,
                 first: refusal.step,
@@ -42,7 +42,7 @@ fn excess(refusal: &Refusal) -> f64 {
     value.abs() / limit.abs().max(1e-12)
 }
 
-impl std::fmt::Display for Summed {
+impl std::fmt::Display for RefusalSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}", self.worst)?;
         match (self.count, self.first) {
@@ -63,7 +63,7 @@ mod tests {
         let jerk = |step, value| Refusal::at(step, Reason::Jerk).with(value, 30.0);
         let overlap = Refusal::at(9, Reason::Overlap(7));
         let all = [jerk(3, 40.0), overlap.clone(), jerk(4, 90.0), jerk(5, 50.0)];
-        let summed = summed(&all);
+        let summed = summarize(&all);
         assert_eq!((summed[0].worst.step, summed[0].count), (Some(4), 3));
         let words: Vec<String> = summed.iter().map(ToString::to_string).collect();
         assert_eq!(

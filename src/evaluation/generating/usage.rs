@@ -5,7 +5,7 @@ use crate::store::Consumed;
 
 /// Requests, answers, tokens and cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Spent {
+pub struct AuthoringUsage {
     /// Questions, those that the store had an answer to among them.
     pub requests: u32,
     /// How many of them were answered.
@@ -24,7 +24,7 @@ pub struct Spent {
     pub unpriced: u32,
 }
 
-impl Spent {
+impl AuthoringUsage {
     /// Adds an answer.
     pub fn add(&mut self, answer: &Answer) {
         let Consumed {

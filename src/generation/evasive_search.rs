@@ -1,44 +1,46 @@
-//! Searches for a collision-free trajectory of the ego, and verifies it.
+//! Searches for an evasive trajectory of the ego, and verifies it.
 
 mod verify;
 
 use std::sync::Arc;
 
-use super::certificate::{Avoidance, Certificate, Finder, NotFound, Searched, Unavoidable};
-use super::{ClosedLoop, Effect, Evasion};
+use super::certificate::{
+    Certificate, EvasiveTrajectory, Finder, NotFound, SearchEffort, Unavoidable,
+};
+use super::{ClosedLoop, Effect, EvasiveManoeuvre};
 use crate::planner::{Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};
-use crate::simulation::{Collision, Cycle, Driver, Look, Outcome, Rollout, Settings, Stretch};
+use crate::simulation::{Collision, Cycle, DriveSpan, Driver, Look, Outcome, Rollout, Settings};
 
 /// A search around one change.
 pub(super) struct Search<'a> {
     closed: &'a ClosedLoop,
     scenario: &'a Scenario,
     from: i64,
-    /// The last step that a trajectory has to get to.
+    /// The step that a trajectory must reach.
     last: i64,
-    /// A goal counts as an end from this step on: not just before the contact.
+    /// A goal ends the trajectory from this step on, not just before the contact.
     goal_from: i64,
 }
 
 /// The unchanged drive up to the end of the reaction time.
-struct Begun<'a> {
+struct ReactionPhase<'a> {
     states: Vec<(i64, VehicleState)>,
     look: Look<'a>,
     /// Arc length along the path, metres.
     along: Option<f64>,
 }
 
-/// After a contact that it avoids, and after the attacker has gone, a trajectory goes on this long, seconds.
+/// A trajectory continues this long after the avoided contact and after the attacker has gone, seconds.
 const AFTER: f64 = 1.0;
 
-/// Shares of the friction circle that are braked with to standstill; 0 goes on as fast as it is.
+/// Shares of the friction circle for braking to standstill; 0 keeps the speed.
 const BRAKING: [f64; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.15, 0.0];
 
-/// Shares that are braked with to a share of the speed, to go on with that.
+/// Shares of the friction circle for braking, and the share of the speed to keep.
 const SLOWING: [(f64, f64); 4] = [(1.0, 0.7), (1.0, 0.4), (0.5, 0.7), (0.5, 0.4)];
 
-/// Shares of what the engine can do, and how much faster (m/s) one gets.
+/// Shares of the engine's acceleration, and the gain in speed (m/s).
 const ACCELERATING: [(f64, f64); 4] = [(0.4, 4.0), (1.0, 4.0), (0.6, 10.0), (1.0, 10.0)];
 
 /// Changes of the offset to either side, metres.
@@ -73,14 +75,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The step until which the good driver does not react.
+    /// The step at which the reaction time ends.
     pub fn reaction(&self, delay: f64) -> i64 {
         self.from + (delay / self.closed.driver().dt()).round() as i64
     }
 
     /// Searches from the end of a reaction time on.
     pub fn from(&self, reaction: i64) -> Certificate {
-        let mut searched = Searched::default();
+        let mut searched = SearchEffort::default();
         let unchanged = self.unchanged(reaction);
         if let Some(avoidance) = unchanged.filter(|found| self.verify(found, reaction)) {
             return Certificate::Avoided(Arc::new(avoidance));
@@ -101,27 +103,27 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The unchanged drive, if it ends as a drive may.
-    fn unchanged(&self, reaction: i64) -> Option<Avoidance> {
+    /// The unchanged drive, if it ends at the goal or the deadline.
+    fn unchanged(&self, reaction: i64) -> Option<EvasiveTrajectory> {
         let drive = self.closed.baseline().drive();
         let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
-        ends.then(|| Avoidance {
+        ends.then(|| EvasiveTrajectory {
             drive: Rollout {
                 cycles: Vec::new(),
                 ..drive.clone()
             },
             reaction,
             found: Finder::Unchanged,
-            searched: Searched::default(),
+            searched: SearchEffort::default(),
         })
     }
 
     /// Drives unchanged until the reaction time has passed.
-    fn begin(&self, reaction: i64) -> Result<Begun<'a>, Unavoidable> {
+    fn begin(&self, reaction: i64) -> Result<ReactionPhase<'a>, Unavoidable> {
         let driver = self.closed.driver();
         let drive = self.closed.baseline().drive();
         let path = &driver.guide().path;
-        let mut begun = Begun {
+        let mut begun = ReactionPhase {
             states: Vec::new(),
             look: Look::new(driver, self.scenario, self.goal_from),
             along: None,
@@ -148,10 +150,10 @@ impl<'a> Search<'a> {
 
     fn manoeuvres(
         &self,
-        begun: &Begun<'_>,
+        begun: &ReactionPhase<'_>,
         reaction: i64,
-        searched: &mut Searched,
-    ) -> Option<Avoidance> {
+        searched: &mut SearchEffort,
+    ) -> Option<EvasiveTrajectory> {
         let driver = self.closed.driver();
         let (_, now) = begun.states.last()?;
         let path = &driver.guide().path;
@@ -165,10 +167,10 @@ impl<'a> Search<'a> {
             let Some(drive) = self.drive(begun, &manoeuvre) else {
                 continue;
             };
-            let avoidance = Avoidance {
+            let avoidance = EvasiveTrajectory {
                 drive,
                 reaction,
-                found: Finder::Evasion(manoeuvre),
+                found: Finder::Manoeuvre(manoeuvre),
                 searched: *searched,
             };
             if self.verify(&avoidance, reaction) {
@@ -179,8 +181,8 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// What is tried, what stays nearer to the lane first.
-    fn grid(&self, speed: f64, present: f64) -> impl Iterator<Item = Evasion> {
+    /// The manoeuvres to try, small offsets first.
+    fn grid(&self, speed: f64, present: f64) -> impl Iterator<Item = EvasiveManoeuvre> {
         let limits = *self.closed.driver().limits();
         let most = limits.acceleration;
         let braking = BRAKING.map(|share| match share {
@@ -202,7 +204,7 @@ impl<'a> Search<'a> {
             let along = along.clone();
             GRIP.into_iter().flat_map(move |grip| {
                 let along = along.clone().into_iter();
-                along.map(move |(acceleration, until)| Evasion {
+                along.map(move |(acceleration, until)| EvasiveManoeuvre {
                     acceleration,
                     until,
                     offset: present + aside,
@@ -212,8 +214,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A manoeuvre to the end; `None` if it touches an obstacle, or leaves the road or the path.
-    fn drive(&self, begun: &Begun<'_>, manoeuvre: &Evasion) -> Option<Rollout> {
+    /// Drives a manoeuvre to the end; `None` if it touches an obstacle or leaves the road or the path.
+    fn drive(&self, begun: &ReactionPhase<'_>, manoeuvre: &EvasiveManoeuvre) -> Option<Rollout> {
         let driver = self.closed.driver();
         let (mut step, mut state) = *begun.states.last()?;
         let (mut look, mut along) = (begun.look.clone(), begun.along);
@@ -247,15 +249,15 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Drives of the planner, told everyone's future.
+    /// Tries drives of the planner with known futures.
     fn plans(
         &self,
-        begun: &Begun<'_>,
+        begun: &ReactionPhase<'_>,
         reaction: i64,
-        searched: &mut Searched,
-    ) -> Option<Avoidance> {
+        searched: &mut SearchEffort,
+    ) -> Option<EvasiveTrajectory> {
         let (step, state) = *begun.states.last()?;
-        let stretch = Stretch {
+        let stretch = DriveSpan {
             step,
             state,
             last: self.last,
@@ -276,14 +278,14 @@ impl<'a> Search<'a> {
             searched.cycles += drive.cycles.len();
             let candidates = drive.cycles.iter().map(|c| c.plan.candidates);
             searched.candidates += candidates.sum::<usize>();
-            // A drive that was given up ends like one that is out of time.
+            // An abandoned drive ends like a time-out.
             let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
             if doomed >= DOOMED || !ends {
                 continue;
             }
             let later = drive.states.iter().skip(1);
             let states = begun.states.iter().chain(later).copied().collect();
-            let avoidance = Avoidance {
+            let avoidance = EvasiveTrajectory {
                 drive: self.whole(states, drive.outcome),
                 reaction,
                 found: Finder::Planner(name),
@@ -297,7 +299,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Whether the planner, who knows what comes, saw no way out in a cycle, and what it does instead touches an obstacle.
+    /// Whether the planner found no feasible plan in a cycle and its emergency manoeuvre touches an obstacle.
     fn is_doomed(&self, cycle: &Cycle) -> bool {
         let driver = self.closed.driver();
         let mut states = (cycle.step..=self.last).zip(&cycle.plan.states).skip(1);
@@ -310,13 +312,13 @@ impl<'a> Search<'a> {
     }
 }
 
-/// After so many cycles without a way out a drive is given up.
+/// A drive is abandoned after this many doomed cycles.
 const DOOMED: usize = 3;
 
-/// The path is looked for this far from where it was left, metres.
+/// Range around the last arc length in which the path is projected on, metres.
 const NEAR: f64 = 20.0;
 
-/// Ways to set the planner, from the usual to the dear.
+/// Planner settings to try, the cheapest first.
 fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
     let told = Settings {
         forecast: Forecast::Recorded,
@@ -328,7 +330,7 @@ fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
     planner.sampling.widest = planner.sampling.widest.max(6.0);
     planner.sampling.offsets = planner.sampling.offsets.max(15);
     planner.sampling.changes = planner.sampling.changes.max(3);
-    // It is dense already: refining all of it once more takes seconds and finds next to nothing.
+    // The samples are dense already: another refinement takes seconds and finds next to nothing.
     planner.sampling.refinements = planner.sampling.refinements.min(1);
     planner.share = planner.share.max(0.98);
     planner.margin = planner.margin.min(0.03);

@@ -4,14 +4,14 @@ use std::cell::{Cell, RefCell};
 
 use ratatui::layout::{Position, Rect};
 
-use super::{Border, Pane, ResultsDrawn, Shown};
+use super::{Border, Pane, ResultsDrawn, ShownAnswer};
 use crate::geometry::Point;
 use crate::tui::action::Action;
 use crate::tui::widgets::reading::Reading;
 
 /// Areas and texts of the last frame.
 #[derive(Debug, Default)]
-pub struct Drawn {
+pub struct LastFrame {
     panes: RefCell<Vec<(Pane, Rect)>>,
     borders: RefCell<Vec<Border>>,
     texts: RefCell<Vec<(Pane, Extent)>>,
@@ -51,10 +51,10 @@ impl Default for Readings {
 
 impl Readings {
     /// An answer's text.
-    pub fn answer(&mut self, shown: Shown) -> &mut Reading {
+    pub fn answer(&mut self, shown: ShownAnswer) -> &mut Reading {
         let place = match shown {
-            Shown::Reference => 0,
-            Shown::Column(column) => column + 1,
+            ShownAnswer::Reference => 0,
+            ShownAnswer::Column(column) => column + 1,
         };
         if self.answers.len() <= place {
             self.answers.resize_with(place + 1, Reading::answer);
@@ -113,7 +113,7 @@ pub struct MapDrawn {
     pub row: f64,
 }
 
-impl Drawn {
+impl LastFrame {
     /// Begins a new frame.
     pub fn clear(&self) {
         self.panes.borrow_mut().clear();

@@ -2,14 +2,20 @@
 //!
 //! Every set of paths has its own file, so sessions do not mix.
 
+pub mod file;
+pub mod restore;
+mod state;
+
 use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::formats::{Entry, Place};
+use crate::formats::{Entry, EntryLocation};
 use crate::scenario::ContentHash;
 use crate::system::activity::Subject;
 use crate::tui::model::{Layers, Sizes};
+
+pub use state::SessionState;
 
 /// The version of the files that are written.
 const VERSION: u32 = 1;
@@ -21,7 +27,7 @@ pub struct Session {
     /// The version of the file.
     pub version: u32,
     /// Paths the workbench was started with, in order; empty for the bundled scenarios.
-    pub paths: Vec<Where>,
+    pub paths: Vec<SavedLocation>,
     /// The task.
     pub task: String,
     /// The frame.
@@ -29,9 +35,9 @@ pub struct Session {
     /// The techniques, where they were chosen.
     pub techniques: Option<String>,
     /// The model, where it is not the one of the configuration.
-    pub model: Option<Instead>,
+    pub model: Option<Override>,
     /// The theme, where it is not the one of the configuration.
-    pub theme: Option<Instead>,
+    pub theme: Option<Override>,
     /// The pane that has the keys.
     pub focus: String,
     /// Whether it is shown alone.
@@ -45,21 +51,21 @@ pub struct Session {
     /// The measure that is plotted.
     pub plot: String,
     /// The marked scenarios, in order.
-    pub marks: Vec<Where>,
+    pub marks: Vec<SavedLocation>,
     /// How big the panes are.
     pub sizes: Sizes,
     /// The layers of the map.
     pub layers: Layers,
     /// The opened scenario.
-    pub opened: Option<Opened>,
+    pub opened: Option<SavedScenario>,
 }
 
 /// The opened scenario and how it was looked at.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Opened {
+pub struct SavedScenario {
     /// Which one.
-    pub scenario: Where,
+    pub scenario: SavedLocation,
     /// The obstacle that was taken as its ego.
     pub ego: Option<i64>,
     /// The time step.
@@ -89,7 +95,7 @@ pub struct View {
 /// Location of a scenario or folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Where {
+pub enum SavedLocation {
     /// A file or folder, from the root.
     File(PathBuf),
     /// A bundled scenario, by its name.
@@ -99,20 +105,20 @@ pub enum Where {
 /// A choice that overrides the configuration value of its time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Instead {
+pub struct Override {
     /// The chosen value.
     pub chosen: String,
-    /// What the configuration said; `None` if it did not say.
+    /// The configured value at that time; `None` without one.
     pub of: Option<String>,
 }
 
-impl Where {
+impl SavedLocation {
     /// Where an entry lies, of a program that was started in the folder `here`. Links are not followed.
     #[must_use]
-    pub fn of(entry: &Entry, here: &Path) -> Self {
+    pub fn from_entry(entry: &Entry, here: &Path) -> Self {
         match &entry.place {
-            Place::File(path) => Self::File(plain(&here.join(path))),
-            Place::Bundled(_) => Self::Bundled(entry.name.clone()),
+            EntryLocation::File(path) => Self::File(plain(&here.join(path))),
+            EntryLocation::Bundled(_) => Self::Bundled(entry.name.clone()),
         }
     }
 
@@ -130,7 +136,7 @@ impl Where {
     #[must_use]
     pub fn of_arguments(paths: &[PathBuf], here: &Path) -> Vec<Self> {
         let wheres = paths.iter().map(|path| {
-            let lies = Self::of(&Entry::of_argument(path), here);
+            let lies = Self::from_entry(&Entry::of_argument(path), here);
             match &lies {
                 Self::File(file) => file.canonicalize().map_or(lies, Self::File),
                 Self::Bundled(_) => lies,
@@ -156,7 +162,7 @@ fn plain(path: &Path) -> PathBuf {
     plain
 }
 
-impl Instead {
+impl Override {
     /// The choice, if the configuration still has the value that it overrode.
     #[must_use]
     pub fn still(&self, of: Option<&String>) -> Option<&str> {
@@ -201,12 +207,12 @@ impl Default for Session {
 impl Session {
     /// The name of the file of these paths.
     #[must_use]
-    pub fn file_name(paths: &[Where]) -> String {
+    pub fn file_name(paths: &[SavedLocation]) -> String {
         if paths.is_empty() {
             return "bundled.json".into();
         }
         let said = format!("{paths:?}");
-        let hash = ContentHash::of(said.as_bytes()).to_string();
+        let hash = ContentHash::digest(said.as_bytes()).to_string();
         format!("{}.json", &hash[..16])
     }
 
@@ -223,7 +229,7 @@ impl Session {
     ///
     /// # Errors
     /// The text is no session, of another version, or of other paths.
-    pub fn parse(text: &str, paths: &[Where]) -> Result<Self, String> {
+    pub fn parse(text: &str, paths: &[SavedLocation]) -> Result<Self, String> {
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| format!("it is damaged ({error})"))?;
         let version = value.get("version").and_then(serde_json::Value::as_u64);
@@ -235,7 +241,7 @@ impl Session {
         if session.paths != paths {
             return Err("it is of other scenarios".into());
         }
-        let of = |instead: &Option<Instead>| instead.as_ref().map(|i| i.chosen.clone());
+        let of = |instead: &Option<Override>| instead.as_ref().map(|i| i.chosen.clone());
         let words = [
             of(&session.model),
             of(&session.theme),

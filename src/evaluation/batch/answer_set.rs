@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::scored::read;
 use super::spec::Spec;
 use super::variant::Variant;
-use crate::evaluation::{Counted, Lead, PromptConfig, Results};
+use crate::evaluation::{AnswerOutcome, Lead, PromptConfig, Results};
 use crate::judge::Criterion;
 use crate::scenario::Transform;
 use crate::store::{BatchId, Progress, Store, StoreError};
@@ -14,16 +14,16 @@ use crate::verdict::Task;
 
 /// Which answers are counted, and so against which ground truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Counting {
+pub enum AnswerSet {
     /// All stored answers, compared with the built-in judge's on the same questions.
     Everything,
     /// A part of a batch of `evaluate`, compared with the ground truth it was started with.
-    Batch(BatchId, Part),
+    Batch(BatchId, BatchPart),
 }
 
 /// Part of a batch's questions: each part covers every scenario once.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Part {
+pub enum BatchPart {
     /// The scenes as they are, with the first lead: what `report` counts.
     Plain,
     /// The scenes as they are, at another lead.
@@ -34,9 +34,9 @@ pub enum Part {
 
 /// An entry of the list of choices.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Offer {
+pub struct CountingChoice {
     /// What.
-    pub counting: Counting,
+    pub counting: AnswerSet,
     /// Description of the ground truth, or why it is unknown.
     pub truth: String,
     /// Of a batch: when it was begun, milliseconds since 1970, UTC.
@@ -54,19 +54,19 @@ pub struct BatchResults {
     pub unasked: usize,
 }
 
-impl std::fmt::Display for Counting {
+impl std::fmt::Display for AnswerSet {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Everything => f.write_str("everything in the store"),
-            Self::Batch(id, Part::Plain) => write!(f, "batch {id}"),
-            Self::Batch(id, Part::Lead(Lead::Paper)) => write!(f, "batch {id}, lead end"),
-            Self::Batch(id, Part::Lead(lead)) => write!(f, "batch {id}, lead {lead} s"),
-            Self::Batch(id, Part::Changed(change)) => write!(f, "batch {id}, scenes {change}"),
+            Self::Batch(id, BatchPart::Plain) => write!(f, "batch {id}"),
+            Self::Batch(id, BatchPart::Lead(Lead::Paper)) => write!(f, "batch {id}, lead end"),
+            Self::Batch(id, BatchPart::Lead(lead)) => write!(f, "batch {id}, lead {lead} s"),
+            Self::Batch(id, BatchPart::Changed(change)) => write!(f, "batch {id}, scenes {change}"),
         }
     }
 }
 
-impl Part {
+impl BatchPart {
     /// Whether a question is one of them, where `first` is the first lead of the batch.
     fn holds(self, variant: &Variant, first: Option<Lead>) -> bool {
         match self {
@@ -79,12 +79,12 @@ impl Part {
     }
 }
 
-impl Offer {
+impl CountingChoice {
     /// All answers, compared with the built-in judge: exact geometry, and in the safety task a prediction.
     #[must_use]
     pub fn everything() -> Self {
         Self {
-            counting: Counting::Everything,
+            counting: AnswerSet::Everything,
             truth: format!(
                 "the built-in judge (exact geometry; safety: its prediction, p from {:.2} on)",
                 Criterion::REFERENCE.threshold
@@ -99,7 +99,7 @@ impl Offer {
 ///
 /// # Errors
 /// The store cannot be read.
-pub fn offers(store: &Store) -> Result<Vec<Offer>, StoreError> {
+pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
     let mut found = Vec::new();
     for (batch, progress) in store.batches()? {
         let spec = Spec::from_json(&batch.spec);
@@ -109,20 +109,20 @@ pub fn offers(store: &Store) -> Result<Vec<Offer>, StoreError> {
         };
         let matrix = spec.ok().map(|spec| spec.matrix);
         let parts = matrix.iter().flat_map(|matrix| {
-            let leads = matrix.more_leads.iter().map(|lead| Part::Lead(*lead));
+            let leads = matrix.more_leads.iter().map(|lead| BatchPart::Lead(*lead));
             let changes = matrix.transforms.iter();
-            leads.chain(changes.map(|change| Part::Changed(*change)))
+            leads.chain(changes.map(|change| BatchPart::Changed(*change)))
         });
-        for part in std::iter::once(Part::Plain).chain(parts) {
-            found.push(Offer {
-                counting: Counting::Batch(batch.id, part),
+        for part in std::iter::once(BatchPart::Plain).chain(parts) {
+            found.push(CountingChoice {
+                counting: AnswerSet::Batch(batch.id, part),
                 truth: truth.clone(),
                 created_ms: Some(batch.created_ms),
                 progress,
             });
         }
     }
-    found.push(Offer::everything());
+    found.push(CountingChoice::everything());
     Ok(found)
 }
 
@@ -137,7 +137,7 @@ const PIECE: u32 = 2000;
 pub fn counted(
     store: &Store,
     id: BatchId,
-    part: Part,
+    part: BatchPart,
     stop: &AtomicBool,
 ) -> Result<Option<BatchResults>, StoreError> {
     let Some(batch) = store.batch(id)? else {
@@ -146,7 +146,7 @@ pub fn counted(
     let spec = Spec::from_json(&batch.spec);
     let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
     let first = spec.matrix.request.lead;
-    let mut ways: BTreeMap<PromptConfig, Vec<Counted>> = BTreeMap::new();
+    let mut ways: BTreeMap<PromptConfig, Vec<AnswerOutcome>> = BTreeMap::new();
     let (mut unasked, mut from) = (0, 0);
     loop {
         if stop.load(Ordering::Relaxed) {
@@ -160,7 +160,7 @@ pub fn counted(
             if !part.holds(&variant, first) {
                 continue;
             }
-            match Counted::of_scored(&scored) {
+            match AnswerOutcome::of_scored(&scored) {
                 Some(counted) => ways.entry(scored.way).or_default().push(counted),
                 None => unasked += 1,
             }

@@ -11,11 +11,11 @@ use crate::geometry::Point;
 pub(super) type Attributes<'a> = [(&'a str, String)];
 
 /// The XML being written.
-pub(super) struct Out {
+pub(super) struct XmlWriter {
     pub xml: Writer<Vec<u8>>,
 }
 
-impl Out {
+impl XmlWriter {
     pub fn event(&mut self, event: Event<'_>) -> Result<(), WriteError> {
         Ok(self.xml.write_event(event)?)
     }
@@ -81,7 +81,11 @@ pub(super) fn id(id: i64) -> [(&'static str, String); 1] {
     [("id", id.to_string())]
 }
 
-pub(super) fn point(out: &mut Out, at: &Point, height: Option<f64>) -> Result<(), WriteError> {
+pub(super) fn point(
+    out: &mut XmlWriter,
+    at: &Point,
+    height: Option<f64>,
+) -> Result<(), WriteError> {
     out.element("point", &[], |out| {
         out.leaf("x", &number(at.x))?;
         out.leaf("y", &number(at.y))?;

@@ -7,20 +7,20 @@ use crate::scenario::Severity;
 
 /// An element and those around it, from the root.
 #[derive(Debug, Clone)]
-pub(in crate::formats::commonroad) struct Place<'a> {
+pub(in crate::formats::commonroad) struct SourceLocation<'a> {
     pub element: Element<'a>,
     around: Rc<[Element<'a>]>,
 }
 
 /// Elements kept for later diagnostics.
 #[derive(Debug, Default)]
-pub(super) struct Later<'a> {
+pub(super) struct DeferredChecks<'a> {
     /// References met so far.
-    references: Vec<(Place<'a>, i64)>,
+    references: Vec<(SourceLocation<'a>, i64)>,
     /// Speed limits of version 2018b, by lanelet.
-    speed_limits: Vec<(i64, f64, Place<'a>)>,
+    speed_limits: Vec<(i64, f64, SourceLocation<'a>)>,
     /// States and goals since the last top-level element, for later diagnostics.
-    marks: Vec<Place<'a>>,
+    marks: Vec<SourceLocation<'a>>,
     /// The elements around the last one, which are those around the next one more often than not.
     around: Rc<[Element<'a>]>,
 }
@@ -33,7 +33,7 @@ impl<'a> Xml<'a> {
     }
 
     /// The references met so far.
-    pub fn take_references(&mut self) -> Vec<(Place<'a>, i64)> {
+    pub fn take_references(&mut self) -> Vec<(SourceLocation<'a>, i64)> {
         std::mem::take(&mut self.later.references)
     }
 
@@ -44,12 +44,12 @@ impl<'a> Xml<'a> {
     }
 
     /// The speed limits met so far, in the file's order.
-    pub fn take_speed_limits(&mut self) -> Vec<(i64, f64, Place<'a>)> {
+    pub fn take_speed_limits(&mut self) -> Vec<(i64, f64, SourceLocation<'a>)> {
         std::mem::take(&mut self.later.speed_limits)
     }
 
     /// Notes something assumed or skipped at a place that was left long ago.
-    pub fn note_at(&self, severity: Severity, place: &Place<'a>, message: String) {
+    pub fn note_at(&self, severity: Severity, place: &SourceLocation<'a>, message: String) {
         let element = place.element;
         let at = || {
             (
@@ -66,13 +66,13 @@ impl<'a> Xml<'a> {
         self.later.marks.push(place);
     }
 
-    /// What was remembered since this was last asked.
-    pub fn take_marks(&mut self) -> Vec<Place<'a>> {
+    /// The elements remembered since the last call.
+    pub fn take_marks(&mut self) -> Vec<SourceLocation<'a>> {
         std::mem::take(&mut self.later.marks)
     }
 
     /// An element and those around it.
-    pub fn place(&mut self, element: Element<'a>) -> Place<'a> {
+    pub fn place(&mut self, element: Element<'a>) -> SourceLocation<'a> {
         let open = match self.path.split_last() {
             Some((last, around)) if last.at == element.at => around,
             _ => &self.path,
@@ -83,7 +83,7 @@ impl<'a> Xml<'a> {
         if !same {
             self.later.around = open.into();
         }
-        Place {
+        SourceLocation {
             element,
             around: self.later.around.clone(),
         }

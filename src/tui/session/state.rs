@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::PathBuf;
 
-use crate::tui::message::session::{Opened, Session, Where};
+use super::{SavedLocation, SavedScenario, Session};
 
 /// State of session saving and restoring.
 #[derive(Debug, Default)]
@@ -13,13 +13,13 @@ pub struct SessionState {
     /// The folder that the program was started in.
     pub here: PathBuf,
     /// Paths the workbench was started with.
-    pub paths: Vec<Where>,
+    pub paths: Vec<SavedLocation>,
     /// Scenarios of the list that were looked at for what has yet to come back.
     pub seen: usize,
     /// Marked scenarios that are not found again yet.
-    pub marks: HashSet<Where>,
+    pub marks: HashSet<SavedLocation>,
     /// The scenario that was open last time, until it is open again or another one is chosen.
-    pub wanted: Option<Opened>,
+    pub wanted: Option<SavedScenario>,
     /// The session last saved.
     pub kept: Option<Box<Session>>,
     /// Whether something may have changed since.

@@ -6,11 +6,11 @@ use super::times::MentionedTime;
 /// Context that a line gives to the lines below it.
 #[derive(Default)]
 pub struct Above {
-    /// Whom the heading names.
+    /// The obstacle that the heading names.
     pub heading: Option<i64>,
     /// The list items that name a participant, the innermost last.
     pub named: Vec<Item>,
-    /// Whom the last sentence of the paragraph was about.
+    /// The obstacle that the last sentence of the paragraph was about.
     pub sentence: Option<i64>,
     /// Whether a sentence of the line left open whom the next one is about.
     pub open: bool,
@@ -26,7 +26,7 @@ pub struct Above {
 /// A list item that names a participant.
 pub struct Item {
     indent: usize,
-    /// Whom it is about; `None` if that cannot be told.
+    /// The obstacle it is about; `None` if unclear.
     obstacle: Option<i64>,
     /// Whether items beside it without a name have the same subject.
     stays: bool,
@@ -41,7 +41,7 @@ impl Above {
         self.sentence.or_else(|| self.fixed())
     }
 
-    /// Whom headings and items say that everything below is about.
+    /// The obstacle that headings and items make the subject of everything below.
     pub fn fixed(&self) -> Option<i64> {
         match self.named.last() {
             Some(item) => item.obstacle,
@@ -49,8 +49,8 @@ impl Above {
         }
     }
 
-    /// Whether no item above says whom everything below is about.
-    pub fn nobody(&self) -> bool {
+    /// Whether no item above names an obstacle.
+    pub fn names_no_obstacle(&self) -> bool {
         self.named.iter().all(|item| item.obstacle.is_none())
     }
 
@@ -62,17 +62,17 @@ impl Above {
     }
 
     /// A heading, an item or a line without a name begins.
-    pub fn begin(&mut self, kind: Kind, indent: usize, lower: &str, named: &[Mention]) {
+    pub fn begin(&mut self, kind: LineKind, indent: usize, lower: &str, named: &[Mention]) {
         self.open = false;
         match kind {
-            Kind::Heading => {
+            LineKind::Heading => {
                 self.forget();
                 self.heading = match named {
                     [one] if !one.compared => one.id,
                     _ => None,
                 };
             }
-            Kind::Item => {
+            LineKind::Item => {
                 self.sentence = None;
                 self.named
                     .retain(|item| item.indent < indent || (item.indent == indent && item.stays));
@@ -99,7 +99,7 @@ impl Above {
                 }
                 self.named.push(next);
             }
-            Kind::Line => {
+            LineKind::Line => {
                 if self.parted {
                     self.named.retain(|item| item.indent < indent);
                 }
@@ -110,7 +110,7 @@ impl Above {
 
 /// Kind of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum LineKind {
     Heading,
     Item,
     Line,

@@ -1,42 +1,20 @@
 //! Session files: read at the start, written atomically while the workbench runs.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
-use super::super::message::Msg;
-use super::super::message::session::{Session, Where};
-use super::Tasks;
+use super::{SavedLocation, Session};
 use crate::settings::{Folders, TextFile};
 use crate::system;
-
-/// How long after a change the session is kept: what a killed program loses.
-const REST: Duration = Duration::from_secs(2);
 
 /// Number of sessions kept: the most recently used ones.
 const MOST: usize = 100;
 
-impl Tasks {
-    /// Says after a while that the session is to be kept.
-    pub(super) fn remember_later(&self) {
-        let sender = self.sender.clone();
-        tokio::spawn(async move {
-            tokio::time::sleep(REST).await;
-            // The receiver is gone once the loop has ended.
-            let _ = sender.send(Msg::KeepSession);
-        });
-    }
-
-    /// At once and not in the background: the program may be about to end.
-    pub(super) fn remember(&self, session: &Session) {
-        if let Err(error) = write(&self.folders.sessions(), session) {
-            let _ = self
-                .sender
-                .send(Msg::Complaint(format!("{error}; the session is not kept")));
-        }
-    }
-}
-
-fn write(folder: &Path, session: &Session) -> Result<(), String> {
+/// Writes the file of a session; the oldest files beyond the limit go.
+///
+/// # Errors
+/// Its file cannot be written: which, and why.
+pub fn write(folder: &Path, session: &Session) -> Result<(), String> {
     let path = folder.join(Session::file_name(&session.paths));
     let new = !path.exists();
     let text = session.text();
@@ -76,7 +54,7 @@ pub fn any(folder: &Path) -> bool {
 ///
 /// # Errors
 /// Its file cannot be used: which, and why.
-pub fn read(folder: &Path, paths: &[Where]) -> Result<Option<Session>, String> {
+pub fn read(folder: &Path, paths: &[SavedLocation]) -> Result<Option<Session>, String> {
     let path = folder.join(Session::file_name(paths));
     let Some(said) = TextFile::read_if_there(&path)? else {
         return Ok(None);
@@ -90,6 +68,8 @@ pub fn read(folder: &Path, paths: &[Where]) -> Result<Option<Session>, String> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::time::Duration;
+
     use super::*;
     use crate::prompts::Library;
     use crate::settings::Config;
@@ -104,8 +84,8 @@ mod tests {
             Library::load(None),
             Vec::new(),
         );
-        let mut session = crate::tui::update::session_restore::of(&model);
-        session.paths = Where::of_arguments(paths, Path::new("/"));
+        let mut session = crate::tui::session::restore::capture(&model);
+        session.paths = SavedLocation::of_arguments(paths, Path::new("/"));
         session
     }
 
@@ -123,7 +103,11 @@ mod tests {
         write(&sessions, &kept).unwrap();
         assert!(any(&sessions));
         let of = |paths: &[PathBuf]| {
-            read(&sessions, &Where::of_arguments(paths, Path::new("/"))).unwrap()
+            read(
+                &sessions,
+                &SavedLocation::of_arguments(paths, Path::new("/")),
+            )
+            .unwrap()
         };
         assert_eq!(of(&both).as_ref(), Some(&kept));
         let turned = [two.join("../two"), one.clone(), one.clone()];
