@@ -27,6 +27,7 @@ use crate::judge::{Judgement, judge_under};
 use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
 };
+use crate::render::scene::Basemap;
 use crate::scenario::{Scenario, Scene, Severity, Transform, Window};
 use crate::verdict::{Task, Verdict};
 use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
@@ -49,6 +50,8 @@ pub struct Opened {
     pub change: Option<Transform>,
     /// The scenario.
     pub scenario: Arc<Scenario>,
+    /// Of its map what does not depend on time.
+    pub basemap: Arc<Basemap>,
     /// The scenario with its ego, if it has one.
     pub scene: Option<Arc<Scene>>,
     /// Why there is no ego.
@@ -131,6 +134,7 @@ impl Opened {
             change,
             file: entry.display(),
             ranking: series.as_ref().map(ranking).unwrap_or_default(),
+            basemap: Arc::new(Basemap::new(&scenario)),
             scenario,
             scene,
             no_ego,
