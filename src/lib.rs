@@ -45,7 +45,7 @@
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
 //! | [`paper`] | What did the authors of "From Words to Collisions" record and print, and does it agree? |
 //! | [`workflow`] | How is a scenario opened, asked about, planned or attacked, with which events on the way? |
-//! | [`render`] | How does it look on paper: SVG, PNG, GIF? |
+//! | [`render`] | What is seen of a map at a step ([`render::scene`]), and how does it look on paper: SVG, PNG, GIF? |
 //! | [`settings`] | What does the user want, and from which file and line? |
 //! | [`system`] | What does the operating system say, in plain words; how are files written whole, and in which line is a mistake? |
 //! | [`cli`] | What does a command do, and with which status does it end? |

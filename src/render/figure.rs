@@ -4,6 +4,7 @@ use super::display::{Area, Picture, Provenance};
 use super::map::Map;
 use super::palette::Palette;
 use super::plot::Plot;
+use super::scene::{Basemap, MapRequest, MapScene, TrailSpan};
 use super::view::{MapExtent, Subject, Variation, View};
 use crate::metrics::{Context, MEASURES, Measure, Series, Thresholds};
 
@@ -36,6 +37,12 @@ pub struct Look {
     /// Colours.
     pub palette: Palette,
 }
+
+/// What is shown of the motion of obstacles that are not pointed out.
+const TRAIL: TrailSpan = TrailSpan {
+    past: Some(2.0),
+    future: Some(0.0),
+};
 
 /// Points of a millimetre.
 pub const MILLIMETRE: f64 = 72.0 / 25.4;
@@ -76,6 +83,7 @@ pub enum FigureError {
 /// A figure that can be drawn at any step.
 pub struct Figure<'a> {
     subject: Subject<'a>,
+    basemap: Basemap,
     variation: Option<Variation<'a>>,
     look: Look,
     thresholds: &'a Thresholds,
@@ -126,6 +134,7 @@ impl<'a> Figure<'a> {
         }
         Ok(Self {
             subject,
+            basemap: Basemap::new(subject.scenario),
             variation: None,
             look,
             thresholds,
@@ -193,13 +202,26 @@ impl<'a> Figure<'a> {
                 height: map_height,
             };
             let area = area.grown(-0.25);
-            let map = Map {
+            let view = View::new(look.seen, look.ego_up, &self.subject, step, area);
+            let request = MapRequest {
                 subject: self.subject,
-                variation: self.variation,
+                basemap: &self.basemap,
                 step,
-                emphasised,
+                viewport: view.viewport(),
+                highlighted: emphasised,
+                series: None,
+                variation: self.variation,
+                trails: [TRAIL, TrailSpan::WHOLE],
+            };
+            let dt = self.subject.scenario.dt();
+            let attacker = self.variation.map(|both| both.changed.id);
+            let map = Map {
+                scene: MapScene::new(&request),
+                seconds: step as f64 * dt,
+                dt,
+                attacker: attacker.and_then(|id| emphasised.iter().position(|&e| e == id)),
                 palette: &look.palette,
-                view: View::new(look.seen, look.ego_up, &self.subject, step, area),
+                view,
                 letters,
             };
             map.draw(&mut picture);

@@ -1,6 +1,8 @@
 //! Pictures: figures of scenes, plots and screens as SVG, PNG and GIF, without another program.
 //!
-//! A figure is worked out once as a list of things to draw, in points; every format is written from that list.
+//! What is seen of a map is worked out once, in the world's coordinates and with roles for colours: a [`scene`](crate::render::scene), which
+//! figures and the workbench draw. A figure is a list of things to draw, in points; every format is written from that
+//! list.
 
 mod animation;
 mod clip;
@@ -14,6 +16,7 @@ mod map;
 mod palette;
 mod plot;
 mod raster;
+pub mod scene;
 mod screen;
 mod svg;
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! From the world to the page: which part of the map is seen, which way up, how large.
 
 use super::display::{Area, Spot};
+use super::scene::Viewport;
 use crate::geometry::{Bounds, Point, Pose};
-use crate::scenario::{Motion, Obstacle, ObstacleRole, Scenario, Scene};
+use crate::scenario::{Obstacle, Scenario, Scene};
 
 /// Which part of the map is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,18 +137,11 @@ impl View {
         points.into_iter().map(|p| self.at(p)).collect()
     }
 
-    /// Whether something within `bounds` may be seen.
+    /// The part of the world that it shows, with the few points around it that lines and signs reach.
     #[must_use]
-    pub fn sees(&self, bounds: &Bounds) -> bool {
-        let (x, y) = self.at(&bounds.center());
-        let reach = (bounds.max - bounds.min).norm() / 2.0 * self.scale;
-        let at = Area {
-            x,
-            y,
-            width: 0.0,
-            height: 0.0,
-        };
-        self.area.grown(reach + 4.0).holds(&at)
+    pub fn viewport(&self) -> Viewport {
+        let half = |points: f64| (points / 2.0 + BEYOND) / self.scale;
+        Viewport::new(self.frame, (half(self.area.width), half(self.area.height)))
     }
 
     /// Metres from left to right.
@@ -159,6 +153,9 @@ impl View {
 
 /// Room around everything, metres.
 const MARGIN: f64 = 12.0;
+
+/// What lies so far outside may be seen, points.
+const BEYOND: f64 = 4.0;
 
 /// What is drawn: a scenario, with its ego if it has one.
 #[derive(Debug, Clone, Copy)]
@@ -198,15 +195,6 @@ impl<'a> Subject<'a> {
         match self.scene {
             Some(scene) => scene.steps(),
             None => self.scenario.steps(),
-        }
-    }
-
-    /// An obstacle's motion at a step; what stands, stands always.
-    #[must_use]
-    pub fn motion(&self, obstacle: &'a Obstacle, step: i64) -> Option<&'a Motion> {
-        match obstacle.role {
-            ObstacleRole::Static => obstacle.track().iter().next().map(|(_, m)| m),
-            _ => obstacle.track().at(step),
         }
     }
 

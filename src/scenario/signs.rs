@@ -146,10 +146,18 @@ impl SignElement {
 
 impl Sign {
     /// Whether its speeds are told in miles an hour where it stands.
-    #[must_use]
-    pub fn in_miles(&self) -> bool {
+    fn in_miles(&self) -> bool {
         let american = |e: &SignElement| e.id.starts_with('R') && e.id.contains('-');
         self.elements.iter().any(american)
+    }
+
+    /// A speed (m/s) as the sign tells it, with its unit.
+    #[must_use]
+    pub fn speed_shown(&self, speed: f64) -> (f64, &'static str) {
+        match self.in_miles() {
+            true => (speed * 2.236_936, "mph"),
+            false => (speed * 3.6, "km/h"),
+        }
     }
 }
 

@@ -29,6 +29,7 @@ use crate::judge::{Judgement, judge_collision};
 use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
 };
+use crate::render::scene::Basemap;
 use crate::scenario::{Scenario, Scene, Severity, Transform};
 use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 
@@ -50,6 +51,8 @@ pub struct Opened {
     pub change: Option<Transform>,
     /// The scenario.
     pub scenario: Arc<Scenario>,
+    /// Of its map what does not depend on time.
+    pub basemap: Arc<Basemap>,
     /// The scenario with its ego, if it has one.
     pub scene: Option<Arc<Scene>>,
     /// Why there is no ego.
@@ -130,6 +133,7 @@ impl Opened {
             change,
             file: entry.display(),
             ranking: series.as_ref().map(ranking).unwrap_or_default(),
+            basemap: Arc::new(Basemap::new(&scenario)),
             scenario,
             scene,
             no_ego,

@@ -49,8 +49,7 @@ fn scale(map: &Map<'_>, picture: &mut Picture) -> Area {
 
 fn time(map: &Map<'_>, picture: &mut Picture) -> Area {
     let (palette, size, frame) = (map.palette, map.letters, map.view.area);
-    let seconds = map.step as f64 * map.subject.scenario.dt();
-    let words = format!("t = {seconds:.1} s");
+    let words = format!("t = {:.1} s", map.seconds);
     let area = Area {
         x: frame.x + MARGIN,
         y: frame.y + MARGIN,

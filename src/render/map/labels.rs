@@ -1,9 +1,10 @@
 //! Names beside the bodies that matter: never one over another, nor over a body, a scale or a mark.
 
 use super::Map;
-use super::bodies::rings;
+use crate::geometry::Point;
 use crate::render::Color;
 use crate::render::display::{Area, Picture, Stroke, Text};
+use crate::render::scene::{Body, Owner};
 
 /// Obstacles named at most, beside those that are pointed out.
 const MOST: usize = 9;
@@ -40,79 +41,44 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture, taken: &[Area], contacts: &[Ar
     }
 }
 
-/// The ego, those pointed out, and those nearest to the ego, or to the middle of the map where there is none.
+/// Bodies by their ids, and after the ego the hollow ones.
 fn wanted(map: &Map<'_>) -> Vec<Label> {
-    let palette = map.palette;
-    let middle = map.view.area.center();
-    let mut labels = Vec::new();
-    let mut center = middle;
-    if let Some(scene) = map.subject.scene
-        && let Some(motion) = scene.ego.track.at(map.step)
-        && let Some(body) =
-            Area::around(&rings(map, scene.ego_footprint_at(map.step), motion).concat())
-    {
-        center = body.center();
-        labels.push(Label {
-            words: "ego".into(),
-            color: palette.ego,
-            bold: true,
-            body,
-        });
-    }
-    let mut others = Vec::new();
-    for obstacle in map.subject.others() {
-        let motion = map.subject.motion(obstacle, map.step);
-        let Some((shape, motion)) = obstacle.footprint_at(map.step).zip(motion) else {
-            continue;
-        };
-        let Some(body) = Area::around(&rings(map, shape, motion).concat()) else {
-            continue;
-        };
-        if !map.view.area.meets(&body) {
-            continue;
-        }
-        let (x, y) = body.center();
-        let far = (x - center.0).hypot(y - center.1);
-        let place = map.emphasis(obstacle.id);
-        let label = Label {
-            words: obstacle.id.to_string(),
-            color: place.map_or(palette.text, |place| palette.emphasised(place)),
-            bold: place.is_some(),
-            body,
-        };
-        others.push((place.unwrap_or(usize::MAX), far, label));
-    }
-    others.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let pointed_out = others
-        .iter()
-        .filter(|(place, ..)| *place < usize::MAX)
-        .count();
-    if let Some((words, color, body)) = super::variation::name(map) {
-        labels.push(Label {
+    let label = |words, color, bold, rings: &[Vec<Point>]| {
+        let body = Area::around(&map.rings(rings).concat());
+        let body = body.filter(|body| map.shows(body))?;
+        Some(Label {
             words,
             color,
-            bold: false,
+            bold,
             body,
-        });
-    }
-    let named = others.into_iter().map(|(.., label)| label);
-    labels.extend(named.take(pointed_out + MOST));
-    labels
+        })
+    };
+    let of_body = |body: &Body<'_>| {
+        let (words, known) = match body.owner {
+            Owner::Ego => ("ego".into(), true),
+            Owner::Obstacle(id) => (id.to_string(), body.highlighted.is_some()),
+        };
+        let color = if known {
+            map.color(body.role)
+        } else {
+            map.palette.text
+        };
+        label(words, color, known, &body.rings)
+    };
+    let hollow = map.scene.hollow().filter_map(|(name, outline)| {
+        label(name.into(), map.color(outline.role), false, &outline.rings)
+    });
+    let mut named = map.scene.named(MOST).into_iter().peekable();
+    let ego = named.next_if(|body| body.owner == Owner::Ego);
+    let ego = ego.and_then(of_body).into_iter();
+    ego.chain(hollow).chain(named.filter_map(of_body)).collect()
 }
 
 /// What every body covers.
 fn everybody(map: &Map<'_>) -> Vec<Area> {
-    let ego = map.subject.scene.and_then(|scene| {
-        let motion = scene.ego.track.at(map.step)?;
-        Some((scene.ego_footprint_at(map.step), motion))
-    });
-    let others = map.subject.others().filter_map(|o| {
-        let motion = map.subject.motion(o, map.step)?;
-        Some((o.footprint_at(map.step)?, motion))
-    });
-    let all = ego.into_iter().chain(others);
+    let all = map.scene.ego.iter().chain(&map.scene.bodies);
     // Ring by ring: the box around a long body that stands askew would keep much free ground.
-    let rings = all.flat_map(|(body, motion)| rings(map, body, motion));
+    let rings = all.flat_map(|body| map.rings(&body.rings));
     rings
         .flat_map(|ring| pieces(&ring))
         .filter(|area| map.shows(area))

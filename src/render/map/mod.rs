@@ -1,28 +1,31 @@
-//! The map: the road, goals, trails, bodies of real size, and names beside them.
+//! The map of a figure: a scene's roads, traffic and marks as paths on a page, and names beside the bodies.
 
 mod bodies;
 mod contact;
 mod furniture;
 mod labels;
+mod overlays;
 mod posts;
 mod regions;
 mod road;
-mod variation;
 
-use super::display::{Area, Picture, Stroke};
+use super::Color;
+use super::display::{Area, Picture, Spot, Stroke};
 use super::palette::Palette;
-use super::view::{Subject, Variation, View};
+use super::scene::{MapScene, Role};
+use super::view::View;
+use crate::geometry::Point;
 
 /// What a map shows.
 pub struct Map<'a> {
     /// What is drawn.
-    pub subject: Subject<'a>,
-    /// Both motions of a variant's attacker, where they are known.
-    pub variation: Option<Variation<'a>>,
-    /// The time step.
-    pub step: i64,
-    /// Obstacles that are pointed out.
-    pub emphasised: &'a [i64],
+    pub scene: MapScene<'a>,
+    /// The time that is shown, seconds.
+    pub seconds: f64,
+    /// Seconds of a time step.
+    pub dt: f64,
+    /// The place of a variant's attacker among the obstacles that are pointed out.
+    pub attacker: Option<usize>,
     /// Its colours.
     pub palette: &'a Palette,
     /// How the world lies on the page.
@@ -42,14 +45,15 @@ impl Map<'_> {
             p.group("signs", None, |p| posts::draw(self, p));
             p.group("regions", None, |p| regions::draw(self, p));
             p.group("trails", None, |p| bodies::trails(self, p));
-            if self.variation.is_some() {
-                p.group("variation", None, |p| {
-                    variation::ways(self, p);
-                    variation::body(self, p);
-                });
-            }
-            p.group("obstacles", None, |p| bodies::obstacles(self, p));
-            p.group("ego", None, |p| bodies::ego(self, p));
+            p.group("variation", None, |p| overlays::draw(self, p));
+            p.group("obstacles", None, |p| {
+                let bodies = self.scene.bodies.iter();
+                bodies.for_each(|body| bodies::draw(self, p, body));
+            });
+            p.group("ego", None, |p| {
+                let ego = self.scene.ego.iter();
+                ego.for_each(|body| bodies::draw(self, p, body));
+            });
         });
         let mut taken = Vec::new();
         picture.group("furniture", clip, |p| taken = furniture::draw(self, p));
@@ -59,14 +63,38 @@ impl Map<'_> {
         picture.rectangle(&area, None, Some(Stroke::new(self.palette.dim, 0.5)));
     }
 
-    /// The place of an obstacle among those that are pointed out.
-    fn emphasis(&self, id: i64) -> Option<usize> {
-        self.emphasised.iter().position(|&e| e == id)
+    /// The colour of a role.
+    fn color(&self, role: Role) -> Color {
+        let palette = self.palette;
+        match role {
+            Role::Ego => palette.ego,
+            Role::Obstacle | Role::PredictedBody => palette.obstacle,
+            Role::StaticObstacle => palette.static_obstacle,
+            Role::Highlighted(place) => palette.emphasised(place),
+            Role::Attacker => self
+                .attacker
+                .map_or(palette.text, |place| palette.emphasised(place)),
+            Role::Danger | Role::Warning => palette.danger,
+            Role::Recorded | Role::Rejected => palette.dim,
+            Role::RecordedEgo | Role::ConstantVelocity => palette.text,
+            Role::Feasible => palette.goal,
+            Role::Prediction | Role::Tape => palette.accent,
+        }
+    }
+
+    /// The colour of something of an obstacle that may be pointed out.
+    fn color_of(&self, highlighted: Option<usize>, otherwise: Color) -> Color {
+        highlighted.map_or(otherwise, |place| self.palette.emphasised(place))
     }
 
     /// A length on the page, points.
     fn points(&self, metres: f64) -> f64 {
         metres * self.view.scale
+    }
+
+    /// Outlines on the page.
+    fn rings(&self, rings: &[Vec<Point>]) -> Vec<Vec<Spot>> {
+        rings.iter().map(|ring| self.view.all(ring)).collect()
     }
 
     /// Whether an area is on the map.

@@ -1,10 +1,9 @@
 //! Traffic lights with what they show at the step, and traffic signs.
 
 use super::Map;
-use crate::geometry::Point;
 use crate::render::Color;
 use crate::render::display::{Anchor, Area, Picture, Spot, Stroke, Text};
-use crate::scenario::{Sign, SignElement, SignalColor, TrafficLight};
+use crate::scenario::{Sign, SignElement, SignMeaning, SignalColor};
 
 /// On a map that is wider than this, metres, posts would lie over each other.
 const WIDEST: f64 = 120.0;
@@ -13,7 +12,6 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture) {
     if map.view.width() > WIDEST {
         return;
     }
-    let network = &map.subject.scenario.network;
     let mut taken: Vec<Area> = Vec::new();
     // Posts at the same place would hide each other: the first one stands for all.
     let mut free = |(x, y): Spot| {
@@ -29,52 +27,22 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture) {
         }
         free
     };
-    for light in &network.lights {
-        let position = light.position.or_else(|| end_of_lanelet(map, light.id));
-        let Some(at) = position.map(|p| map.view.at(&p)) else {
-            continue;
-        };
+    for light in &map.scene.lights {
+        let at = map.view.at(&light.at);
         if free(at) {
-            lamp(map, picture, at, light);
+            lamp(map, picture, at, light.color);
         }
     }
-    for sign in network.signs.iter().filter(|s| !s.is_virtual) {
-        let Some(at) = sign.position.map(|p| map.view.at(&p)) else {
-            continue;
-        };
+    for post in map.scene.signs.iter().filter(|post| !post.sign.is_virtual) {
+        let at = map.view.at(&post.at);
         if free(at) {
-            plate(map, picture, at, sign);
+            plate(map, picture, at, post.sign);
         }
     }
-}
-
-/// A light without a place stands at the right end of the lanelet that it is for.
-fn end_of_lanelet(map: &Map<'_>, light: i64) -> Option<Point> {
-    let lanelets = &map.subject.scenario.network.lanelets;
-    let lanelet = lanelets.iter().find(|l| l.lights.contains(&light))?;
-    lanelet.right.points.last().copied()
-}
-
-/// What a light shows at a step; `None` if its cycle has no length.
-pub fn shown(light: &TrafficLight, step: i64) -> Option<SignalColor> {
-    if !light.active {
-        return Some(SignalColor::Inactive);
-    }
-    let total: i64 = light.cycle.iter().map(|p| p.duration.max(0)).sum();
-    let mut left = step
-        .saturating_sub(light.offset)
-        .checked_rem_euclid(total)?;
-    for phase in &light.cycle {
-        if left < phase.duration {
-            return Some(phase.color);
-        }
-        left -= phase.duration.max(0);
-    }
-    None
 }
 
 /// Three lamps; those that are on have their colour and their place.
-fn lamp(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, light: &TrafficLight) {
+fn lamp(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, color: SignalColor) {
     let housing = Area {
         x: x - 1.7,
         y: y - 4.3,
@@ -83,10 +51,9 @@ fn lamp(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, light: &TrafficLight
     };
     let edge = Stroke::new(map.palette.background, 0.4);
     picture.rectangle(&housing, Some(Color::hex(0x222222)), Some(edge));
-    let color = shown(light, map.step);
-    let red = matches!(color, Some(SignalColor::Red | SignalColor::RedYellow));
-    let yellow = matches!(color, Some(SignalColor::Yellow | SignalColor::RedYellow));
-    let green = color == Some(SignalColor::Green);
+    let red = matches!(color, SignalColor::Red | SignalColor::RedYellow);
+    let yellow = matches!(color, SignalColor::Yellow | SignalColor::RedYellow);
+    let green = color == SignalColor::Green;
     let lamps = [
         (red, Color::hex(0xff4030)),
         (yellow, Color::hex(0xffc400)),
@@ -126,13 +93,10 @@ fn plate(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, sign: &Sign) {
         }
         Some((element, Kind::Limit)) => {
             picture.circle((x, y), 3.3, Some(WHITE), red());
-            let speed = element
-                .values
-                .first()
-                .and_then(|v| v.trim().parse::<f64>().ok());
-            if let Some(speed) = speed.filter(|v| (0.0..100.0).contains(v)) {
-                // Files give metres a second, signs kilometres an hour.
-                let words = format!("{:.0}", speed * 3.6);
+            if let Some(SignMeaning::SpeedLimit(speed)) = element.meaning()
+                && speed < 100.0
+            {
+                let words = format!("{:.0}", sign.speed_shown(speed).0);
                 let text = Text::new((x, y + 1.1), words, 3.0, BLACK);
                 picture.text(text.in_bold(true).anchored(Anchor::Middle));
             }
@@ -159,41 +123,9 @@ impl Kind {
             "205" | "R1-2" => Some(Self::Yield),
             "301" | "306" => Some(Self::Priority),
             "274" | "R2-1" => Some(Self::Limit),
-            _ => None,
+            _ => {
+                matches!(element.meaning(), Some(SignMeaning::SpeedLimit(_))).then_some(Self::Limit)
+            }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scenario::LightPhase;
-
-    #[test]
-    fn a_light_goes_through_its_cycle_for_ever() {
-        let phase = |duration, color| LightPhase { duration, color };
-        let light = TrafficLight {
-            id: 1,
-            cycle: vec![
-                phase(10, SignalColor::Red),
-                phase(2, SignalColor::RedYellow),
-                phase(8, SignalColor::Green),
-            ],
-            offset: 5,
-            position: None,
-            direction: None,
-            active: true,
-        };
-        let at = |step| shown(&light, step);
-        assert_eq!(at(5), Some(SignalColor::Red));
-        assert_eq!(at(15), Some(SignalColor::RedYellow));
-        assert_eq!(at(17), Some(SignalColor::Green));
-        assert_eq!(at(4), Some(SignalColor::Green));
-        assert_eq!(at(5 + 20 * 7), Some(SignalColor::Red));
-        let none = TrafficLight {
-            cycle: Vec::new(),
-            ..light
-        };
-        assert_eq!(shown(&none, 3), None);
     }
 }

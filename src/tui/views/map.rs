@@ -1,9 +1,10 @@
 //! The map from above: lanes, then trails and paths, obstacles, the ego, and signs and labels on top.
 
-mod attack;
 mod label_placer;
 mod labels;
 mod legend;
+mod lines;
+mod overlays;
 mod paths;
 mod planner;
 mod regions;
@@ -12,70 +13,64 @@ mod signs;
 mod tape;
 mod vehicles;
 
+use std::ops::Deref;
+
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui::style::{Color, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::canvas::{Canvas, Context, Line as Stroke};
+use ratatui::widgets::canvas::{Canvas, Context};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use unicode_width::UnicodeWidthStr;
 
 use self::label_placer::LabelPlacer;
 use crate::geometry::{Bounds, Point, Pose, Vector, part_within};
+use crate::render::Subject;
+use crate::render::scene::{MapRequest, MapScene, Role, TrailSpan, Viewport};
 use crate::tui::loaded::Opened;
-use crate::tui::model::{MapDrawn, Model, On, Pane};
+use crate::tui::model::{Layers, MapDrawn, Model, On, Pane};
+use crate::tui::theme::Theme;
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::hundredths;
 
-/// From the world to the canvas: x to the right, y up, in metres from the middle.
-struct Projection {
-    frame: Pose,
-    /// Up and left on the screen, as directions of the world.
-    axes: (Vector, Vector),
-    /// Half of what is seen, metres.
-    half: (f64, f64),
+/// What is shown of the motion of obstacles, and of the picked one.
+const TRAILS: [TrailSpan; 2] = [
+    TrailSpan {
+        past: Some(2.0),
+        future: Some(2.0),
+    },
+    TrailSpan {
+        past: Some(2.0),
+        future: None,
+    },
+];
+
+/// What is seen, and how large cells and dots are in it.
+struct CellView {
+    seen: Viewport,
     /// Metres of a column and of a row.
     cell: (f64, f64),
     /// Metres from one dot to the next, where they are farther apart.
     dot: f64,
 }
 
-impl Projection {
+impl Deref for CellView {
+    type Target = Viewport;
+
+    fn deref(&self) -> &Viewport {
+        &self.seen
+    }
+}
+
+impl CellView {
     fn new(frame: Pose, half: (f64, f64), cell: (f64, f64)) -> Self {
         Self {
-            frame,
-            axes: (frame.forward(), frame.left()),
-            half,
+            seen: Viewport::new(frame, half),
             cell,
             dot: (cell.0 / 2.0).max(cell.1 / 4.0),
         }
-    }
-
-    fn at(&self, p: &Point) -> (f64, f64) {
-        let turned = self.turned(&(p - self.frame.position));
-        (turned.x, turned.y)
-    }
-
-    /// A direction of the world on the canvas.
-    fn turned(&self, v: &Vector) -> Vector {
-        Vector::new(-v.dot(&self.axes.1), v.dot(&self.axes.0))
-    }
-
-    /// Whether something within `bounds` may be seen.
-    fn sees(&self, bounds: &Bounds) -> bool {
-        self.sees_around(&bounds.center(), (bounds.max - bounds.min).norm() / 2.0)
-    }
-
-    /// Whether something within `reach` metres of a point may be seen.
-    fn sees_around(&self, p: &Point, reach: f64) -> bool {
-        let (x, y) = self.at(p);
-        x.abs() <= self.half.0 + reach && y.abs() <= self.half.1 + reach
-    }
-
-    fn sees_point(&self, p: &Point) -> bool {
-        self.sees_around(p, 0.0)
     }
 
     /// The part of a line on the canvas that may be seen, from 0 (its beginning) to 1; with some dots around the map.
@@ -93,22 +88,21 @@ impl Projection {
     }
 }
 
-/// Draws an open line.
-fn stroke(
-    ctx: &mut Context<'_>,
-    view: &Projection,
-    points: &[Point],
-    color: ratatui::style::Color,
-) {
-    for pair in points.windows(2) {
-        let ((x1, y1), (x2, y2)) = (view.at(&pair[0]), view.at(&pair[1]));
-        ctx.draw(&Stroke {
-            x1,
-            y1,
-            x2,
-            y2,
-            color,
-        });
+/// The colour of a role.
+fn color(theme: &Theme, role: Role) -> Color {
+    match role {
+        Role::Ego => theme.ego,
+        Role::Obstacle => theme.obstacle,
+        Role::StaticObstacle => theme.static_obstacle,
+        Role::Highlighted(_) => theme.picked,
+        Role::Danger => theme.danger,
+        Role::Warning => theme.warning,
+        Role::Attacker => theme.attacker,
+        Role::Recorded | Role::Rejected => theme.dim,
+        Role::RecordedEgo | Role::ConstantVelocity => theme.text,
+        Role::Prediction | Role::Tape => theme.accent,
+        Role::PredictedBody => theme.predicted,
+        Role::Feasible => theme.safe,
     }
 }
 
@@ -144,40 +138,75 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         cell * f64::from(inner.width) / 2.0,
         row * f64::from(inner.height) / 2.0,
     );
-    let view = Projection::new(camera.frame(ego), half, (cell, row));
+    let view = CellView::new(camera.frame(ego), half, (cell, row));
     model.drawn.map(MapDrawn {
         area: inner,
         frame: view.frame,
         cell,
         row,
     });
+    let scene = scene(model, opened, view.seen, step);
     let canvas = Canvas::default()
         .marker(Marker::Braille)
         .x_bounds([-half.0, half.0])
         .y_bounds([-half.1, half.1])
-        .paint(|ctx| paint(ctx, model, opened, &view, step));
+        .paint(|ctx| paint(ctx, &model.theme, &model.map.layers, &scene, &view));
     f.render_widget(canvas, inner);
-    let shown = write(f, inner, model, opened, &view, step);
+    let shown = write(f, inner, model, opened, (&scene, &view));
     bottom_line(f, inner, model, opened, step, cell);
     legend::draw(f, area, model, shown);
 }
 
-fn paint(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
-    road::draw(ctx, model, opened, view);
-    regions::fixed(ctx, model, opened, view);
-    planner::fan(ctx, model, view);
+/// What is seen at a step, with what only the workbench shows.
+fn scene<'a>(model: &'a Model, opened: &'a Opened, viewport: Viewport, step: i64) -> MapScene<'a> {
+    let mut scene = MapScene::new(&MapRequest {
+        subject: Subject {
+            scenario: &opened.scenario,
+            scene: opened.scene.as_deref(),
+        },
+        basemap: &opened.basemap,
+        step,
+        viewport,
+        highlighted: model.picked.as_slice(),
+        series: opened.series.as_ref(),
+        variation: model.variant().and_then(|shown| shown.variation()),
+        trails: TRAILS,
+    });
+    if !model.map.layers.variant {
+        scene.variation.clear();
+    }
+    scene.underlays.extend(planner::fan(model));
+    scene.overlays.extend(paths::predictions(model));
+    scene.overlays.extend(planner::overlays(model, step));
+    scene.top.extend(tape::line(model));
+    scene
+}
+
+fn paint(
+    ctx: &mut Context<'_>,
+    theme: &Theme,
+    layers: &Layers,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    road::draw(ctx, theme, layers, scene, view);
+    regions::fixed(ctx, theme, layers, scene, view);
+    overlays::draw(ctx, theme, &scene.underlays, view);
     ctx.layer();
-    regions::occupancies(ctx, model, opened, view, step);
-    paths::trails(ctx, model, opened, view, step);
-    paths::futures(ctx, model, view);
-    planner::recorded(ctx, model, view, step);
-    planner::chosen(ctx, model, view);
-    attack::motions(ctx, model, view, step);
+    if layers.occupancy {
+        regions::occupancies(ctx, theme, scene, view);
+    }
+    if layers.trails {
+        paths::trails(ctx, theme, scene, view);
+    }
+    vehicles::velocities(ctx, theme, scene, view);
+    overlays::draw(ctx, theme, &scene.overlays, view);
+    overlays::draw(ctx, theme, &scene.variation, view);
     ctx.layer();
-    vehicles::obstacles(ctx, model, opened, view, step);
+    vehicles::draw(ctx, theme, &scene.bodies, view);
     ctx.layer();
-    vehicles::ego(ctx, model, opened, view, step);
-    tape::line(ctx, model, view);
+    vehicles::draw(ctx, theme, &scene.ego, view);
+    overlays::draw(ctx, theme, &scene.top, view);
 }
 
 /// Signs and words on top; what has to be where it is comes first.
@@ -186,22 +215,20 @@ fn write(
     area: Rect,
     model: &Model,
     opened: &Opened,
-    view: &Projection,
-    step: i64,
+    (scene, view): (&MapScene<'_>, &CellView),
 ) -> signs::Placed {
     let mut board = LabelPlacer::new(f.buffer_mut(), area, view);
-    vehicles::arrows(&mut board, model, opened, view, step);
-    let lights = signs::lights(&mut board, model, opened, view, step);
+    vehicles::arrows(&mut board, &model.theme, scene, view);
+    let lights = signs::lights(&mut board, model, scene, view);
     tape::ends(&mut board, model, view);
-    labels::draw(&mut board, model, opened, view, step);
+    labels::draw(&mut board, model, scene, view);
     tape::label(&mut board, model, view);
-    planner::name(&mut board, model, view, step);
-    attack::name(&mut board, model, view, step);
+    overlays::names(&mut board, &model.theme, scene, view);
     planner::seconds(&mut board, model, view);
-    vehicles::keep_clear(&mut board, model, opened, view, step);
+    vehicles::keep_clear(&mut board, scene, view);
     paths::ends(&mut board, model, view);
     regions::goal_labels(&mut board, model, opened, view);
-    let posts = signs::signs(&mut board, model, opened, view);
+    let posts = signs::signs(&mut board, model, scene, view);
     signs::Placed { lights, posts }
 }
 

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use unicode_width::UnicodeWidthStr;
 
-use super::Projection;
+use super::CellView;
 
 /// Cells that no screen has.
 const FAR: i32 = 1_000_000;
@@ -59,7 +59,7 @@ pub struct LabelPlacer<'a> {
 }
 
 impl<'a> LabelPlacer<'a> {
-    pub fn new(buffer: &'a mut Buffer, area: Rect, view: &Projection) -> Self {
+    pub fn new(buffer: &'a mut Buffer, area: Rect, view: &CellView) -> Self {
         Self {
             buffer,
             area,

@@ -2,11 +2,10 @@
 
 use ratatui::style::{Modifier, Style};
 
-use super::Projection;
+use super::CellView;
 use super::label_placer::{Area, Body, LabelPlacer};
-use crate::geometry::Placed;
-use crate::tui::loaded::Opened;
-use crate::tui::model::{Model, On};
+use crate::render::scene::{Importance, MapScene, Owner, Role};
+use crate::tui::model::Model;
 
 /// Obstacles named at once, beside the picked one.
 const MOST: usize = 7;
@@ -16,73 +15,49 @@ struct Label {
     style: Style,
     /// Around the vehicle.
     body: Area,
-    whose: On,
+    owner: Owner,
 }
 
-pub fn draw(
-    board: &mut LabelPlacer<'_>,
-    model: &Model,
-    opened: &Opened,
-    view: &Projection,
-    step: i64,
-) {
+pub fn draw(board: &mut LabelPlacer<'_>, model: &Model, scene: &MapScene<'_>, view: &CellView) {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
     let mut labels = Vec::new();
-    if let Some(body) = opened.body_of(On::Ego, step).and_then(|b| around(view, &b)) {
-        labels.push(Label {
-            text: match model.planned() {
-                Some(_) => "ego planned".into(),
-                None => "ego".into(),
-            },
-            style: bold(theme.ego),
-            body: board.cells(&body),
-            whose: On::Ego,
-        });
-    }
-    let attacker = model.variant().map(|shown| shown.made.effect.attacker);
-    let wanted = if model.map.layers.labels {
-        wanted(model, opened, view, step)
-    } else {
-        model.picked.into_iter().collect()
-    };
-    for id in wanted {
-        let placed = opened.body_of(On::Obstacle(id), step);
-        let placed = placed.filter(|p| view.sees_point(&p.pose.position));
-        let Some(body) = placed.and_then(|placed| around(view, &placed)) else {
+    for named in scene.named(MOST) {
+        let outside = !view.sees_point(&named.motion.pose.position);
+        let corners = named.rings.iter().flatten().map(|p| view.at(p));
+        let Some(body) = Body::around(corners) else {
             continue;
         };
-        let value = |measure| {
-            opened
-                .series
-                .as_ref()
-                .and_then(|s| s.at(measure, id, step).value())
-        };
-        let (text, style) = match (value("distance"), value("risk")) {
-            (Some(0.0), _) => (format!("X {id} contact"), bold(theme.danger)),
-            (_, Some(risk)) if risk <= 1.0 => (format!("! {id}"), bold(theme.danger)),
-            _ if model.picked == Some(id) => (id.to_string(), bold(theme.picked)),
-            (_, Some(risk)) if risk <= 2.0 => (id.to_string(), Style::new().fg(theme.warning)),
-            _ => (id.to_string(), Style::new().fg(theme.dim)),
-        };
-        let (text, style) = match model.variant() {
-            Some(shown) if shown.made.effect.attacker == id => match shown.changed {
-                true => (format!("{text} attacker"), bold(theme.attacker)),
-                false => (format!("{text} recorded"), style),
+        let (text, style) = match named.owner {
+            Owner::Ego => match model.planned() {
+                Some(_) => ("ego planned".into(), bold(theme.ego)),
+                None => ("ego".into(), bold(theme.ego)),
             },
-            _ => (text, style),
+            _ if outside || !(model.map.layers.labels || named.highlighted.is_some()) => continue,
+            Owner::Obstacle(id) => match (named.distance, named.importance) {
+                (Some(0.0), _) => (format!("X {id} contact"), bold(theme.danger)),
+                (_, Importance::Danger) => (format!("! {id}"), bold(theme.danger)),
+                (_, Importance::Highlighted) => (id.to_string(), bold(theme.picked)),
+                (_, Importance::Risky) => (id.to_string(), Style::new().fg(theme.warning)),
+                _ => (id.to_string(), Style::new().fg(theme.dim)),
+            },
+        };
+        let (text, style) = match named.role {
+            _ if !scene.is_attacker(named.owner) => (text, style),
+            Role::Attacker => (format!("{text} attacker"), bold(theme.attacker)),
+            _ => (format!("{text} recorded"), style),
         };
         let body = board.cells(&body);
         labels.push(Label {
             text,
             style,
             body,
-            whose: On::Obstacle(id),
+            owner: named.owner,
         });
     }
     let first = labels
         .iter()
-        .position(|label| Some(label.whose) == attacker.map(On::Obstacle));
+        .position(|label| scene.is_attacker(label.owner));
     if let Some(first) = first {
         let attackers = labels.remove(first);
         most_telling(board, &attackers, &labels);
@@ -99,7 +74,7 @@ pub fn draw(
 /// helps, it covers others, but never the ego.
 fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, others: &[Label]) {
     board.reserve(label.body);
-    let ego = others.iter().filter(|other| other.whose == On::Ego);
+    let ego = others.iter().filter(|other| other.owner == Owner::Ego);
     ego.for_each(|ego| board.reserve(ego.body));
     let bodies: Vec<Area> = others.iter().map(|other| other.body).collect();
     let shorter = label.text.replace(" contact ", " ");
@@ -111,38 +86,4 @@ fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, others: &[Label]) {
             return;
         }
     }
-}
-
-/// The attacker of a variant and the picked obstacle, then those nearest to the ego at this step, or without an ego to the middle of the map.
-fn wanted(model: &Model, opened: &Opened, view: &Projection, step: i64) -> Vec<i64> {
-    let mut near: Vec<(f64, i64)> = match &opened.series {
-        Some(series) => series
-            .obstacles()
-            .iter()
-            .filter_map(|&id| Some((series.at("distance", id, step).value()?, id)))
-            .collect(),
-        None => opened
-            .scenario
-            .obstacles
-            .iter()
-            .filter_map(|o| {
-                let (x, y) = view.at(&o.motion_at(step)?.pose.position);
-                Some((x.hypot(y), o.id))
-            })
-            .collect(),
-    };
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let attacker = model.variant().map(|shown| shown.made.effect.attacker);
-    let attacker = attacker.filter(|id| Some(*id) != model.picked);
-    let others = near
-        .into_iter()
-        .map(|(_, id)| id)
-        .filter(|id| Some(*id) != model.picked && Some(*id) != attacker);
-    let first = model.picked.into_iter().chain(attacker);
-    first.chain(others.take(MOST)).collect()
-}
-
-/// Around a body, on the canvas.
-fn around(view: &Projection, body: &Placed<'_>) -> Option<Body> {
-    Body::around(body.outlines().iter().flatten().map(|p| view.at(p)))
 }

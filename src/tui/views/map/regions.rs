@@ -4,9 +4,11 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;
 
 use super::label_placer::{Body, LabelPlacer};
-use super::{Projection, stroke};
-use crate::geometry::{Bounds, Point, Shape};
-use crate::scenario::{Goal, ObstacleRole, Position, Prediction};
+use super::lines::outlines;
+use super::{CellView, Layers, Theme};
+use crate::geometry::{Bounds, Point};
+use crate::render::scene::{GoalArea, MapScene, RegionKind};
+use crate::scenario::{Goal, Position};
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 use crate::tui::widgets::fill::Fill;
@@ -15,57 +17,40 @@ use crate::tui::widgets::fill::Fill;
 const NAMED: usize = 3;
 
 /// Static regions and goals.
-pub fn fixed(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection) {
-    for position in goals(opened).flat_map(|g| &g.positions) {
-        if let Position::Region(region) = position
-            && model.map.layers.goal
-        {
-            area(ctx, view, region, model.theme.goal);
-        }
-    }
-    for obstacle in &opened.scenario.obstacles {
-        if obstacle.role == ObstacleRole::Environment
-            && let Some(body) = &obstacle.footprint
-        {
-            outline(ctx, view, body.shape(), model.theme.static_obstacle);
-        }
-    }
-}
-
-fn goals(opened: &Opened) -> impl Iterator<Item = &Goal> {
-    let problems = opened.scenario.planning_problems.iter();
-    problems.flat_map(|p| &p.goals)
-}
-
-/// Where phantom obstacles and those with occupancy sets may be at a step, as areas.
-pub fn occupancies(
+pub fn fixed(
     ctx: &mut Context<'_>,
-    model: &Model,
-    opened: &Opened,
-    view: &Projection,
-    step: i64,
+    theme: &Theme,
+    layers: &Layers,
+    scene: &MapScene<'_>,
+    view: &CellView,
 ) {
-    if !model.map.layers.occupancy {
-        return;
+    for goal in scene.goals.iter().filter(|_| layers.goal) {
+        if let GoalArea::Region(rings) = goal {
+            area(ctx, view, rings, theme.goal);
+        }
     }
-    for obstacle in &opened.scenario.obstacles {
-        let Prediction::Occupancies(occupancies) = &obstacle.prediction else {
-            continue;
-        };
-        let color = match model.picked == Some(obstacle.id) {
-            true => model.theme.picked,
-            false => model.theme.obstacle,
-        };
-        for occupancy in occupancies {
-            if (occupancy.time.from..=occupancy.time.to).contains(&step) {
-                area(ctx, view, &occupancy.region, color);
-            }
+    for region in &scene.regions {
+        if region.kind == RegionKind::Environment {
+            outlines(ctx, view, &region.rings, theme.static_obstacle);
+        }
+    }
+}
+
+/// Where phantom obstacles and those with occupancy sets may be at the step, as areas.
+pub fn occupancies(ctx: &mut Context<'_>, theme: &Theme, scene: &MapScene<'_>, view: &CellView) {
+    for region in &scene.regions {
+        if region.kind == RegionKind::Occupancy {
+            let color = match region.highlighted {
+                Some(_) => theme.picked,
+                None => theme.obstacle,
+            };
+            area(ctx, view, &region.rings, color);
         }
     }
 }
 
 /// Labels of goals: lanelets, times, speeds.
-pub fn goal_labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &Projection) {
+pub fn goal_labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &CellView) {
     if !model.map.layers.goal {
         return;
     }
@@ -73,7 +58,8 @@ pub fn goal_labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, 
     let style = Style::new()
         .fg(model.theme.goal)
         .add_modifier(Modifier::BOLD);
-    for goal in goals(opened) {
+    let problems = opened.scenario.planning_problems.iter();
+    for goal in problems.flat_map(|p| &p.goals) {
         let Some(at) = place(opened, goal, view) else {
             continue;
         };
@@ -88,7 +74,7 @@ pub fn goal_labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, 
 }
 
 /// The place of a goal that is seen nearest to the middle of the map.
-fn place(opened: &Opened, goal: &Goal, view: &Projection) -> Option<Point> {
+fn place(opened: &Opened, goal: &Goal, view: &CellView) -> Option<Point> {
     let network = &opened.scenario.network;
     let mut places = Vec::new();
     for position in &goal.positions {
@@ -144,24 +130,13 @@ pub fn words(goal: &Goal, dt: f64) -> String {
     words.join(" · ")
 }
 
-/// An outline with dots inside.
-fn area(ctx: &mut Context<'_>, view: &Projection, region: &Shape, color: Color) {
-    for ring in region.outlines() {
-        if Bounds::from_points(&ring).is_some_and(|bounds| view.sees(&bounds)) {
-            let corners: Vec<(f64, f64)> = ring.iter().map(|p| view.at(p)).collect();
-            ctx.draw(&Fill::dotted(&corners, color));
-        }
+/// Outlines with dots inside.
+fn area(ctx: &mut Context<'_>, view: &CellView, rings: &[Vec<Point>], color: Color) {
+    for ring in rings {
+        let corners: Vec<(f64, f64)> = ring.iter().map(|p| view.at(p)).collect();
+        ctx.draw(&Fill::dotted(&corners, color));
     }
-    outline(ctx, view, region, color);
-}
-
-fn outline(ctx: &mut Context<'_>, view: &Projection, region: &Shape, color: Color) {
-    for mut ring in region.outlines() {
-        if Bounds::from_points(&ring).is_some_and(|bounds| view.sees(&bounds)) {
-            ring.extend(ring.first().copied());
-            stroke(ctx, view, &ring, color);
-        }
-    }
+    outlines(ctx, view, rings, color);
 }
 
 #[cfg(test)]

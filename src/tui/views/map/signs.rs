@@ -2,12 +2,11 @@
 
 use ratatui::style::{Color, Modifier, Style};
 
-use super::Projection;
+use super::CellView;
 use super::label_placer::{Body, LabelPlacer};
 use crate::description::visible;
-use crate::geometry::Point;
+use crate::render::scene::MapScene;
 use crate::scenario::{Sign, SignMeaning, SignalColor};
-use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 
 /// Where a cell is at most this wide, lights and signs are seen, metres.
@@ -31,31 +30,24 @@ pub struct Placed {
     pub posts: bool,
 }
 
+/// Says whether there are lights.
 pub fn lights(
     board: &mut LabelPlacer<'_>,
     model: &Model,
-    opened: &Opened,
-    view: &Projection,
-    step: i64,
+    scene: &MapScene<'_>,
+    view: &CellView,
 ) -> bool {
     if !model.map.layers.lights || view.cell.0 > SEEN {
         return false;
     }
-    let network = &opened.scenario.network;
     let mut any = false;
-    for light in &network.lights {
-        let Some(position) = network.position_of(light) else {
-            continue;
-        };
-        if !view.sees_point(&position) {
-            continue;
-        }
-        let (letter, color) = shown(model, light.color_at(step));
+    for light in &scene.lights {
+        let (letter, color) = shown(model, light.color);
         let style = Style::new()
             .fg(color)
             .add_modifier(Modifier::BOLD | Modifier::REVERSED);
         // One of several at the same place is enough.
-        any |= board.put_if_free(view.at(&position), letter, style);
+        any |= board.put_if_free(view.at(&light.at), letter, style);
     }
     any
 }
@@ -76,17 +68,17 @@ fn shown(model: &Model, color: SignalColor) -> (&'static str, Color) {
 pub fn signs(
     board: &mut LabelPlacer<'_>,
     model: &Model,
-    opened: &Opened,
-    view: &Projection,
+    scene: &MapScene<'_>,
+    view: &CellView,
 ) -> bool {
     if !model.map.layers.signs || view.cell.0 > SEEN {
         return false;
     }
     let style = Style::new().fg(model.theme.dim);
     let mut posts = false;
-    for (sign, position) in signs_seen(opened, view) {
-        let at = view.at(&position);
-        let words = words(sign).filter(|_| view.cell.0 <= READ);
+    for post in &scene.signs {
+        let at = view.at(&post.at);
+        let words = words(post.sign).filter(|_| view.cell.0 <= READ);
         let read = words.is_some_and(|words| {
             let body = Body::around([at]).map(|body| board.cells(&body));
             board.put_if_free(at, &words, style)
@@ -97,25 +89,11 @@ pub fn signs(
     posts
 }
 
-fn signs_seen<'a>(
-    opened: &'a Opened,
-    view: &'a Projection,
-) -> impl Iterator<Item = (&'a Sign, Point)> {
-    let signs = opened.scenario.network.signs.iter();
-    signs.filter_map(|sign| {
-        let position = sign.position?;
-        view.sees_point(&position).then_some((sign, position))
-    })
-}
-
 /// What a post says; `None` if none of its numbers is known.
 fn words(sign: &Sign) -> Option<String> {
-    let speed = |metres: f64| {
-        if sign.in_miles() {
-            format!("{:.0} mph", metres * 2.236_936)
-        } else {
-            format!("{:.0} km/h", metres * 3.6)
-        }
+    let speed = |speed: f64| {
+        let (value, unit) = sign.speed_shown(speed);
+        format!("{value:.0} {unit}")
     };
     let all = sign.elements.iter().map(|element| match element.meaning() {
         Some(SignMeaning::SpeedLimit(limit)) => speed(limit),

@@ -1,22 +1,22 @@
 //! The measuring tape: a line with its length, exact between bodies.
 
 use ratatui::style::{Modifier, Style};
-use ratatui::widgets::canvas::Context;
 
+use super::CellView;
 use super::label_placer::{Body, LabelPlacer};
-use super::{Projection, stroke};
+use crate::render::scene::{LineStyle, Overlay, Role};
 use crate::tui::model::{Measurement, Model, On, Tape};
 use crate::tui::widgets::words::hundredths;
 
-pub fn line(ctx: &mut Context<'_>, model: &Model, view: &Projection) {
-    if let Some((_, measured)) = model.measured() {
-        let (from, to) = measured.gap.ends;
-        stroke(ctx, view, &[from, to], model.theme.accent);
-    }
+/// The line between the two ends.
+pub fn line(model: &Model) -> Option<Overlay> {
+    let (_, measured) = model.measured()?;
+    let (from, to) = measured.gap.ends;
+    Some(Overlay::path(Role::Tape, LineStyle::Solid, vec![from, to]))
 }
 
 /// The two ends, where they are.
-pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
+pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
     let Some((_, measured)) = model.measured() else {
         return;
     };
@@ -33,7 +33,7 @@ fn style(model: &Model) -> Style {
 }
 
 /// The measurement, as much as fits beside its middle, or beside its end.
-pub fn label(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
+pub fn label(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
     let Some((tape, measured)) = model.measured() else {
         return;
     };

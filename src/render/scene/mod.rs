@@ -1,0 +1,261 @@
+//! The map at a step as a list of things with roles, in world coordinates: what every backend draws.
+//!
+//! A [`Basemap`] is built once a scenario; a [`MapScene`] takes from it, and from the traffic at a step, what a
+//! [`Viewport`] sees. Lengths are metres, angles radians. Nothing here knows colours, points of a page or cells: a
+//! backend maps [`Role`]s to its palette and leaves out what is too small for its resolution.
+
+mod bodies;
+mod contact;
+mod marking;
+mod overlay;
+mod regions;
+mod road;
+#[cfg(test)]
+mod tests;
+mod trails;
+mod viewport;
+
+pub use bodies::{Body, Importance};
+pub use contact::Contact;
+pub use marking::{DASH, MarkingLine, Paint, offset};
+pub use overlay::{LineStyle, Outline, Overlay, Path};
+pub use regions::{Region, RegionKind};
+pub use road::{Basemap, Border, DirectionArrow, GoalArea, STRIPE, StopLine, Surface, SurfaceKind};
+pub use trails::{Trail, TrailSpan};
+pub use viewport::Viewport;
+
+use super::view::{Subject, Variation};
+use crate::geometry::Point;
+use crate::metrics::Series;
+use crate::scenario::{Sign, SignalColor};
+
+/// Who or what a thing on the map is about: a backend has a colour for each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The ego.
+    Ego,
+    /// A moving obstacle.
+    Obstacle,
+    /// A standing obstacle.
+    StaticObstacle,
+    /// An obstacle that is pointed out, by its place among them.
+    Highlighted(usize),
+    /// An obstacle in danger of a collision.
+    Danger,
+    /// A risky obstacle.
+    Warning,
+    /// The attacker of a variant, as it was changed.
+    Attacker,
+    /// The attacker of a variant, as it was recorded.
+    Recorded,
+    /// The recorded ego beside a planned one.
+    RecordedEgo,
+    /// Where a participant is predicted to go.
+    Prediction,
+    /// Where it goes at constant velocity.
+    ConstantVelocity,
+    /// A body that a planner expects.
+    PredictedBody,
+    /// A planner's candidate that can be driven.
+    Feasible,
+    /// A planner's candidate that cannot.
+    Rejected,
+    /// The measuring tape.
+    Tape,
+}
+
+/// Whom a thing on the map belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// The ego.
+    Ego,
+    /// An obstacle, by its id.
+    Obstacle(i64),
+}
+
+/// What a map is asked to show.
+#[derive(Debug, Clone, Copy)]
+pub struct MapRequest<'a> {
+    /// The scenario, with its ego if it has one.
+    pub subject: Subject<'a>,
+    /// The part that does not depend on time.
+    pub basemap: &'a Basemap,
+    /// The time step.
+    pub step: i64,
+    /// The part of the world that is seen.
+    pub viewport: Viewport,
+    /// Obstacles that are pointed out.
+    pub highlighted: &'a [i64],
+    /// Distances and risks of obstacles, where bodies show them.
+    pub series: Option<&'a Series>,
+    /// Both motions of a variant's attacker.
+    pub variation: Option<Variation<'a>>,
+    /// How much of the motion of others, and of those pointed out, is shown; of the ego's, all.
+    pub trails: [TrailSpan; 2],
+}
+
+/// What is seen of a scenario at a step.
+#[derive(Debug, Clone)]
+pub struct MapScene<'a> {
+    /// All that does not depend on time, seen or not.
+    pub basemap: &'a Basemap,
+    /// Surfaces of lanelets.
+    pub surfaces: Vec<&'a Surface>,
+    /// Borders of lanes.
+    pub borders: Vec<&'a Border>,
+    /// Lines to stop at.
+    pub stop_lines: Vec<&'a StopLine>,
+    /// Regions to reach.
+    pub goals: Vec<&'a GoalArea>,
+    /// Traffic lights.
+    pub lights: Vec<Light>,
+    /// Traffic signs.
+    pub signs: Vec<Post<'a>>,
+    /// Buildings and the like, and where an obstacle may be.
+    pub regions: Vec<Region>,
+    /// Where obstacles and, last, the ego were and will be.
+    pub trails: Vec<Trail<'a>>,
+    /// Both motions of a variant's attacker.
+    pub variation: Vec<Overlay>,
+    /// Everyone but the ego, those who matter most last.
+    pub bodies: Vec<Body<'a>>,
+    /// The ego.
+    pub ego: Option<Body<'a>>,
+    attacker: Option<i64>,
+    /// Where the ego touches another body.
+    pub contacts: Vec<Contact>,
+    /// Whether distances to the ego are measured.
+    measured: bool,
+    /// What is in the middle.
+    middle: Point,
+    /// Further lines and outlines just above the road, which the caller adds.
+    pub underlays: Vec<Overlay>,
+    /// The same above trails and below bodies.
+    pub overlays: Vec<Overlay>,
+    /// The same above everything.
+    pub top: Vec<Overlay>,
+}
+
+/// A traffic light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Where it stands.
+    pub at: Point,
+    /// What it shows at the step.
+    pub color: SignalColor,
+}
+
+/// A traffic sign on its post.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Post<'a> {
+    /// Where it stands.
+    pub at: Point,
+    /// The sign.
+    pub sign: &'a Sign,
+}
+
+impl<'a> MapScene<'a> {
+    /// What is seen.
+    #[must_use]
+    pub fn new(request: &MapRequest<'a>) -> Self {
+        let MapRequest {
+            basemap, viewport, ..
+        } = request;
+        let surfaces = basemap.surfaces.iter();
+        let borders = basemap.borders.iter();
+        let stop_lines = basemap.stop_lines.iter();
+        let goals = basemap.goals.iter();
+        Self {
+            basemap,
+            surfaces: surfaces.filter(|s| viewport.sees(&s.bounds)).collect(),
+            borders: borders.filter(|b| viewport.sees(&b.bounds)).collect(),
+            stop_lines: stop_lines.filter(|l| viewport.sees_any(&l.ends)).collect(),
+            goals: goals.filter(|g| g.is_seen(basemap, viewport)).collect(),
+            lights: request.lights(),
+            signs: request.signs(),
+            regions: regions::seen(request),
+            trails: trails::seen(request),
+            variation: overlay::of_variation(request),
+            bodies: bodies::others(request),
+            ego: bodies::ego(request),
+            attacker: request.variation.map(|both| both.changed.id),
+            contacts: contact::all(request),
+            measured: request.series.is_some(),
+            middle: viewport.frame.position,
+            underlays: Vec::new(),
+            overlays: Vec::new(),
+            top: Vec::new(),
+        }
+    }
+}
+
+impl<'a> MapScene<'a> {
+    /// Whether an owner is the attacker of a variant, changed or not.
+    #[must_use]
+    pub fn is_attacker(&self, owner: Owner) -> bool {
+        matches!(owner, Owner::Obstacle(id) if self.attacker == Some(id))
+    }
+
+    /// Hollow bodies that have names.
+    pub fn hollow(&self) -> impl Iterator<Item = (&str, &Outline)> {
+        let overlays = self.overlays.iter().chain(&self.variation);
+        overlays.filter_map(|overlay| match overlay {
+            Overlay::Outline(outline) => Some((outline.name.as_deref()?, outline)),
+            Overlay::Path(_) => None,
+        })
+    }
+
+    /// Who is named, the most important first: the ego, those pointed out, a variant's attacker, and `most` of those
+    /// nearest to the ego, or to the middle of the map where there is none.
+    #[must_use]
+    pub fn named(&self, most: usize) -> Vec<&Body<'a>> {
+        let middle = self.ego.as_ref().map_or(self.middle, Body::center);
+        let mut others: Vec<(usize, f64, &Body<'a>)> = Vec::new();
+        for body in &self.bodies {
+            let attacker = self.is_attacker(body.owner).then_some(usize::MAX - 1);
+            let place = body.highlighted.or(attacker);
+            let far = match self.measured {
+                true => body.distance,
+                false => Some((body.center() - middle).norm()),
+            };
+            if place.is_some() || far.is_some() {
+                let far = far.unwrap_or(f64::MAX);
+                others.push((place.unwrap_or(usize::MAX), far, body));
+            }
+        }
+        others.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let first = others.partition_point(|(place, ..)| *place < usize::MAX);
+        let others = others.into_iter().take(first + most);
+        self.ego
+            .iter()
+            .chain(others.map(|(.., body)| body))
+            .collect()
+    }
+}
+
+impl<'a> MapRequest<'a> {
+    /// The place of an obstacle among those that are pointed out.
+    fn place(&self, id: i64) -> Option<usize> {
+        self.highlighted.iter().position(|&other| other == id)
+    }
+
+    fn lights(&self) -> Vec<Light> {
+        let lights = self.subject.scenario.network.lights.iter();
+        let lights = lights.zip(&self.basemap.lights);
+        let lights = lights.filter_map(|(light, at)| {
+            let at = at.filter(|at| self.viewport.sees_point(at))?;
+            let color = light.color_at(self.step);
+            Some(Light { at, color })
+        });
+        lights.collect()
+    }
+
+    fn signs(&self) -> Vec<Post<'a>> {
+        let signs = self.subject.scenario.network.signs.iter();
+        let signs = signs.filter_map(|sign| {
+            let at = sign.position.filter(|at| self.viewport.sees_point(at))?;
+            Some(Post { at, sign })
+        });
+        signs.collect()
+    }
+}

@@ -1,0 +1,353 @@
+//! What lies below everything and never changes: surfaces, borders, stop lines and goals, built once a scenario.
+
+use std::collections::HashSet;
+
+use super::marking::{MarkingLine, lines_of};
+use crate::geometry::{Bounds, Point, Polyline, Vector};
+use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking, Position, Scenario};
+
+/// Metres from one arrow of the driving direction to the next, and the length of its legs along and across the lane.
+const ARROWS_APART: f64 = 18.0;
+const ARROW: f64 = 0.8;
+/// Width of a stripe of a crossing and of the gap beside it, metres.
+pub const STRIPE: f64 = 0.5;
+/// Lines across a surface at most.
+const MOST_LINES: f64 = 2000.0;
+
+/// The part of a map that does not depend on time. Lengths are metres in the world.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Basemap {
+    /// A surface for each lanelet, in the network's order.
+    pub surfaces: Vec<Surface>,
+    /// Borders of lanes, each once though neighbours share it: painted ones, then those of which nothing is said.
+    pub borders: Vec<Border>,
+    /// Lines to stop at.
+    pub stop_lines: Vec<StopLine>,
+    /// Regions to reach, of all planning problems.
+    pub goals: Vec<GoalArea>,
+    /// Where each light of the network stands.
+    pub(super) lights: Vec<Option<Point>>,
+}
+
+/// What a surface is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SurfaceKind {
+    /// Ordinary traffic.
+    Driving,
+    /// Buses.
+    Bus,
+    /// Bicycles.
+    Bicycle,
+    /// Pedestrians beside the road.
+    Sidewalk,
+    /// Pedestrians across the road.
+    Crossing,
+    /// Emergencies.
+    Shoulder,
+    /// Standing vehicles.
+    Parking,
+    /// No traffic: the edge of the road.
+    Verge,
+}
+
+/// The surface of a lanelet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// The lanelet's id.
+    pub lanelet: i64,
+    /// What it is for.
+    pub kind: SurfaceKind,
+    /// Its outline, not closed.
+    pub ring: Vec<Point>,
+    /// The box around it.
+    pub bounds: Bounds,
+    /// Arrows of the driving direction, where it is driven in one.
+    pub arrows: Vec<DirectionArrow>,
+    edges: Option<(Polyline, Polyline)>,
+}
+
+/// A chevron that points in the driving direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionArrow {
+    /// The foremost point.
+    pub tip: Point,
+    /// The ends of its legs.
+    pub tails: [Point; 2],
+}
+
+/// A border between lanes, or of the road.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Border {
+    /// Its points in driving direction of the lanelet that it was taken from.
+    pub points: Vec<Point>,
+    /// What is painted along it.
+    pub lines: &'static [MarkingLine],
+    /// The box around it.
+    pub bounds: Bounds,
+}
+
+/// A line to stop at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StopLine {
+    /// Its ends.
+    pub ends: [Point; 2],
+    /// Whether it is dashed.
+    pub dashed: bool,
+}
+
+/// A region to reach.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GoalArea {
+    /// A lanelet, by the place of its surface.
+    Lanelet(usize),
+    /// A region, by its outlines.
+    Region(Vec<Vec<Point>>),
+    /// A point.
+    Point(Point),
+}
+
+impl Basemap {
+    /// That of a scenario.
+    #[must_use]
+    pub fn new(scenario: &Scenario) -> Self {
+        let network = &scenario.network;
+        let lanelets = network.lanelets.iter().enumerate();
+        Self {
+            surfaces: lanelets
+                .map(|(place, lanelet)| Surface::new(lanelet, network.bounds_of(place)))
+                .collect(),
+            borders: borders(&network.lanelets),
+            stop_lines: network.lanelets.iter().filter_map(StopLine::of).collect(),
+            goals: goals(scenario),
+            lights: network
+                .lights
+                .iter()
+                .map(|light| network.position_of(light))
+                .collect(),
+        }
+    }
+}
+
+impl SurfaceKind {
+    fn of(lanelet: &Lanelet) -> Self {
+        use LaneletType as T;
+        let kinds = [
+            (T::Crosswalk, Self::Crossing),
+            (T::Sidewalk, Self::Sidewalk),
+            (T::BicycleLane, Self::Bicycle),
+            (T::BusLane, Self::Bus),
+            (T::BusStop, Self::Bus),
+            (T::Parking, Self::Parking),
+            (T::Shoulder, Self::Shoulder),
+            (T::Border, Self::Verge),
+        ];
+        let known = kinds.iter().find(|(t, _)| lanelet.types.contains(t));
+        known.map_or(Self::Driving, |(_, kind)| *kind)
+    }
+}
+
+impl Surface {
+    fn new(lanelet: &Lanelet, bounds: Bounds) -> Self {
+        let line = |bound: &Bound| Polyline::new(bound.points.iter().copied());
+        let mut surface = Self {
+            lanelet: lanelet.id,
+            kind: SurfaceKind::of(lanelet),
+            ring: lanelet.ring(),
+            bounds,
+            arrows: Vec::new(),
+            edges: line(&lanelet.left).zip(line(&lanelet.right)),
+        };
+        let undriven = [
+            LaneletType::Sidewalk,
+            LaneletType::Border,
+            LaneletType::Crosswalk,
+        ];
+        if lanelet.users_bidirectional.is_empty()
+            && !lanelet.types.iter().any(|t| undriven.contains(t))
+        {
+            let lines = surface.across(ARROWS_APART, 0.5);
+            surface.arrows = lines.filter_map(DirectionArrow::across).collect();
+        }
+        surface
+    }
+
+    /// The points of both edges at a part of their lengths, 0 to 1.
+    fn line_at(edges: &(Polyline, Polyline), part: f64) -> (Point, Point) {
+        let at = |edge: &Polyline| edge.pose_at(part * edge.length()).position;
+        (at(&edges.0), at(&edges.1))
+    }
+
+    /// Lines from the left to the right edge, about `every` metres; the first one after the part `first` of that.
+    pub fn across(&self, every: f64, first: f64) -> impl Iterator<Item = (Point, Point)> + '_ {
+        self.edges.iter().flat_map(move |edges| {
+            let length = edges.0.length().max(edges.1.length());
+            let count = (length / every).ceil().clamp(1.0, MOST_LINES);
+            let parts = (0..=count as usize).map(move |i| (i as f64 + first) / count);
+            let parts = parts.take_while(|part| *part <= 1.0);
+            parts.map(|part| Self::line_at(edges, part))
+        })
+    }
+
+    /// The stripes of a crossing, each a ring.
+    #[must_use]
+    pub fn stripes(&self) -> Vec<[Point; 4]> {
+        let Some(edges) = &self.edges else {
+            return Vec::new();
+        };
+        let length = edges.0.length().max(edges.1.length());
+        let count = (length / (2.0 * STRIPE)).round().clamp(1.0, 500.0);
+        let stripe = |i: usize| {
+            let at = |quarter: f64| Self::line_at(edges, (i as f64 + quarter) / count);
+            let ((a, d), (b, c)) = (at(0.25), at(0.75));
+            [a, b, c, d]
+        };
+        (0..count as usize).map(stripe).collect()
+    }
+}
+
+impl DirectionArrow {
+    /// The arrow in the middle of a line across a lane; `None` where the lane is too narrow.
+    fn across((left, right): (Point, Point)) -> Option<Self> {
+        let width = (right - left).norm();
+        if width < 2.0 * ARROW {
+            return None;
+        }
+        let aside = (right - left) / width;
+        let forward = Vector::new(-aside.y, aside.x);
+        let middle = nalgebra::center(&left, &right);
+        let tip = middle + forward * ARROW;
+        let tail = |side: f64| tip - forward * ARROW + aside * (side * ARROW);
+        Some(Self {
+            tip,
+            tails: [tail(1.0), tail(-1.0)],
+        })
+    }
+}
+
+impl StopLine {
+    fn of(lanelet: &Lanelet) -> Option<Self> {
+        let (from, to) = lanelet.stop_line_ends()?;
+        let marking = lanelet.stop_line.as_ref()?.marking;
+        Some(Self {
+            ends: [from, to],
+            dashed: matches!(marking, LineMarking::Dashed | LineMarking::BroadDashed),
+        })
+    }
+}
+
+/// Every border once; what is painted beats what is not said.
+fn borders(lanelets: &[Lanelet]) -> Vec<Border> {
+    let silent = |m: LineMarking| matches!(m, LineMarking::NoMarking | LineMarking::Unknown);
+    let mut drawn = HashSet::new();
+    let mut found = Vec::new();
+    for wanted in [false, true] {
+        let driven = lanelets
+            .iter()
+            .filter(|l| !l.types.contains(&LaneletType::Crosswalk));
+        let bounds = driven.flat_map(|l| [&l.left, &l.right]);
+        for bound in bounds.filter(|b| silent(b.marking) == wanted) {
+            if let Some(bounds) = Bounds::from_points(&bound.points)
+                && drawn.insert(key(bound))
+            {
+                found.push(Border {
+                    points: bound.points.clone(),
+                    lines: lines_of(bound.marking),
+                    bounds,
+                });
+            }
+        }
+    }
+    found
+}
+
+/// The same for a border and for its neighbour's, whichever way it is drawn.
+fn key(bound: &Bound) -> [[i64; 2]; 3] {
+    let rounded = |p: &Point| [(p.x * 50.0).round() as i64, (p.y * 50.0).round() as i64];
+    let points = &bound.points;
+    let ends = [points.first(), points.last()].map(|p| p.map_or([0, 0], rounded));
+    let count = points.len() as i64;
+    let middle = match points
+        .get(points.len() / 2)
+        .zip(points.get(points.len().saturating_sub(1) / 2))
+    {
+        // The middle of both middles is the same from both ends.
+        Some((a, b)) => rounded(&nalgebra::center(a, b)),
+        None => [count, 0],
+    };
+    let (first, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    [first, middle, last]
+}
+
+fn goals(scenario: &Scenario) -> Vec<GoalArea> {
+    let lanelets = &scenario.network.lanelets;
+    let mut found: Vec<GoalArea> = Vec::new();
+    let goals = scenario.planning_problems.iter().flat_map(|p| &p.goals);
+    for position in goals.flat_map(|goal| &goal.positions) {
+        match position {
+            Position::Region(region) => found.push(GoalArea::Region(region.outlines())),
+            Position::Point(at) => found.push(GoalArea::Point(*at)),
+            Position::Lanelets(ids) => {
+                for id in ids {
+                    let place = lanelets.iter().position(|l| l.id == *id);
+                    let goal = place.map(GoalArea::Lanelet);
+                    found.extend(goal.filter(|goal| !found.contains(goal)));
+                }
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_border_and_its_neighbours_are_one() {
+        let bound = |xs: &[f64]| Bound {
+            points: xs.iter().map(|&x| Point::new(x, 1.0)).collect(),
+            heights: Vec::new(),
+            marking: LineMarking::Solid,
+        };
+        let there = key(&bound(&[0.0, 3.0, 7.0, 9.0]));
+        assert_eq!(there, key(&bound(&[9.0, 7.0, 3.0, 0.0])));
+        assert_ne!(there, key(&bound(&[0.0, 3.0, 7.0, 9.5])));
+    }
+
+    #[test]
+    fn what_is_painted_beats_what_a_neighbour_does_not_say() {
+        let bound = |y: f64, marking| Bound {
+            points: [0.0, 5.0, 10.0].map(|x| Point::new(x, y)).to_vec(),
+            heights: Vec::new(),
+            marking,
+        };
+        let lanelet = |id, left, right| Lanelet {
+            id,
+            left,
+            right,
+            ..Lanelet::default()
+        };
+        let lanelets = [
+            lanelet(
+                1,
+                bound(3.0, LineMarking::Solid),
+                bound(0.0, LineMarking::Unknown),
+            ),
+            lanelet(
+                2,
+                bound(0.0, LineMarking::Dashed),
+                bound(-3.0, LineMarking::Unknown),
+            ),
+        ];
+        let found = borders(&lanelets);
+        let lines: Vec<_> = found.iter().map(|b| (b.points[0].y, b.lines)).collect();
+        assert_eq!(
+            lines,
+            [
+                (3.0, lines_of(LineMarking::Solid)),
+                (0.0, lines_of(LineMarking::Dashed)),
+                (-3.0, lines_of(LineMarking::Unknown)),
+            ]
+        );
+    }
+}
