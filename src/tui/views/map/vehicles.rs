@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arrows_point_where_somebody_goes() {
+    fn arrows_point_where_a_body_is_headed() {
         let expected = [
             ((1.0, 0.0), "→"),
             ((1.0, 1.0), "↗"),
