@@ -1,9 +1,9 @@
 //! A batch of 1,440 requests of 300 ms each, 64 at once: how near to the ideal time it comes, and what it takes.
 //!
 //! It runs the program itself against a server in this process and prints the time over the ideal one, the share of a
-//! core, the peak of the memory, and the program's own work for each request. `NEARMISS_BENCH_SCENARIOS` may name a folder
-//! of scenarios with egos to ask about instead of copies of the bundled ones; `NEARMISS_BENCH_SAMPLES`, how many answers
-//! to each of the eight questions about each (3).
+//! core, the peak of the memory, and the program's own work for each request. `NEARMISS_BENCH_SCENARIOS` may name a
+//! folder of scenarios with egos to ask about instead of copies of the bundled ones; `NEARMISS_BENCH_SAMPLES`, how
+//! many answers to each of the eight questions about each (3).
 #![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};

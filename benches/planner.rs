@@ -1,7 +1,8 @@
 //! One planning cycle on one core: some 800 sampled trajectories among 20 obstacles, and how the cost grows with both.
 //!
 //! The figures to read are ratios: a cycle over the bare evaluation of as many states of polynomials, in the same run.
-//! The median cycle (milliseconds), nanoseconds per candidate and per obstacle with their linear fits are printed first.
+//! The median cycle (milliseconds), nanoseconds per candidate and per obstacle with their linear fits are printed
+//! first.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,5 +1,5 @@
-//! The screen of results over 100,000 stored runs, from the key to the first frame that shows a number: everything in the
-//! store, and the same as a batch. `NEARMISS_RUNS` says how many runs else.
+//! The screen of results over 100,000 stored runs, from the key to the first frame that shows a number: everything in
+//! the store, and the same as a batch. `NEARMISS_RUNS` says how many runs else.
 //!
 //! The figures to read: `open/…` in milliseconds, and the peak of the memory, which is printed.
 
@@ -11,7 +11,7 @@ use nearmiss::evaluation::batch::{Matrix, RequestSettings, Spec, TruthSource};
 use nearmiss::formats::{EgoSelection, bundled};
 use nearmiss::prompts::Techniques;
 use nearmiss::store::{Ending, NewItem, NewRun, Origin, Run, RunId, RunState, Store};
-use nearmiss::tui::stage::Stage;
+use nearmiss::tui::headless::Stage;
 use nearmiss::verdict::{ObstacleRisk, ParsedAnswer, Task, Verdict};
 
 const RUNS: i64 = 100_000;

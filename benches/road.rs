@@ -1,4 +1,4 @@
-//! Asking the road, each question beside the plain way to answer it over the same map.
+//! Benchmarks road queries (lanelet lookup, routes, reach) against a brute-force scan of the same map.
 //!
 //! The figures to read are ratios: the tree over the scan of all lanelets, projection through the tree over
 //! the scan of all segments, the drivable area over building it. The map is a grid of streets made here.

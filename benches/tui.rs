@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::formats::{Entry, bundled};
 use nearmiss::scenario::Scenario;
-use nearmiss::tui::stage::Stage;
+use nearmiss::tui::headless::Stage;
 
 const SIZE: (u16, u16) = (200, 60);
 

@@ -1,4 +1,5 @@
-//! The bundled scenarios: the files are what the program in scenarios/make computes, move as bodies can, and end as declared.
+//! The bundled scenarios: the files are what the program in scenarios/make computes, move as bodies can, and end as
+//! declared.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "bundled/files.rs"]

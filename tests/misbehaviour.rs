@@ -1,5 +1,5 @@
-//! A server that misbehaves, a row each way: whatever it does, every question ends in time, with an answer or a sentence
-//! that says what to do. What went wrong once becomes another row of the table.
+//! A server that misbehaves, a row each way: whatever it does, every question ends in time, with an answer or a
+//! sentence that says what to do. What went wrong once becomes another row of the table.
 #![allow(clippy::unwrap_used)]
 
 #[path = "misbehaviour/endless.rs"]

@@ -1,7 +1,7 @@
 //! Mutated scenarios through every command, many in one process: nothing panics, takes long, or takes much memory.
 //!
-//! `NEARMISS_MUTATED_CASES=4000 NEARMISS_MUTATED_SEED=7 cargo test --release --test mutated` tries other and more ones, every
-//! command over each. A file that broke something is kept, and its place said.
+//! `NEARMISS_MUTATED_CASES=4000 NEARMISS_MUTATED_SEED=7 cargo test --release --test mutated` tries other and more
+//! ones, every command over each. A file that broke something is kept, and its place said.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "mutated/commands.rs"]

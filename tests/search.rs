@@ -1,4 +1,5 @@
-//! Searching folders: scenarios are found, what only looks like one is named with why, and the rest is not worth a word.
+//! Searching folders: scenarios are found, what only looks like one is named with why, and the rest is not worth a
+//! word.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};

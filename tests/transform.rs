@@ -1,5 +1,5 @@
-//! Scenes turned, mirrored, moved and renumbered: no measure and no verdict of the built-in judge changes, and the way back
-//! leads to the same scene.
+//! Scenes turned, mirrored, moved and renumbered: no measure and no verdict of the built-in judge changes, and the
+//! way back leads to the same scene.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "transform/alike.rs"]

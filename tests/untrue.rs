@@ -1,5 +1,4 @@
-//! Input that can be read and cannot be true: a true scenario is made, one thing in it is made untrue at a time, and each
-//! time that is said, with the line that it stands in, or refused.
+//! Input that can be read but cannot be true: each fault is reported with its line, or refused.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "untrue/egos.rs"]

@@ -1,6 +1,6 @@
 //! `nearmiss ask`: one answer, streamed.
 
-mod bound;
+mod budget;
 mod document;
 mod past;
 mod stream;
@@ -9,7 +9,7 @@ mod words;
 use std::path::Path;
 use std::sync::Arc;
 
-use bound::Bound;
+use budget::Bound;
 use clap::builder::PossibleValuesParser;
 
 use super::cost;
@@ -101,7 +101,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     let question = arguments.asked.question(&folders, &config)?;
     let model = arguments.model.as_deref().or(config.model.as_deref());
     let model = model.unwrap_or(judge::MODEL);
-    let bound = bound::resolve(arguments.budget, &config, &folders);
+    let bound = budget::resolve(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     let store = store(arguments, &folders)?;
     let options = RunOptions {
@@ -136,7 +136,7 @@ pub fn run(arguments: &Ask) -> Outcome {
                 }
                 words.hear(event);
             }) => {
-                outcome.map_err(|error| bound::refused(error, bound.as_ref()))
+                outcome.map_err(|error| budget::refused(error, bound.as_ref()))
             }
             () = interrupt::signal() => Err(Failure {
                 message: String::new(),

@@ -14,14 +14,13 @@ mod generate;
 mod generated;
 mod help;
 mod import;
-mod in_order;
 mod inspect;
 mod interrupt;
-mod look;
 mod metrics;
 mod models;
 mod open;
 mod output;
+mod parallel;
 mod plan;
 mod print_config;
 mod progress;
@@ -33,13 +32,14 @@ mod report;
 mod routes;
 mod runs;
 mod span;
+mod themes_and_keys;
 mod time;
 mod verdicts;
 
 pub use crash::report_panics;
-pub use look::Workbench;
 pub use open::{EgoChoice, chosen_ego};
 pub use print_config::print_config;
+pub use themes_and_keys::Workbench;
 pub use verdicts::{has_terminal, without_terminal};
 
 use std::fmt::Display;
@@ -107,9 +107,9 @@ pub enum Command {
     /// Runs of another store, or the recorded answers of a published repository, into the store.
     Import(import::Import),
     /// The themes of the workbench, as they look in this terminal.
-    Themes(look::Themes),
+    Themes(themes_and_keys::Themes),
     /// The keys of the workbench, and a keymap file to begin with.
-    Keys(look::Keys),
+    Keys(themes_and_keys::Keys),
     /// Whether everything is in order: terminal, files, store, models; and what to do where it is not.
     Doctor(doctor::Doctor),
     /// Completions for a shell.
@@ -199,8 +199,8 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Export(arguments) => export::run(arguments),
         Command::Render(arguments) => render::run(arguments, workbench.screen),
         Command::Import(arguments) => import::run(arguments),
-        Command::Themes(arguments) => look::themes(arguments, workbench),
-        Command::Keys(arguments) => look::keys(arguments, workbench),
+        Command::Themes(arguments) => themes_and_keys::themes(arguments, workbench),
+        Command::Keys(arguments) => themes_and_keys::keys(arguments, workbench),
         Command::Doctor(arguments) => doctor::run(arguments, workbench),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 /// `text` with every control character but line feeds and tabs replaced by its picture.
 ///
-/// Also replaced are the marks that turn the direction of writing, the invisible twins of ASCII and all other characters
-/// that cannot be seen, which can disguise what is said, and the line breaks that only some programs know. What joins the
-/// parts of an emoji, or letters of a script that needs it, stays where it does that.
+/// Also replaced are the marks that turn the direction of writing, the invisible twins of ASCII and all other
+/// characters that cannot be seen, which can disguise what is said, and the line breaks that only some programs know.
+/// What joins the parts of an emoji, or letters of a script that needs it, stays where it does that.
 #[must_use]
 pub fn visible(text: &str) -> Cow<'_, str> {
     if !text.chars().any(disguises) {

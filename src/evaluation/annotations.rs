@@ -40,7 +40,8 @@ impl Problem {
     }
 }
 
-/// The truth about the scenarios below `root`: its files `annotations.csv` and `annotation_normal.csv` in `Results/LLM`.
+/// The truth about the scenarios below `root`: its files `annotations.csv` and `annotation_normal.csv` in
+/// `Results/LLM`.
 #[must_use]
 pub fn annotations(root: &Path) -> (Labels, Vec<Problem>) {
     let mut labels = Labels::default();

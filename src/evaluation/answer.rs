@@ -1,6 +1,6 @@
 //! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
-use super::ended::too_long;
+use super::answer_outcome::too_long;
 use super::prompt_summary::how;
 use crate::llm::Secrets;
 use crate::scenario::Scenario;

@@ -1,5 +1,4 @@
-//! The default frame of a description: the same for the command line and the workbench, so that both
-//! ask the same and find each other's answers.
+//! The default frame of a description, shared by the command line and the workbench.
 
 use crate::description::Frame;
 use crate::prompts::Library;

@@ -37,8 +37,8 @@ pub struct Invariance {
     pub scores: u32,
     /// Pairs in which one answer or both hold no verdict.
     pub without_verdict: u32,
-    /// Pairs of one and the same answer, as the change leaves the words the same: nothing was asked that could flip, and
-    /// none of the other counts has them.
+    /// Pairs of one and the same answer, as the change leaves the words the same: nothing was asked that could flip,
+    /// and none of the other counts has them.
     pub same_words: u32,
 }
 

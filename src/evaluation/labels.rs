@@ -126,10 +126,10 @@ const NAMED: usize = 5;
 impl Labels {
     /// Reads CSV `bytes` with a header; `file` names it in errors.
     ///
-    /// The scenario's name is in the column `scenario`, `scenario_name` or `name`; an ending `.xml` is left out. A column
-    /// `label` or `collision` says one of `DANGEROUS` or `SAFE` below; or a
-    /// column `obstacle_id` or `obstacle` has the id of the obstacle that collides, and `none` where none does (or
-    /// nothing, beside a label), as the annotations of "From Words to Collisions" have it.
+    /// The scenario's name is in the column `scenario`, `scenario_name` or `name`; an ending `.xml` is left out. A
+    /// column `label` or `collision` says one of `DANGEROUS` or `SAFE` below; or a column `obstacle_id` or `obstacle`
+    /// has the id of the obstacle that collides, and `none` where none does (or nothing, beside a label), as the
+    /// annotations of "From Words to Collisions" have it.
     ///
     /// # Errors
     /// See [`LabelError`].

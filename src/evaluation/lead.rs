@@ -8,8 +8,8 @@ use crate::scenario::{Scene, Window};
 /// End of the window before a collision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lead {
-    /// Two steps before the last recorded one. The scripts of "From Words to Collisions" end every window there, those of
-    /// safe scenarios too; at any lead, this one included, those have their first window.
+    /// Two steps before the last recorded one. The scripts of "From Words to Collisions" end every window there,
+    /// those of safe scenarios too; at any lead, this one included, those have their first window.
     Paper,
     /// This many seconds before the first step at which the bodies of the ego and anyone else overlap; to the
     /// nearest step.

@@ -21,8 +21,8 @@ pub struct LeadPoint {
     pub lead: f64,
     /// Those that say yes, of those with a verdict, whomever they name.
     pub yes: Share,
-    /// Those that say yes and name the obstacle of the truth as colliding or of extreme risk, of those with a verdict about
-    /// a scenario whose truth has an obstacle: the rule of the table of a batch, see [`Scored::positive`].
+    /// Those that say yes and name the obstacle of the truth as colliding or of extreme risk, of those with a verdict
+    /// about a scenario whose truth has an obstacle: the rule of the table of a batch, see [`Scored::positive`].
     pub named: Share,
     /// Those that say yes, of those with a verdict about scenarios that are no collision in truth. These have the same
     /// window at every lead and are asked once: with the first lead, or where the batch was begun without one, apart.

@@ -3,16 +3,15 @@
 
 pub(crate) mod annotations;
 mod answer;
+mod answer_outcome;
 /// Questions in bulk, resumable, in the store.
 pub mod batch;
 mod bradley_terry;
-mod case;
 /// Claims about obstacles in the text of an answer.
 pub mod claims;
 mod confusion;
 mod defaults;
 mod dry_render;
-mod ended;
 /// Attacks that a model writes.
 pub mod generating;
 mod invariance;
@@ -31,6 +30,7 @@ pub mod remote;
 pub mod report;
 mod request;
 mod results;
+mod run_case;
 mod scored;
 mod settings;
 mod share;
@@ -47,7 +47,6 @@ pub use annotations::{Loss, Problem, annotations};
 pub(crate) use answer::reading;
 pub use answer::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
-pub use case::{AskError, Event, RunOptions, can_ask, run};
 pub use confusion::Confusion;
 pub use defaults::default_frame;
 pub use dry_render::dry_render;
@@ -61,6 +60,7 @@ pub use predictors::{Alarms, Candidate, Predictions, Setting};
 pub use prompt_summary::{how, template_words};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use results::{AnswerOutcome, GroundTruth, Outcome, Results, results, with_intervals};
+pub use run_case::{AskError, Event, RunOptions, can_ask, run};
 pub use scored::{AnswerStatus, PromptConfig, Scored, named_obstacles, names_obstacle};
 pub use settings::{EffectiveSettings, Settings};
 pub use share::Share;

@@ -51,8 +51,8 @@ pub struct Alarms {
 /// One candidate's answers to the safety task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Predictions {
-    /// At each lead of the setting, scenario by scenario; those whose recording begins later than the window would end are
-    /// left out.
+    /// At each lead of the setting, scenario by scenario; those whose recording begins later than the window would
+    /// end are left out.
     pub leads: Vec<Vec<Scored>>,
     /// Over all windows of safe scenarios.
     pub alarms: Alarms,

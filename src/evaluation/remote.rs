@@ -11,10 +11,10 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 
-use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};
 use super::question::Question;
 use super::request::{record, request};
+use super::run_case::RunOptions;
 use crate::llm::batch::{Batches, Item, Lookup, SubmissionMark, split, surely_not_created};
 use crate::llm::{self, Error, Request};
 use crate::store::{

@@ -1,8 +1,8 @@
 //! Builds the request and the store's record from a question and a judge.
 
-use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};
 use super::question::{Case, Question};
+use super::run_case::RunOptions;
 use crate::llm::{Parameters, Request, ResponseFormat, Schema};
 use crate::store::NewRun;
 use crate::verdict;

@@ -239,8 +239,8 @@ pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
     rows
 }
 
-/// Counts stored outcomes, the newest first, each with the truth about it. Of several runs of one way about the same scenario,
-/// ego and window with the same sample number the newest counts.
+/// Counts stored outcomes, the newest first, each with the truth about it. Of several runs of one way about the same
+/// scenario, ego and window with the same sample number the newest counts.
 #[must_use]
 pub fn results<'a>(
     stored: impl IntoIterator<Item = (&'a StoredOutcome, Option<&'a GroundTruth>)>,

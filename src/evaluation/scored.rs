@@ -110,7 +110,7 @@ impl Scored {
 impl Confusion {
     /// Counts the answers for which both `yes` and the truth are known.
     #[must_use]
-    pub fn of<'a>(
+    pub fn from_scored<'a>(
         scored: impl IntoIterator<Item = &'a Scored>,
         yes: impl Fn(&Scored) -> Option<bool>,
     ) -> Self {
@@ -134,8 +134,8 @@ pub fn names_obstacle(verdict: &Verdict, obstacle: i64) -> bool {
 /// The obstacles that a verdict with these risk scores names as the danger.
 ///
 /// Those that collide or are of extreme risk, the scores 0 and 1: so the paper counts the obstacles that a model found.
-/// Where a yes gives no obstacle so low a score, as for a collision that is predicted for later, those with the lowest one, 2 at
-/// most.
+/// Where a yes gives no obstacle so low a score, as for a collision that is predicted for later, those with the
+/// lowest one, 2 at most.
 #[must_use]
 pub fn named_obstacles(
     dangerous: bool,

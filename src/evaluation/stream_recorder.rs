@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::case::Event;
+use super::run_case::Event;
 use crate::llm::Chunk;
 use crate::store::{AnswerPiece, Ending, RENEWAL, RunId, RunState, Store, StoreError};
 
@@ -86,8 +86,8 @@ impl StreamRecorder {
         }
     }
 
-    /// Writes down the waiting pieces and how it ended, in one transaction, then shows the pieces. `whole` are reasoning and
-    /// text, which are written anew where pieces of them are missing.
+    /// Writes down the waiting pieces and how it ended, in one transaction, then shows the pieces. `whole` are
+    /// reasoning and text, which are written anew where pieces of them are missing.
     pub fn finish(
         mut self,
         ending: &Ending,

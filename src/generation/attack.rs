@@ -92,8 +92,8 @@ impl AttackSetup<'_> {
         seen.step + (OVER / self.stage.dt()).ceil() as i64
     }
 
-    /// The change as it passes the gate. Where it would overlap an obstacle or leave the road only long after it was nearest
-    /// to the ego, the attacker's motion ends before that: the others do not answer to it, and it is gone.
+    /// The change as it passes the gate. Where it would overlap an obstacle or leave the road only long after it was
+    /// nearest to the ego, the attacker's motion ends before that: the others do not answer to it, and it is gone.
     fn admitted(&self, mut change: Change, seen: &OpenLoopScreening) -> Result<Change, Refusal> {
         let over = self.over(seen);
         loop {

@@ -35,8 +35,9 @@ const MOVING: f64 = 2.0;
 
 /// The obstacles that could attack, the least change first; ties in the file's order.
 ///
-/// Steps at which the ego hardly moves do not count. Left out is what does not move by itself. An obstacle that is only ever
-/// behind the ego comes last: a collision from behind tests the other one, and it would have to overtake first.
+/// Steps at which the ego hardly moves do not count. Left out is what does not move by itself. An obstacle that is
+/// only ever behind the ego comes last: a collision from behind tests the other one, and it would have to overtake
+/// first.
 #[must_use]
 pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
     let mut found: Vec<Candidate> = stage

@@ -1,8 +1,9 @@
-//! Whether a good driver could have avoided the collision: for several reaction times an evasive manoeuvre, or the search that found none.
+//! Whether a good driver could have avoided the collision: for several reaction times an evasive manoeuvre, or the
+//! search that found none.
 //!
 //! The ego drives unchanged until the reaction time has passed since the last recorded state of the attacker. From then
-//! on it may use its vehicle's full limits and knows the future of all road users. The others follow their recording and
-//! do not react: an ego that dodges the attacker and is then hit from behind has not avoided the collision.
+//! on it may use its vehicle's full limits and knows the future of all road users. The others follow their recording
+//! and do not react: an ego that dodges the attacker and is then hit from behind has not avoided the collision.
 
 use std::sync::Arc;
 

@@ -43,8 +43,8 @@ impl Change {
 
     /// The scenario with this motion in it, everything else as it is: its name and its hash, too.
     ///
-    /// Changed states say position, orientation, velocity and acceleration; what else the recorded ones said (yaw rates,
-    /// steering angles, signals) would not be true of them and is left out.
+    /// Changed states say position, orientation, velocity and acceleration; what else the recorded ones said (yaw
+    /// rates, steering angles, signals) would not be true of them and is left out.
     ///
     /// # Errors
     /// The obstacle does not exist, does not move, or is absent when the change begins.

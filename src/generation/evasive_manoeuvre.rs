@@ -33,8 +33,8 @@ const SLOWER: f64 = 2.5;
 const NEAR: f64 = 15.0;
 
 impl EvasiveManoeuvre {
-    /// The state one step of `dt` seconds later, with constant inputs; `None` past the end of the path. `hint` is the arc
-    /// length (m) along the path.
+    /// The state one step of `dt` seconds later, with constant inputs; `None` past the end of the path. `hint` is the
+    /// arc length (m) along the path.
     pub(super) fn step(
         &self,
         at: &VehicleState,

@@ -36,8 +36,8 @@ const SIDEWAYS: f64 = 1.8;
 const STAY: f64 = 1.0;
 
 /// What is wanted of `obstacle` for a manoeuvre, until the end of its recording or of the ego's motion, whichever is
-/// later. `way` names the way it takes among those of [`AttackContext::ways`] where it crosses the ego's: 0 is the first of
-/// them that does.
+/// later. `way` names the way it takes among those of [`AttackContext::ways`] where it crosses the ego's: 0 is the
+/// first of them that does.
 ///
 /// Gaps are between the bodies, with the ego where it is while no obstacle attacks it: behind the attacker's rear for
 /// cutting in; to the side for drifting and door-to-door (without one, a drift aims at the ego's own line); before the
@@ -254,7 +254,8 @@ impl Aim<'_> {
         Ok(self.follow(way, |t| course(&profile, t, duration, speed)))
     }
 
-    /// Where a way first comes onto the ego's: along it, and along the ego's way, metres. Nothing where it begins there.
+    /// Where a way first comes onto the ego's: along it, and along the ego's way, metres. Nothing where it begins
+    /// there.
     fn crossing(&self, way: &Polyline) -> Option<(f64, f64)> {
         let line = &self.stage.line;
         let places = (0..=way.length().min(FARTHEST) as usize).map(|s| s as f64);

@@ -9,8 +9,7 @@ pub mod attacker;
 mod capability;
 mod certificate;
 mod change;
-mod choice;
-mod closed_loop;
+mod closed_loop_screening;
 mod evasive_manoeuvre;
 mod evasive_search;
 mod gate;
@@ -22,6 +21,7 @@ mod refusal_summary;
 mod repair;
 mod screening;
 mod search;
+mod select_attack;
 mod surrogate;
 #[cfg(test)]
 mod tests;
@@ -39,8 +39,7 @@ pub use certificate::{
     Unavoidable,
 };
 pub use change::{Change, ChangeError};
-pub use choice::{SelectedAttack, choose};
-pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
+pub use closed_loop_screening::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
 pub use evasive_manoeuvre::EvasiveManoeuvre;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
 pub use refusal::{Reason, Refusal};
@@ -48,6 +47,7 @@ pub use refusal_summary::{RefusalSummary, summarize};
 pub use repair::{AdmittedAttack, FARTHEST, Repair, admit};
 pub use screening::OpenLoopScreening;
 pub use search::{Effort, Progress, SearchResult, search_until};
+pub use select_attack::{SelectedAttack, choose};
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles};
 pub use variant_document::{asked, refusal};

@@ -37,7 +37,8 @@ pub struct Repair {
 /// A repair moves no obstacle farther than this at any step, metres: what needs more was asked otherwise.
 pub const FARTHEST: f64 = 1.0;
 
-/// So much may heading (rad) and speed (m/s) differ from those of the waypoints, and from the recorded ones at the start.
+/// So much may heading (rad) and speed (m/s) differ from those of the waypoints, and from the recorded ones at the
+/// start.
 const TURNED: f64 = 0.2;
 const FASTER: f64 = 2.0;
 

@@ -91,7 +91,8 @@ impl OpenLoopScreening {
         nearest
     }
 
-    /// How promising it is: the less, the better. Contact that a good driver could have avoided is best, from behind worst.
+    /// How promising it is: the less, the better. Contact that a good driver could have avoided is best, from behind
+    /// worst.
     #[must_use]
     pub fn cost(&self) -> f64 {
         let hasty = (CHANCE - self.lead).max(0.0);

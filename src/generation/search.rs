@@ -265,7 +265,8 @@ impl Search<'_> {
     }
 }
 
-/// What is to be tried: in the first round of all arms alike, later mostly around what did well, within a share of its spread.
+/// What is to be tried: in the first round of all arms alike, later mostly around what did well, within a share of
+/// its spread.
 fn draw(
     arms: &[ManoeuvreSpace],
     elite: &[(f64, &Trial)],

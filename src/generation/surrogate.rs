@@ -28,7 +28,8 @@ impl Trial {
 /// Motions that are so far apart, in spreads of their arm, teach little about each other.
 const REACH: f64 = 0.5;
 
-/// The costs of all of `tried`, in their order: of those that were driven what the drive showed, of others what is to be expected.
+/// The costs of all of `tried`, in their order: of those that were driven what the drive showed, of others what is to
+/// be expected.
 fn expected(arms: &[ManoeuvreSpace], tried: &[Trial]) -> Vec<f64> {
     let driven = tried.iter().filter(|t| t.attack.effect.is_some());
     // How much worse each drive was than its rehearsal hoped.
@@ -46,7 +47,8 @@ fn expected(arms: &[ManoeuvreSpace], tried: &[Trial]) -> Vec<f64> {
     tried.iter().map(expect).collect()
 }
 
-/// What to add, of lessons that are so many spreads apart and taught so much: their mean, and less of it without any nearby.
+/// What to add, of lessons that are so many spreads apart and taught so much: their mean, and less of it without any
+/// nearby.
 fn correction(lessons: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut nearest, mut weights, mut sum) = (0.0_f64, 0.0, 0.0);
     for (apart, worse) in lessons {
@@ -68,8 +70,8 @@ const ALIKE: f64 = 0.25;
 /// After so many drives without an effect nothing more is expected of what is like them.
 const ENOUGH: usize = 2;
 
-/// Which of `tried` are to be driven next, at most `count`: the most promising ones, not more than half of them by one arm, and at least
-/// `apart` spreads from each other.
+/// Which of `tried` are to be driven next, at most `count`: the most promising ones, not more than half of them by
+/// one arm, and at least `apart` spreads from each other.
 pub(super) fn promising(
     arms: &[ManoeuvreSpace],
     tried: &[Trial],

@@ -35,8 +35,8 @@ const ENOUGH: f64 = 1e-3;
 
 /// The motion from `start` on, one state a step of `dt` seconds, that comes near to `wanted` at the steps after it.
 ///
-/// It keeps the limits of `able`, never drives backwards, and begins with `start`, whose steering angle and acceleration
-/// are taken into the limits.
+/// It keeps the limits of `able`, never drives backwards, and begins with `start`, whose steering angle and
+/// acceleration are taken into the limits.
 #[must_use]
 pub fn track(
     start: &VehicleState,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::attack::AttackSetup;
-use super::closed_loop::NEAR_MISS;
+use super::closed_loop_screening::NEAR_MISS;
 use super::{
     AttackContext, ClosedLoop, Effort, Gate, Progress, SearchResult, SelectedAttack, choose,
     search_until,
@@ -99,7 +99,8 @@ impl VariantGenerator {
         Gate::new(self.closed.scenario()).with_ego(&self.ego)
     }
 
-    /// The contact that the ego has in the original scenario: then that is not safe, and nothing is to be made dangerous.
+    /// The contact that the ego has in the original scenario: then that is not safe, and nothing is to be made
+    /// dangerous.
     #[must_use]
     pub fn unsafe_already(&self) -> Option<Collision> {
         match self.closed.baseline().drive().outcome {
@@ -108,8 +109,8 @@ impl VariantGenerator {
         }
     }
 
-    /// Whether no obstacle comes near to the ego in the original: it touches none, and no risk score in it is that of a near
-    /// miss or lower. Otherwise that is no safe scenario, and what is made of it proves less.
+    /// Whether no obstacle comes near to the ego in the original: it touches none, and no risk score in it is that of
+    /// a near miss or lower. Otherwise that is no safe scenario, and what is made of it proves less.
     #[must_use]
     pub fn is_safe(&self) -> bool {
         let lowest = self.closed.baseline().lowest();

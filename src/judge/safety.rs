@@ -1,9 +1,9 @@
 //! Safety: how probable is it that bodies touch soon, from what was seen until now and nothing later?
 //!
-//! Risk scores agree with the probabilities. An obstacle that is critical has at most 2: the least of 2, the present risk, and
-//! the grade of the predicted time to contact in the table of risks. An obstacle that is not, and touches the ego in some
-//! predicted motions, has 3. Everyone else has the present risk, at least 3. So the list, in the order of scores and
-//! then of probabilities, has no milder score before a graver one.
+//! Risk scores agree with the probabilities. An obstacle that is critical has at most 2: the least of 2, the present
+//! risk, and the grade of the predicted time to contact in the table of risks. An obstacle that is not, and touches
+//! the ego in some predicted motions, has 3. Everyone else has the present risk, at least 3. So the list, in the
+//! order of scores and then of probabilities, has no milder score before a graver one.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -19,8 +19,8 @@ use crate::verdict::{ObstacleRisk, Task, Verdict};
 /// Obstacles listed beside the critical ones.
 const MOST_LISTED: usize = 5;
 
-/// The worst risk score of an obstacle that is not critical, and the best of one that is: a list in the order of its scores
-/// has the critical ones first.
+/// The worst risk score of an obstacle that is not critical, and the best of one that is: a list in the order of its
+/// scores has the critical ones first.
 const NOT_CRITICAL: u8 = 3;
 const CRITICAL: u8 = 2;
 
@@ -77,8 +77,9 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     }
 }
 
-/// The verdict by a criterion, on the obstacles that are critical by it: those of the judge's verdict, where the criterion is
-/// its own. An obstacle that is farther than `radius` metres from the ego (centre to centre) is left out.
+/// The verdict by a criterion, on the obstacles that are critical by it: those of the judge's verdict, where the
+/// criterion is its own. An obstacle that is farther than `radius` metres from the ego (centre to centre) is left
+/// out.
 #[must_use]
 pub fn verdict_by(
     criterion: &Criterion,

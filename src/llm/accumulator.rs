@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::chunk::{Chunk, Finish, LONGEST_ANSWER, Usage};
 use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
-use super::think::{ContentPart, Splitter};
+use super::think_tags::{ContentPart, Splitter};
 
 /// The answer so far, and the chunks not yet taken.
 #[derive(Debug)]

@@ -8,13 +8,13 @@ use jiff::Timestamp;
 use reqwest::Response;
 use reqwest::header::LOCATION;
 
+use super::body_text::whole;
 use super::client::{deepest, has_io_kind, is_tls};
 use super::deadlines::{Deadlines, Elapsed};
 use super::endpoint::{Endpoint, plain};
 use super::error::{Error, TimeoutKind};
 use super::error_body::ErrorBody;
 use super::retry::{asked_wait, may_pass};
-use super::text::whole;
 
 /// Most of a failed answer's body that is read, in bytes.
 const LONGEST_PROBLEM: usize = 64 << 10;

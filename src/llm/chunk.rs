@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 /// One piece of an answer, in the order of arrival.
 ///
-/// The order is: any number of `Note`, any number of `Retrying`, one `Started`, any mix of `Reasoning` and `Text`, at most one
-/// `Usage`, before it perhaps a `Note` about it, and on success exactly one `Finished`, which is last. A failed answer ends with an error instead of `Finished`;
-/// everything that had arrived is delivered before the error.
+/// The order is: any number of `Note`, any number of `Retrying`, one `Started`, any mix of `Reasoning` and `Text`, at
+/// most one `Usage`, before it perhaps a `Note` about it, and on success exactly one `Finished`, which is last. A
+/// failed answer ends with an error instead of `Finished`; everything that had arrived is delivered before the error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Chunk {
     /// Something about the request that people should know, such as a parameter that this model does not take.
@@ -113,13 +113,13 @@ pub enum CostSource {
 pub enum Finish {
     /// It had said everything.
     Stop,
-    /// It said that it was finished, and had said nothing but white space: so DeepSeek ends an answer that is not the JSON
-    /// asked for. Asking again may help, and is paid for again.
+    /// It said that it was finished, and had said nothing but white space: so DeepSeek ends an answer that is not the
+    /// JSON asked for. Asking again may help, and is paid for again.
     Blank,
     /// It ran into the token limit: the text is cut off.
     Length,
-    /// This program stopped reading, because the answer was larger than [`LONGEST_ANSWER`] bytes, or took more than is read
-    /// of any answer: the text is cut off.
+    /// This program stopped reading, because the answer was larger than [`LONGEST_ANSWER`] bytes, or took more than
+    /// is read of any answer: the text is cut off.
     TooLong,
     /// The server's filter stopped the answer.
     ContentFilter,

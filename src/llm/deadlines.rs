@@ -56,8 +56,8 @@ impl Deadlines {
         if left.is_zero() {
             return Err(elapsed);
         }
-        // For the same reason everything else gets its turn, Ctrl-C among it. Not by tokio's budget: who uses it up leaves
-        // none to those beside it in a `select`.
+        // For the same reason everything else gets its turn, Ctrl-C among it. Not by tokio's budget: who uses it up
+        // leaves none to those beside it in a `select`.
         yield_now().await;
         timeout(left.min(self.idle), future)
             .await

@@ -33,7 +33,8 @@ pub enum TimeoutKind {
     Total,
 }
 
-/// A failed exchange. No variant ever holds a secret; texts of the server are tidied to one line of at most 1,000 characters.
+/// A failed exchange. No variant ever holds a secret; texts of the server are tidied to one line of at most 1,000
+/// characters.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -280,8 +281,8 @@ fn limited_text(
 }
 
 impl Error {
-    /// The last step before an error leaves this module: secrets are taken out of everything the server said, since servers
-    /// quote what they were sent, and control characters with them.
+    /// The last step before an error leaves this module: secrets are taken out of everything the server said, since
+    /// servers quote what they were sent, and control characters with them.
     pub(super) fn cleared_of(mut self, secrets: &Secrets) -> Self {
         let clear = |text: &mut String| *text = tidy(&secrets.redact_cut(text), LONGEST_QUOTE);
         match &mut self {

@@ -20,8 +20,8 @@ pub(super) struct ErrorBody {
 }
 
 impl ErrorBody {
-    /// The error inside a JSON document, if there is one: `{error:{…}}`, `{error:"…"}`, the same in a list or in the first
-    /// choice, or a flat object that calls itself an error.
+    /// The error inside a JSON document, if there is one: `{error:{…}}`, `{error:"…"}`, the same in a list or in the
+    /// first choice, or a flat object that calls itself an error.
     pub fn in_value(value: &Value) -> Option<Self> {
         let value = value
             .as_array()

@@ -1,9 +1,9 @@
 //! Splits a stream into events: server-sent events, or one JSON document a line. Time is linear in the input; at most
 //! one event is held in memory.
 
+use super::body_text::BodyError;
 use super::dialect::Framing;
 use super::frames::Frame;
-use super::text::BodyError;
 
 /// More than any line or event of a stream is long, in bytes: some hold a whole answer.
 const LONGEST: usize = 8 << 20;
@@ -72,8 +72,8 @@ impl Parser {
         Ok(())
     }
 
-    /// The stream is over. A last line without its end counts if it is whole JSON; an event that was not ended is dropped,
-    /// as the standard wants.
+    /// The stream is over. A last line without its end counts if it is whole JSON; an event that was not ended is
+    /// dropped, as the standard wants.
     pub fn end(self) -> Option<Frame> {
         let whole = serde_json::from_str::<serde::de::IgnoredAny>(&self.line).is_ok();
         (self.framing == Framing::Lines && whole).then_some(Frame {

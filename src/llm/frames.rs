@@ -5,6 +5,7 @@ use std::pin::Pin;
 use futures_util::future::FutureExt;
 use futures_util::stream::{self, Stream, StreamExt};
 
+use super::body_text::{BodyError, joined};
 use super::chunk::Chunk;
 use super::deadlines::Elapsed;
 use super::decoder::Decoder;
@@ -12,7 +13,6 @@ use super::dialect::{Dialect, Framing};
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::events::Parser;
-use super::text::{BodyError, joined};
 
 /// One event.
 #[derive(Debug, PartialEq, Eq)]

@@ -13,7 +13,8 @@ use tokio::time::Instant;
 pub struct Limits {
     /// Requests begun within any 60 seconds, repetitions included.
     pub requests_per_minute: Option<NonZeroU32>,
-    /// Tokens asked for within any 60 seconds: those of the question, estimated, and the limit of the answer, if one is set.
+    /// Tokens asked for within any 60 seconds: those of the question, estimated, and the limit of the answer, if one
+    /// is set.
     pub tokens_per_minute: Option<NonZeroU32>,
     /// Requests on their way at once.
     pub concurrency: Option<NonZeroU32>,
@@ -65,8 +66,8 @@ impl Gate {
 
     /// Waits until a request of this many tokens may begin.
     ///
-    /// The last 60 seconds are counted one by one. A bucket that fills steadily would be less to keep, but lets up to twice
-    /// the limit through in its first minute.
+    /// The last 60 seconds are counted one by one. A bucket that fills steadily would be less to keep, but lets up to
+    /// twice the limit through in its first minute.
     ///
     /// # Errors
     /// The request alone is more than a minute allows.

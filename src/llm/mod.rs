@@ -26,7 +26,7 @@ mod api_keys;
 mod attempt;
 /// Batches that providers work off at half the price.
 pub mod batch;
-mod broken;
+mod body_text;
 mod budget;
 mod chunk;
 mod client;
@@ -38,6 +38,7 @@ mod error;
 mod error_body;
 mod events;
 mod frames;
+mod invalid_provider;
 mod json;
 mod key_command;
 mod limits;
@@ -49,15 +50,14 @@ mod probe;
 mod provider;
 mod quirks;
 mod reach;
-mod redact;
+mod redact_stream;
 mod redaction;
 mod registry;
 mod request;
 mod retry;
 mod sending;
 mod streaming;
-mod text;
-mod think;
+mod think_tags;
 
 pub use api_keys::{Environment, ResolvedKey, without_secrets};
 pub use attempt::RetryHint;
@@ -92,7 +92,8 @@ pub async fn check(client: &Client, endpoint: &Endpoint, request: &Request) -> R
     sending::sendable(client, &mut endpoint.clone(), request).await
 }
 
-/// Asks once and gives the answer as it arrives; see [`Chunk`] for the order of the pieces and [`Error`] for what can fail.
+/// Asks once and gives the answer as it arrives; see [`Chunk`] for the order of the pieces and [`Error`] for what can
+/// fail.
 ///
 /// Nothing is sent before the stream is polled, and it must be polled within a tokio runtime. Dropping it closes the
 /// connection. It ends after [`Chunk::Finished`] or after the first error. Failures that may pass are repeated as

@@ -6,13 +6,13 @@ use futures_util::future::join_all;
 use serde_json::Value;
 
 use super::api_keys::Environment;
+use super::body_text::whole;
 use super::client::Client;
 use super::deadlines::Deadlines;
 use super::dialect::Dialect;
 use super::endpoint::{Endpoint, Timeouts};
 use super::error::Error;
 use super::registry::Registry;
-use super::text::whole;
 
 /// How long a server on this machine may take to say what it serves.
 const PATIENCE: Duration = Duration::from_millis(800);
@@ -42,8 +42,8 @@ impl Discovered {
     }
 }
 
-/// Asks the providers whose address is on this machine what they serve, all at once and without waiting long; what does not
-/// answer serves nothing. The result is in the order of the providers' names, without doubles.
+/// Asks the providers whose address is on this machine what they serve, all at once and without waiting long; what
+/// does not answer serves nothing. The result is in the order of the providers' names, without doubles.
 pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discovered> {
     // A proxy has no business with this machine.
     let client = Client::direct();
@@ -66,8 +66,8 @@ pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discov
     join_all(asked).await.into_iter().flatten().collect()
 }
 
-/// Asks for the names of the models at an endpoint, in order, which costs nothing; waits no longer than `patience` for each
-/// step.
+/// Asks for the names of the models at an endpoint, in order, which costs nothing; waits no longer than `patience`
+/// for each step.
 ///
 /// # Errors
 /// [`Error::Malformed`] if something else than a list came; else why there was no answer.

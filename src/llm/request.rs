@@ -100,8 +100,8 @@ pub struct Request {
 }
 
 impl Request {
-    /// Tokens of the question, estimated to be rather too many than too few: half of the bytes. Numbers, which scenes in
-    /// words are full of, are two to three bytes a token.
+    /// Tokens of the question, estimated to be rather too many than too few: half of the bytes. Numbers, which scenes
+    /// in words are full of, are two to three bytes a token.
     #[must_use]
     pub fn tokens(&self) -> u32 {
         let messages: usize = self.messages.iter().map(|m| m.content.len() + 16).sum();

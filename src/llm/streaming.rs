@@ -11,6 +11,7 @@ use reqwest::header::CONTENT_TYPE;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::yield_now;
 
+use super::body_text::{texts, whole};
 use super::budget::Reservation;
 use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
 use super::client::Client;
@@ -21,11 +22,10 @@ use super::endpoint::Endpoint;
 use super::error::Error;
 use super::error_body::tidy;
 use super::frames::{Frames, ended, frames, step};
-use super::redact::Redactors;
+use super::redact_stream::Redactors;
 use super::redaction::Secrets;
 use super::request::Request;
 use super::sending::{Ready, Sending};
-use super::text::{texts, whole};
 
 /// Most of an unstreamed answer that is read, in bytes.
 const LONGEST_DOCUMENT: usize = 16 << 20;
@@ -113,7 +113,8 @@ impl StreamingRequest {
         }
     }
 
-    /// A chunk as it leaves: without secrets, and with its cost. `None` if all of it is held back, since it may become one.
+    /// A chunk as it leaves: without secrets, and with its cost. `None` if all of it is held back, since it may
+    /// become one.
     fn cleared(&mut self, item: Result<Chunk, Error>) -> Option<Result<Chunk, Error>> {
         let clear = |text: String| self.secrets.redact(&text);
         let chunk = match item {

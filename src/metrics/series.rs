@@ -110,7 +110,8 @@ impl Series {
             .unwrap_or(Reading::None(NoValue::Absent))
     }
 
-    /// The most dangerous value of a measure at one step, and whose it is; of a measure that only describes, the lowest.
+    /// The most dangerous value of a measure at one step, and whose it is; of a measure that only describes, the
+    /// lowest.
     #[must_use]
     pub fn most_dangerous_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {
         let danger = self.measures.iter().find(|m| m.id == measure)?.danger;

@@ -1,5 +1,4 @@
-//! What exists only to be held against the paper "From Words to Collisions" (Gao et al.): its recorded answers and its
-//! printed tables.
+//! Comparison with the paper "From Words to Collisions" (Gao et al.): its recorded answers and its printed tables.
 //!
 //! Its convention of measures is [`crate::metrics::paper`], one of the two that `nearmiss metrics` writes.
 

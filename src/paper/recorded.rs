@@ -264,7 +264,8 @@ struct FolderQuestion {
 }
 
 impl FolderQuestion {
-    /// From the task and a name such as `cart_icl`: as the paper's ablation study has it, CoT includes CP, and ICL both.
+    /// From the task and a name such as `cart_icl`: as the paper's ablation study has it, CoT includes CP, and ICL
+    /// both.
     fn from_name(task: Task, method: &str) -> Option<Self> {
         if method == "safety" && task == Task::Collision {
             return Some(Self {

@@ -22,8 +22,8 @@ struct Reference {
 }
 
 /// The recorded answers to the yes-or-no tasks below `root`, each beside the truth of the annotations (where there are
-/// none at all, of its folder) and the built-in judge's verdict on the paper's window; then the judge's own verdicts; and what was
-/// wrong there.
+/// none at all, of its folder) and the built-in judge's verdict on the paper's window; then the judge's own verdicts;
+/// and what was wrong there.
 ///
 /// The judge is asked where the scenario and its recorded ego lie below `root` too.
 #[must_use]

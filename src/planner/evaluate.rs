@@ -24,7 +24,8 @@ pub(super) struct Judge<'a> {
 /// Bodies farther than this cost nothing, metres.
 pub(super) const CLEAR: f64 = 2.0;
 
-/// The margin around bodies grows to its whole within this time, so that an ego that starts closer can get away, seconds.
+/// The margin around bodies grows to its whole within this time, so that an ego that starts closer can get away,
+/// seconds.
 const EASING: f64 = 1.0;
 
 /// Differences below this are rounding.
@@ -150,8 +151,8 @@ impl Judge<'_> {
         }
     }
 
-    /// The share of the wanted gap that is missing behind an obstacle `forward` and `left` metres away, squared; one stops
-    /// within `stopping` metres.
+    /// The share of the wanted gap that is missing behind an obstacle `forward` and `left` metres away, squared; one
+    /// stops within `stopping` metres.
     #[inline]
     fn missing(
         &self,

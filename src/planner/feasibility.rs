@@ -204,10 +204,10 @@ impl Feasibility {
     /// Checks the motion of a body's centre.
     ///
     /// The rear axle is the vehicle's `rear_to_centre` behind the centre. Steering angles are estimated, as a track has
-    /// none: the mean angle of a step is the one that gives its change of heading over its length, and the steering rate
-    /// of a step is the change from the mean angle of the step before it. A rate that is too high for one step only can
-    /// therefore hide between lower ones, and the heading always fits. Below a displacement of a centimetre nothing is
-    /// known of the steering angle; the wheels may be turned meanwhile.
+    /// none: the mean angle of a step is the one that gives its change of heading over its length, and the steering
+    /// rate of a step is the change from the mean angle of the step before it. A rate that is too high for one step
+    /// only can therefore hide between lower ones, and the heading always fits. Below a displacement of a centimetre
+    /// nothing is known of the steering angle; the wheels may be turned meanwhile.
     ///
     /// # Errors
     /// Everything that is broken.

@@ -13,8 +13,8 @@ const HINT: f64 = 15.0;
 /// An obstacle that points farther away from the path than this cosine is not along it.
 const ALONG: f64 = 0.1;
 
-/// Arc length with its speed and acceleration, and the offset, of `now`; near arc length `hint` (m) where that is known.
-/// Nothing for an obstacle that points across the path or away from it.
+/// Arc length with its speed and acceleration, and the offset, of `now`; near arc length `hint` (m) where that is
+/// known. Nothing for an obstacle that points across the path or away from it.
 pub(super) fn place(
     guide: &ReferenceTrack,
     now: &VehicleState,

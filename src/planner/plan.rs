@@ -109,8 +109,8 @@ impl<'a> Planner<'a> {
         (self.last, self.hint) = (memory.last, memory.hint);
     }
 
-    /// What to do from `now` at `step`, while the others do as `traffic` says. A cycle that is cancelled looks at no further
-    /// candidate: its plan is to be dropped.
+    /// What to do from `now` at `step`, while the others do as `traffic` says. A cycle that is cancelled looks at no
+    /// further candidate: its plan is to be dropped.
     pub fn plan(&mut self, now: &VehicleState, step: i64, traffic: &Traffic) -> Plan {
         self.candidates.clear();
         self.profiles.clear();

@@ -131,10 +131,11 @@ impl ReferenceTrack {
         Some(path.heading_and_curvature(at.s, &profile).ok()?.1)
     }
 
-    /// The speed to arrive in time with, m/s, of a body whose centre is at arc length `s` (m) at `step`, with speed `now` (m/s).
+    /// The speed to arrive in time with, m/s, of a body whose centre is at arc length `s` (m) at `step`, with speed
+    /// `now` (m/s).
     ///
-    /// It is as near to cruising as the goal's place and time let it be; it is slowed down to as gently as there is room
-    /// for.
+    /// It is as near to cruising as the goal's place and time let it be; it is slowed down to as gently as there is
+    /// room for.
     #[must_use]
     pub fn wanted(&self, s: f64, now: f64, step: i64, dt: f64) -> f64 {
         let Some(arrival) = &self.arrival else {

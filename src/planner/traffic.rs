@@ -88,8 +88,8 @@ impl Traffic {
         self.steps.get(step.min(last)).map_or(&[], Vec::as_slice)
     }
 
-    /// Becomes those of `all` that are within `reach(step)` metres of (`x`, `y`) at each step; what it held is forgotten, its
-    /// memory is used again.
+    /// Becomes those of `all` that are within `reach(step)` metres of (`x`, `y`) at each step; what it held is
+    /// forgotten, its memory is used again.
     pub(super) fn keep_near(&mut self, all: &Self, x: f64, y: f64, reach: impl Fn(usize) -> f64) {
         self.bodies.clear();
         self.bodies.extend_from_slice(&all.bodies);

@@ -375,6 +375,6 @@ fn read(path: &Path) -> Result<String, String> {
     system::read_text(path, system::LARGEST_TEXT).map_err(|e| system::words(&e))
 }
 
-mod aside;
 #[cfg(test)]
 mod tests;
+mod unusable_templates;

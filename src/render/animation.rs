@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use tiny_skia::Pixmap;
 
 use super::Picture;
-use super::colors::Colors;
+use super::quantize::Colors;
 use super::raster::{RasterError, pixels, rgb};
 
 /// Why there is no animation.
@@ -80,7 +80,7 @@ pub fn animate(
         .par_iter()
         .map(|place| Ok::<_, AnimationError>(rgb(&paint(place)?)))
         .collect();
-    let mut colors = Colors::of(samples?.iter().map(Vec::as_slice));
+    let mut colors = Colors::from_frames(samples?.iter().map(Vec::as_slice));
 
     let mut writer: Option<Encoder<_>> = None;
     let mut out = Some(out);

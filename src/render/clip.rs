@@ -1,5 +1,6 @@
-//! What reaches far beyond the page is cut off before it is painted: painters have numbers with few digits, fail on very
-//! large ones, and take their time for each dash that cannot be seen.
+//! Cuts off what reaches far beyond the page before it is painted.
+//!
+//! Painters have numbers with few digits, fail on very large ones, and spend time on each dash that cannot be seen.
 
 use super::display::{Area, Item, Picture, Segment, Spot, Stroke};
 use crate::geometry::{Bounds, Point, part_within, ring_within, within_at};

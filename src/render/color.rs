@@ -1,4 +1,4 @@
-//! Colours of pictures.
+//! A colour with opacity, and how colours mix.
 
 /// A colour with its opacity.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,5 @@
-//! A picture as a list of things to draw, in points (1/72 inch), x to the right and y down: what every format is written from.
+//! A picture as a list of things to draw, in points (1/72 inch), x to the right and y down: what every format is
+//! written from.
 
 use super::Color;
 

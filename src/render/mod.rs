@@ -7,7 +7,6 @@
 mod animation;
 mod clip;
 mod color;
-mod colors;
 mod display;
 mod figure;
 mod format;
@@ -15,6 +14,7 @@ mod glyphs;
 mod map;
 mod palette;
 mod plot;
+mod quantize;
 mod raster;
 pub mod scene;
 mod screen;

@@ -127,7 +127,8 @@ impl Folders {
     }
 
     /// Takes from others what an older program let them read: the data folder where nothing but the program's own lies
-    /// in it, drafts, sessions and tags, and the file with keys beside the configuration. The store sees to its own files.
+    /// in it, drafts, sessions and tags, and the file with keys beside the configuration. The store sees to its own
+    /// files.
     pub fn close(&self) {
         system::close_file(&self.config.join(".env"));
         system::close_file(&self.tags());

@@ -54,8 +54,8 @@ impl std::fmt::Display for Collision {
 }
 
 impl Collision {
-    /// The collision of a body with anyone of `scenario` but `without` at a step: exact distance 0. Of several the first in
-    /// the file's order; see [`Self::first`].
+    /// The collision of a body with anyone of `scenario` but `without` at a step: exact distance 0. Of several the
+    /// first in the file's order; see [`Self::first`].
     #[must_use]
     pub fn at(
         scenario: &Scenario,
@@ -139,8 +139,8 @@ pub fn touches_between(
     })
 }
 
-/// The first part of the step after `step` in which a body touches an obstacle on its way; nothing where it does not, or
-/// only at the end.
+/// The first part of the step after `step` in which a body touches an obstacle on its way; nothing where it does not,
+/// or only at the end.
 fn touched_on(
     obstacle: &Obstacle,
     body: &Footprint,

@@ -1,14 +1,14 @@
 //! The closed loop: the planner drives the ego through the recorded traffic, which does not react to it.
 
+mod closed_loop;
 mod collision;
-mod driver;
 mod ego;
 mod outcome;
 mod rollout;
 mod solution;
 
+pub use closed_loop::{DriveSpan, Driver, Look, MOST_DRIVEN, ResumableRollout};
 pub use collision::{Collision, ContactSide};
-pub use driver::{DriveSpan, Driver, Look, MOST_DRIVEN, ResumableRollout};
 pub use outcome::Outcome;
 pub use rollout::{Cycle, DriveError, Rollout, Settings, drive};
 

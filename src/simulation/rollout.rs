@@ -1,4 +1,4 @@
-//! A drive: what it is made of, and driving one planning problem once.
+//! A drive as data: its request, its steps and how it ended. The loop itself is in `closed_loop`.
 
 use std::time::Duration;
 

@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use super::durable::Log;
 use super::migrate::migrate;
-use super::reading;
+use super::read_only;
 use crate::system;
 
 /// The store of all runs, safe for several threads and several processes at once.
@@ -107,10 +107,10 @@ impl Store {
                 source,
             })?;
         }
-        reading::check(path)?;
+        read_only::check(path)?;
         // SQLite gives what it keeps beside the file the permissions of the file. What cannot be made it says itself.
         let _ = system::make_file(path);
-        reading::files(path).for_each(|file| system::close_file(&file));
+        read_only::files(path).for_each(|file| system::close_file(&file));
         Connection::open(path)
             .map_err(StoreError::from)
             .and_then(Self::prepare)

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rusqlite::{Connection, OpenFlags};
 
 use super::migrate::VERSION;
-use super::{StoreError, reading};
+use super::{StoreError, read_only};
 
 /// How long others are waited for that write at the same time.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -40,7 +40,7 @@ impl Health {
             Err(error) => return Err(crate::system::words(&error)),
         };
         let words = |error: rusqlite::Error| error.to_string();
-        let opened = reading::open(path).map_err(|error| match error {
+        let opened = read_only::open(path).map_err(|error| match error {
             StoreError::Open { source, .. } => crate::system::words(&source),
             StoreError::Database(source) => words(source),
             other => other.to_string(),

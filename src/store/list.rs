@@ -11,7 +11,8 @@ use crate::verdict::Task;
 /// before this one took more.
 pub const MOST_SHOWN: usize = 4 << 20;
 
-/// Most of the texts of several runs that are read to be looked at, in bytes; of the runs behind those it is [`LITTLE`].
+/// Most of the texts of several runs that are read to be looked at, in bytes; of the runs behind those it is
+/// [`LITTLE`].
 const MOST_TOGETHER: usize = 16 << 20;
 
 /// What is read of each text where there are many long ones, in bytes.

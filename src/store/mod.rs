@@ -1,8 +1,8 @@
 //! The store: every run in SQLite, chunk by chunk as it arrives; nothing is lost, nothing is asked twice.
 
 mod batches;
-mod bound;
 mod claim;
+mod cost_bound;
 mod database;
 mod decisions;
 mod durable;
@@ -18,7 +18,7 @@ mod outcomes;
 mod page;
 mod provider_batches;
 mod ratings;
-mod reading;
+mod read_only;
 mod record;
 mod rows;
 mod run;

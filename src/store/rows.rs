@@ -178,7 +178,7 @@ impl Columns {
     ///
     /// # Errors
     /// The value has no fields.
-    pub fn of(value: &impl Serialize) -> Result<Self, StoreError> {
+    pub fn from_fields(value: &impl Serialize) -> Result<Self, StoreError> {
         use serde_json::Value as Json;
         let fields: serde_json::Map<String, Json> =
             serde_json::from_value(serde_json::to_value(value)?)?;

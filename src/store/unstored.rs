@@ -60,8 +60,8 @@ impl Store {
         self.durably(|transaction| conclude_whole(transaction, run, reasoning, answer, ending))
     }
 
-    /// Keeps an answer that the store cannot have, as a line that `nearmiss import` reads: beside the store, else in the
-    /// folder for temporary files.
+    /// Keeps an answer that the store cannot have, as a line that `nearmiss import` reads: beside the store, else in
+    /// the folder for temporary files.
     #[must_use]
     pub fn set_aside(
         &self,

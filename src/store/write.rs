@@ -124,7 +124,7 @@ pub(super) fn conclude(
     insert(transaction, run, pieces)?;
     let (answer, reasoning) = rows::pieces(transaction, run)?;
     // Without its texts and its verdict: those are written together, as they are searched together.
-    let columns = Columns::of(ending)?.with("updated_ms", now_ms());
+    let columns = Columns::from_fields(ending)?.with("updated_ms", now_ms());
     columns.update(transaction, run)?;
     transaction.execute(
         "UPDATE runs SET answer = answer || ?2, reasoning = reasoning || ?3, verdict = ?4 WHERE id = ?1",
@@ -192,7 +192,7 @@ pub(super) fn insert_new(
     run: &NewRun,
     created_ms: i64,
 ) -> Result<RunId, StoreError> {
-    let columns = Columns::of(run)?
+    let columns = Columns::from_fields(run)?
         .with("created_ms", created_ms)
         .with("updated_ms", created_ms)
         .with("key", run.key().map(|key| key.as_str().to_string()))
@@ -202,7 +202,9 @@ pub(super) fn insert_new(
 
 /// Inserts a whole run; its number is given anew.
 pub(super) fn insert_whole(connection: &Connection, run: &Run) -> Result<RunId, StoreError> {
-    Ok(Columns::of(run)?.without("id").insert(connection)?)
+    Ok(Columns::from_fields(run)?
+        .without("id")
+        .insert(connection)?)
 }
 
 /// Moves the pieces of a run into it.

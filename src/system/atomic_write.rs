@@ -31,7 +31,8 @@ pub enum SaveError {
     },
 }
 
-/// A file in the making: nothing is at its path before [`NewFile::finish`], and nothing stays behind if that is not called.
+/// A file in the making: nothing is at its path before [`NewFile::finish`], and nothing stays behind if that is not
+/// called.
 ///
 /// What is written goes to a file without a name, which gets its own at the end: who looks sees the old contents or all
 /// of the new ones, also after a crash, and a program that is killed leaves nothing. Elsewhere than on Linux a
@@ -50,7 +51,8 @@ impl NewFile {
     /// Begins the file `path`, in a folder that exists.
     ///
     /// With `overwrite` a file at `path` is replaced and its permissions stay; a symbolic link stays and the
-    /// file it leads to is replaced. Without it nothing is ever replaced, not even what another program puts there meanwhile.
+    /// file it leads to is replaced. Without it nothing is ever replaced, not even what another program puts there
+    /// meanwhile.
     ///
     /// # Errors
     /// See [`SaveError`].

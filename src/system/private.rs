@@ -32,8 +32,8 @@ pub fn make_file(path: &Path) -> Result<()> {
 
 /// Takes a file that an older program made, from all other users.
 ///
-/// A folder with the set-group-ID bit was made for a group to share; its files stay as they are. So does what belongs to
-/// another user.
+/// A folder with the set-group-ID bit was made for a group to share; its files stay as they are. So does what belongs
+/// to another user.
 #[cfg(unix)]
 pub fn close_file(path: &Path) {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));

@@ -268,7 +268,8 @@ impl Arranged {
         self.answers(right, body, shares, false, (9, 7));
     }
 
-    /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many rows.
+    /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many
+    /// rows.
     fn answers(
         &mut self,
         area: Rect,

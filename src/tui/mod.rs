@@ -3,21 +3,21 @@
 mod action;
 mod background;
 mod clock;
+mod external_editor;
+/// The workbench without a terminal, for benches.
+#[doc(hidden)]
+pub mod headless;
 mod keymap;
 mod layout;
 mod loaded;
 mod message;
 mod model;
-mod outside;
 mod reload;
 mod run;
-mod screen;
 mod screens;
+mod screenshot;
 mod session;
 mod shell;
-/// The workbench without a terminal, for benches.
-#[doc(hidden)]
-pub mod stage;
 mod tasks;
 mod terminal;
 #[cfg(test)]
@@ -29,5 +29,5 @@ mod views;
 mod widgets;
 
 pub use run::{RunResult, run};
-pub use screen::screen;
+pub use screenshot::screen;
 pub use shell::{keys, terminal_here, theme_mistakes, themes};

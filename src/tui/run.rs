@@ -15,15 +15,15 @@ use self::ending::{Ending, TerminationSignal};
 use self::last_opened::LastOpened;
 use self::pace::Pace;
 use self::prepare::prepare;
+use super::external_editor;
 use super::message::{Effect, ExternalEdit, Msg};
 use super::model::Model;
-use super::outside;
 use super::reload::{self, Stamps};
 use super::session;
 use super::tasks::{LoopEffect, Tasks};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{start, update};
-use super::{screen, views, widgets};
+use super::{screenshot, views, widgets};
 use crate::formats::{EgoSelection, Entry, EntryLocation, not_standard_input};
 use crate::settings::Folders;
 use crate::store::{Filter, Store};
@@ -226,7 +226,8 @@ impl Loop {
                     }
                     Step::EditOutside(sent) => {
                         let mut over = false;
-                        let result = match outside::command(|name| std::env::var(name).ok()) {
+                        let result = match external_editor::command(|name| std::env::var(name).ok())
+                        {
                             Ok(command) => {
                                 events.close().await;
                                 let (result, ends) = self.lend(command, &sent, &mut ending).await?;
@@ -276,7 +277,7 @@ impl Loop {
                 None => {}
                 Some(LoopEffect::Copy(text)) => self.screen.copy(&text)?,
                 Some(LoopEffect::Picture(mut job)) => {
-                    job.screen = screen::paint(&self.model).map(Some);
+                    job.screen = screenshot::paint(&self.model).map(Some);
                     self.tasks.draw(job);
                 }
                 Some(LoopEffect::UseMouse(on)) => self.screen.use_mouse(on)?,
@@ -298,7 +299,7 @@ impl Loop {
         self.screen.lend();
         let ExternalEdit { file, text, .. } = sent.clone();
         let mut editing =
-            tokio::task::spawn_blocking(move || outside::edit(&command, &file, &text));
+            tokio::task::spawn_blocking(move || external_editor::edit(&command, &file, &text));
         let mut ends = false;
         let edited = loop {
             tokio::select! {

@@ -90,12 +90,12 @@ pub struct Generation {
 /// How soon the end that a user asks for is noticed while a model answers.
 const POLL: Duration = Duration::from_millis(50);
 
-/// Makes a scenario dangerous. Nothing where `cancel` asked for an end; what a model answered until then is in the store.
-/// Nothing is searched and no model is asked where the planned ego touches something in the original.
+/// Makes a scenario dangerous. Nothing where `cancel` asked for an end; what a model answered until then is in the
+/// store. Nothing is searched and no model is asked where the planned ego touches something in the original.
 ///
 /// # Errors
-/// [`PlanError::Mismatch`]: the attacker is not there or does not move, or the model's question cannot be asked, whatever
-/// the scenario. [`PlanError::NothingToPlan`]: the ego cannot be planned, or never moves.
+/// [`PlanError::Mismatch`]: the attacker is not there or does not move, or the model's question cannot be asked,
+/// whatever the scenario. [`PlanError::NothingToPlan`]: the ego cannot be planned, or never moves.
 pub fn generate(
     request: &GenerateRequest<'_>,
     cancel: &Cancel,

@@ -46,7 +46,8 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
             "geometry",
         ],
         "store" => &["verdict"],
-        // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both their colours.
+        // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both
+        // their colours.
         "render" => &["metrics", "formats", "scenario", "geometry", "settings"],
         "evaluation" => &DOMAIN,
         "paper" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
@@ -129,7 +130,8 @@ const TUI_ENDS: [&str; 6] = ["views", "screens", "update", "tasks", "terminal", 
 /// What screens have in common: beside it, a screen sees no other screen.
 const SCREENS_SHARE: [&str; 6] = ["Screen", "Step", "PAGE", "WHEEL", "moves_scene", "picker"];
 
-/// The loop, the workbench without a terminal, and what commands ask of it: like the root module, they put the parts together.
+/// The loop, the workbench without a terminal, and what commands ask of it: like the root module, they put the parts
+/// together.
 const TUI_LOOPS: [&str; 4] = ["run", "screen", "shell", "stage"];
 
 /// How a program writes to a terminal.

@@ -1,4 +1,5 @@
-//! What is refused or warned of before anything is sent, what the store answers all the same, and what `ask --json` always says.
+//! What is refused or warned of before anything is sent, what the store answers all the same, and what `ask --json`
+//! always says.
 
 use serde_json::{Value, json};
 

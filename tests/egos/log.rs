@@ -265,7 +265,8 @@ fn published_logs_are_the_published_recordings() {
         let log = read(root.join(name).join("logs.csv"));
         let csv = read(find_recording(&path).unwrap());
         assert_eq!(warnings(&log), [""; 0], "{name}");
-        // The recording was made of the log, rounded to tenths of millimetres; its velocities are those of the next step.
+        // The recording was made of the log, rounded to tenths of millimetres; its velocities are those of the next
+        // step.
         let (position, heading, _) = apart(&log.track, &csv.track);
         assert!(position < 1e-4, "{name}: {position}");
         // Its headings are directions of displacements of the centre, which swings out in a turn.

@@ -24,7 +24,8 @@ pub fn alone(name: &str, id: i64) -> Scenario {
 /// What one step does: m/s² along, and the rate of the steering angle, rad/s.
 pub type Input = (f64, f64);
 
-/// The motion of an obstacle from `step` under `inputs`, its wheels first at `angle` radians; integrated in small parts.
+/// The motion of an obstacle from `step` under `inputs`, its wheels first at `angle` radians; integrated in small
+/// parts.
 pub fn driven(scenario: &Scenario, id: i64, step: i64, angle: f64, inputs: &[Input]) -> Change {
     const PARTS: usize = 400;
     let obstacle = scenario.obstacle(id).expect("there");

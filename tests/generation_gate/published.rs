@@ -9,8 +9,8 @@ use nearmiss::generation::{Gate, Reason, Refusal};
 use super::built::names;
 use super::support::program::skipped;
 
-/// What is wrong with the variant's car: the kind, the steps, and the largest value. The first nine were worked out from
-/// the file's numbers by other means; the last four take the single-track model.
+/// What is wrong with the variant's car: the kind, the steps, and the largest value. The first nine were worked out
+/// from the file's numbers by other means; the last four take the single-track model.
 const EXPECTED: [(&str, &[i64], f64); 13] = [
     ("start", &[0], 0.1646),
     ("jump", &[30], 10.7322),

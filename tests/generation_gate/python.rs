@@ -1,5 +1,4 @@
-//! The same files before another gate, in Python, which shares nothing with ours: a drivable variant passes both, and
-//! what ours refuses is refused there, too. Skipped where there is no `python3`.
+//! Generated files checked by an independent gate in Python. Skipped where there is no `python3`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

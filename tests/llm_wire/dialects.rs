@@ -23,7 +23,8 @@ pub fn line(value: Value) -> String {
     format!("{value}\n")
 }
 
-/// A usual answer of a dialect: "wé" is thought, "gefährlich 車" and " 🚗" are said, and the counts are those of [`usage`].
+/// A usual answer of a dialect: "wé" is thought, "gefährlich 車" and " 🚗" are said, and the counts are those of
+/// [`usage`].
 pub fn usual_of(dialect: Dialect) -> String {
     match dialect {
         Dialect::OpenAiChat => [

@@ -1,4 +1,5 @@
-//! Every dialect's ways not to answer: refusals, filters, limits, errors in the middle, statuses that pass and that do not.
+//! Every dialect's ways not to answer: refusals, filters, limits, errors in the middle, statuses that pass and that
+//! do not.
 
 use nearmiss::llm::{Dialect, decode};
 use serde_json::Value;

@@ -42,7 +42,8 @@ pub fn none(found: &[String]) {
     assert!(found.is_empty(), "{} differences: {shown:#?}", found.len());
 }
 
-/// One in so many of the published scenes with a recorded ego, with their names; nothing where they are not on this machine.
+/// One in so many of the published scenes with a recorded ego, with their names; nothing where they are not on this
+/// machine.
 pub fn recorded(every: usize) -> Option<impl Iterator<Item = (String, Scene)>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);

@@ -1,4 +1,4 @@
-//! The same through the library: limits that are the same in every dialect, and lists of batches without an end.
+//! Misbehaving servers asked through the library: limits shared by all dialects, and endless lists of batches.
 
 use std::time::{Duration, Instant};
 

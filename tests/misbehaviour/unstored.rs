@@ -1,4 +1,5 @@
-//! A store that fails while an answer arrives: the answer is printed, kept in a file, taken in later, and not paid twice.
+//! A store that fails while an answer arrives: the answer is printed, kept in a file, taken in later, and not paid
+//! twice.
 
 use std::time::Duration;
 

@@ -5,8 +5,8 @@ use std::fmt::Write;
 /// Steps of 0.1 s in the trajectories.
 const STEPS: usize = 12;
 
-/// CommonRoad 2020a: two lanes and a third that follows them, a sign, a light, an intersection, obstacles of each kind and
-/// role, and a planning problem.
+/// CommonRoad 2020a: two lanes and a third that follows them, a sign, a light, an intersection, obstacles of each
+/// kind and role, and a planning problem.
 pub fn scenario() -> String {
     let mut xml = String::from(
         r#"<?xml version="1.0" encoding="UTF-8"?>

@@ -1,5 +1,4 @@
-//! Whether commonroad-drivability-checker agrees that what is driven can be driven. Optional: the variable
-//! `NEARMISS_DRIVABILITY_PYTHON` names a Python that has the package.
+//! Planned trajectories checked by commonroad-drivability-checker, if `NEARMISS_DRIVABILITY_PYTHON` names its Python.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -64,8 +64,13 @@ fn counts(cases: &[Labelled<'_>], candidates: &[Candidate]) -> [Vec<Vec<Confusio
     let answers = setting.join(cases.iter().map(ask));
     let of = |yes: fn(&Scored) -> Option<bool>| {
         let row = answers.iter().map(|of| &of.leads);
-        row.map(|leads| leads.iter().map(|at| Confusion::of(at, yes)).collect())
-            .collect()
+        row.map(|leads| {
+            leads
+                .iter()
+                .map(|at| Confusion::from_scored(at, yes))
+                .collect()
+        })
+        .collect()
     };
     [of(Scored::dangerous), of(Scored::positive)]
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::program::skipped;
 
-/// The folder `data/from-words-to-collisions` in `../shared`, or in what `NEARMISS_SHARED` names; without it nothing, and
-/// the test says that it did not run.
+/// The folder `data/from-words-to-collisions` in `../shared`, or in what `NEARMISS_SHARED` names; without it nothing,
+/// and the test says that it did not run.
 pub fn folder() -> Option<PathBuf> {
     let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),

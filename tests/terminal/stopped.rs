@@ -1,4 +1,5 @@
-//! Stopped and continued, at once and many times, by the shell and past it: the program goes on and its screen is whole.
+//! Stopped and continued, at once and many times, by the shell and past it: the program goes on and its screen is
+//! whole.
 #![cfg(target_os = "linux")]
 
 use std::process::Command;

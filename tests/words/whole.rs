@@ -1,4 +1,4 @@
-//! Whole descriptions, as they are read, and what the traces of single numbers say.
+//! Complete descriptions compared with golden texts, and the trace of each number in them.
 
 use nearmiss::description::{DescriptionError, Form, Frame, Options, Subject, Value, describe};
 use nearmiss::metrics::{Encounter, measure};

@@ -25,7 +25,7 @@ use super::dry_run;
 use super::listed;
 use super::resume;
 use super::running::{self, Table};
-use super::shown::Rows;
+use super::table::Rows;
 use super::truth::{say_each, truth_source};
 
 /// What only batches take.
@@ -35,15 +35,16 @@ pub struct Options {
     /// From where scenes are described, separated by commas [default: ego].
     #[arg(long, value_delimiter = ',', value_name = "FRAME", value_parser = frame)]
     pub frame: Vec<Frame>,
-    /// Prompting techniques, separated by commas: base, cp, cot, icl, all, or several at once such as cp+cot [default: all].
+    /// Prompting techniques, separated by commas: base, cp, cot, icl, all, or several at once such as cp+cot
+    /// [default: all].
     #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", value_parser = techniques)]
     pub techniques: Vec<Techniques>,
     /// Answers to each request; of a batch that is resumed, as many as there shall be then [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub samples: Option<u32>,
-    /// Ask about changed scenes, too: rotate:DEGREES, mirror, move:X,Y (metres), renumber:SEED; separated by semicolons or
-    /// spaces, as move has a comma, or said several times. The table is of the scenes as they are, a second one tells
-    /// which answers changed.
+    /// Ask about changed scenes, too: rotate:DEGREES, mirror, move:X,Y (metres), renumber:SEED; separated by
+    /// semicolons or spaces, as move has a comma, or said several times. The table is of the scenes as they are, a
+    /// second one tells which answers changed.
     #[arg(long, value_name = "CHANGES", value_parser = changes)]
     pub transform: Vec<Changes>,
     /// Sampling temperature, 0 to 2 [default: the template's, else the server's].
@@ -58,7 +59,8 @@ pub struct Options {
     /// Requests that are on their way to each provider at once [default: `concurrency` in config.toml].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_once)]
     pub concurrency: Option<NonZeroU32>,
-    /// The most that this run may cost, US dollars; needs prices and a limit of tokens [default: `budget` in config.toml].
+    /// The most that this run may cost, US dollars; needs prices and a limit of tokens [default: `budget` in
+    /// config.toml].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     pub budget: Option<f64>,
     /// Address of the server of all models, instead of their providers' own.
@@ -228,7 +230,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
     if let (Some(shard), 0) = (options.shard, plan.scenarios()) {
         output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
         return match json(arguments) {
-            true => output::json(&Rows::of(&[]).document(None)),
+            true => output::json(&Rows::from_scored(&[]).document(None)),
             false => Ok(()),
         };
     }

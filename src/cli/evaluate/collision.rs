@@ -57,7 +57,7 @@ impl<'a> Row<'a> {
 }
 
 fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) -> Outcome {
-    let c = Confusion::of(answers.judged.iter().map(|(_, one)| one), Scored::positive);
+    let c = Confusion::from_scored(answers.judged.iter().map(|(_, one)| one), Scored::positive);
     let rows: Vec<Row<'_>> = answers.judged.iter().map(Row::of).collect();
     // Of the collisions that were found and have an obstacle in their label.
     let (mut named, mut who) = (0, 0);

@@ -8,8 +8,8 @@ mod listed;
 mod resume;
 mod running;
 mod safety;
-mod shown;
 mod submit;
+mod table;
 mod truth;
 mod varied;
 
@@ -40,17 +40,17 @@ pub struct Evaluate {
     /// What is asked: safety or collision, of language models both, separated by commas [default: safety].
     #[arg(long, value_delimiter = ',', value_parser = task)]
     task: Vec<Task>,
-    /// What is true: `auto` for the exact geometry of the whole recordings, `layout` for the folders collision_scenarios
-    /// and normal_scenarios with their annotations, or CSV files with the columns `scenario` and `label` (or
-    /// `obstacle_id`, `none` where no obstacle collides), separated by commas [default: auto; for language models layout
-    /// where there are such folders].
+    /// What is true: `auto` for the exact geometry of the whole recordings, `layout` for the folders
+    /// collision_scenarios and normal_scenarios with their annotations, or CSV files with the columns `scenario` and
+    /// `label` (or `obstacle_id`, `none` where no obstacle collides), separated by commas [default: auto; for
+    /// language models layout where there are such folders].
     #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout")]
     truth: Vec<PathBuf>,
     /// Where the windows of collisions end: seconds before the first overlap of the bodies, or `end` for two steps
-    /// before the last recorded one; safe scenarios then have their first window [default: end,0.2,0.5,1,1.5,2; language
-    /// models are by default asked about windows that end two steps before the end of every recording, safe ones too, as
-    /// the paper's scripts had it]. They are asked the safety task once with each lead; the table is of the first, a second
-    /// one of all.
+    /// before the last recorded one; safe scenarios then have their first window [default: end,0.2,0.5,1,1.5,2;
+    /// language models are by default asked about windows that end two steps before the end of every recording, safe
+    /// ones too, as the paper's scripts had it]. They are asked the safety task once with each lead; the table is of
+    /// the first, a second one of all.
     #[arg(
         long,
         value_delimiter = ',',
@@ -67,8 +67,8 @@ pub struct Evaluate {
     /// Obstacles farther from the ego are left out, metres [default: 30; for language models what the template says].
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
-    /// How the result is written. JSON and CSV have the rows of the table: of the built-in judge by lead, of a batch by way
-    /// of asking.
+    /// How the result is written. JSON and CSV have the rows of the table: of the built-in judge by lead, of a batch
+    /// by way of asking.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
     #[command(flatten)]
@@ -167,8 +167,8 @@ fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failur
     Ok(found)
 }
 
-/// Judges every scenario with `judge`; what cannot be opened or has no label is said and counted. A label that cannot be of
-/// its scenario is refused.
+/// Judges every scenario with `judge`; what cannot be opened or has no label is said and counted. A label that cannot
+/// be of its scenario is refused.
 fn built_in<T: Send>(
     truth: &Truth,
     entries: &[Entry],

@@ -6,7 +6,7 @@ use std::time::Instant;
 use tokio::runtime::Runtime;
 
 use super::context::BatchContext;
-use super::shown::Rows;
+use super::table::Rows;
 use super::varied::Varied;
 use super::{dry_run, submit};
 use crate::cli::batches::lost;
@@ -96,8 +96,8 @@ fn words(paused: &PausedModel) -> String {
 /// Writes the table of a batch as it stands.
 pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
     let answers = answers(&context.store, id).map_err(Failure::input)?;
-    let rows = Rows::of(&answers.plain);
-    let varied = Varied::of(&answers);
+    let rows = Rows::from_scored(&answers.plain);
+    let varied = Varied::from_answers(&answers);
     if table.json {
         let mut document = rows.document(Some(id));
         varied.add_to(&mut document);

@@ -74,8 +74,8 @@ struct Counts {
 impl Counts {
     fn of(answers: Vec<Scored>) -> Self {
         Self {
-            said: Confusion::of(&answers, Scored::dangerous),
-            named: Confusion::of(&answers, Scored::positive),
+            said: Confusion::from_scored(&answers, Scored::dangerous),
+            named: Confusion::from_scored(&answers, Scored::positive),
             answers,
         }
     }

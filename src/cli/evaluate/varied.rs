@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::share;
-use super::shown::{WAY, way_cells, way_columns};
+use super::table::{WAY, way_cells, way_columns};
 use crate::cli::output;
 use crate::cli::output::Align::{Left, Right};
 use crate::evaluation::Share;
@@ -43,7 +43,7 @@ pub struct Varied(report::Varied);
 
 impl Varied {
     /// Counts the answers of a batch.
-    pub fn of(answers: &Answers) -> Self {
+    pub fn from_answers(answers: &Answers) -> Self {
         Self(report::Varied::from_answers(answers))
     }
 

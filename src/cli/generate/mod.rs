@@ -16,9 +16,9 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use super::ask::budget;
-use super::in_order::in_order_and_kept;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{configuration, found};
+use super::parallel::in_order_and_kept;
 use super::plan::PlanOptions;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};

@@ -64,8 +64,8 @@ impl EarlierRun {
         Ok((past, doubts))
     }
 
-    /// The line of a variant of a scenario with this content that was made with these settings: first of all of one that
-    /// was called so.
+    /// The line of a variant of a scenario with this content that was made with these settings: first of all of one
+    /// that was called so.
     pub fn line_for(
         &self,
         entry: &Entry,

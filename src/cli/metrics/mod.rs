@@ -12,10 +12,10 @@ use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
 
-use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
+use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::formats::Entry;

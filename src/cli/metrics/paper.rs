@@ -45,8 +45,8 @@ const DSC: &str = "grade of the adjusted gap: 0.3, 0.8, 1.3, 3 and 5 m";
 const TSC: &str = "grade of the time: 0.15, 0.65, 1.15, 3 and 5 s";
 const MIXED: &str = "both grades, weighted";
 
-/// Up to `ttc_lat` as in `relative_metrics.csv`; from `wdominant` to `risk_score` as in `risk_scores_*.csv`; `distance` as in
-/// `close_dynamic_obstacles.csv`. The scenario is last, so that the published columns come first.
+/// Up to `ttc_lat` as in `relative_metrics.csv`; from `wdominant` to `risk_score` as in `risk_scores_*.csv`;
+/// `distance` as in `close_dynamic_obstacles.csv`. The scenario is last, so that the published columns come first.
 const COLUMNS: &[PaperColumn] = &[
     column(
         "timestep",

@@ -27,8 +27,8 @@ pub struct Files {
     #[arg(long, requires = "output")]
     with_scenario: bool,
     /// The ego's motion as a CommonRoad solution: a file, or a folder that exists, in which
-    /// solution_KS2_SM1_NAME_2020a.xml is made. As in other solutions, positions are the centre of the vehicle, which is
-    /// what CommonRoad's collision check takes them for; the KS model's own reference point is the rear axle.
+    /// solution_KS2_SM1_NAME_2020a.xml is made. As in other solutions, positions are the centre of the vehicle, which
+    /// is what CommonRoad's collision check takes them for; the KS model's own reference point is the rear axle.
     #[arg(long, value_name = "FILE|FOLDER")]
     solution: Option<PathBuf>,
     /// The states in the solution: of the kinematic single-track model, or of a point mass.
@@ -75,8 +75,8 @@ impl Files {
     /// Begins the log, after a look at where everything would go.
     ///
     /// # Errors
-    /// Something is in the way: a file that is there, an input, two scenarios of the same name; or there is no folder for
-    /// several scenarios, nothing can be written there, or the scenarios would be found twice at `paths`.
+    /// Something is in the way: a file that is there, an input, two scenarios of the same name; or there is no folder
+    /// for several scenarios, nothing can be written there, or the scenarios would be found twice at `paths`.
     pub fn begin(&self, paths: &[PathBuf], entries: &[Entry]) -> Result<Targets<'_>, Failure> {
         for (flag, path) in [("--solution", &self.solution), ("--log", &self.log)] {
             if path.as_deref() == Some(Path::new("-")) {

@@ -12,9 +12,9 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{configuration, found};
+use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::formats::Entry;

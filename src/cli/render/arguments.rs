@@ -51,10 +51,12 @@ pub struct Render {
     /// Measures that are plotted over time; `nearmiss metrics --list` names them [default: distance].
     #[arg(long, value_name = "MEASURE", value_delimiter = ',', value_parser = named_measure)]
     pub plot: Vec<&'static Measure>,
-    /// Width and height: 85x60 or 85x60mm, 800x600px, or only a width; of a screen columns and rows [default: 85mm wide].
+    /// Width and height: 85x60 or 85x60mm, 800x600px, or only a width; of a screen columns and rows [default: 85mm
+    /// wide].
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Size>,
-    /// Colours: paper (for print), dark, light, contrast, colorblind, or a theme of yours [default: paper; of a screen yours].
+    /// Colours: paper (for print), dark, light, contrast, colorblind, or a theme of yours [default: paper; of a
+    /// screen yours].
     #[arg(long, value_name = "NAME")]
     pub theme: Option<String>,
     /// Pixels of an inch in PNG and GIF [default: 300; 150 of GIF; 96 where the size is in pixels].

@@ -11,9 +11,9 @@ use arguments::RenderContent;
 use destination::Destination;
 use original::Original;
 
-use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, user_thresholds};
+use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::formats::{EgoSelection, Entry};

@@ -50,8 +50,8 @@ pub struct ReportArguments {
     /// A file to write to, instead of standard output, which is - too.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// A CSV file for the pairs of ways and McNemar's test between them, one line each; the other formats have them in the
-    /// report, too.
+    /// A CSV file for the pairs of ways and McNemar's test between them, one line each; the other formats have them
+    /// in the report, too.
     #[arg(long, value_name = "FILE")]
     pairs: Option<PathBuf>,
     /// Replace files that are there already.

@@ -129,8 +129,8 @@ pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
 /// Questions whose texts are at hand at once.
 const PIECE: u32 = 2000;
 
-/// Counts a part of a batch: verdicts are read anew from the stored texts, as for a report. Nothing where it was told to
-/// stop.
+/// Counts a part of a batch: verdicts are read anew from the stored texts, as for a report. Nothing where it was told
+/// to stop.
 ///
 /// # Errors
 /// The store cannot be read, holds words that this version does not know, or has no such batch.

@@ -73,8 +73,8 @@ impl RequestSettings {
 }
 
 impl Matrix {
-    /// Every way of asking, each once: by task, frame, techniques and model, as they were named. The built-in judge, which
-    /// is not asked in words, stands once for each task.
+    /// Every way of asking, each once: by task, frame, techniques and model, as they were named. The built-in judge,
+    /// which is not asked in words, stands once for each task.
     #[must_use]
     pub fn ways(&self) -> Vec<PromptConfig> {
         let mut ways = Vec::new();

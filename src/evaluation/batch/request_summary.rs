@@ -43,9 +43,10 @@ impl Spec {
         Some(described)
     }
 
-    /// The same as JSON, as the store has it: paths, ways of asking, window, sampling, templates and thresholds. The address
-    /// of the server is left out, which may hold a key. `history` and `radius` are numbers also where the templates decide
-    /// them, as far as they are known: a list where they differ, and `of_templates` names those that are not the batch's.
+    /// The same as JSON, as the store has it: paths, ways of asking, window, sampling, templates and thresholds. The
+    /// address of the server is left out, which may hold a key. `history` and `radius` are numbers also where the
+    /// templates decide them, as far as they are known: a list where they differ, and `of_templates` names those that
+    /// are not the batch's.
     #[must_use]
     pub fn asked(&self, described: Option<&SceneDescriptions>) -> Value {
         // A serialised struct is an object.

@@ -21,7 +21,8 @@ pub struct Answers {
     pub plain: Vec<Scored>,
     /// About changed scenes, called as [`Transform::name`] says, with the ids of the originals.
     pub changed: Vec<Scored>,
-    /// About the scenes as they are, at every lead that has a name, the first one, too; none of batches with fewer than two.
+    /// About the scenes as they are, at every lead that has a name, the first one, too; none of batches with fewer
+    /// than two.
     pub leads: Vec<(Lead, Scored)>,
     /// The places of the plain ones in the batch, in the same order.
     pub places: Vec<u64>,
@@ -104,8 +105,8 @@ pub(super) fn read(
     found.par_iter().map(one).collect()
 }
 
-/// An answer about a changed scene under its name, with the ids of the original. New numbers can be told back only as long
-/// as the scenario can be read as it was.
+/// An answer about a changed scene under its name, with the ids of the original. New numbers can be told back only as
+/// long as the scenario can be read as it was.
 fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scored {
     let Some(change) = change else { return scored };
     scored.scenario = change.name(&scored.scenario);

@@ -17,7 +17,8 @@ use super::scored::label_of;
 pub enum TruthSource {
     /// The exact geometry of the whole recordings.
     Geometry,
-    /// The folders `collision_scenarios` and `normal_scenarios`, and the annotations of the repository that they are in.
+    /// The folders `collision_scenarios` and `normal_scenarios`, and the annotations of the repository that they are
+    /// in.
     Layout,
     /// CSV files.
     Files(Vec<PathBuf>),
@@ -197,8 +198,8 @@ impl Truth {
     }
 }
 
-/// Whether the folder of a scenario is that of the collisions, and the repository that it is in; nothing if it is neither
-/// of the two.
+/// Whether the folder of a scenario is that of the collisions, and the repository that it is in; nothing if it is
+/// neither of the two.
 fn half(entry: &Entry) -> Option<(bool, PathBuf)> {
     let EntryLocation::File(path) = &entry.place else {
         return None;

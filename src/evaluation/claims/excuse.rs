@@ -126,8 +126,8 @@ fn from_rounded(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     })
 }
 
-/// Whether a length is the difference of the centres along an axis of the map: what a model that was given coordinates may call
-/// longitudinal or lateral.
+/// Whether a length is the difference of the centres along an axis of the map: what a model that was given
+/// coordinates may call longitudinal or lateral.
 fn along_the_map(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     let ClaimedValue::Number {
         value,

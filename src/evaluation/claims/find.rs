@@ -121,7 +121,8 @@ fn sentence(
         [one] if begins_with(&lower, one) || one.id.is_some() && one.id == before => {
             if fixed != one.id {
                 above.sentence = one.id;
-                // Under the heading of another obstacle it is an aside, and the next sentence is about the obstacle it names.
+                // Under the heading of another obstacle it is an aside, and the next sentence is about the obstacle
+                // it names.
                 above.open = one.id.is_none();
                 if above.heading.is_some() {
                     above.sentence = None;

@@ -163,7 +163,8 @@ pub fn begins_with(lower: &str, mention: &Mention) -> bool {
         return false;
     }
     let before = &lower[..mention.span.start];
-    // "At t = 3.4 s, obstacle 7 …", "- **Distance risk reason**: Obstacle 7 …", "Safety analysis for 6.4 s: Obstacle 7 …"
+    // "At t = 3.4 s, obstacle 7 …", "- **Distance risk reason**: Obstacle 7 …", "Safety analysis for 6.4 s: Obstacle
+    // 7 …"
     let places = before.match_indices([',', ':']);
     let mut starts = std::iter::once(0).chain(places.map(|(at, _)| at + 1));
     starts.any(|from| {

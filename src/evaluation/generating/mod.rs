@@ -20,10 +20,10 @@ pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
 pub use usage::AuthoringUsage;
 
 use super::answer::Answer;
-use super::case::{self, AskError, Event, RunOptions};
 use super::defaults::default_frame;
 use super::judges::Judge;
 use super::question::{Case, CaseError, Question, prepare, template};
+use super::run_case::{self, AskError, Event, RunOptions};
 use super::settings::Settings;
 use crate::description::Frame;
 use crate::generation::{AttackSetup, Refusal};
@@ -146,7 +146,8 @@ pub enum AuthorError {
 }
 
 /// Lets a model choose the attacker and write motions for it, on the ego's drive in `scene`, which is the ground's
-/// baseline: at most `samples × (1 + retries) + 1` requests. The attacks are not driven yet, see [`Authored::drive_watched`].
+/// baseline: at most `samples × (1 + retries) + 1` requests. The attacks are not driven yet, see
+/// [`Authored::drive_watched`].
 ///
 /// Dropping the future cancels what is on its way and writes that down; what was answered is in the store.
 ///
@@ -238,7 +239,7 @@ impl AuthorSession<'_> {
         };
         let store = self.author.store.clone();
         let mut unstored = None;
-        let asked = case::run(question, &self.author.judge, store, &wanted, |event| {
+        let asked = run_case::run(question, &self.author.judge, store, &wanted, |event| {
             if let Event::NotStored(words) = &event {
                 unstored = Some(words.clone());
             }

@@ -74,9 +74,9 @@ impl Authored {
         self.attacks.len() + self.declined.len()
     }
 
-    /// Drives the ego against every attack, looks whether a good driver survives those that have an effect with a reaction
-    /// time of `delay` seconds, and puts the best one first. Before each attack `watch` hears how many were driven
-    /// against, and says whether to go on. False where it said no: the attacks stay in their order then.
+    /// Drives the ego against every attack, looks whether a good driver survives those that have an effect with a
+    /// reaction time of `delay` seconds, and puts the best one first. Before each attack `watch` hears how many were
+    /// driven against, and says whether to go on. False where it said no: the attacks stay in their order then.
     pub fn drive_watched(
         &mut self,
         ground: &AttackSetup<'_>,
@@ -98,8 +98,8 @@ impl Authored {
         true
     }
 
-    /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives, too.
-    /// Of each refused answer it has the first reason; [`Authored::refusals`] are all.
+    /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives,
+    /// too. Of each refused answer it has the first reason; [`Authored::refusals`] are all.
     #[must_use]
     pub fn taken(&self, ground: &AttackSetup<'_>, delay: f64) -> Selection {
         let all = self.attacks.iter();

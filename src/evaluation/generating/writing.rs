@@ -4,9 +4,9 @@ use futures_util::future::BoxFuture;
 use futures_util::{FutureExt, StreamExt, stream};
 
 use super::super::answer::{Answer, JudgeOutcome, MissingVerdict};
-use super::super::case::AskError;
 use super::super::defaults::default_frame;
 use super::super::question::Question;
+use super::super::run_case::AskError;
 use super::choosing::other_task;
 use super::outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
 use super::{AuthorError, AuthorSession, AuthoringUsage, Progress, words};

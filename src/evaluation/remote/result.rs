@@ -4,7 +4,7 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::evaluation::answer::{Answer, JudgeOutcome, MissingVerdict};
-use crate::evaluation::ended::{read, stopped_short, word};
+use crate::evaluation::answer_outcome::{read, stopped_short, word};
 use crate::evaluation::judges::ModelJudge;
 use crate::llm::Secrets;
 use crate::llm::batch::{Outcome, WholeAnswer};

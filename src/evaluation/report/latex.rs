@@ -3,8 +3,8 @@
 use super::document::{Align, Block, Document, Table, clean};
 
 impl Document {
-    /// The tables as LaTeX, for `\input`, each with its notes beneath; figures are left out, and headings and paragraphs
-    /// are comments.
+    /// The tables as LaTeX, for `\input`, each with its notes beneath; figures are left out, and headings and
+    /// paragraphs are comments.
     #[must_use]
     pub fn latex(&self) -> String {
         let comment = |words: &str| {

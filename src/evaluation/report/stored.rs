@@ -60,7 +60,8 @@ type Question<'a> = (&'a str, &'a str, Task, Option<(i64, i64)>);
 ///
 /// Where the same question was asked again, for the same sample, the newest whole answer counts, and without one the
 /// newest failure. Other leads and changed scenes of batches are other questions, and are left out as in the report of
-/// a batch. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety, window.
+/// a batch. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety,
+/// window.
 #[must_use]
 pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> Stored {
     let original = originals(outcomes, asides);
@@ -170,8 +171,8 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
     stored
 }
 
-/// Answers to first questions that were asked about a changed scene, as that leaves the words the same: under the name of
-/// the scene as it is.
+/// Answers to first questions that were asked about a changed scene, as that leaves the words the same: under the
+/// name of the scene as it is.
 fn originals(outcomes: &[Outcome], asides: &SecondaryRuns) -> HashMap<RunId, Outcome> {
     let original = |one: &Outcome| match Transform::of_name(&one.scenario) {
         (name, Some(_)) if asides.first.contains(&one.run) => {

@@ -183,7 +183,8 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
             )
         })
         .collect();
-    // Four scenarios have a truth and verdicts, three have a truth and no verdict; base with lab/y differs in two things.
+    // Four scenarios have a truth and verdicts, three have a truth and no verdict; base with lab/y differs in two
+    // things.
     assert_eq!(pairs, [("techniques", 4, 3, 0, 1), ("model", 4, 3, 1, 0)]);
     let csv = report.pairs_csv().unwrap();
     let line = "safety,ego,base,lab/x,safety,ego,cp,lab/x,techniques,4,3,0,1,,1.0,1.0,,";

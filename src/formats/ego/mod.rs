@@ -6,9 +6,9 @@ mod find;
 mod log;
 mod recording;
 mod selection;
-mod sized;
 mod solution;
 mod table;
+mod vehicle_size;
 
 use std::path::Path;
 
@@ -17,8 +17,8 @@ pub use error::EgoError;
 pub use find::find_recording;
 pub use recording::{read_recording, write_recording};
 pub use selection::EgoSelection;
-pub(super) use sized::sized;
 pub use solution::ego_of_solution;
+pub(super) use vehicle_size::sized;
 
 use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};
 use crate::scenario::{Diagnostic, Ego, Scenario, Severity};

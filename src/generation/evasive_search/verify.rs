@@ -11,8 +11,8 @@ const GOING_ON: f64 = 2.0;
 const GOING_ON_WITH: [f64; 4] = [-8.0, -3.0, 0.0, 3.0];
 
 impl Search<'_> {
-    /// Whether a finished trajectory touches no obstacle, stays on the road, gets to its end, and can be driven from step
-    /// `reaction` on.
+    /// Whether a finished trajectory touches no obstacle, stays on the road, gets to its end, and can be driven from
+    /// step `reaction` on.
     pub fn verify(&self, avoidance: &EvasiveTrajectory, reaction: i64) -> bool {
         let driver = self.closed.driver();
         let drive = &avoidance.drive;

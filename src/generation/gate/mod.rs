@@ -16,7 +16,7 @@
 //! the regions, though it is only somewhere in them. A trailer is straight on the changed steps.
 
 mod compare;
-mod joint;
+mod departure;
 mod kinematics;
 mod others;
 mod rolling;
@@ -25,7 +25,7 @@ mod space;
 mod start;
 
 pub use compare::{Comparison, GateResult};
-pub use joint::Joint;
+pub use departure::Joint;
 
 use self::others::Regions;
 use self::run::{Findings, Run};

@@ -4,7 +4,7 @@
 //! centre, `b` metres before it, also swings to the side: over a step in which the heading turns by `t`, it moves
 //! `b · 2 sin(t/2)` across the mean heading. Recordings move it along the heading. Both are allowed, and all between.
 
-use super::joint::beyond;
+use super::departure::beyond;
 use super::run::{Findings, Flow, Run, SHARE, Transition};
 use crate::generation::{Reason, Refusal};
 use crate::geometry::angle_between;
@@ -55,7 +55,8 @@ impl Run<'_> {
         Flow::Continue(())
     }
 
-    /// The displacement is none that the greater of its speeds, all of the grip and turning about the rear axle explain.
+    /// The displacement is none that the greater of its speeds, all of the grip and turning about the rear axle
+    /// explain.
     fn jump(&self, way: &Transition<'_>, found: &mut Findings) -> Flow {
         let (dt, limits) = (self.dt(), &self.can.limits);
         let moved = (way.to.pose.position - way.from.pose.position).norm();

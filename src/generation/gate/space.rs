@@ -9,8 +9,8 @@ use crate::geometry::Placed;
 const SLACK: f64 = 1e-3;
 
 impl Run<'_> {
-    /// No other obstacle is where the body is, until it has touched the ego; and it touches the ego only where it moves in
-    /// its new way.
+    /// No other obstacle is where the body is, until it has touched the ego; and it touches the ego only where it
+    /// moves in its new way.
     pub fn overlaps(&self, found: &mut Findings) -> Flow {
         self.ego_before(found)?;
         for (place, (step, _)) in self.motions.iter().enumerate() {

@@ -68,8 +68,8 @@ fn of_two_who_touch_the_ego_at_a_step_the_first_one_counts() {
         obstacle.id = id;
         obstacle
     };
-    // One comes from the front and touches the body of 4.5 m just before step 1; the other one, which comes later in the
-    // file, is in its rear long before that.
+    // One comes from the front and touches the body of 4.5 m just before step 1; the other one, which comes later in
+    // the file, is in its rear long before that.
     scenario.obstacles = vec![from_to(1, 10.0, 4.4), from_to(2, -5.0, -3.5)];
     let body = Footprint::new(Shape::rectangle(4.5, 1.8)).unwrap();
     let ego = body.at(Pose::new(0.0, 0.0, 0.0));

@@ -315,8 +315,8 @@ impl Batches {
         self.api.status(&self.calls, document)
     }
 
-    /// Gives each result that there is to `each`, by the id of its question, as it arrives. Some questions may have none.
-    /// Whether these are all for sure: a body that ends with its connection may have been cut.
+    /// Gives each result that there is to `each`, by the id of its question, as it arrives. Some questions may have
+    /// none. Whether these are all for sure: a body that ends with its connection may have been cut.
     ///
     /// # Errors
     /// As `Batches::prepare`, with some results given perhaps; or what `each` says.

@@ -1,7 +1,7 @@
 //! Brake-threat number: the required longitudinal deceleration over the available one.
 //!
-//! BTN = a_long_req / −a_max, with a_max the limit `brake_threat`; from 1 on braking alone does not help. Source: Åsljung,
-//! Nilsson and Fredriksson 2017.
+//! BTN = a_long_req / −a_max, with a_max the limit `brake_threat`; from 1 on braking alone does not help. Source:
+//! Åsljung, Nilsson and Fredriksson 2017.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use super::longitudinal_deceleration::required;

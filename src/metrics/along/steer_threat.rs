@@ -1,7 +1,7 @@
 //! Steer-threat number: the required lateral acceleration over the available one.
 //!
-//! STN = a_lat_req / a_lat,max, with a_lat,max the limit `steer_threat`; from 1 on steering alone does not help. Source:
-//! Hosseini, Murgovski, de Campos and Sjöberg 2016.
+//! STN = a_lat_req / a_lat,max, with a_lat,max the limit `steer_threat`; from 1 on steering alone does not help.
+//! Source: Hosseini, Murgovski, de Campos and Sjöberg 2016.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use super::lateral_deceleration::required;

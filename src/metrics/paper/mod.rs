@@ -7,15 +7,18 @@
 //!
 //! - every participant, the ego too, is 4.508 m long and 1.610 m wide, and its box is never turned: centres that are
 //!   less than one length apart along the ego's heading overlap along it, and the same across it with the width;
-//! - the ego's heading, velocity and acceleration are those written in its recording, where the heading is 0 at standstill
+//! - the ego's heading, velocity and acceleration are those written in its recording, where the heading is 0 at
+//!   standstill
 //!   and velocity and acceleration are one step ahead of the position;
 //! - accelerations are compared along the axes of the map, not of the ego;
 //! - who overlaps along an axis has a time of 0 along it, whether it comes closer or not;
-//! - the risk score takes its thresholds from the published code, which are not those of the published prompt, grades the
+//! - the risk score takes its thresholds from the published code, which are not those of the published prompt, grades
+//!   the
 //!   rounded numbers, truncates instead of rounding, and gives `Behind` the weight of a diagonal.
 //!
-//! There is a row for every state of the trajectory of a dynamic obstacle at whose time step the ego has a row. The initial
-//! states, which lie before the trajectories, have none, and static obstacles and those without a trajectory have none.
+//! There is a row for every state of the trajectory of a dynamic obstacle at whose time step the ego has a row. The
+//! initial states, which lie before the trajectories, have none, and static obstacles and those without a trajectory
+//! have none.
 
 mod direction;
 mod motion;

@@ -1,4 +1,5 @@
-//! How an obstacle moves against the ego, along and across its heading: the cases of the published descriptions, in words of our own.
+//! How an obstacle moves against the ego, along and across its heading: the cases of the published descriptions, in
+//! words of our own.
 
 use super::{Across, Along};
 

@@ -40,9 +40,9 @@ pub struct TooLarge {
 
 /// The rows of a scene in the published order: by time step, then by id.
 ///
-/// The ego's row of a time step is taken as it was recorded ([`crate::scenario::Ego::recorded`]), and so are the states of
-/// the obstacles. What a recording or a state does not say (the published ones say everything) is that of the filled
-/// [`crate::scenario::Track`], and so is everything about an ego that is an obstacle of the scenario.
+/// The ego's row of a time step is taken as it was recorded ([`crate::scenario::Ego::recorded`]), and so are the
+/// states of the obstacles. What a recording or a state does not say (the published ones say everything) is that of
+/// the filled [`crate::scenario::Track`], and so is everything about an ego that is an obstacle of the scenario.
 ///
 /// # Errors
 /// [`TooLarge`], where a row would hold no finite number.

@@ -1,8 +1,9 @@
 //! Times to brake, kick down, steer and react: how long the ego can wait until only another manoeuvre helps.
 //!
 //! TTB, TTK and TTS are the times from now to the latest start of full braking, full acceleration and
-//! evasive steering to the better side (the limits `full_braking`, `kick_down`, `evasion` and `tightest`) that avoids the overlap recorded with this obstacle;
-//! TTR is the largest of them. Source: Hillenbrand, Spieker and Kroschel 2006; Tamke, Dang and Breuel 2011.
+//! evasive steering to the better side (the limits `full_braking`, `kick_down`, `evasion` and `tightest`) that avoids
+//! the overlap recorded with this obstacle; TTR is the largest of them. Source: Hillenbrand, Spieker and Kroschel
+//! 2006; Tamke, Dang and Breuel 2011.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 use super::Starts;

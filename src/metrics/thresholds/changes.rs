@@ -25,7 +25,8 @@ impl std::fmt::Display for Change {
 }
 
 impl Thresholds {
-    /// Every value that the user's file sets, of risk scores those that it changes, in the order of thresholds, risk scores, limits.
+    /// Every value that the user's file sets, of risk scores those that it changes, in the order of thresholds, risk
+    /// scores, limits.
     #[must_use]
     pub fn changes(&self) -> Vec<Change> {
         let critical = self.critical.iter().filter(|t| t.own).map(|t| Change {

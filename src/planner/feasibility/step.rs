@@ -1,6 +1,7 @@
 //! One step of the kinematic single-track model, integrated.
 //!
-//! Source: Althoff and Würsching, CommonRoad: Vehicle Models (2020), section III. The inputs are constant over the step.
+//! Source: Althoff and Würsching, CommonRoad: Vehicle Models (2020), section III. The inputs are constant over the
+//! step.
 
 use crate::geometry::{Pose, Vector};
 

@@ -7,7 +7,8 @@ use crate::geometry::Pose;
 use crate::planner::brake::brake;
 use crate::planner::{Feasibility, Limits, ReferenceTrack, Settings, VehicleState};
 
-/// On the path's start with this much beside it, turned from it and steered, the latter two as shares of what is allowed.
+/// On the path's start with this much beside it, turned from it and steered, the latter two as shares of what is
+/// allowed.
 fn state(
     guide: &ReferenceTrack,
     velocity: f64,

@@ -52,7 +52,8 @@ pub struct ScreenRequest {
     pub theme: String,
 }
 
-/// Draws a screen, and says which step it shows; the command line gets it from the terminal's side, which it does not know.
+/// Draws a screen, and says which step it shows; the command line gets it from the terminal's side, which it does not
+/// know.
 pub type ScreenPainter = fn(&ScreenRequest) -> Result<(Screen, i64), String>;
 
 /// Width and height of a cell, points.

@@ -1,4 +1,4 @@
-//! The root of a scenario and its location on Earth.
+//! Checks the root of a scenario: its time step and its place on Earth.
 
 use super::limits::LONG_TIME_STEP;
 use super::{ElementRef, Findings};

@@ -1,4 +1,4 @@
-//! One lanelet: its bounds, its width, its stop line.
+//! Checks each lanelet: its bounds, its width, its stop line.
 
 use super::lines::{crossing, self_crossing};
 use super::{ElementRef, Findings, beyond};

@@ -1,4 +1,4 @@
-//! Lines that cross: each other, or themselves.
+//! Checks whether lines cross each other or themselves.
 
 use std::f64::consts::PI;
 

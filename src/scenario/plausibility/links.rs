@@ -1,4 +1,4 @@
-//! How lanelets lead to and lie beside each other.
+//! Checks how lanelets follow and adjoin each other.
 
 use std::collections::HashSet;
 
@@ -216,8 +216,9 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
     })
 }
 
-/// How far to the left of a lanelet another one lies that runs the same way, metres; negative to the right. The median over the stretch on which
-/// they lie beside each other, as neighbours may be bent and of different lengths; `None` if there is none.
+/// How far to the left of a lanelet another one lies that runs the same way, metres; negative to the right. The
+/// median over the stretch on which they lie beside each other, as neighbours may be bent and of different lengths;
+/// `None` if there is none.
 fn to_the_left(lanelet: &Lanelet, other: &Lanelet) -> Option<f64> {
     let theirs = Polyline::new(centre(other))?;
     let offsets = centre(lanelet).filter_map(|p| {

@@ -1,7 +1,7 @@
 //! Implausible motions: contradictions between positions, headings and speeds of successive states.
 //!
-//! The thresholds leave alone what recorded and simulated traffic holds: positions and speeds that are a step apart, noise
-//! at standstill, vehicles that a simulation stops within a step.
+//! The thresholds leave alone what recorded and simulated traffic holds: positions and speeds that are a step apart,
+//! noise at standstill, vehicles that a simulation stops within a step.
 
 use super::and_more;
 use crate::geometry::angle_between;

@@ -1,4 +1,4 @@
-//! Obstacles: their types, places, times and motions.
+//! Checks obstacles: their types, positions, times and motions.
 
 use super::{ElementRef, Finding, Findings, Row, and_more, beyond, bodies, limits, motion, times};
 use crate::scenario::obstacle::sample;

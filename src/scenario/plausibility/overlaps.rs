@@ -1,4 +1,4 @@
-//! Bodies that are inside each other before anything has happened.
+//! Checks for bodies that overlap at the first step.
 
 use super::{ElementRef, Findings};
 use crate::geometry::{Point, convex_hull, convex_overlap};

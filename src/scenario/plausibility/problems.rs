@@ -1,4 +1,4 @@
-//! Planning problems: starts and goals that no vehicle can have.
+//! Checks planning problems: starts and goals that no vehicle can have.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! Time steps that are missing, repeated, out of order or far away.
+//! Checks for time steps that are missing, repeated, out of order or far away.
 
 use super::and_more;
 use crate::scenario::LONGEST_TRACK;

@@ -1,4 +1,4 @@
-//! Signs, lights and intersections.
+//! Checks signs, lights and intersections.
 
 use std::collections::{HashMap, HashSet};
 

@@ -80,8 +80,8 @@ const MOST_CURVATURE: f64 = 0.1;
 /// Seconds after which 1/e of an acceleration is left: manoeuvres last a few seconds.
 const FADE: f64 = 2.0;
 
-/// How likely an obstacle on a lane goes on along lanes instead of with its present turn: so likely that leaving the lane
-/// for no visible reason is not critical by itself.
+/// How likely an obstacle on a lane goes on along lanes instead of with its present turn: so likely that leaving the
+/// lane for no visible reason is not critical by itself.
 const LANES: f64 = 0.75;
 
 /// The medians of five equally likely parts of the standard normal distribution.

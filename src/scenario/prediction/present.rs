@@ -51,8 +51,8 @@ impl Present {
     /// The present, worked out from positions and headings of the last 0.3 s.
     ///
     /// Speed and acceleration are a straight line fitted to the displacements: files tell velocities of
-    /// different moments, some of the step to come; positions are what they agree on. An obstacle that was seen only once
-    /// has the recorded values, and one that was seen twice the recorded acceleration.
+    /// different moments, some of the step to come; positions are what they agree on. An obstacle that was seen only
+    /// once has the recorded values, and one that was seen twice the recorded acceleration.
     #[must_use]
     pub fn estimate(seen: &Observed<'_>) -> Self {
         let recorded = Self::recorded(seen);

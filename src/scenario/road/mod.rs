@@ -1,6 +1,5 @@
 //! The lanelet network as a road: what lies where, lanes, the graph, routes, the drivable area.
 
-mod beside;
 mod candidates;
 mod drivable;
 mod error;
@@ -8,6 +7,7 @@ mod goal;
 mod graph;
 mod index;
 mod lane;
+mod lane_numbers;
 mod matching;
 mod reference;
 mod route;

@@ -1,4 +1,5 @@
-//! The line that a route's smooth path follows: along the middle of lanes, over lane changes, and a while before and after.
+//! The line that a route's smooth path follows: along the middle of lanes, over lane changes, and a while before and
+//! after.
 
 use petgraph::graph::NodeIndex;
 

@@ -50,10 +50,10 @@ impl Transform {
     /// The scene after this change: road, markings, signs, lights, obstacles, plans and ego.
     ///
     /// An interval of a velocity along the world's axes becomes the smallest one that holds it, and a truck as a region
-    /// of the world becomes its boxes. How the map lies on the Earth is forgotten where the map is moved. The scenario's
-    /// hash becomes one of the original's and of the change. Where two roads of a crossing are said to be left of the same
-    /// third one, its mirror image can name only the first of them. Whether a sign is known to have a mirror image is up to a
-    /// table; the rule of right before left stays.
+    /// of the world becomes its boxes. How the map lies on the Earth is forgotten where the map is moved. The
+    /// scenario's hash becomes one of the original's and of the change. Where two roads of a crossing are said to be
+    /// left of the same third one, its mirror image can name only the first of them. Whether a sign is known to have
+    /// a mirror image is up to a table; the rule of right before left stays.
     #[must_use]
     pub fn apply(&self, scene: &Scene) -> Transformed {
         let ids = self.ids(&scene.scenario);

@@ -1,5 +1,6 @@
-//! Computations on the open scene: what is asked for, how it is computed, and what comes back. They run on a thread of
-//! their own; where nothing waits for keys (pictures of screens, tests) they run at once.
+//! Computations on the open scene: the request, the work, and the value that comes back.
+//!
+//! They run on a thread of their own; where nothing waits for keys (screenshots, tests) they run at once.
 
 use std::sync::Arc;
 

@@ -167,7 +167,8 @@ impl History {
 }
 
 impl Model {
-    /// Files that may be the scenario of this name, which may tell of a change: those of the list, else the bundled one.
+    /// Files that may be the scenario of this name, which may tell of a change: those of the list, else the bundled
+    /// one.
     #[must_use]
     pub fn files_of(&self, name: &str) -> Vec<Entry> {
         let (name, _) = Transform::of_name(name);

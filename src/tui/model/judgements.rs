@@ -93,7 +93,7 @@ impl Model {
     }
 
     /// Takes the built-in judge's answer on the current window, where it is known.
-    pub(in crate::tui) fn take_reference(&mut self) {
+    pub fn take_reference(&mut self) {
         self.answers.reference = self.judged_now();
     }
 
@@ -110,7 +110,7 @@ impl Model {
     }
 
     /// Judgements to request: that of the current window by itself, then those of the steps after it.
-    pub(in crate::tui) fn missing_judgements(&mut self) -> Vec<Computation> {
+    pub fn missing_judgements(&mut self) -> Vec<Computation> {
         let scene = self.opened.as_ref().and_then(|o| o.scene.clone());
         let Some((scene, now)) = scene.zip(self.window()) else {
             return Vec::new();

@@ -7,7 +7,7 @@ use ratatui::layout::{Position, Rect};
 use super::{Border, Pane, ResultsDrawn, ShownAnswer};
 use crate::geometry::Point;
 use crate::tui::action::Action;
-use crate::tui::widgets::reading::Reading;
+use crate::tui::widgets::long_text::Reading;
 
 /// Areas and texts of the last frame.
 #[derive(Debug, Default)]

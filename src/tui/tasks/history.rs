@@ -1,4 +1,5 @@
-//! The history's own reader of the store: a thread with a connection of its own, so that nothing waits for a long search.
+//! The history's own reader of the store: a thread with a connection of its own, so that nothing waits for a long
+//! search.
 
 use std::collections::HashMap;
 use std::io::Write;

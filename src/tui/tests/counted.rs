@@ -84,8 +84,8 @@ fn mirrored(kept: &mut Fixture) -> RunId {
     run
 }
 
-/// A batch whose labels say that all is safe in the first scenario, that another obstacle is hit in another one, and that
-/// the mirrored first one is safe too; a fourth question waits.
+/// A batch whose labels say that all is safe in the first scenario, that another obstacle is hit in another one, and
+/// that the mirrored first one is safe too; a fourth question waits.
 pub(super) fn labelled() -> (Fixture, BatchId, RunId) {
     let mut kept = Fixture::new();
     let runs = [
@@ -124,11 +124,8 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     // As the report of the batch has it.
     let answers = crate::evaluation::batch::answers(&kept.store, batch).unwrap();
     let report = Report::from_scored(&answers.plain);
-    let cell = report
-        .cells
-        .iter()
-        .find(|c| c.half == DataHalf::All)
-        .unwrap();
+    let mut cells = report.cells.iter();
+    let cell = cells.find(|c| c.half == DataHalf::All).unwrap();
     let row = &kept.bench.model.results.rows[0];
     assert_eq!(
         (row.confusion(), row.f1),
@@ -138,11 +135,8 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
         let frame = kept.bench.frame(columns, rows);
         let line: Vec<&str> = frame.split_whitespace().collect();
         let words = line.join(" ").replace(" ┃┃", "").replace('┃', "");
-        for said in [
-            "batch b1",
-            "truth: labels of /labels/ours.csv",
-            "1 question was not asked",
-        ] {
+        let truth = "truth: labels of /labels/ours.csv";
+        for said in ["batch b1", truth, "1 question was not asked"] {
             assert!(words.contains(said), "{said}\n{frame}");
         }
     }

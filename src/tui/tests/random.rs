@@ -1,7 +1,7 @@
 //! Random input: keys, text, mouse, resizes, pastes and messages of every kind, in any order.
 //!
-//! `NEARMISS_RANDOM_CASES` raises the number of sequences, each of [`LENGTH`] inputs; `NEARMISS_RANDOM_SEED` begins with
-//! another one, and a failure names the one to repeat it with.
+//! `NEARMISS_RANDOM_CASES` raises the number of sequences, each of [`LENGTH`] inputs; `NEARMISS_RANDOM_SEED` begins
+//! with another one, and a failure names the one to repeat it with.
 
 mod plausible;
 mod sound;

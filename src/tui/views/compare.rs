@@ -16,7 +16,7 @@ use super::map;
 use crate::tui::action::{Action, Scope};
 use crate::tui::layout::ScreenAreas;
 use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
-use crate::tui::widgets::reading::MarkedClaims;
+use crate::tui::widgets::long_text::MarkedClaims;
 use crate::tui::widgets::words::{fit, fit_end};
 
 /// Rows of the screen from which on the map has room.

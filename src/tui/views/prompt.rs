@@ -14,7 +14,7 @@ use unicode_width::UnicodeWidthStr;
 use crate::description::visible;
 use crate::tui::action::Action;
 use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView, Readings};
-use crate::tui::widgets::reading::{MarkedClaims, Reading};
+use crate::tui::widgets::long_text::{MarkedClaims, Reading};
 use crate::tui::widgets::scroll::PageSection;
 use crate::tui::widgets::words::thousands;
 use crate::tui::widgets::{frame, scroll};

@@ -11,7 +11,7 @@ use crate::evaluation::{JudgeOutcome, MissingVerdict};
 use crate::tui::action::Action;
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
-use crate::tui::widgets::reading::MarkedClaims;
+use crate::tui::widgets::long_text::MarkedClaims;
 use crate::tui::widgets::scroll::PageSection;
 use crate::tui::widgets::words::{fit, fit_end};
 use crate::tui::widgets::{claimed, frame, scroll};

@@ -42,8 +42,8 @@ fn names_a_model(model: &Model, text: &str) -> bool {
     columns.any(|c| text.contains(&c.model))
 }
 
-/// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown alone.
-/// Beside a window at the right, over what it leaves in sight.
+/// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown
+/// alone. Beside a window at the right, over what it leaves in sight.
 fn place(parts: &ScreenAreas, model: &Model) -> Rect {
     let screen = parts.header.union(parts.footer);
     let top = model.screens.top();

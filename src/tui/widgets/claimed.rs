@@ -109,7 +109,7 @@ pub fn counts(claims: &[CheckedClaim]) -> String {
 mod tests {
     use super::*;
     use crate::evaluation::claims::{Claim, ClaimBasis, ClaimedValue, Quantity, Side};
-    use crate::tui::widgets::reading::{MarkedClaims, Reading};
+    use crate::tui::widgets::long_text::{MarkedClaims, Reading};
 
     #[test]
     fn claims_are_marked_where_they_stand() {

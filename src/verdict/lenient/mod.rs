@@ -4,18 +4,18 @@
 //! departure from it is reported as a [`Repair`].
 
 mod opening;
-mod reader;
-mod repair;
+mod repair_kinds;
 mod string;
 mod text;
+mod tolerant_reader;
 
 use std::collections::BTreeSet;
 
 use serde_json::Value;
 
 use opening::Opening;
-use reader::Reader;
-pub(super) use repair::Repair;
+pub(super) use repair_kinds::Repair;
+use tolerant_reader::Reader;
 
 /// Deeper values end the reading of the piece they are in.
 const MOST_DEPTH: usize = 48;

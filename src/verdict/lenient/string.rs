@@ -1,8 +1,8 @@
 //! Finds the end of strings with misplaced quotation marks.
 
 use super::Repair;
-use super::reader::Reader;
 use super::text::{closing, is_bare_key, is_blank, is_quote, window};
+use super::tolerant_reader::Reader;
 
 /// Bytes looked at behind a quotation mark.
 const NEAR: usize = 80;

@@ -1,4 +1,5 @@
-//! Built-in judges on many scenarios: each is opened, labelled and judged in place. Nothing is sent, so nothing is stored.
+//! Built-in judges on many scenarios: each is opened, labelled and judged in place. Nothing is sent, so nothing is
+//! stored.
 
 use std::sync::Arc;
 

@@ -2,7 +2,8 @@
 //!
 //! [`BatchRequest::plan`] starts a batch and [`ResumeRequest::plan`] resumes one. On either plan,
 //! [`BatchPlan::dry_run`] builds the questions, [`BatchPlan::write`] stores them and [`BatchRun::ask`] asks them.
-//! [`BuiltInRequest::run`] compares the built-in judge with simpler predictors, which answer no questions and are not stored.
+//! [`BuiltInRequest::run`] compares the built-in judge with simpler predictors, which answer no questions and are not
+//! stored.
 
 mod built_in;
 mod control;
@@ -12,6 +13,7 @@ mod paused;
 mod plan;
 mod resume;
 mod run;
+mod selection;
 mod submit;
 
 pub use built_in::{BuiltInAnswers, BuiltInEvent, BuiltInRequest};
@@ -21,7 +23,8 @@ pub use error::BatchError;
 pub use paused::PausedModel;
 pub use plan::{BatchPlan, BatchRequest};
 pub use resume::{Relabelling, ResumeRequest};
-pub use run::{BatchRun, QuestionOutcome, Selection, at_once};
+pub use run::{BatchRun, QuestionOutcome, at_once};
+pub use selection::Selection;
 pub use submit::SubmittedItems;
 
 use rayon::prelude::*;

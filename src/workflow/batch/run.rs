@@ -10,7 +10,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::task::JoinSet;
 
 use super::paused::Watch;
-use super::{BatchControl, BatchPlan, DryRun, PausedModel, ProviderSlots};
+use super::{BatchControl, BatchPlan, DryRun, PausedModel, ProviderSlots, Selection};
 use crate::evaluation::batch::{QuestionBuilder, Variant, label_of, question_key, way_of};
 use crate::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, Judges, MissingVerdict, Question, RunOptions,
@@ -19,29 +19,6 @@ use crate::formats::Entry;
 use crate::llm::ProviderOutage;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
 use crate::workflow::{AskOutcome, AskRequest, ask};
-
-/// Selection of a batch's questions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Selection {
-    /// Those that have no whole answer, without those that the server cut off: it would do so again.
-    Open,
-    /// Those to which no whole answer came, with those that were cut off.
-    Failed,
-}
-
-impl Selection {
-    /// Whether a question is among them.
-    #[must_use]
-    pub fn has(self, state: ItemState) -> bool {
-        use ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
-        match (self, state) {
-            (_, Answered) => false,
-            (Self::Open, Truncated) | (Self::Failed, Waiting) => false,
-            (Self::Open, Waiting | Failed | Unaskable) => true,
-            (Self::Failed, Failed | Truncated | Unaskable) => true,
-        }
-    }
-}
 
 /// Outcome of one question.
 #[derive(Debug, Clone)]
@@ -93,8 +70,8 @@ pub struct BatchRun {
     slots: Arc<ProviderSlots>,
 }
 
-/// Requests to a judge that are on their way at once: as many as its provider takes, at most `concurrency`. The built-in
-/// judge answers on all cores.
+/// Requests to a judge that are on their way at once: as many as its provider takes, at most `concurrency`. The
+/// built-in judge answers on all cores.
 #[must_use]
 pub fn at_once(judge: &Judge, concurrency: NonZeroU32) -> usize {
     match judge {

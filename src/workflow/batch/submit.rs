@@ -61,8 +61,8 @@ impl BatchRun {
         Ok(done)
     }
 
-    /// Takes out the questions whose keys are with a provider: their answers are collected, and asking would wait for them.
-    /// Says how many they were.
+    /// Takes out the questions whose keys are with a provider: their answers are collected, and asking would wait for
+    /// them. Says how many they were.
     ///
     /// # Errors
     /// The store cannot be read.

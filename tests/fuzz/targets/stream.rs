@@ -1,4 +1,5 @@
-//! Any bytes, cut anywhere, end in one finished answer or one error, in every dialect, and the same wherever they are cut.
+//! Any bytes, cut anywhere, end in one finished answer or one error, in every dialect, and the same wherever they are
+//! cut.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::beside::{Folder, NotFound};
 use super::checks::{self, THREE};
 use super::dynamic::{self, Changes};
 use super::kind::{FileHeader, MessageKind};
 use super::report::{FieldPath, Report};
+use super::sibling_files::{Folder, NotFound};
 use super::{check_size, map, tasks};
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};

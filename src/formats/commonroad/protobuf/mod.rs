@@ -1,6 +1,5 @@
 //! CommonRoad files in protobuf: the single message of 2020a, and the map, dynamic and scenario files of 2024.
 
-mod beside;
 mod checks;
 mod dynamic;
 mod elements;
@@ -8,6 +7,7 @@ mod header;
 mod kind;
 mod map;
 mod map_elements;
+mod sibling_files;
 #[rustfmt::skip]
 mod messages;
 mod format_2020a;
@@ -29,11 +29,11 @@ mod words;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use beside::Folder;
 use kind::{FileHeader, MessageKind};
 use report::{FieldPath, Report};
+use sibling_files::Folder;
 
-pub(super) use beside::{is_protobuf_name, scenario_name};
+pub(super) use sibling_files::{is_protobuf_name, scenario_name};
 
 use super::ReadError;
 use super::builder::SourceLocation;

@@ -12,7 +12,8 @@ use crate::scenario::plausibility::limits::MOST_PARTS;
 use crate::scenario::{Quantity, Steps};
 
 impl FieldPath<'_> {
-    /// A text as XML gives it: trimmed, and with U+FFFD, and a diagnostic, for every character that no XML file can hold.
+    /// A text as XML gives it: trimmed, and with U+FFFD, and a diagnostic, for every character that no XML file can
+    /// hold.
     pub fn text(&self, text: &str) -> String {
         let allowed = allowed(text.trim());
         if let Cow::Owned(_) = allowed {

@@ -16,8 +16,8 @@ const POINT_MASS_COST: &str = "JB1";
 const STANDSTILL: f64 = 0.005;
 
 impl Solution {
-    /// How one vehicle solves one planning problem of the scenario with this header. It does not say when and where it was
-    /// made: the same motion gives the same file.
+    /// How one vehicle solves one planning problem of the scenario with this header. It does not say when and where
+    /// it was made: the same motion gives the same file.
     #[must_use]
     pub fn of_problem(header: &Header, solved: ProblemSolution) -> Self {
         Self {

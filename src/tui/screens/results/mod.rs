@@ -81,7 +81,8 @@ fn read(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Results(ask)]
 }
 
-/// A level back: from the list of what can be counted, or from the answers, to the matrix, from the matrix to the main screen.
+/// A level back: from the list of what can be counted, or from the answers, to the matrix, from the matrix to the
+/// main screen.
 fn back(model: &mut Model) -> Step {
     let results = &mut model.results;
     results.wanted = None;

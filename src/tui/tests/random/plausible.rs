@@ -1,4 +1,4 @@
-//! Plausible results of effects: answers, ratings, batches, facts.
+//! Made-up but plausible results of effects, for the random-input test: answers, ratings, batches, facts.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};

@@ -32,8 +32,8 @@ pub fn show(model: &mut Model) -> Option<Vec<Effect>> {
     Some(take(model, opened))
 }
 
-/// What was opened; or, where its planned ego was shown when it was left, that one. What is opened for an earlier run has
-/// that run's ego, and an obstacle that was asked for is the ego.
+/// What was opened; or, where its planned ego was shown when it was left, that one. What is opened for an earlier run
+/// has that run's ego, and an obstacle that was asked for is the ego.
 pub fn instead(
     model: &mut Model,
     (id, ego): (OpenId, Option<i64>),

@@ -166,7 +166,8 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
     }
 }
 
-/// `=3` where all of three answers agree with the built-in judge, `≠1/3` where one of three differs; whether they agree.
+/// `=3` where all of three answers agree with the built-in judge, `≠1/3` where one of three differs; whether they
+/// agree.
 fn said(tally: Tally, wide: bool) -> (String, Option<bool>) {
     match (tally.differ, tally.count(), wide) {
         (_, 0, _) => (String::new(), None),

@@ -17,7 +17,7 @@ type Crate = Vec<([u8; 3], u64)>;
 
 impl Colors {
     /// Colours for frames of these pixels, red, green and blue each.
-    pub fn of<'a>(frames: impl Iterator<Item = &'a [u8]>) -> Self {
+    pub fn from_frames<'a>(frames: impl Iterator<Item = &'a [u8]>) -> Self {
         let mut counts: BTreeMap<[u8; 3], u64> = BTreeMap::new();
         for frame in frames {
             for pixel in frame.chunks_exact(3) {
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn few_colours_are_kept_exactly() {
         let frame: Vec<u8> = (0..200_u8).flat_map(|i| [i, 255 - i, 7]).collect();
-        let mut colors = Colors::of(std::iter::once(&frame[..]));
+        let mut colors = Colors::from_frames(std::iter::once(&frame[..]));
         let table = colors.table();
         for pixel in frame.chunks_exact(3) {
             let place = usize::from(colors.place([pixel[0], pixel[1], pixel[2]]));
@@ -128,7 +128,7 @@ mod tests {
     fn many_colours_become_near_ones() {
         let all = (0..64_u8).flat_map(|r| (0..64_u8).map(move |g| [4 * r, 4 * g, 128]));
         let frame: Vec<u8> = all.flatten().collect();
-        let mut colors = Colors::of(std::iter::once(&frame[..]));
+        let mut colors = Colors::from_frames(std::iter::once(&frame[..]));
         let table = colors.table();
         assert_eq!(table.len(), 3 * MOST);
         for pixel in frame.chunks_exact(3) {

@@ -271,7 +271,8 @@ impl Effect {
         self.collision().is_some_and(|c| c.with == self.attacker)
     }
 
-    /// Whether an obstacle drives into the ego's rear with the front: that proves little, since no obstacle reacts to the ego.
+    /// Whether an obstacle drives into the ego's rear with the front: that proves little, since no obstacle reacts to
+    /// the ego.
     #[must_use]
     pub fn is_hit_from_behind(&self) -> bool {
         self.collision()

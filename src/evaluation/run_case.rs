@@ -7,7 +7,7 @@ use futures_util::StreamExt;
 use tokio::time::Instant;
 
 use super::answer::{Answer, JudgeOutcome, MissingVerdict};
-use super::ended::{read, stopped_short, too_long, word};
+use super::answer_outcome::{read, stopped_short, too_long, word};
 use super::judges::{Judge, ModelJudge};
 use super::price_words::stated;
 use super::question::Question;

@@ -55,7 +55,7 @@ pub fn way_cells(way: &PromptConfig) -> [String; 4] {
 
 impl Rows {
     /// Counts the answers of a batch.
-    pub fn of(scored: &[Scored]) -> Self {
+    pub fn from_scored(scored: &[Scored]) -> Self {
         let report = Report::from_scored(scored);
         let half = |way: &PromptConfig| {
             let mut halves = report.cells.iter().filter(|cell| cell.way == *way);

@@ -10,9 +10,9 @@ use super::registry::Registry;
 use crate::system;
 
 impl Registry {
-    /// The built-in providers, with the user's entries over them. An entry that is not right leaves out its provider and
-    /// nothing else: [`Registry::broken`] tells of it, and so does [`Registry::resolve`]. `file` is where the entries
-    /// are from; it is read again for the line of a mistake.
+    /// The built-in providers, with the user's entries over them. An entry that is not right leaves out its provider
+    /// and nothing else: [`Registry::broken`] tells of it, and so does [`Registry::resolve`]. `file` is where the
+    /// entries are from; it is read again for the line of a mistake.
     #[must_use]
     pub fn lenient(users: &toml::Table, file: &Path) -> Self {
         let mut registry = Self::shipped();

@@ -12,9 +12,9 @@ use crate::scenario::{Ego, Scenario, Severity, Track, VehicleModel, VehicleType}
 /// Positions of the same motion differ by rounding only, metres.
 const ROUNDING: f64 = 1e-3;
 
-/// `ego` of the file `recording`, with the vehicle of the solution that lies with it, is called as `nearmiss plan` calls
-/// it, and has the same positions at the same steps; as it was where there is none, also where what lies there is broken
-/// or tells another motion, which says nothing about this one.
+/// `ego` of the file `recording`, with the vehicle of the solution that lies with it, is called as `nearmiss plan`
+/// calls it, and has the same positions at the same steps; as it was where there is none, also where what lies there
+/// is broken or tells another motion, which says nothing about this one.
 #[must_use]
 pub fn sized(mut ego: Ego, recording: &Path, name: &str, scenario: &Scenario) -> Ego {
     if !matches!(ego.source, EgoSource::Recording(_)) {
@@ -44,8 +44,8 @@ pub fn sized(mut ego: Ego, recording: &Path, name: &str, scenario: &Scenario) ->
     ego
 }
 
-/// The solutions with states that `nearmiss plan` may have written with a recording: in its folder, and where that is the
-/// scenario's own, beside it.
+/// The solutions with states that `nearmiss plan` may have written with a recording: in its folder, and where that is
+/// the scenario's own, beside it.
 fn candidates(recording: &Path, name: &str, version: &str) -> Vec<PathBuf> {
     let own = recording.parent();
     let above = own.filter(|folder| folder.file_name().is_some_and(|f| f == name));

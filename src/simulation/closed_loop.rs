@@ -176,8 +176,9 @@ impl Driver {
         self.run(scenario, stretch, None, watch).drive
     }
 
-    /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`; nothing where
-    /// it touches no obstacle but at the steps themselves. Before a collision at a step it of course does: that step is left out.
+    /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`;
+    /// nothing where it touches no obstacle but at the steps themselves. Before a collision at a step it of course
+    /// does: that step is left out.
     #[must_use]
     pub fn touched_between(&self, scenario: &Scenario, drive: &Rollout) -> Option<i64> {
         let collided = matches!(drive.outcome, Outcome::Collision(_));

@@ -21,8 +21,8 @@ pub fn in_order<T: Send>(
     ordered(count, stop, false, work, take);
 }
 
-/// The same for work that takes so long that nothing finished may be lost: when `stop` becomes true, what is being worked
-/// on is waited for, and all results are handed out that there are. Some before them may be missing then.
+/// The same for work that takes so long that nothing finished may be lost: when `stop` becomes true, what is being
+/// worked on is waited for, and all results are handed out that there are. Some before them may be missing then.
 pub fn in_order_and_kept<T: Send>(
     count: usize,
     stop: &AtomicBool,
