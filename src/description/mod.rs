@@ -91,6 +91,21 @@ pub enum DescriptionError {
 
 /// Describes the scene during `window`, using only what is known by the end of the window.
 ///
+/// ```
+/// use nearmiss::description::{Frame, Options, describe};
+/// use nearmiss::formats::bundled;
+/// use nearmiss::scenario::{Scene, Window};
+///
+/// # let entry = &bundled()[0];
+/// # let scenario = entry.read()?;
+/// # let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
+/// # let scene = Scene::new(scenario, ego);
+/// let window = Window::ending_at(&scene, 20, 10);
+/// let described = describe(&scene, Frame::Ego, &window, &Options::default())?;
+/// assert!(described.text.contains("m/s"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// The obstacle named in the options or needed by the frame is absent.
 pub fn describe(

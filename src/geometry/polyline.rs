@@ -3,6 +3,16 @@
 use super::{Point, Pose};
 
 /// A chain of at least two points without repeated neighbours, measured along its length.
+///
+/// ```
+/// use nearmiss::geometry::{Point, Polyline};
+///
+/// let corner = [(0.0, 0.0), (10.0, 0.0), (10.0, 5.0)].map(|(x, y)| Point::new(x, y));
+/// let line = Polyline::new(corner).unwrap();
+/// assert_eq!(line.length(), 15.0);
+/// let beside = line.project(&Point::new(4.0, 2.0));
+/// assert_eq!((beside.s, beside.d), (4.0, 2.0)); // 4 m along it, 2 m to its left
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polyline {
     points: Vec<Point>,

@@ -43,6 +43,23 @@ pub struct Judgement {
 }
 
 /// Judges a scene, with the shipped thresholds; see [`judge_under`].
+///
+/// ```
+/// use nearmiss::formats::bundled;
+/// use nearmiss::judge::judge;
+/// use nearmiss::scenario::{Scene, Window};
+/// use nearmiss::verdict::Task;
+///
+/// # let entry = &bundled()[0];
+/// # let scenario = entry.read()?;
+/// # let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
+/// # let scene = Scene::new(scenario, ego);
+/// let window = Window::ending_at(&scene, scene.last_step(), 10);
+/// let judgement = judge(&scene, Task::Collision, &window);
+/// assert_eq!(judgement.verdict.dangerous, judgement.decisive_step.is_some());
+/// println!("{}", judgement.verdict.justification);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
     judge_under(scene, task, window, Thresholds::shipped())

@@ -17,6 +17,23 @@ pub struct Series {
 
 impl Series {
     /// Computes `measures` over a scene.
+    ///
+    /// ```
+    /// use nearmiss::formats::bundled;
+    /// use nearmiss::metrics::{MEASURES, Series};
+    /// use nearmiss::scenario::Scene;
+    ///
+    /// # let entry = &bundled()[0];
+    /// # let scenario = entry.read()?;
+    /// # let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
+    /// # let scene = Scene::new(scenario, ego);
+    /// let ttc = MEASURES.iter().find(|m| m.id == "ttc").unwrap();
+    /// let series = Series::compute(&scene, vec![ttc]);
+    /// let (step, lowest) = series.most_dangerous("ttc").unwrap();
+    /// println!("lowest TTC: {lowest:.2} s at step {step}");
+    /// # assert!(scene.steps().contains(&step) && lowest >= 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn compute(scene: &Scene, measures: Vec<&'static Measure>) -> Self {
         Self::from_context(&Context::new(scene), measures)

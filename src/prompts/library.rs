@@ -113,6 +113,15 @@ pub struct Library {
 
 impl Library {
     /// The shipped templates, overridden by those in `folder` (files ending in `.md`).
+    ///
+    /// ```
+    /// use nearmiss::prompts::Library;
+    ///
+    /// let library = Library::load(None);
+    /// let (file, template) = library.find("collision", "ego").unwrap();
+    /// assert!(file.ends_with(".md"));
+    /// println!("{file}: version {}", template.front.version);
+    /// ```
     #[must_use]
     pub fn load(folder: Option<&Path>) -> Self {
         let mut library = Self::default();

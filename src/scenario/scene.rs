@@ -97,6 +97,18 @@ impl<'a> Participant<'a> {
 
 impl Scene {
     /// `scenario` with an ego that was recorded or made.
+    ///
+    /// ```
+    /// use nearmiss::formats::bundled;
+    /// use nearmiss::scenario::Scene;
+    ///
+    /// let entry = &bundled()[0];
+    /// let scenario = entry.read()?;
+    /// let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
+    /// let scene = Scene::new(scenario, ego);
+    /// assert!(scene.ego_at(0).is_some());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn new(scenario: Arc<Scenario>, ego: Ego) -> Self {
         Self { scenario, ego }

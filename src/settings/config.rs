@@ -121,6 +121,17 @@ impl ConfigError {
 impl Config {
     /// Reads a configuration file; one that does not exist says nothing.
     ///
+    /// ```
+    /// use nearmiss::settings::Config;
+    ///
+    /// let folder = tempfile::tempdir()?;
+    /// let file = folder.path().join("config.toml");
+    /// std::fs::write(&file, "modle = \"openai/gpt-4o\"")?;
+    /// let error = Config::read(&file).unwrap_err().to_string();
+    /// assert!(error.contains("config.toml:1: modle is not known; did you mean model?"), "{error}");
+    /// # Ok::<(), std::io::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// It cannot be read, or says something that is not known or cannot be meant: every mistake with line and key.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {

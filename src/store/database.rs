@@ -98,6 +98,15 @@ impl Store {
     /// Opens the store in a file, making it and its folder where they are missing, bringing it to the newest version
     /// where it is older, and marking what was running in programs that have ended as interrupted.
     ///
+    /// ```
+    /// use nearmiss::store::Store;
+    ///
+    /// let folder = tempfile::tempdir()?;
+    /// let store = Store::open(&folder.path().join("runs.sqlite"))?;
+    /// assert!(store.ratings()?.is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// The file cannot be used, or is newer than the program.
     pub fn open(path: &Path) -> Result<Self, StoreError> {

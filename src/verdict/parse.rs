@@ -63,6 +63,15 @@ pub enum NoVerdict {
 
 /// Reads the verdict on a yes-or-no task from the text of an answer; the last object that says yes or no counts.
 ///
+/// ```
+/// use nearmiss::verdict::{Task, parse};
+///
+/// let answer = "The gap closes fast.\n```json\n{\"collision\": true, \"obstacles\": [], \"justification\": \"it closes\",}\n```";
+/// let parsed = parse(Task::Collision, answer)?; // the comma too many does no harm
+/// assert!(parsed.verdict.dangerous);
+/// # Ok::<(), nearmiss::verdict::NoVerdict>(())
+/// ```
+///
 /// # Errors
 /// See [`NoVerdict`]; for the other tasks, see [`read`].
 pub fn parse(task: Task, answer: &str) -> Result<Parsed, NoVerdict> {

@@ -60,6 +60,20 @@ pub enum OpenError {
 
 /// Opens a scenario. Where no ego lies beside it, it has none.
 ///
+/// ```
+/// use nearmiss::formats::{EgoSelection, bundled};
+/// use nearmiss::workflow::{OpenRequest, open};
+///
+/// let opened = open(&OpenRequest {
+///     entry: &bundled()[0],
+///     ego: &EgoSelection::Beside,
+///     transform: None,
+///     strict: true,
+/// })?;
+/// assert!(opened.scene.is_ok());
+/// # Ok::<(), nearmiss::workflow::OpenError>(())
+/// ```
+///
 /// # Errors
 /// See [`OpenError`].
 pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
