@@ -5,7 +5,6 @@
 //! scene, or starting it at another time step, changes no measure but the sign of those that count to the left.
 
 mod along;
-mod closing_speed;
 mod context;
 mod distance;
 mod encounter;

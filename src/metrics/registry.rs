@@ -9,9 +9,7 @@ use super::recorded::{
     closest_distance, encroachment, first_overlap, post_encroachment, time_to_closest,
     time_to_manoeuvre,
 };
-use super::{
-    Encounter, Reading, closing_speed, distance, frame, risk, time_to_collision, worst_case,
-};
+use super::{Encounter, Reading, distance, frame, risk, time_to_collision, worst_case};
 
 /// Which values of a measure are dangerous.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +83,6 @@ pub struct Measure {
 /// Every measure, in the order of columns.
 pub const MEASURES: &[Measure] = &[
     distance::MEASURE,
-    closing_speed::MEASURE,
     time_to_collision::MEASURE,
     risk::MEASURE,
     frame::GAP_LONG,
