@@ -7,7 +7,6 @@ mod cost;
 mod crash;
 mod describe;
 mod doctor;
-mod folders;
 mod evaluate;
 mod export;
 mod filters;
@@ -113,8 +112,6 @@ pub enum Command {
     Keys(themes_and_keys::Keys),
     /// Whether everything is in order: terminal, files, store, models; and what to do where it is not.
     Doctor(doctor::Doctor),
-    /// Where your files lie.
-    Folders(folders::FoldersArguments),
     /// Completions for a shell.
     Completions(generated::Completions),
     /// The manual page.
@@ -205,7 +202,6 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Themes(arguments) => themes_and_keys::themes(arguments, workbench),
         Command::Keys(arguments) => themes_and_keys::keys(arguments, workbench),
         Command::Doctor(arguments) => doctor::run(arguments, workbench),
-        Command::Folders(arguments) => folders::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
         Command::Help(arguments) => help::run(arguments),
