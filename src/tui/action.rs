@@ -14,6 +14,7 @@ pub enum Action {
     Cancel,
     Help,
     About,
+    Moment,
     Palette,
     PickTheme,
     NextPane,
