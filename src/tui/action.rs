@@ -14,7 +14,6 @@ pub enum Action {
     Cancel,
     Help,
     About,
-    Moment,
     Palette,
     PickTheme,
     NextPane,

@@ -27,7 +27,6 @@ table! {
     PreviousPane, Global, "previous-pane", ["backtab", "ctrl-w shift-w"], 0, "pane back", "Go to the previous pane.";
     Help, Global, "help", ["?", "f1"], 7, "help", "All keys.";
     About, Global, "about", ["i"], 0, "about", "What is in the opened scenario, and what reading it had to assume.";
-    Moment, Global, "moment", [], 0, "moment", "The time at the cursor.";
     Quit, Global, "quit", ["q", "ctrl-q"], 8, "quit", "Leave the program.";
     Palette, Global, "palette", [":", "ctrl-p"], 11, "palette", "All actions by name.";
     Cancel, Global, "cancel", ["esc", "ctrl-c"], 0, "cancel", "Close what is open, or cancel the running request; Ctrl-C quits when there is nothing to cancel and it is pressed twice.";

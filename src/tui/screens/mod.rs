@@ -12,7 +12,6 @@ pub mod jobs;
 pub mod layers;
 pub mod measures;
 pub mod models;
-pub mod moment;
 pub mod orders;
 pub mod palette;
 pub mod picker;
@@ -215,7 +214,6 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
     match action {
         Help => model.screens.open(help::HelpScreen::default()),
         About => model.screens.open(about::AboutScreen::default()),
-        Moment => model.screens.open(moment::MomentScreen::default()),
         Values => model.screens.open(values::ValuesScreen::default()),
         Details => details::open(model),
         PlannerCycle => cycle::open(model),
