@@ -132,7 +132,7 @@ const SCREENS_SHARE: [&str; 6] = ["Screen", "Step", "PAGE", "WHEEL", "moves_scen
 
 /// The loop, the workbench without a terminal, and what commands ask of it: like the root module, they put the parts
 /// together.
-const TUI_LOOPS: [&str; 4] = ["run", "screen", "shell", "stage"];
+const TUI_LOOPS: [&str; 4] = ["run", "screenshot", "shell", "headless"];
 
 /// How a program writes to a terminal.
 const WRITING: [&str; 8] = [
