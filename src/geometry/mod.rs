@@ -35,7 +35,7 @@ pub use frenet::{Frenet, FrenetError, LateralProfile};
 pub use frenet_motion::{FrenetMotion, PlaneMotion};
 pub use gap::{Gap, Tip};
 pub use polygon::{Bounds, contains};
-pub use polyline::{Polyline, Projection};
+pub use polyline::{Polyline, Projection, distance_to_segment};
 pub use pose::Pose;
 pub use reference_path::{PathPoint, ReferencePath, ReferencePathError};
 pub use shape::{Shape, ShapeError};

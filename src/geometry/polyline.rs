@@ -137,7 +137,8 @@ impl Polyline {
 }
 
 /// Distance from `p` to the segment from `from` to `to`, metres; the two may be one point.
-pub(super) fn distance_to_segment(p: &Point, from: &Point, to: &Point) -> f64 {
+#[must_use]
+pub fn distance_to_segment(p: &Point, from: &Point, to: &Point) -> f64 {
     let (along, off) = (to - from, p - from);
     let squared = along.norm_squared();
     let share = if squared > 0.0 {

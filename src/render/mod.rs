@@ -5,6 +5,7 @@
 //! points; every format is written from that list.
 
 mod animation;
+pub mod cells;
 mod clip;
 mod color;
 mod display;

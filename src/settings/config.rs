@@ -17,6 +17,12 @@ pub struct Config {
     pub theme: Option<String>,
     /// Which signs are drawn: `unicode`, `ascii`, or `auto` for what the locale says, where it is not set.
     pub glyphs: Option<String>,
+    /// How the map is drawn: `pixels`, `cells`, `braille`, `ascii`, or `auto` for the best that the terminal can do,
+    /// where it is not set.
+    pub map: Option<String>,
+    /// Block characters of the map as cells: `quadrants`, `sextants`, `octants`, or `auto` for those that the terminal
+    /// is known to draw, where it is not set.
+    pub map_blocks: Option<String>,
     /// Whether the mouse is used.
     pub mouse: bool,
     /// Whether the workbench comes back as it was left.
@@ -55,6 +61,8 @@ impl Default for Config {
         Self {
             theme: None,
             glyphs: None,
+            map: None,
+            map_blocks: None,
             mouse: true,
             session: true,
             editor: Keys::Plain,

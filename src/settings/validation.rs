@@ -63,6 +63,14 @@ fn can_be_meant(config: &Config) -> bool {
         && config.temperature.is_none_or(|t| (0.0..=2.0).contains(&t))
         && one_of(&config.effort, &["off", "low", "medium", "high"])
         && one_of(&config.glyphs, &["auto", "unicode", "ascii"])
+        && one_of(
+            &config.map,
+            &["auto", "pixels", "cells", "braille", "ascii"],
+        )
+        && one_of(
+            &config.map_blocks,
+            &["auto", "quadrants", "sextants", "octants"],
+        )
         && config.model.as_deref().is_none_or(model)
 }
 

@@ -42,7 +42,7 @@ const BOOLEAN: &str = "true or false is needed";
 const COUNT: &str = "a whole number of at least 1 (and less than 4294967296) is needed";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 17] = [
+pub(super) const KEYS: [Key; 19] = [
     key(
         "theme",
         "a text is needed, the name of a theme such as \"dark\"",
@@ -54,6 +54,18 @@ pub(super) const KEYS: [Key; 17] = [
         "\"auto\", \"unicode\" or \"ascii\" is needed",
         "auto: what the locale says",
         |config| text(&config.glyphs),
+    ),
+    key(
+        "map",
+        "\"auto\", \"pixels\", \"cells\", \"braille\" or \"ascii\" is needed",
+        "auto: the best that the terminal can do",
+        |config| text(&config.map),
+    ),
+    key(
+        "map_blocks",
+        "\"auto\", \"quadrants\", \"sextants\" or \"octants\" is needed",
+        "auto: those that the terminal is known to draw",
+        |config| text(&config.map_blocks),
     ),
     key("mouse", BOOLEAN, "", |config| Some(config.mouse.into())),
     key("session", BOOLEAN, "", |config| Some(config.session.into())),

@@ -74,7 +74,7 @@ const EVERYWHERE: &str = "system";
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
 const HOMES: [(&str, &[&str]); 17] = [
-    ("ratatui", &["tui/"]),
+    ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
     ("quick_xml", &["formats/commonroad/"]),

@@ -68,7 +68,9 @@ impl Map<'_> {
         let palette = self.palette;
         match role {
             Role::Ego => palette.ego,
-            Role::Obstacle | Role::PredictedBody => palette.obstacle,
+            Role::Obstacle | Role::Truck | Role::Cycle | Role::Pedestrian | Role::PredictedBody => {
+                palette.obstacle
+            }
             Role::StaticObstacle => palette.static_obstacle,
             Role::Highlighted(place) => palette.emphasised(place),
             Role::Attacker => self

@@ -105,7 +105,7 @@ fn obstacle<'a>(request: &MapRequest<'a>, obstacle: &'a Obstacle) -> Option<Body
         (_, Some(place)) => (Importance::Highlighted, Role::Highlighted(place)),
         (Some(risk), _) if risk <= RISKY => (Importance::Risky, Role::Warning),
         _ if stands => (Importance::Other, Role::StaticObstacle),
-        _ => (Importance::Other, Role::Obstacle),
+        _ => (Importance::Other, role_of(obstacle.kind)),
     };
     let variation = request.variation.filter(|both| both.shows_changed);
     let attacks = variation.is_some_and(|both| both.changed.id == obstacle.id);
@@ -161,6 +161,16 @@ fn body<'a>(
         across: placed.extent(&here, &motion.pose.left()),
         signals: None,
     })
+}
+
+fn role_of(kind: ObstacleType) -> Role {
+    use ObstacleType::{Bicycle, Bus, Motorcycle, Pedestrian, Train, Truck};
+    match kind {
+        Truck | Bus | Train => Role::Truck,
+        Bicycle | Motorcycle => Role::Cycle,
+        Pedestrian => Role::Pedestrian,
+        _ => Role::Obstacle,
+    }
 }
 
 fn has_front(kind: ObstacleType) -> bool {

@@ -38,6 +38,12 @@ pub enum Role {
     Obstacle,
     /// A standing obstacle.
     StaticObstacle,
+    /// A truck, a bus or a train.
+    Truck,
+    /// A bicycle or a motorcycle.
+    Cycle,
+    /// A pedestrian.
+    Pedestrian,
     /// An obstacle that is pointed out, by its place among them.
     Highlighted(usize),
     /// An obstacle in danger of a collision.

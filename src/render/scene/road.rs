@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::marking::{MarkingLine, lines_of};
-use crate::geometry::{Bounds, Point, Polyline, Vector};
+use crate::geometry::{Bounds, Point, Polyline, Vector, contains, distance_to_segment};
 use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking, Position, Scenario};
 
 /// Metres from one arrow of the driving direction to the next, and the length of its legs along and across the lane.
@@ -11,6 +11,12 @@ const ARROWS_APART: f64 = 18.0;
 const ARROW: f64 = 0.8;
 /// Width of a stripe of a crossing and of the gap beside it, metres.
 pub const STRIPE: f64 = 0.5;
+/// What lies nearer to the edge of a surface than this, metres, does not cross it.
+const EDGE: f64 = 0.6;
+/// Metres between the points along the middle of a lane at which it may be crossed.
+const MIDDLES_APART: f64 = 2.0;
+/// What has more than one part in so many within another surface is crossed by it.
+const MOST_CROSSED: usize = 5;
 /// Lines across a surface at most.
 const MOST_LINES: f64 = 2000.0;
 
@@ -63,6 +69,8 @@ pub struct Surface {
     pub bounds: Bounds,
     /// Arrows of the driving direction, where it is driven in one.
     pub arrows: Vec<DirectionArrow>,
+    /// Whether other lanes cross it, as within a junction.
+    pub is_crossed: bool,
     edges: Option<(Polyline, Polyline)>,
 }
 
@@ -84,6 +92,8 @@ pub struct Border {
     pub lines: &'static [MarkingLine],
     /// The box around it.
     pub bounds: Bounds,
+    /// Whether it runs across the surface of another lane, as within a junction.
+    pub is_crossed: bool,
 }
 
 /// A line to stop at.
@@ -112,11 +122,19 @@ impl Basemap {
     pub fn new(scenario: &Scenario) -> Self {
         let network = &scenario.network;
         let lanelets = network.lanelets.iter().enumerate();
+        let mut surfaces: Vec<Surface> = lanelets
+            .map(|(place, lanelet)| Surface::new(lanelet, network.bounds_of(place)))
+            .collect();
+        let crossed: Vec<bool> = surfaces
+            .iter()
+            .map(|s| s.is_crossed_by(&surfaces))
+            .collect();
+        for (surface, crossed) in surfaces.iter_mut().zip(crossed) {
+            surface.is_crossed = crossed;
+        }
         Self {
-            surfaces: lanelets
-                .map(|(place, lanelet)| Surface::new(lanelet, network.bounds_of(place)))
-                .collect(),
-            borders: borders(&network.lanelets),
+            borders: borders(&network.lanelets, &surfaces),
+            surfaces,
             stop_lines: network.lanelets.iter().filter_map(StopLine::of).collect(),
             goals: goals(scenario),
             lights: network
@@ -155,6 +173,7 @@ impl Surface {
             ring: lanelet.ring(),
             bounds,
             arrows: Vec::new(),
+            is_crossed: false,
             edges: line(&lanelet.left).zip(line(&lanelet.right)),
         };
         let undriven = [
@@ -175,6 +194,25 @@ impl Surface {
     fn line_at(edges: &(Polyline, Polyline), part: f64) -> (Point, Point) {
         let at = |edge: &Polyline| edge.pose_at(part * edge.length()).position;
         (at(&edges.0), at(&edges.1))
+    }
+
+    /// Whether it is driven on and its middle runs through other lanes.
+    fn is_crossed_by(&self, surfaces: &[Self]) -> bool {
+        let driven = [SurfaceKind::Driving, SurfaceKind::Bus, SurfaceKind::Bicycle];
+        if !driven.contains(&self.kind) {
+            return false;
+        }
+        let middles = self.across(MIDDLES_APART, 0.5);
+        let middles = middles.map(|(left, right)| nalgebra::center(&left, &right));
+        let others = surfaces.iter().filter(|s| s.lanelet != self.lanelet);
+        runs_through(&middles.collect::<Vec<_>>(), &self.bounds, others)
+    }
+
+    /// Whether a point lies in it, and not just at its edge.
+    fn has_inside(&self, p: &Point) -> bool {
+        let next = self.ring.iter().cycle().skip(1);
+        let mut edges = self.ring.iter().zip(next);
+        contains(&self.ring, p) && edges.all(|(a, b)| distance_to_segment(p, a, b) > EDGE)
     }
 
     /// Lines from the left to the right edge, about `every` metres; the first one after the part `first` of that.
@@ -236,7 +274,7 @@ impl StopLine {
 }
 
 /// Every border once; what is painted beats what is not said.
-fn borders(lanelets: &[Lanelet]) -> Vec<Border> {
+fn borders(lanelets: &[Lanelet], surfaces: &[Surface]) -> Vec<Border> {
     let silent = |m: LineMarking| matches!(m, LineMarking::NoMarking | LineMarking::Unknown);
     let mut drawn = HashSet::new();
     let mut found = Vec::new();
@@ -253,11 +291,33 @@ fn borders(lanelets: &[Lanelet]) -> Vec<Border> {
                     points: bound.points.clone(),
                     lines: lines_of(bound.marking),
                     bounds,
+                    is_crossed: is_crossed(&bound.points, &bounds, surfaces),
                 });
             }
         }
     }
     found
+}
+
+/// Whether a border runs through the inside of some surface on which traffic drives.
+fn is_crossed(points: &[Point], bounds: &Bounds, surfaces: &[Surface]) -> bool {
+    let middles = points.windows(2);
+    let middles = middles.map(|pair| nalgebra::center(&pair[0], &pair[1]));
+    runs_through(&middles.collect::<Vec<_>>(), bounds, surfaces.iter())
+}
+
+/// Whether enough of these points within `bounds` lie inside one of the surfaces on which traffic drives.
+fn runs_through<'a>(
+    points: &[Point],
+    bounds: &Bounds,
+    surfaces: impl Iterator<Item = &'a Surface>,
+) -> bool {
+    let driven = surfaces.filter(|s| s.kind != SurfaceKind::Crossing);
+    let mut near = driven.filter(|s| s.bounds.overlaps(bounds));
+    near.any(|surface| {
+        let within = points.iter().filter(|p| surface.has_inside(p));
+        within.count() * MOST_CROSSED > points.len()
+    })
 }
 
 /// The same for a border and for its neighbour's, whichever way it is drawn.

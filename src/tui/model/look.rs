@@ -3,6 +3,8 @@
 use ratatui::layout::Position;
 
 use super::{Border, Model, Picker, Sizes};
+use crate::render::cells::{Blocks, MapStyle};
+use crate::settings::Config;
 use crate::tui::action::Action;
 use crate::tui::keymap::{Key, Keymap, Preset};
 use crate::tui::theme::{AUTO, ColorDepth, Named, Theme};
@@ -14,6 +16,39 @@ pub enum Glyphs {
     Unicode,
     /// ASCII only.
     Ascii,
+}
+
+/// How the map is to be drawn, as configured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MapChoice {
+    /// As well as the terminal can.
+    Auto,
+    /// As an image.
+    Pixels,
+    /// Filled cells.
+    Cells,
+    /// Braille lines and solid bodies, without backgrounds.
+    Braille,
+    /// ASCII.
+    Ascii,
+}
+
+impl MapChoice {
+    /// All with their names in the configuration.
+    pub const NAMED: [(&str, Self); 5] = [
+        ("auto", Self::Auto),
+        ("pixels", Self::Pixels),
+        ("cells", Self::Cells),
+        ("braille", Self::Braille),
+        ("ascii", Self::Ascii),
+    ];
+
+    /// As configured; a name that is not known was refused when the file was read.
+    #[must_use]
+    pub fn of_config(name: Option<&str>) -> Self {
+        let named = Self::NAMED.iter().find(|(n, _)| Some(*n) == name);
+        named.map_or(Self::Auto, |(_, choice)| *choice)
+    }
 }
 
 /// Appearance and keys.
@@ -35,10 +70,30 @@ pub struct Look {
     pub glyphs: Glyphs,
     /// The same for `glyphs = "auto"`, as the environment has it.
     pub glyphs_here: Glyphs,
+    /// How the map is to be drawn.
+    pub map: MapChoice,
+    /// The block characters of the map.
+    pub blocks: Blocks,
+    /// The same for `map_blocks = "auto"`, as the environment has it.
+    pub blocks_here: Blocks,
     /// How big the panes are.
     pub sizes: Sizes,
     /// The border that the mouse holds, as it was when it was taken, and where.
     pub held: Option<(Border, Position)>,
+}
+
+impl Look {
+    /// How the map is drawn: as configured, else what the terminal can show.
+    #[must_use]
+    pub fn map_style(&self) -> MapStyle {
+        let few = matches!(self.depth, ColorDepth::Sixteen | ColorDepth::None);
+        match (self.map, self.glyphs) {
+            (MapChoice::Ascii, _) | (_, Glyphs::Ascii) => MapStyle::Ascii,
+            (MapChoice::Braille, _) => MapStyle::Braille,
+            (MapChoice::Auto | MapChoice::Pixels, _) if few => MapStyle::Braille,
+            _ => MapStyle::Cells(self.blocks),
+        }
+    }
 }
 
 impl Default for Look {
@@ -52,6 +107,9 @@ impl Default for Look {
             dark: true,
             glyphs: Glyphs::Unicode,
             glyphs_here: Glyphs::Unicode,
+            map: MapChoice::Auto,
+            blocks: Blocks::Quadrants,
+            blocks_here: Blocks::Quadrants,
             sizes: Sizes::default(),
             held: None,
         }
@@ -90,6 +148,14 @@ impl Glyphs {
 }
 
 impl Look {
+    /// Takes over how the map is to be drawn.
+    pub fn configure_map(&mut self, config: &Config) {
+        let blocks = config.map_blocks.as_deref();
+        let named = Blocks::NAMED.iter().find(|(name, _)| Some(*name) == blocks);
+        self.blocks = named.map_or(self.blocks_here, |(_, blocks)| *blocks);
+        self.map = MapChoice::of_config(config.map.as_deref());
+    }
+
     /// The theme of this name as the terminal can show it.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ use crate::evaluation::default_planning;
 use crate::formats::EgoSelection;
 use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
+use crate::render::cells::Blocks;
 use crate::settings::{Config, Folders};
 use crate::system;
 
@@ -54,7 +55,7 @@ pub fn prepare(
     });
     let depth = ColorDepth::of_environment(env);
     let glyphs_here = Glyphs::of_environment(env);
-    let look = Look {
+    let mut look = Look {
         keymap,
         chosen,
         themes: Theme::all(&folders.themes()),
@@ -62,8 +63,10 @@ pub fn prepare(
         dark: background.dark,
         glyphs: Glyphs::of_config(config.glyphs.as_deref(), glyphs_here),
         glyphs_here,
+        blocks_here: Blocks::of_environment(env),
         ..Look::default()
     };
+    look.configure_map(&config);
     let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
     model.look = look;
     model.compare.person = model.config.person();

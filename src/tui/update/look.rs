@@ -32,6 +32,7 @@ pub fn reloaded(model: &mut Model, what: Reloaded) {
 
 /// The configuration is read again for the look alone; the rest holds from the next start on.
 fn configured(model: &mut Model, config: &Config) {
+    model.look.configure_map(config);
     model.look.glyphs = Glyphs::of_config(config.glyphs.as_deref(), model.look.glyphs_here);
     let name = config.theme.clone().unwrap_or_else(|| "auto".into());
     if model.config.theme != config.theme {
@@ -45,9 +46,11 @@ fn configured(model: &mut Model, config: &Config) {
         }
     }
     model.config.glyphs.clone_from(&config.glyphs);
+    model.config.map.clone_from(&config.map);
+    model.config.map_blocks.clone_from(&config.map_blocks);
     if model.config != *config {
         model.say(
-            "config.toml was changed: theme and glyphs at once, the rest from the next start on",
+            "config.toml was changed: theme, glyphs and map apply now, the rest at the next start",
         );
     }
 }

@@ -1,37 +1,30 @@
 //! The map from above: lanes, then trails and paths, obstacles, the ego, and signs and labels on top.
 
+mod goals;
+mod hollow;
 mod label_placer;
 mod labels;
 mod legend;
-mod lines;
-mod overlays;
 mod paths;
 mod planner;
-mod regions;
-mod road;
 mod signs;
 mod tape;
 mod vehicles;
 
-use std::ops::Deref;
-
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::{Color, Style};
-use ratatui::symbols::Marker;
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::canvas::{Canvas, Context};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use unicode_width::UnicodeWidthStr;
 
 use self::label_placer::LabelPlacer;
-use crate::geometry::{Bounds, Point, Pose, Vector, part_within};
 use crate::render::Subject;
-use crate::render::scene::{MapRequest, MapScene, Role, TrailSpan, Viewport};
+use crate::render::cells::{self, Appearance, CellView};
+use crate::render::scene::{MapRequest, MapScene, RegionKind, TrailSpan, Viewport};
 use crate::tui::loaded::Opened;
-use crate::tui::model::{Layers, MapDrawn, Model, On, Pane};
-use crate::tui::theme::Theme;
+use crate::tui::model::{MapDrawn, Model, On, Pane};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::hundredths;
 
@@ -46,65 +39,6 @@ const TRAILS: [TrailSpan; 2] = [
         future: None,
     },
 ];
-
-/// What is seen, and how large cells and dots are in it.
-struct CellView {
-    seen: Viewport,
-    /// Metres of a column and of a row.
-    cell: (f64, f64),
-    /// Metres from one dot to the next, where they are farther apart.
-    dot: f64,
-}
-
-impl Deref for CellView {
-    type Target = Viewport;
-
-    fn deref(&self) -> &Viewport {
-        &self.seen
-    }
-}
-
-impl CellView {
-    fn new(frame: Pose, half: (f64, f64), cell: (f64, f64)) -> Self {
-        Self {
-            seen: Viewport::new(frame, half),
-            cell,
-            dot: (cell.0 / 2.0).max(cell.1 / 4.0),
-        }
-    }
-
-    /// The part of a line on the canvas that may be seen, from 0 (its beginning) to 1; with some dots around the map.
-    fn part_seen(&self, from: (f64, f64), to: (f64, f64)) -> Option<(f64, f64)> {
-        let half = Vector::new(self.half.0 + 2.0 * self.dot, self.half.1 + 2.0 * self.dot);
-        let bounds = Bounds {
-            min: Point::from(-half),
-            max: Point::from(half),
-        };
-        part_within(
-            &Point::new(from.0, from.1),
-            &Point::new(to.0, to.1),
-            &bounds,
-        )
-    }
-}
-
-/// The colour of a role.
-fn color(theme: &Theme, role: Role) -> Color {
-    match role {
-        Role::Ego => theme.ego,
-        Role::Obstacle => theme.obstacle,
-        Role::StaticObstacle => theme.static_obstacle,
-        Role::Highlighted(_) => theme.picked,
-        Role::Danger => theme.danger,
-        Role::Warning => theme.warning,
-        Role::Attacker => theme.attacker,
-        Role::Recorded | Role::Rejected => theme.dim,
-        Role::RecordedEgo | Role::ConstantVelocity => theme.text,
-        Role::Prediction | Role::Tape => theme.accent,
-        Role::PredictedBody => theme.predicted,
-        Role::Feasible => theme.safe,
-    }
-}
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let camera = &model.camera;
@@ -146,15 +80,19 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         row,
     });
     let scene = scene(model, opened, view.seen, step);
-    let canvas = Canvas::default()
-        .marker(Marker::Braille)
-        .x_bounds([-half.0, half.0])
-        .y_bounds([-half.1, half.1])
-        .paint(|ctx| paint(ctx, &model.theme, &model.map.layers, &scene, &view));
-    f.render_widget(canvas, inner);
+    cells::draw(f.buffer_mut(), inner, &scene, &view, &look(model));
     let shown = write(f, inner, model, opened, (&scene, &view));
     bottom_line(f, inner, model, opened, step, cell);
     legend::draw(f, area, model, shown);
+}
+
+/// How the map is drawn in this terminal.
+pub fn look(model: &Model) -> Appearance<'_> {
+    Appearance {
+        style: model.look.map_style(),
+        theme: &model.theme,
+        markings: model.map.layers.lanes,
+    }
 }
 
 /// What is seen at a step, with what only the workbench shows.
@@ -172,41 +110,31 @@ fn scene<'a>(model: &'a Model, opened: &'a Opened, viewport: Viewport, step: i64
         variation: model.variant().and_then(|shown| shown.variation()),
         trails: TRAILS,
     });
-    if !model.map.layers.variant {
+    let layers = &model.map.layers;
+    if !layers.variant {
         scene.variation.clear();
+    }
+    if !layers.goal {
+        scene.goals.clear();
+    }
+    if !layers.lights {
+        scene.lights.clear();
+        scene.stop_lines.clear();
+    }
+    if !layers.signs {
+        scene.signs.clear();
+    }
+    if !layers.trails {
+        scene.trails.clear();
+    }
+    if !layers.occupancy {
+        scene.regions.retain(|r| r.kind != RegionKind::Occupancy);
     }
     scene.underlays.extend(planner::fan(model));
     scene.overlays.extend(paths::predictions(model));
     scene.overlays.extend(planner::overlays(model, step));
     scene.top.extend(tape::line(model));
     scene
-}
-
-fn paint(
-    ctx: &mut Context<'_>,
-    theme: &Theme,
-    layers: &Layers,
-    scene: &MapScene<'_>,
-    view: &CellView,
-) {
-    road::draw(ctx, theme, layers, scene, view);
-    regions::fixed(ctx, theme, layers, scene, view);
-    overlays::draw(ctx, theme, &scene.underlays, view);
-    ctx.layer();
-    if layers.occupancy {
-        regions::occupancies(ctx, theme, scene, view);
-    }
-    if layers.trails {
-        paths::trails(ctx, theme, scene, view);
-    }
-    vehicles::velocities(ctx, theme, scene, view);
-    overlays::draw(ctx, theme, &scene.overlays, view);
-    overlays::draw(ctx, theme, &scene.variation, view);
-    ctx.layer();
-    vehicles::draw(ctx, theme, &scene.bodies, view);
-    ctx.layer();
-    vehicles::draw(ctx, theme, &scene.ego, view);
-    overlays::draw(ctx, theme, &scene.top, view);
 }
 
 /// Signs and words on top; what has to be where it is comes first.
@@ -218,16 +146,18 @@ fn write(
     (scene, view): (&MapScene<'_>, &CellView),
 ) -> signs::Placed {
     let mut board = LabelPlacer::new(f.buffer_mut(), area, view);
-    vehicles::arrows(&mut board, &model.theme, scene, view);
+    let look = &look(model);
+    vehicles::arrows(&mut board, look, scene, view);
+    vehicles::contacts(&mut board, look, scene, view);
     let lights = signs::lights(&mut board, model, scene, view);
     tape::ends(&mut board, model, view);
     labels::draw(&mut board, model, scene, view);
     tape::label(&mut board, model, view);
-    overlays::names(&mut board, &model.theme, scene, view);
+    hollow::names(&mut board, look, scene, view);
     planner::seconds(&mut board, model, view);
     vehicles::keep_clear(&mut board, scene, view);
     paths::ends(&mut board, model, view);
-    regions::goal_labels(&mut board, model, opened, view);
+    goals::labels(&mut board, model, opened, view);
     let posts = signs::signs(&mut board, model, scene, view);
     signs::Placed { lights, posts }
 }

@@ -2,7 +2,6 @@
 
 pub mod ascii;
 pub mod claimed;
-pub mod fill;
 pub mod frame;
 pub mod highlight;
 pub mod hints;

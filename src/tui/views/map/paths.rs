@@ -1,38 +1,15 @@
-//! Past, recorded and predicted paths, each with its own line style.
+//! Predicted paths, each with its own line style.
 
 use ratatui::style::{Modifier, Style};
-use ratatui::widgets::canvas::{Context, Points};
 
 use super::label_placer::{Body, LabelPlacer};
-use super::lines::{CROSSES, stroke};
-use super::{CellView, Theme, color};
 use crate::geometry::Point;
-use crate::render::scene::{LineStyle, MapScene, Overlay, Owner, Role};
+use crate::render::cells::{CROSSES, CellView};
+use crate::render::scene::{LineStyle, Overlay, Role};
 use crate::tui::model::{Foreseen, Model, On};
 
 /// Marks the end of a constant-velocity path.
 const STRAIGHT: &str = "x";
-
-/// Lines behind everyone, dots ahead of them as far as they are recorded: a dot for every other step.
-pub fn trails(ctx: &mut Context<'_>, theme: &Theme, scene: &MapScene<'_>, view: &CellView) {
-    for trail in &scene.trails {
-        let (past, future) = match (trail.owner, trail.highlighted) {
-            (Owner::Ego, _) => (theme.ego_trail, theme.ego_trail),
-            (_, Some(_)) => (theme.trail, theme.picked),
-            (_, None) => (theme.trail, theme.trail),
-        };
-        for pair in trail.past.windows(2) {
-            let ends = [pair[0].1.pose.position, pair[1].1.pose.position];
-            stroke(ctx, view, &ends, past);
-        }
-        let ahead = trail.future.iter().step_by(2);
-        let coords: Vec<(f64, f64)> = ahead.map(|(_, m)| view.at(&m.pose.position)).collect();
-        ctx.draw(&Points {
-            coords: &coords,
-            color: future,
-        });
-    }
-}
 
 /// Predicted courses dashed, the way straight on as crosses: recorded futures are dots.
 pub fn predictions(model: &Model) -> Vec<Overlay> {
@@ -56,7 +33,7 @@ pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
     let alone = model.map.layers.paths == Foreseen::Picked;
     for future in &model.map.foresight.futures {
         let style = Style::new()
-            .fg(color(&model.theme, Role::ConstantVelocity))
+            .fg(super::look(model).color(Role::ConstantVelocity))
             .add_modifier(Modifier::BOLD);
         if let [first, .., end] = future.straight.as_slice()
             && (end - first).norm() > CROSSES * view.dot
@@ -70,7 +47,7 @@ pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
         {
             continue;
         }
-        let style = Style::new().fg(color(&model.theme, role(model, future.who)));
+        let style = Style::new().fg(super::look(model).color(role(model, future.who)));
         for (weight, course) in &future.courses {
             // Its end, or where it leaves the map.
             let end: Option<&Point> = course.iter().rfind(|p| view.sees_point(p));

@@ -1,56 +1,19 @@
-//! Regions: environment obstacles, occupancy sets, goals.
+//! Labels of goals: where, when and how fast.
 
-use ratatui::style::{Color, Modifier, Style};
-use ratatui::widgets::canvas::Context;
+use ratatui::style::{Modifier, Style};
 
+use super::CellView;
 use super::label_placer::{Body, LabelPlacer};
-use super::lines::outlines;
-use super::{CellView, Layers, Theme};
 use crate::geometry::{Bounds, Point};
-use crate::render::scene::{GoalArea, MapScene, RegionKind};
 use crate::scenario::{Goal, Position};
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
-use crate::tui::widgets::fill::Fill;
 
 /// Lanelets of a goal that are named.
 const NAMED: usize = 3;
 
-/// Static regions and goals.
-pub fn fixed(
-    ctx: &mut Context<'_>,
-    theme: &Theme,
-    layers: &Layers,
-    scene: &MapScene<'_>,
-    view: &CellView,
-) {
-    for goal in scene.goals.iter().filter(|_| layers.goal) {
-        if let GoalArea::Region(rings) = goal {
-            area(ctx, view, rings, theme.goal);
-        }
-    }
-    for region in &scene.regions {
-        if region.kind == RegionKind::Environment {
-            outlines(ctx, view, &region.rings, theme.static_obstacle);
-        }
-    }
-}
-
-/// Where phantom obstacles and those with occupancy sets may be at the step, as areas.
-pub fn occupancies(ctx: &mut Context<'_>, theme: &Theme, scene: &MapScene<'_>, view: &CellView) {
-    for region in &scene.regions {
-        if region.kind == RegionKind::Occupancy {
-            let color = match region.highlighted {
-                Some(_) => theme.picked,
-                None => theme.obstacle,
-            };
-            area(ctx, view, &region.rings, color);
-        }
-    }
-}
-
 /// Labels of goals: lanelets, times, speeds.
-pub fn goal_labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &CellView) {
+pub fn labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &CellView) {
     if !model.map.layers.goal {
         return;
     }
@@ -128,15 +91,6 @@ pub fn words(goal: &Goal, dt: f64) -> String {
         });
     }
     words.join(" · ")
-}
-
-/// Outlines with dots inside.
-fn area(ctx: &mut Context<'_>, view: &CellView, rings: &[Vec<Point>], color: Color) {
-    for ring in rings {
-        let corners: Vec<(f64, f64)> = ring.iter().map(|p| view.at(p)).collect();
-        ctx.draw(&Fill::dotted(&corners, color));
-    }
-    outlines(ctx, view, rings, color);
 }
 
 #[cfg(test)]

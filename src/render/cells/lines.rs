@@ -1,9 +1,9 @@
 //! Lines of dots: strokes, dashes, thick lines, rows of crosses.
 
 use ratatui::style::Color;
-use ratatui::widgets::canvas::{Context, Line, Points};
 
 use super::CellView;
+use super::canvas::Canvas;
 use crate::geometry::Point;
 use crate::render::scene::{LineStyle, offset};
 
@@ -20,78 +20,68 @@ const MOST_DASHES: f64 = 10_000.0;
 
 /// Draws an open line of the world in a style.
 pub fn styled(
-    ctx: &mut Context<'_>,
+    canvas: &mut Canvas<'_>,
     view: &CellView,
     line: &[Point],
     style: LineStyle,
     color: Color,
 ) {
     match style {
-        LineStyle::Solid => stroke(ctx, view, line, color),
+        LineStyle::Solid => stroke(canvas, view, line, color),
         LineStyle::Thick => {
-            stroke(ctx, view, line, color);
-            stroke(ctx, view, &offset(line, -view.dot), color);
+            stroke(canvas, view, line, color);
+            stroke(canvas, view, &offset(line, -view.dot), color);
         }
         LineStyle::Dashed => {
             let (on, off) = DASH;
-            dashes(ctx, view, line, (on * view.dot, off * view.dot), color);
+            dashes(canvas, view, line, (on * view.dot, off * view.dot), color);
         }
         LineStyle::Dotted => {
-            let mut coords = Vec::new();
-            walk(view, line, 0.0, SPARSE * view.dot, |at, _| coords.push(at));
-            ctx.draw(&Points {
-                coords: &coords,
-                color,
+            walk(view, line, 0.0, SPARSE * view.dot, |at, _| {
+                canvas.point(at, color)
             });
         }
         LineStyle::Crossed => walk(view, line, 0.0, CROSSES * view.dot, |at, _| {
-            cross(ctx, view, at, color);
+            cross(canvas, view, at, color);
         }),
     }
 }
 
 /// Draws an unbroken open line.
-pub fn stroke(ctx: &mut Context<'_>, view: &CellView, points: &[Point], color: Color) {
+pub fn stroke(canvas: &mut Canvas<'_>, view: &CellView, points: &[Point], color: Color) {
     for pair in points.windows(2) {
-        let ((x1, y1), (x2, y2)) = (view.at(&pair[0]), view.at(&pair[1]));
-        ctx.draw(&Line {
-            x1,
-            y1,
-            x2,
-            y2,
-            color,
-        });
+        canvas.line(view.at(&pair[0]), view.at(&pair[1]), color);
     }
 }
 
 /// Draws the outlines of a region.
-pub fn outlines(ctx: &mut Context<'_>, view: &CellView, rings: &[Vec<Point>], color: Color) {
+pub fn outlines(canvas: &mut Canvas<'_>, view: &CellView, rings: &[Vec<Point>], color: Color) {
     for ring in rings {
-        stroke(ctx, view, ring, color);
+        stroke(canvas, view, ring, color);
         if let [first, .., last] = ring.as_slice() {
-            stroke(ctx, view, &[*last, *first], color);
+            stroke(canvas, view, &[*last, *first], color);
         }
     }
 }
 
 /// Draws dashes along a line; lengths of dash and gap in metres.
 pub fn dashes(
-    ctx: &mut Context<'_>,
+    canvas: &mut Canvas<'_>,
     view: &CellView,
     line: &[Point],
     (on, off): (f64, f64),
     color: Color,
 ) {
     walk(view, line, on, off, |from, to| {
-        ctx.draw(&Line::new(from.0, from.1, to.0, to.1, color));
+        canvas.line(from, to, color);
     });
 }
 
 /// A cross of three dots by three.
-fn cross(ctx: &mut Context<'_>, view: &CellView, (x, y): (f64, f64), color: Color) {
+fn cross(canvas: &mut Canvas<'_>, view: &CellView, (x, y): (f64, f64), color: Color) {
     let d = view.dot;
     for side in [d, -d] {
-        ctx.draw(&Line::new(x - d, y - side, x + d, y + side, color));
+        canvas.line((x - d, y - side), (x + d, y + side), color);
     }
 }
 

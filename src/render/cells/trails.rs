@@ -1,0 +1,25 @@
+//! Where bodies have been as lines, where they will be as dots.
+
+use super::canvas::Canvas;
+use super::lines::stroke;
+use super::{Appearance, CellView};
+use crate::render::scene::{MapScene, Owner};
+
+/// Lines behind everyone, dots ahead of them as far as they are recorded: a dot for every other step.
+pub fn draw(canvas: &mut Canvas<'_>, look: &Appearance<'_>, scene: &MapScene<'_>, view: &CellView) {
+    let theme = look.theme;
+    for trail in &scene.trails {
+        let (past, future) = match (trail.owner, trail.highlighted) {
+            (Owner::Ego, _) => (theme.ego_trail, theme.ego_trail),
+            (_, Some(_)) => (theme.trail, theme.picked),
+            (_, None) => (theme.trail, theme.trail),
+        };
+        for pair in trail.past.windows(2) {
+            let ends = [pair[0].1.pose.position, pair[1].1.pose.position];
+            stroke(canvas, view, &ends, past);
+        }
+        for (_, motion) in trail.future.iter().step_by(2) {
+            canvas.point(view.at(&motion.pose.position), future);
+        }
+    }
+}
