@@ -105,7 +105,8 @@ impl Palette {
 
     /// The colours of a theme of the terminal. Names of colours and indices have no fixed colour: such roles keep the
     /// colours of the paper, or of a dark one.
-    fn themed(theme: &ThemeFile) -> Self {
+    #[must_use]
+    pub fn themed(theme: &ThemeFile) -> Self {
         let base = match theme.dark {
             true => Self {
                 background: Color::hex(0x15181d),

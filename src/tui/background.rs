@@ -5,7 +5,7 @@ use std::time::Duration;
 use terminal_colorsaurus::{QueryOptions, background_color};
 
 /// The longest that the first frame waits for the terminal's answer.
-const PATIENCE: Duration = Duration::from_millis(70);
+pub const PATIENCE: Duration = Duration::from_millis(70);
 
 /// The detected background.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -49,6 +49,8 @@ pub enum Msg {
     Tags(Result<Tags, String>),
     /// A frame is about to be drawn: what arrived takes its place.
     Drawing,
+    /// A frame was drawn.
+    Drawn,
     /// Models that servers on this machine serve.
     Discovered(Vec<Discovered>),
     /// The facts of a scenario, by its place in the list.

@@ -12,6 +12,7 @@ mod layout;
 mod loaded;
 mod message;
 mod model;
+mod pixels;
 mod reload;
 mod run;
 mod screens;

@@ -45,9 +45,9 @@ pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use judgements::Judgements;
-pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, Readings};
+pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, MapPicture, Readings};
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
-pub use look::{Glyphs, Look, themes_shown};
+pub use look::{Glyphs, Look, MapChoice, themes_shown};
 pub use map::{
     Detail, End, Foreseen, Foresight, Future, Layers, Measurement, On, PathRequest, Tape, Tools,
     as_text,

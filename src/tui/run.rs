@@ -186,6 +186,7 @@ impl Loop {
                     TerminationSignal::Job(JobSignal::Continue) => {
                         if job_control::was_continued() {
                             self.screen.take_again()?;
+                            self.model.map.images.forget();
                             self.model.size = self.screen.size()?;
                             pace.change();
                         }
@@ -220,6 +221,7 @@ impl Loop {
                         // The event stream would read the shell's keys.
                         events.close().await;
                         self.screen.suspend()?;
+                        self.model.map.images.forget();
                         events = Events::listen(false);
                         self.model.size = self.screen.size()?;
                         pace.change();
@@ -257,6 +259,9 @@ impl Loop {
                 self.apply(Msg::Drawing)?;
                 self.screen.draw(|frame| views::draw(frame, &self.model))?;
                 pace.drawn(Instant::now());
+                if self.model.map.images.encoder.is_some() {
+                    self.apply(Msg::Drawn)?;
+                }
                 self.tried.drawn(self.model.opening.is_some());
             }
         }
@@ -317,6 +322,7 @@ impl Loop {
             }
         };
         self.screen.take_again()?;
+        self.model.map.images.forget();
         let edited = edited.unwrap_or_else(|error| Err(format!("the editor: {error}")));
         Ok((edited, ends))
     }

@@ -91,9 +91,10 @@ fn read(
 pub fn paint(model: &Model) -> Result<Screen, String> {
     let backend = TestBackend::new(model.size.0, model.size.1);
     let mut terminal = Terminal::new(backend).map_err(|e| e.to_string())?;
-    terminal
-        .draw(|frame| views::draw(frame, model))
-        .map_err(|e| e.to_string())?;
+    model.drawn.draw_for_picture(true);
+    let drawn = terminal.draw(|frame| views::draw(frame, model));
+    model.drawn.draw_for_picture(false);
+    drawn.map_err(|e| e.to_string())?;
     let palette = match model.theme.dark {
         true => "dark",
         false => "light",

@@ -1,7 +1,5 @@
 //! The terminal: a guard owns raw mode, alternate screen, mouse, paste and cursor, and restores them all.
 
-mod base64;
-
 use std::io::{self, IsTerminal, Stdout, Write, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -25,10 +23,11 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-use self::base64::base64;
 use super::keymap::Key;
 use super::message::{Mouse, Msg};
 use crate::system::job_control;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 
 /// Whether the terminal is ours at the moment.
 static TAKEN: AtomicBool = AtomicBool::new(false);
@@ -108,7 +107,7 @@ impl Screen {
     /// The terminal is gone.
     pub fn copy(&mut self, text: &str) -> io::Result<()> {
         let mut out = stdout();
-        write!(out, "\x1b]52;c;{}\x07", base64(text.as_bytes()))?;
+        write!(out, "\x1b]52;c;{}\x07", STANDARD.encode(text))?;
         out.flush()
     }
 

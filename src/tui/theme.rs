@@ -16,6 +16,7 @@ use super::user_file::{all_visible, first};
 use crate::settings::{self, NamedTheme, ThemeColor, ThemeFile};
 
 pub use crate::settings::{AUTO, ROLES};
+pub use color::components;
 pub use depth::ColorDepth;
 pub use preview::preview;
 

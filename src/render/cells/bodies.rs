@@ -5,7 +5,7 @@ use ratatui::style::Color;
 use super::canvas::Canvas;
 use super::color::mix;
 use super::lines::{outlines, stroke};
-use super::{Appearance, CellView};
+use super::{Appearance, CellView, MapStyle};
 use crate::geometry::{Point, Vector};
 use crate::render::scene::{Body, MapScene, Owner};
 use crate::scenario::Signal;
@@ -16,7 +16,7 @@ const AHEAD: f64 = 0.5;
 const STANDING: f64 = 0.3;
 /// A body of fewer dots than this is not hollow: its outline would be a blot.
 const OUTLINE: f64 = 9.0;
-/// A body of fewer dots than this has no windscreen, but a pointed front.
+/// A body of fewer parts of blocks than this has no windscreen.
 const SCREENED: f64 = 7.0;
 /// A body of fewer dots than this is an arrow: its heading does not show otherwise.
 const ARROW: f64 = 5.0;
@@ -25,7 +25,7 @@ const POINTED: f64 = 0.6;
 /// The windscreen, in parts of the length from the rear.
 const SCREEN: (f64, f64) = (0.62, 0.80);
 /// How dark the windscreen is: the part of the way from the body's colour to the road's.
-const GLASS: f64 = 0.72;
+const GLASS: f64 = 0.55;
 
 /// Arrows by eighths of a turn, from the right to the left.
 const ARROWS: [&str; 8] = ["→", "↗", "↑", "↖", "←", "↙", "↓", "↘"];
@@ -38,8 +38,9 @@ pub fn draw<'a>(
     view: &CellView,
 ) {
     for body in bodies {
-        if !is_arrow(view, body) {
-            filled(canvas, look, view, body);
+        let heading = Heading::new(look, view, body);
+        if heading != Heading::Alone {
+            filled(canvas, look, view, body, heading);
         }
     }
 }
@@ -51,10 +52,38 @@ pub fn heading_arrow(direction: &Vector) -> &'static str {
     ARROWS[(eighths.round() as i64).rem_euclid(8).unsigned_abs() as usize % 8]
 }
 
-/// Whether a body is too small for its heading to show.
-#[must_use]
-pub fn is_arrow(view: &CellView, body: &Body<'_>) -> bool {
-    2.0 * body.footprint.reach() < ARROW * view.dot
+/// What shows where a body is headed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Heading {
+    /// An arrow in place of the body, which is too small.
+    Alone,
+    /// An arrow on the body.
+    OnBody,
+    /// A pointed front.
+    Pointed,
+    /// Its windscreen.
+    Windscreen,
+    /// Nothing: it stands, or has no front.
+    None,
+}
+
+impl Heading {
+    /// That of a body, by how many dots and parts of blocks it is long.
+    #[must_use]
+    pub fn new(look: &Appearance<'_>, view: &CellView, body: &Body<'_>) -> Self {
+        if 2.0 * body.footprint.reach() < ARROW * view.dot {
+            return Self::Alone;
+        }
+        let parts = body.length() / view.block(look.style);
+        match look.style {
+            _ if body.stands || !body.has_front => Self::None,
+            MapStyle::Ascii => Self::OnBody,
+            _ if parts >= SCREENED => Self::Windscreen,
+            MapStyle::Cells(_) => Self::OnBody,
+            MapStyle::Braille if body.rings.len() == 1 => Self::Pointed,
+            MapStyle::Braille => Self::None,
+        }
+    }
 }
 
 /// Lines from the fronts, as long as the way of the next half second; under the bodies they cross.
@@ -80,7 +109,13 @@ pub fn velocities(
     }
 }
 
-fn filled(canvas: &mut Canvas<'_>, look: &Appearance<'_>, view: &CellView, body: &Body<'_>) {
+fn filled(
+    canvas: &mut Canvas<'_>,
+    look: &Appearance<'_>,
+    view: &CellView,
+    body: &Body<'_>,
+    heading: Heading,
+) {
     let color = look.color(body.role);
     let dots = body.length() / view.dot;
     if body.stands && !look.style.has_backgrounds() && dots >= OUTLINE {
@@ -89,7 +124,7 @@ fn filled(canvas: &mut Canvas<'_>, look: &Appearance<'_>, view: &CellView, body:
         let front = [body.motion.pose.position, body.point(body.along.1, 0.0)];
         return stroke(canvas, view, &front, color);
     }
-    let pointed = !body.stands && dots < SCREENED && body.rings.len() == 1;
+    let pointed = heading == Heading::Pointed;
     for ring in &body.rings {
         match pointed {
             true => part(canvas, view, body, ring, (f64::MIN, POINTED), color),
@@ -111,8 +146,10 @@ fn filled(canvas: &mut Canvas<'_>, look: &Appearance<'_>, view: &CellView, body:
             &[body.point(base, left), tip, body.point(base, right)],
             color,
         );
-    } else if !body.stands && body.has_front {
+    } else if heading == Heading::Windscreen {
         windscreen(canvas, look, view, body, color);
+    }
+    if body.has_front {
         lamps(canvas, look, view, body);
     }
 }

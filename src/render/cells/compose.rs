@@ -37,13 +37,22 @@ pub fn compose(style: MapStyle, sample: &Sample<'_>) -> Option<Glyph> {
         GROUND.. if areas > GROUND => areas + 1,
         _ => GROUND,
     };
-    if lines >= line {
+    if lines >= line && !is_edge(style, sample) {
         return Some(lined(style, sample, line, lines));
     }
     if areas == 0 {
         return None;
     }
-    Some(filled(style, sample.areas))
+    filled(style, sample.areas)
+}
+
+/// Whether surfaces meet here and nothing but markings runs along: the edge of the surface shows where they are.
+fn is_edge(style: MapStyle, sample: &Sample<'_>) -> bool {
+    let first = sample.areas[0];
+    style.has_backgrounds()
+        && sample.areas.iter().any(|dot| !same(dot, &first))
+        && sample.areas.iter().all(|dot| dot.layer <= GROUND)
+        && sample.lines.iter().all(|dot| dot.layer == 0 || dot.faint)
 }
 
 /// Braille dots of the lines from a layer on, in the colour of the topmost.
@@ -81,61 +90,46 @@ fn lined(style: MapStyle, sample: &Sample<'_>, from: u8, top: u8) -> Glyph {
 }
 
 /// A block of the two colours that matter most.
-fn filled(style: MapStyle, areas: &[Dot]) -> Glyph {
-    let [first, second] = ranked(areas);
-    let (front, back) = match (first, second) {
-        (Some(a), Some(b)) if b.layer > a.layer => (b, Some(a)),
-        (Some(a), other) => (a, other),
-        (None, _) => unreachable_empty(),
+fn filled(style: MapStyle, areas: &[Dot]) -> Option<Glyph> {
+    let (front, back) = match ranked(areas) {
+        [Some(a), Some(b)] if b.layer > a.layer => (b, Some(a)),
+        [Some(a), other] => (a, other),
+        [None, _] => return None,
     };
-    let is_front = |dot: &Dot| match back {
+    let is_front = |dot: &Dot| match back.filter(|_| style.has_backgrounds()) {
         Some(back) => same(dot, &front) || !same(dot, &back) && dot.layer > back.layer,
+        // Without backgrounds, bodies in one cell have one colour.
         None => dot.layer > 0,
     };
-    let mask = areas.iter().enumerate();
-    let mask = mask.fold(0_usize, |mask, (i, dot)| {
+    let parts = areas.iter().enumerate();
+    let mask = parts.fold(0_usize, |mask, (i, dot)| {
         mask | usize::from(is_front(dot)) << i
     });
-    let full = (1 << areas.len()) - 1;
     if style == MapStyle::Ascii {
-        let symbol = if mask.count_ones() as usize * 2 >= areas.len() {
-            '#'
-        } else {
-            '+'
+        let symbol = match mask.count_ones() as usize * 2 >= areas.len() {
+            true => '#',
+            false => '+',
         };
-        return Glyph {
+        return Some(Glyph {
             symbol,
             style: Style::new().fg(front.color),
-        };
+        });
     }
-    let back = back.filter(|back| back.layer > 0);
+    let full = (1 << areas.len()) - 1;
     if style.has_backgrounds() && mask == full {
-        return Glyph {
+        return Some(Glyph {
             symbol: ' ',
             style: Style::new().bg(front.color),
-        };
+        });
     }
     let mut shown = Style::new().fg(front.color);
-    if let Some(back) = back {
-        match style.has_backgrounds() {
-            true => shown = shown.bg(back.color),
-            // Two bodies in one cell: without backgrounds only the upper one is seen.
-            false => {}
-        }
+    if let Some(back) = back.filter(|_| style.has_backgrounds()) {
+        shown = shown.bg(back.color);
     }
-    Glyph {
+    Some(Glyph {
         symbol: style.blocks().symbol(mask),
         style: shown,
-    }
-}
-
-fn unreachable_empty() -> (Dot, Option<Dot>) {
-    let empty = Dot {
-        layer: 0,
-        color: Color::Reset,
-        faint: false,
-    };
-    (empty, None)
+    })
 }
 
 fn same(a: &Dot, b: &Dot) -> bool {

@@ -25,7 +25,7 @@ use super::scene::{MapScene, Role};
 use crate::settings::Theme;
 
 pub use blocks::Blocks;
-pub use bodies::{heading_arrow, is_arrow};
+pub use bodies::{Heading, heading_arrow};
 pub use lines::CROSSES;
 pub use view::CellView;
 

@@ -10,7 +10,7 @@ use crate::geometry::Point;
 use crate::render::scene::{GoalArea, MapScene, RegionKind};
 
 /// How much of its own colour an area has over the road.
-const TINT: f64 = 0.35;
+const TINT: f64 = 0.22;
 
 /// Static regions and goals.
 pub fn fixed(

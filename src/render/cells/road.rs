@@ -114,8 +114,12 @@ pub fn markings(
 ) {
     canvas.faint(true);
     if look.markings && view.dot <= CLOSE {
+        let color = match look.style.has_backgrounds() {
+            true => mix(look.theme.map_road, look.theme.map_marking, 0.3),
+            false => look.theme.lane_dashed,
+        };
         for arrow in scene.surfaces.iter().flat_map(|s| &s.arrows) {
-            direction(canvas, view, arrow, look.theme.lane_dashed);
+            direction(canvas, view, arrow, color);
         }
     }
     // Later strokes colour the cell: what is painted comes last of all.

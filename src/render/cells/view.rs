@@ -2,6 +2,7 @@
 
 use std::ops::Deref;
 
+use super::MapStyle;
 use crate::geometry::{Bounds, Point, Pose, Vector, part_within};
 use crate::render::scene::Viewport;
 
@@ -33,6 +34,13 @@ impl CellView {
             cell,
             dot: (cell.0 / 2.0).max(cell.1 / 4.0),
         }
+    }
+
+    /// Metres of a part of a block character, the longer way.
+    #[must_use]
+    pub fn block(&self, style: MapStyle) -> f64 {
+        let (across, down) = style.blocks().per_cell();
+        (self.cell.0 / across as f64).max(self.cell.1 / down as f64)
     }
 
     /// The part of a line on the canvas that may be seen, from 0 (its beginning) to 1; with some dots around the map.

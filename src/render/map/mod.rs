@@ -12,7 +12,7 @@ mod road;
 use super::Color;
 use super::display::{Area, Picture, Spot, Stroke};
 use super::palette::Palette;
-use super::scene::{MapScene, Role};
+use super::scene::{MapScene, Overlay, Role};
 use super::view::View;
 use crate::geometry::Point;
 
@@ -42,10 +42,17 @@ impl Map<'_> {
         picture.group("map", clip, |p| {
             road::draw(self, p);
             p.group("goals", None, |p| regions::goals(self, p));
+            if !self.scene.underlays.is_empty() {
+                p.group("underlays", None, |p| {
+                    overlays::draw(self, p, &self.scene.underlays)
+                });
+            }
             p.group("signs", None, |p| posts::draw(self, p));
             p.group("regions", None, |p| regions::draw(self, p));
             p.group("trails", None, |p| bodies::trails(self, p));
-            p.group("variation", None, |p| overlays::draw(self, p));
+            let variation = self.scene.overlays.iter().chain(&self.scene.variation);
+            let variation: Vec<Overlay> = variation.cloned().collect();
+            p.group("variation", None, |p| overlays::draw(self, p, &variation));
             p.group("obstacles", None, |p| {
                 let bodies = self.scene.bodies.iter();
                 bodies.for_each(|body| bodies::draw(self, p, body));
@@ -60,6 +67,9 @@ impl Map<'_> {
         let mut contacts = Vec::new();
         picture.group("contact", clip, |p| contacts = contact::draw(self, p));
         picture.group("labels", clip, |p| labels::draw(self, p, &taken, &contacts));
+        if !self.scene.top.is_empty() {
+            picture.group("top", clip, |p| overlays::draw(self, p, &self.scene.top));
+        }
         picture.rectangle(&area, None, Some(Stroke::new(self.palette.dim, 0.5)));
     }
 

@@ -5,8 +5,8 @@ use crate::render::display::{Picture, Stroke};
 use crate::render::scene::{LineStyle, Outline, Overlay};
 
 /// Draws them.
-pub fn draw(map: &Map<'_>, picture: &mut Picture) {
-    for overlay in &map.scene.variation {
+pub fn draw(map: &Map<'_>, picture: &mut Picture, overlays: &[Overlay]) {
+    for overlay in overlays {
         match overlay {
             Overlay::Path(path) => {
                 let color = map.color(path.role);

@@ -399,7 +399,7 @@ mod tests {
                 bound(-3.0, LineMarking::Unknown),
             ),
         ];
-        let found = borders(&lanelets);
+        let found = borders(&lanelets, &[]);
         let lines: Vec<_> = found.iter().map(|b| (b.points[0].y, b.lines)).collect();
         assert_eq!(
             lines,

@@ -10,6 +10,7 @@ use crate::metrics::{Measure, Series, Thresholds};
 use crate::scenario::{Scene, Window};
 use crate::tui::loaded::{Measured, plotted};
 use crate::tui::model::{Document, Future, PathRequest};
+use crate::tui::pixels::{ImageRequest, MapImage};
 use crate::verdict::Task;
 
 /// Numbers the requests for every measure; what an old one gives is dropped.
@@ -34,6 +35,8 @@ pub enum Computation {
     Judge(Arc<Scene>, Task, Vec<(i64, i64)>, Arc<Thresholds>),
     /// Predicted paths of obstacles.
     Paths(PathRequest),
+    /// The map as an image.
+    MapImage(Box<ImageRequest>),
     /// Claims of an answer, checked against the scene.
     Claims(Arc<Document>, Arc<Scene>),
 }
@@ -49,6 +52,8 @@ pub enum Computed {
     Judged(Arc<Scene>, Task, Arc<Thresholds>, Vec<WindowJudgement>),
     /// Predicted paths.
     Paths(PathRequest, Vec<Future>),
+    /// The map as an image, or why there is none.
+    MapImage(Result<MapImage, String>),
     /// The claims of a document, by its key.
     Claims(u64, Vec<CheckedClaim>),
 }
@@ -82,6 +87,7 @@ impl Computation {
                 let futures = request.predict();
                 Computed::Paths(request, futures)
             }
+            Self::MapImage(request) => Computed::MapImage(request.run()),
             Self::Claims(document, scene) => {
                 let subject = Subject {
                     scene: &scene,

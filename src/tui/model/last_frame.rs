@@ -6,6 +6,7 @@ use ratatui::layout::{Position, Rect};
 
 use super::{Border, Pane, ResultsDrawn, ShownAnswer};
 use crate::geometry::Point;
+use crate::render::Picture;
 use crate::tui::action::Action;
 use crate::tui::widgets::long_text::Reading;
 
@@ -23,6 +24,8 @@ pub struct LastFrame {
     list: RefCell<Option<Rect>>,
     columns: RefCell<Vec<(Extent, Vec<usize>)>>,
     /// The rows of the reasoning in which claims begin.
+    for_picture: Cell<bool>,
+    picture: RefCell<Option<MapPicture>>,
     claims: RefCell<Vec<usize>>,
     /// Long texts as they were drawn last.
     pub readings: RefCell<Readings>,
@@ -113,7 +116,39 @@ pub struct MapDrawn {
     pub row: f64,
 }
 
+/// The map as a picture, to be made an image.
+#[derive(Debug)]
+pub struct MapPicture {
+    /// What is on it.
+    pub picture: Picture,
+    /// Its resolution.
+    pub dpi: f64,
+    /// The columns and rows that it fills.
+    pub cells: (u16, u16),
+}
+
 impl LastFrame {
+    /// What is drawn until the next call is a picture of the screen, in which there are no images, or no longer.
+    pub fn draw_for_picture(&self, on: bool) {
+        self.for_picture.set(on);
+    }
+
+    /// Whether a picture of the screen is drawn.
+    #[must_use]
+    pub fn is_for_picture(&self) -> bool {
+        self.for_picture.get()
+    }
+
+    /// The map is to be shown as this picture.
+    pub fn set_picture(&self, picture: MapPicture) {
+        *self.picture.borrow_mut() = Some(picture);
+    }
+
+    /// Takes the picture of the map that was drawn last.
+    pub fn take_picture(&self) -> Option<MapPicture> {
+        self.picture.borrow_mut().take()
+    }
+
     /// Begins a new frame.
     pub fn clear(&self) {
         self.panes.borrow_mut().clear();

@@ -2,6 +2,7 @@
 
 mod details;
 mod foresight;
+mod image;
 mod layers;
 mod tape;
 
@@ -9,6 +10,7 @@ use ratatui::layout::Position;
 
 pub use details::{Detail, as_text};
 pub use foresight::{Foresight, Future, PathRequest};
+pub use image::Images;
 pub use layers::{Foreseen, Layers};
 pub use tape::{End, Measurement, On, Tape};
 
@@ -21,6 +23,8 @@ pub struct Tools {
     pub layers: Layers,
     /// Paths into the future, as far as they are shown.
     pub foresight: Foresight,
+    /// The map as an image.
+    pub images: Images,
     /// The measuring tape, if it is out.
     pub tape: Option<Tape>,
     /// Where the mouse took hold of the map, and whether it moved since.

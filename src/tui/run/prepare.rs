@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::super::background::{self, Background};
 use super::super::keymap::{Keymap, Preset};
-use super::super::model::{Glyphs, Look, Model, Prices};
+use super::super::model::{Glyphs, Look, MapChoice, Model, Prices};
+use super::super::pixels::{self, Encoder};
 use super::super::session::SavedLocation;
 use super::super::session::{self, restore};
 use super::super::tasks::thresholds;
@@ -48,7 +49,14 @@ pub fn prepare(
     complaints.extend(environment.problems.iter().cloned());
     let offers = registry.offers(&environment, jiff::Zoned::now().date());
     let asked = asked.and_then(|asking| asking.join().ok());
-    let background = asked.unwrap_or_else(|| background::of_environment(env));
+    let mut background = asked.unwrap_or_else(|| background::of_environment(env));
+    let map = MapChoice::of_config(config.map.as_deref());
+    let encoder = match pixels::is_worth_asking(map, env) {
+        true => Encoder::ask(background::PATIENCE),
+        false => None,
+    };
+    // An answer may still come.
+    background.late |= encoder.is_none() && pixels::is_worth_asking(map, env);
     let theme = Theme::load(&chosen, &folders.themes(), background.dark).unwrap_or_else(|error| {
         complaints.push(format!("{error}; the default colours are in use"));
         Theme::default_for(background.dark)
@@ -69,6 +77,10 @@ pub fn prepare(
     look.configure_map(&config);
     let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
     model.look = look;
+    if map == MapChoice::Pixels && encoder.is_none() {
+        complaints.push("the terminal shows no images; the map is drawn in cells".into());
+    }
+    model.map.images.encoder = encoder;
     model.compare.person = model.config.person();
     model.driver.forecast = model.config.planning(default_planning()).forecast;
     // The seed need not be secret: no one has to predict the order of answers.

@@ -138,6 +138,8 @@ pub(super) fn seen_in_every_theme(
     size: (u16, u16),
     selects: bool,
 ) -> String {
+    // As cells, the map divides by colours; without them it is drawn like this.
+    bench.model.look.map = crate::tui::model::MapChoice::Braille;
     let dark = drawn(bench, Theme::default_for(true), size);
     let plain = drawn(
         bench,

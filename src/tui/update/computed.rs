@@ -46,6 +46,11 @@ pub fn take(model: &mut Model, value: Computed) {
             answers::judged(model, (&scene, task), &thresholds, &found);
         }
         Computed::Paths(request, futures) => model.map.foresight.take(&request, futures),
+        Computed::MapImage(image) => {
+            if let Err(why) = model.map.images.take(image) {
+                model.complain(format!("the map is drawn in cells: {why}"));
+            }
+        }
         Computed::Claims(key, claims) => model.claims.take(key, claims),
     }
 }

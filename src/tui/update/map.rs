@@ -28,6 +28,14 @@ pub fn request(model: &mut Model) -> Option<Computation> {
     request.map(Computation::Paths)
 }
 
+/// Requests the image of the map as it was drawn last, where the terminal shows images.
+pub fn image(model: &mut Model) -> Option<Computation> {
+    let drawn = model.drawn.take_picture()?;
+    let images = &mut model.map.images;
+    let request = images.request(drawn.picture, drawn.dpi, drawn.cells)?;
+    Some(Computation::MapImage(Box::new(request)))
+}
+
 /// Cycles the shown paths: none, the picked obstacle's, those of all near the ego.
 pub fn next_paths(model: &mut Model) {
     model.map.layers.paths = model.map.layers.paths.next();

@@ -99,6 +99,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Drawing => list::drawing(model),
+        Msg::Drawn => map::image(model).map(Effect::Compute).into_iter().collect(),
         Msg::Discovered(found) => {
             answers::offer(model, found);
             Vec::new()

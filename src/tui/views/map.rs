@@ -2,6 +2,7 @@
 
 mod goals;
 mod hollow;
+mod image;
 mod label_placer;
 mod labels;
 mod legend;
@@ -21,7 +22,7 @@ use unicode_width::UnicodeWidthStr;
 
 use self::label_placer::LabelPlacer;
 use crate::render::Subject;
-use crate::render::cells::{self, Appearance, CellView};
+use crate::render::cells::{self, Appearance, CellView, MapStyle};
 use crate::render::scene::{MapRequest, MapScene, RegionKind, TrailSpan, Viewport};
 use crate::tui::loaded::Opened;
 use crate::tui::model::{MapDrawn, Model, On, Pane};
@@ -79,25 +80,45 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         cell,
         row,
     });
-    let scene = scene(model, opened, view.seen, step);
+    if let Some(encoder) = image::encoder(model) {
+        image::request(model, opened, encoder, (inner, &view), step);
+        if let Some(shown) = image::shown(model, encoder, inner) {
+            shown.draw(f, inner);
+            bottom_line(f, inner, model, opened, step, None);
+            return legend::draw(f, area, model, signs::Placed::default());
+        }
+    }
+    let scene = MapScene::new(&request(model, opened, view.seen, step));
+    let scene = with_layers(scene, model, step);
     cells::draw(f.buffer_mut(), inner, &scene, &view, &look(model));
     let shown = write(f, inner, model, opened, (&scene, &view));
-    bottom_line(f, inner, model, opened, step, cell);
+    bottom_line(f, inner, model, opened, step, Some(cell));
     legend::draw(f, area, model, shown);
 }
 
 /// How the map is drawn in this terminal.
 pub fn look(model: &Model) -> Appearance<'_> {
+    let theme = &model.theme;
+    let style = match model.look.map_style() {
+        // A theme without colours for the road.
+        MapStyle::Cells(_) if theme.map_road == theme.map_ground => MapStyle::Braille,
+        style => style,
+    };
     Appearance {
-        style: model.look.map_style(),
-        theme: &model.theme,
+        style,
+        theme,
         markings: model.map.layers.lanes,
     }
 }
 
-/// What is seen at a step, with what only the workbench shows.
-fn scene<'a>(model: &'a Model, opened: &'a Opened, viewport: Viewport, step: i64) -> MapScene<'a> {
-    let mut scene = MapScene::new(&MapRequest {
+/// What is to be seen at a step.
+fn request<'a>(
+    model: &'a Model,
+    opened: &'a Opened,
+    viewport: Viewport,
+    step: i64,
+) -> MapRequest<'a> {
+    MapRequest {
         subject: Subject {
             scenario: &opened.scenario,
             scene: opened.scene.as_deref(),
@@ -109,7 +130,11 @@ fn scene<'a>(model: &'a Model, opened: &'a Opened, viewport: Viewport, step: i64
         series: opened.series.as_ref(),
         variation: model.variant().and_then(|shown| shown.variation()),
         trails: TRAILS,
-    });
+    }
+}
+
+/// The scene with the layers that are on, and with what only the workbench shows.
+fn with_layers<'a>(mut scene: MapScene<'a>, model: &'a Model, step: i64) -> MapScene<'a> {
     let layers = &model.map.layers;
     if !layers.variant {
         scene.variation.clear();
@@ -179,14 +204,14 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
     f.render_widget(words, area);
 }
 
-/// A round length at the lower left, the picked obstacle in words at the lower right.
+/// A round length at the lower left, unless an image has its own; the picked obstacle in words at the lower right.
 fn bottom_line(
     f: &mut Frame<'_>,
     area: Rect,
     model: &Model,
     opened: &Opened,
     step: i64,
-    cell: f64,
+    cell: Option<f64>,
 ) {
     let row = Rect {
         y: area.bottom() - 1,
@@ -194,7 +219,7 @@ fn bottom_line(
         ..area
     };
     let mut left = usize::from(area.width);
-    if let Some(bar) = scale_bar(area, cell) {
+    if let Some(bar) = cell.and_then(|cell| scale_bar(area, cell)) {
         let width = bar.width();
         left = left.saturating_sub(width + 2);
         let style = Style::new().fg(model.theme.dim);

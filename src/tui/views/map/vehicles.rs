@@ -3,7 +3,7 @@
 use ratatui::style::{Modifier, Style};
 
 use super::label_placer::{Body, LabelPlacer};
-use crate::render::cells::{Appearance, CellView, heading_arrow, is_arrow};
+use crate::render::cells::{Appearance, CellView, Heading, heading_arrow};
 use crate::render::scene::{Importance, MapScene};
 
 /// Bodies that are too small for their heading to show are arrows, the ego on top.
@@ -14,17 +14,31 @@ pub fn arrows(
     view: &CellView,
 ) {
     let all = scene.bodies.iter().chain(&scene.ego);
-    for body in all.filter(|body| is_arrow(view, body)) {
+    for body in all {
         let mut style = Style::new().fg(look.color(body.role));
+        match Heading::new(look, view, body) {
+            Heading::Alone => {}
+            Heading::OnBody if look.style.has_backgrounds() => {
+                style = Style::new()
+                    .fg(look.theme.map_ground)
+                    .bg(look.color(body.role));
+            }
+            Heading::OnBody => style = style.add_modifier(Modifier::REVERSED),
+            Heading::Pointed | Heading::Windscreen | Heading::None => continue,
+        }
         if body.importance >= Importance::Danger {
             style = style.add_modifier(Modifier::BOLD);
         }
         let pose = body.motion.pose;
+        let middle = match body.stands {
+            true => pose.position,
+            false => body.point(body.part(0.5), 0.0),
+        };
         let glyph = match body.stands {
             true => "▪",
             false => heading_arrow(&view.turned(&pose.forward())),
         };
-        board.put(view.at(&pose.position), glyph, style);
+        board.put(view.at(&middle), glyph, style);
     }
 }
 

@@ -1,0 +1,65 @@
+//! The map as an image: what was requested last, and what is there.
+
+use crate::render::Picture;
+use crate::tui::pixels::{Encoder, ImageRequest, MapImage};
+
+/// The map as an image, where the terminal shows images.
+#[derive(Debug, Default)]
+pub struct Images {
+    /// How images are sent; `None` where the terminal shows none.
+    pub encoder: Option<Encoder>,
+    /// What is shown.
+    pub shown: Option<MapImage>,
+    requested: Option<(Picture, (u16, u16))>,
+    is_pending: bool,
+    count: u64,
+}
+
+impl Images {
+    /// The request for a picture, unless it is that of the last one, or one is being made: the next frame asks anew.
+    pub fn request(
+        &mut self,
+        picture: Picture,
+        dpi: f64,
+        cells: (u16, u16),
+    ) -> Option<ImageRequest> {
+        let encoder = self.encoder.clone()?;
+        let known = |(last, size): &(Picture, (u16, u16))| *last == picture && *size == cells;
+        if self.is_pending || self.requested.as_ref().is_some_and(known) {
+            return None;
+        }
+        self.is_pending = true;
+        self.count += 1;
+        self.requested = Some((picture.clone(), cells));
+        Some(ImageRequest {
+            picture,
+            dpi,
+            cells,
+            count: self.count,
+            encoder,
+        })
+    }
+
+    /// Takes an image; the first one that cannot be made ends them.
+    ///
+    /// # Errors
+    /// It could not be made.
+    pub fn take(&mut self, image: Result<MapImage, String>) -> Result<(), String> {
+        self.is_pending = false;
+        match image {
+            Ok(image) => self.shown = Some(image),
+            Err(why) => {
+                self.forget();
+                self.encoder = None;
+                return Err(why);
+            }
+        }
+        Ok(())
+    }
+
+    /// The terminal has lost its images, or the map is drawn in another way.
+    pub fn forget(&mut self) {
+        self.shown = None;
+        self.requested = None;
+    }
+}

@@ -1,0 +1,65 @@
+//! The map as an image: what it is to show, and whether it can be shown.
+
+use ratatui::layout::Rect;
+
+use super::{CellView, MapScene, request as scene_request, with_layers};
+use crate::render::{MapPage, Palette};
+use crate::settings::ThemeColor;
+use crate::tui::loaded::Opened;
+use crate::tui::model::{MapChoice, MapPicture, Model};
+use crate::tui::pixels::{Encoder, MapImage};
+use crate::tui::theme::components;
+
+/// How images are sent, where the map is to be one.
+pub fn encoder(model: &Model) -> Option<&Encoder> {
+    let chosen = matches!(model.look.map, MapChoice::Auto | MapChoice::Pixels);
+    let encoder = model.map.images.encoder.as_ref();
+    encoder.filter(|_| chosen && !model.drawn.is_for_picture())
+}
+
+/// Draws the picture that the image is to show.
+pub fn request(
+    model: &Model,
+    opened: &Opened,
+    encoder: &Encoder,
+    (area, view): (Rect, &CellView),
+    step: i64,
+) {
+    let (width, height) = encoder.cell();
+    let page = MapPage {
+        pixels: (
+            width * u32::from(area.width),
+            height * u32::from(area.height),
+        ),
+        line: f64::from(height),
+        frame: view.frame,
+        width: 2.0 * view.half.0,
+    };
+    let request = scene_request(model, opened, page.viewport(), step);
+    let scene = with_layers(MapScene::new(&request), model, step);
+    let picture = page.draw(&request, scene, &palette(model));
+    model.drawn.set_picture(MapPicture {
+        picture,
+        dpi: page.dpi(),
+        cells: (area.width, area.height),
+    });
+}
+
+/// The image, where it fills the area and nothing lies over it. What covers it would leave marks at terminals that
+/// paint it once; there, and below windows, the map is drawn in cells.
+pub fn shown<'a>(model: &'a Model, encoder: &Encoder, area: Rect) -> Option<&'a MapImage> {
+    let covered = !model.screens.is_empty()
+        || !model.look.pending.is_empty()
+        || !encoder.can_be_covered() && !model.toasts.is_empty();
+    let shown = model.map.images.shown.as_ref();
+    shown.filter(|image| !covered && image.fits(area))
+}
+
+/// The theme's colours; those that only the terminal knows are those of pictures.
+fn palette(model: &Model) -> Palette {
+    let theme = model.theme.clone().map(|color| match components(color) {
+        Some([red, green, blue]) => ThemeColor::Rgb(red, green, blue),
+        None => ThemeColor::Terminal,
+    });
+    Palette::themed(&theme)
+}
