@@ -53,7 +53,8 @@ impl Pane {
             Self::Scenarios => Scope::Scenarios,
             Self::Map => Scope::Map,
             Self::Prompt | Self::Reasoning | Self::Verdict => Scope::Text,
-            Self::Timeline | Self::Plot => Scope::Global,
+            Self::Plot => Scope::Plot,
+            Self::Timeline => Scope::Global,
         }
     }
 }

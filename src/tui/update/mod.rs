@@ -9,6 +9,7 @@ mod compare;
 mod computed;
 mod editing;
 mod jobs;
+mod jumps;
 mod keys;
 mod list;
 mod look;
@@ -198,6 +199,7 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     let begun = model.quit_within;
     let effects = other_key(model, key);
+    model.look.repeat = None;
     // Any other key cancels a pending quit.
     if model.quit_within == begun {
         model.quit_within = 0.0;
