@@ -48,7 +48,9 @@ pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use judgements::Judgements;
 pub use jump_list::{JumpList, Place};
 pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, Readings};
-pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
+pub use list::{
+    Filtering, Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest,
+};
 pub use look::{Glyphs, Look, themes_shown};
 pub use map::{
     Detail, End, Foreseen, Foresight, Future, Layers, Measurement, On, PathRequest, Tape, Tools,

@@ -1,6 +1,6 @@
 //! The panes of the main screen, and keyboard focus.
 
-use crate::tui::action::Scope;
+use crate::tui::action::{Action, Scope};
 
 /// The panes of the main screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,6 +43,73 @@ impl Pane {
             Self::Verdict => "verdict",
             Self::Reasoning => "reasoning",
             Self::Plot => "plot",
+        }
+    }
+
+    /// The actions everywhere that belong to it.
+    #[must_use]
+    pub fn actions(self) -> &'static [Action] {
+        use Action::*;
+        match self {
+            Self::Scenarios => &[
+                Filter,
+                SortScenarios,
+                TurnOrder,
+                GroupScenarios,
+                EditTags,
+                MarkScenario,
+                UnmarkScenarios,
+                AskMarked,
+            ],
+            Self::Map | Self::Timeline => &[
+                ZoomIn,
+                ZoomOut,
+                Follow,
+                EgoUp,
+                FitMap,
+                NextObstacle,
+                PreviousObstacle,
+                Layers,
+                NextPaths,
+                TakeTape,
+            ],
+            Self::Prompt => &[
+                Edit,
+                PromptView,
+                ToggleTask,
+                ToggleFrame,
+                ToggleCp,
+                ToggleCot,
+                ToggleIcl,
+                ChooseTemplate,
+                ResetTemplate,
+                OutsideEditor,
+            ],
+            Self::Verdict => &[
+                Compare,
+                CompareScreen,
+                BlindMode,
+                PreviousAnswer,
+                NextAnswer,
+                CloseAnswer,
+            ],
+            Self::Reasoning => &[
+                NextClaim,
+                PreviousClaim,
+                PreviousAnswer,
+                NextAnswer,
+                CompareScreen,
+                Copy,
+            ],
+            Self::Plot => &[
+                PlotMeasure,
+                MinimumStep,
+                Mark,
+                NextObstacle,
+                PreviousObstacle,
+                PlotDrives,
+                HeatStrips,
+            ],
         }
     }
 

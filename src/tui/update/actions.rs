@@ -6,7 +6,7 @@ use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, 
 use super::super::screens;
 use super::super::session::restore;
 use super::{
-    answers, batch, claims, clock, compare, editing, jobs, jumps, list, map, obstacles,
+    answers, batch, claims, clock, compare, editing, filter, jobs, jumps, list, map, obstacles,
     open_current, panes, planning, plot, rating, screens as on_screen, task, timeline,
 };
 use crate::scenario::EgoSource;
@@ -39,10 +39,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         WidenPane | NarrowPane | TallerPane | LowerPane => panes::resize(model, action),
         EvenPanes => panes::reset(model),
         FocusLeft | FocusDown | FocusUp | FocusRight => panes::go(model, action),
-        Filter => {
-            model.focus = Pane::Scenarios;
-            model.list.filtering = true;
-        }
+        Filter => filter::begin(model),
         Choose => return list::choose(model),
         GroupScenarios => list::group(model),
         TurnOrder => list::turn(model),
@@ -122,7 +119,7 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if !aborted.is_empty() {
         return aborted;
     }
-    if model.prompt.editing || !model.screens.is_empty() || model.list.filtering {
+    if model.prompt.editing || !model.screens.is_empty() || model.list.filtering.is_some() {
         return cancel(model);
     }
     // An answer may have ended just as the user was about to cancel it.
@@ -218,9 +215,8 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing {
         return editing::end(model);
     }
-    if model.list.filtering {
-        model.list.filtering = false;
-        return Vec::new();
+    if model.list.filtering.is_some() {
+        return filter::cancel(model);
     }
     if model.map.tape.take().is_some() {
         return Vec::new();
@@ -245,7 +241,7 @@ fn focus_next(model: &mut Model, by: usize) {
 }
 
 fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
-    if model.focus.scope() == Scope::Scenarios || model.list.filtering {
+    if model.focus.scope() == Scope::Scenarios {
         let page = model.drawn.extent(Pane::Scenarios).rows.max(2) - 1;
         let page = isize::try_from(page).unwrap_or(1);
         if let Some(line) = model.look.line(action) {

@@ -8,13 +8,17 @@ use crate::description::Frame;
 
 /// A jump is about to leave the present place.
 pub fn leave(model: &mut Model) {
+    // What is opened while the filter is typed is only passed.
+    if model.list.filtering.is_some() {
+        return;
+    }
     if let Some(place) = here(model) {
         model.jumps.leave(place);
     }
 }
 
 /// The present place; none while no scenario is shown.
-fn here(model: &Model) -> Option<Place> {
+pub fn here(model: &Model) -> Option<Place> {
     if model.opening.is_some() || model.opened.is_none() {
         return None;
     }
@@ -51,7 +55,7 @@ pub fn go(model: &mut Model, back: bool) -> Vec<Effect> {
 }
 
 /// Goes to a place, in another scenario as soon as that is open.
-fn reach(model: &mut Model, place: Place) -> Vec<Effect> {
+pub fn reach(model: &mut Model, place: Place) -> Vec<Effect> {
     let same = model.list.opened == Some(place.scenario) && model.taken == place.taken;
     if same && model.opening.is_none() && model.opened.is_some() {
         arrive(model, &place);

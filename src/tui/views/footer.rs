@@ -46,6 +46,14 @@ fn hints(model: &Model) -> Vec<Hint> {
     if model.prompt.editing {
         return editing(model);
     }
+    if model.list.filtering.is_some() {
+        return fixed(&[
+            ("type", "to filter"),
+            ("↑↓", "select"),
+            ("Enter", "keep"),
+            ("Esc", "cancel"),
+        ]);
+    }
     let mut hints: Vec<Hint> = Vec::new();
     if model.answers.is_running() {
         hints.push((model.look.key(Action::Cancel), "cancel request".into()));
