@@ -221,7 +221,10 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     let words = "nothing dangerous was found for any obstacle with seed 1";
     let nothing = GenerationOutcome::Nothing(words.into());
     bench.send(events::generated(id, Ok(nothing)));
-    assert_eq!(said(&bench), format!("{words}; ! tries another seed"));
+    assert_eq!(
+        said(&bench),
+        format!("{words}; Space g g tries another seed")
+    );
     assert!(bench.model.maker.under_way.is_none());
     bench.press("space g g");
     let (id, wish) = asked(&bench).pop().unwrap();
@@ -230,7 +233,7 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     bench.send(events::generated(id, Err(why.into())));
     assert_eq!(said(&bench), format!("no variant was made: {why}"));
     bench.press("space g o");
-    assert!(said(&bench).contains("no variant was made; !"));
+    assert!(said(&bench).contains("no variant was made; Space g g"));
     bench.perform("save-variant");
     assert!(said(&bench).starts_with("nothing to write: "));
 
@@ -306,7 +309,11 @@ fn the_panel_tells_everything_and_follows_the_clock() {
     assert!(panel.contains("apart      0"), "{panel}");
     bench.press("space g o");
     assert!(!shown(&bench).changed);
-    assert!(bench.frame(200, 60).contains("the original; U the variant"));
+    assert!(
+        bench
+            .frame(200, 60)
+            .contains("the original; Space g o the variant")
+    );
     bench.press("space g v");
     assert!(bench.model.screens.is_empty());
 }

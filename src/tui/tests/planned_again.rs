@@ -158,7 +158,7 @@ fn where_nothing_can_be_planned_every_key_says_why_and_what_to_do() {
     opened.scenario = scenario.into();
     bench.model.opened = Some(Box::new(opened));
     let forecast = bench.model.driver.forecast;
-    for key in ["W", "F", "Y", "O"] {
+    for key in ["space e p", "space e f", "space e w", "space p d"] {
         bench.model.toasts.clear();
         bench.press(key);
         let words = said(&bench);
@@ -241,11 +241,7 @@ fn the_panel_says_where_the_drive_is() {
     let mut bench = driven();
     bench.model.toasts.clear();
     bench.press("space e w");
-    assert!(
-        bench
-            .frame(200, 60)
-            .contains("until you quit; : save-drive")
-    );
+    assert!(bench.frame(200, 60).contains("until you quit; Space e s"));
     bench.perform("save-drive");
     assert!(bench.model.screens.is_top::<CycleScreen>());
     let asked = bench.effects.iter().rev().find_map(|effect| match effect {

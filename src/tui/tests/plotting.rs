@@ -55,7 +55,7 @@ fn the_list_is_sorted_by_a_measure() {
 
 #[test]
 fn measures_to_choose_from_are_there_whole() {
-    for key in ["p", "s"] {
+    for key in ["space p m", "space l s"] {
         let mut bench = Bench::bundled();
         bench.press(key);
         let frame = bench.frame(200, 60);

@@ -290,7 +290,12 @@ fn ratings_are_summed_up() {
             "{frame}"
         );
     }
-    bench.press("x");
+    bench.press("x n");
+    assert!(
+        bench.model.compare.ratings.is_some(),
+        "other keys leave it open"
+    );
+    bench.press("q");
     assert!(bench.model.compare.open && bench.model.compare.ratings.is_none());
 }
 

@@ -18,7 +18,7 @@ fn the_filter_of_the_list_is_cleared_and_what_it_was_before_stays_until_then() {
     bench.type_text("zam tag:x y");
     bench.press("ctrl-w ctrl-w");
     assert_eq!(bench.model.list.filter, "zam ");
-    bench.press("enter /");
+    bench.press("enter / right");
     bench.type_text("q");
     assert_eq!(bench.model.list.filter, "zam q");
     bench.press("ctrl-u");

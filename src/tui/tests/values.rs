@@ -259,7 +259,7 @@ fn nothing_is_cut_and_the_keys_that_work_are_told() {
         }
     }
     let mut bench = Bench::bundled();
-    for keys in ["?", "i"] {
+    for keys in ["?", "space o i"] {
         bench.press(keys);
         let frame = bench.frame(80, 24);
         let last = frame.lines().last().unwrap();

@@ -322,7 +322,7 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
     assert_eq!(count(&bench), 1);
     let words = said(&bench.model);
     assert!(
-        words.contains("m chooses a model, ! searches without one"),
+        words.contains("m chooses a model, Space g g searches without one"),
         "{words}"
     );
 }
@@ -336,7 +336,7 @@ fn what_came_to_nothing_can_be_read() {
     let (id, _) = asked(&bench);
     let nothing = unwritten("lab/\u{1b}[31msmall");
     bench.send(events::generated(id, Ok(nothing)));
-    assert!(said(&bench.model).ends_with("K tells all"));
+    assert!(said(&bench.model).ends_with("Space g v tells all"));
     bench.press("space g v");
     assert!(bench.model.screens.is_top::<VariantScreen>());
     let panel = bench.frame(200, 60);

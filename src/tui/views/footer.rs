@@ -13,14 +13,17 @@ use crate::tui::model::{EntryLine, Model, Pane};
 use crate::tui::widgets::hints::{Hint, entries, fixed, hint_in, hint_of, pair, together};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
-    let mut left = usize::from(area.width);
+    let (hints, last) = hints(model);
+    let width = |(keys, words): &Hint| keys.width() + words.width() + 3;
+    let reserved: usize = last.iter().map(width).sum();
+    let mut left = usize::from(area.width).saturating_sub(reserved);
+    let shown = hints.into_iter().take_while(|hint| {
+        let fits = left.checked_sub(width(hint));
+        left = fits.unwrap_or(0);
+        fits.is_some()
+    });
     let mut line = Line::default();
-    for (keys, words) in hints(model) {
-        let width = keys.width() + words.width() + 3;
-        if width > left {
-            break;
-        }
-        left -= width;
+    for (keys, words) in shown.chain(last) {
         let key = Style::new()
             .fg(model.theme.accent)
             .add_modifier(Modifier::BOLD);
@@ -33,26 +36,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(line, area);
 }
 
-fn hints(model: &Model) -> Vec<Hint> {
-    if let Some(begun) = begun(model) {
-        return begun;
-    }
-    if let Some(screen) = model.screens.top() {
-        return screen.hints(model);
-    }
-    if model.compare.open {
-        return comparing(model);
-    }
-    if model.prompt.editing {
-        return editing(model);
-    }
-    if model.list.filtering.is_some() {
-        return fixed(&[
-            ("type", "to filter"),
-            ("↑↓", "select"),
-            ("Enter", "keep"),
-            ("Esc", "cancel"),
-        ]);
+/// The hints, as many as fit, and those that always have their place at the end.
+fn hints(model: &Model) -> (Vec<Hint>, Vec<Hint>) {
+    if let Some(only) = of_mode(model) {
+        return (only, Vec::new());
     }
     let mut hints: Vec<Hint> = Vec::new();
     if model.answers.is_running() {
@@ -66,16 +53,40 @@ fn hints(model: &Model) -> Vec<Hint> {
         true => hints.extend(playing(model)),
         false => hints.extend(of_pane(model)),
     }
+    let last: Vec<Hint> = menu(model)
+        .into_iter()
+        .chain(hint_of(model, Action::Help))
+        .collect();
     let rest = entries(Scope::Global).into_iter();
     let rest = rest.filter(|entry| !(model.clock.playing && entry.action == Action::Play));
     let rest = rest.filter_map(|entry| hint_in(model, entry.action, Scope::Global));
     let mut rest = together(rest);
-    rest.retain(|(_, words)| !hints.iter().any(|(_, there)| there == words));
-    // Between what one does here and what works everywhere.
-    hints.extend(rest.iter().take(1).cloned());
-    hints.extend(menu(model));
-    hints.extend(rest.into_iter().skip(1));
-    hints
+    rest.retain(|hint| !hints.contains(hint) && !last.contains(hint));
+    hints.extend(rest);
+    (hints, last)
+}
+
+/// The hints of a mode that takes all keys.
+fn of_mode(model: &Model) -> Option<Vec<Hint>> {
+    if let Some(begun) = begun(model) {
+        return Some(begun);
+    }
+    if let Some(screen) = model.screens.top() {
+        return Some(screen.hints(model));
+    }
+    if model.compare.open {
+        return Some(comparing(model));
+    }
+    if model.prompt.editing {
+        return Some(editing(model));
+    }
+    let typed = [
+        ("type", "to filter"),
+        ("↑↓", "select"),
+        ("Enter", "keep"),
+        ("Esc", "cancel"),
+    ];
+    model.list.filtering.is_some().then(|| fixed(&typed))
 }
 
 /// A count or a chord that has begun.

@@ -258,7 +258,11 @@ fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     let width = usize::from(area.width).saturating_sub(4);
     let key = model.look.key(Action::About);
-    let words = format!(" {} ", fit(&format!("{count} passed over · {key}"), width));
+    let words = format!("{count} skipped: {key}");
+    let words = match words.width() <= width {
+        true => format!(" {words} "),
+        false => format!(" {} ", fit(&format!("{count} skipped"), width)),
+    };
     let below = Rect {
         x: area.x + 1,
         y: area.bottom() - 1,

@@ -23,7 +23,14 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     if look.pending.is_empty() {
         return;
     }
-    let works = |entry: &Entry| entry.scope == model.scope() || model.takes(entry.action);
+    // A window beside the scene knows the actions on it.
+    let beside = model
+        .screens
+        .top()
+        .and_then(|top| top.columns_at_right(screen));
+    let works = |entry: &Entry| {
+        beside.is_some() || entry.scope == model.scope() || model.takes(entry.action)
+    };
     let following = look.keymap.following(&look.pending, model.scope(), works);
     let rows = following.iter().map(|next| {
         let more = if next.leads_on { " …" } else { "" };

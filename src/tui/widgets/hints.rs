@@ -27,7 +27,8 @@ pub fn hint_in(model: &Model, action: Action, scope: Scope) -> Option<Hint> {
 /// The keys of an action and of its opposite where `scope` holds, with words of their own.
 pub fn pair(model: &Model, scope: Scope, actions: [Action; 2], words: &str) -> Hint {
     let keys = actions.map(|action| model.look.keymap.key_in(action, scope));
-    (keys.concat(), words.to_string())
+    let several = keys.iter().any(|key| key.contains(' '));
+    (keys.join(if several { " " } else { "" }), words.to_string())
 }
 
 /// Keys of lines that are typed into, which no keymap changes.

@@ -14,15 +14,15 @@ pub const TERMS: &[(&str, &str)] = &[
     ("folder:highway", "part of the folder's name"),
     (
         "has:collision",
-        "also ego, answers, tags (yours), error; no:… for what it lacks",
+        "also ego, answers, tags (yours), error; opposite: no:ego",
     ),
     (
         "verdict:differ",
-        "stored answers against the built-in judge: agree, differ, none",
+        "stored answers against the judge: agree, differ, none",
     ),
     (
         "risk<3",
-        "< <= > >= = with risk, distance (m), ttc (s), obstacles, duration (s), answers, the sorting measure",
+        "risk, distance (m), ttc (s), obstacles, duration (s), answers, the measure sorted by; also <= > >= =",
     ),
     ("!tag:urban", "the opposite of a term, or of a word"),
 ];
