@@ -177,6 +177,12 @@ fn of_pane(model: &Model) -> Vec<Hint> {
     let answers = two(Scope::Global, [PreviousAnswer, NextAnswer], "answer");
     let claims = two(Scope::Global, [PreviousClaim, NextClaim], "claim");
     let scroll = two(scope, [Up, Down], "scroll");
+    let directions = |words: &str| {
+        let all = [PanLeft, PanDown, PanUp, PanRight];
+        let keys = all.map(|action| model.look.keymap.key_in(action, scope));
+        let single = keys.iter().all(|key| key.chars().count() == 1);
+        single.then(|| (keys.concat(), words.to_string()))
+    };
     let hints = match model.focus {
         Pane::Scenarios => vec![
             one(Choose, ""),
@@ -187,12 +193,12 @@ fn of_pane(model: &Model) -> Vec<Hint> {
         ],
         Pane::Map | Pane::Timeline if model.map.tape.is_some() => vec![
             one(SwapTape, "other end"),
-            two(scope, [PanLeft, PanRight], "move end"),
+            directions("move end"),
             one(TakeTape, "close tape"),
         ],
         Pane::Map | Pane::Timeline => vec![
             two(Scope::Global, [ZoomIn, ZoomOut], "zoom"),
-            two(scope, [PanLeft, PanRight], "pan"),
+            directions("pan"),
             one(NextObstacle, ""),
             one(Follow, ""),
             one(Layers, ""),
