@@ -165,7 +165,7 @@ fn footer_help_palette_and_sentences_have_the_live_keys() {
     bench.type_text("pick next");
     let help = bench.frame(200, 60);
     assert!(
-        help.contains("F6 o") && !help.contains("Leave the program"),
+        help.contains("F6 o") && !help.contains("leave the program"),
         "{help}"
     );
     bench.press("esc :");
