@@ -136,7 +136,7 @@ fn terminals_of_few_colours_get_no_others() {
         let mut session = Session::start(100, 30, &all);
         session.see("scenarios 8");
         session.press("?");
-        session.see("Leave the program");
+        session.see("Select the scenario above");
         session.press("\x1b");
         // Esc and a letter at once are another key.
         for _ in 0..10 {

@@ -12,7 +12,7 @@ mod tests;
 
 use std::collections::{BTreeMap, HashSet};
 
-pub use filter::{Filter, Matching};
+pub use filter::{Filter, Filtering, Matching};
 pub use group::{Group, Grouping};
 pub use order::Order;
 pub use row::{Row, nearest};
@@ -49,8 +49,8 @@ pub struct List {
     pub read: Filter,
     /// The opened one, as a place in `rows`.
     pub opened: Option<usize>,
-    /// Whether the filter is being typed.
-    pub filtering: bool,
+    /// The filter is being typed, and what to go back to.
+    pub filtering: Option<Filtering>,
     /// By what it is sorted.
     pub order: Order,
     /// Whether the order is turned around.
@@ -152,7 +152,7 @@ impl List {
     /// Selects the scenario at a place; a filter that hides it goes.
     pub fn show(&mut self, place: usize) {
         if !self.visible.contains(&place) {
-            self.filtering = false;
+            self.filtering = None;
             self.set_filter(String::new());
         }
         self.select(place);

@@ -81,6 +81,9 @@ pub fn prepare(
         complaints.push("the terminal shows no images; the map is drawn in cells".into());
     }
     model.map.images.encoder = encoder;
+    for note in model.look.keymap.notes.clone() {
+        model.tell(note);
+    }
     model.compare.person = model.config.person();
     model.driver.forecast = model.config.planning(default_planning()).forecast;
     // The seed need not be secret: no one has to predict the order of answers.

@@ -20,6 +20,7 @@ mod jobs;
 mod judging;
 mod keeping;
 mod kept;
+mod keys;
 mod listing;
 mod look;
 mod looking;

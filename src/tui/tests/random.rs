@@ -7,6 +7,9 @@ mod plausible;
 mod sound;
 mod world;
 
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -61,6 +64,13 @@ fn key_of_the_table() -> impl Strategy<Value = Vec<Key>> {
         }
     }
     select(all)
+}
+
+/// Keys after the digits of a count.
+fn counted(count: u32, keys: Vec<Key>) -> Vec<Key> {
+    let digits = count.to_string();
+    let digits = digits.chars().map(|c| Key::plain(Code::Char(c)));
+    digits.chain(keys).collect()
 }
 
 fn any_key() -> impl Strategy<Value = Vec<Key>> {
@@ -130,6 +140,7 @@ fn input() -> impl Strategy<Value = Input> {
     let names: Vec<&'static str> = ACTIONS.iter().map(|entry| entry.id).collect();
     prop_oneof![
         40 => key_of_the_table().prop_map(Input::Keys),
+        6 => (1..10_000u32, key_of_the_table()).prop_map(|(count, keys)| Input::Keys(counted(count, keys))),
         14 => any_key().prop_map(Input::Keys),
         4 => text().prop_map(|text| Input::Keys(text.chars().map(|c| Key::plain(Code::Char(c))).collect())),
         8 => select(names).prop_map(Input::Named),
@@ -164,10 +175,17 @@ fn world(seed: u64) -> (World, Vec<Input>) {
     (World::new(keys, preset, size), inputs)
 }
 
+/// What is in the folder that the tests run in.
+fn working_folder() -> BTreeSet<OsString> {
+    let entries = std::fs::read_dir(".").unwrap();
+    entries.map(|entry| entry.unwrap().file_name()).collect()
+}
+
 #[test]
 fn whatever_happens_nothing_breaks_and_esc_leads_out() {
     let first = from_environment("NEARMISS_RANDOM_SEED", 1);
     let cases = from_environment("NEARMISS_RANDOM_CASES", CASES);
+    let before = working_folder();
     for seed in first..first + cases {
         let (mut world, inputs) = world(seed);
         world.told = format!("NEARMISS_RANDOM_SEED={seed}");
@@ -177,4 +195,5 @@ fn whatever_happens_nothing_breaks_and_esc_leads_out() {
         world.out();
         world.draw();
     }
+    assert_eq!(working_folder(), before, "keys write files");
 }

@@ -212,10 +212,8 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
         if signs > 0 {
             model.say(format!("{signs} control characters were pasted as signs"));
         }
-    } else if model.list.filtering {
-        let filter = format!("{}{}", model.list.filter, first_line(text));
-        model.list.set_filter(filter);
-        return super::open_current(model);
+    } else if model.list.filtering.is_some() {
+        return super::filter::paste(model, text);
     }
     Vec::new()
 }
