@@ -71,7 +71,8 @@ impl ThemeFile {
         Self::parse(name, name, text).unwrap_or_else(|_| Self::plain(ThemeColor::Terminal))
     }
 
-    /// Reads a theme; roles that the file leaves out are as in the default theme for that background.
+    /// Reads a theme; roles that the file leaves out are as in the default theme for that background, except the
+    /// background itself, which is then the terminal's.
     ///
     /// # Errors
     /// Every mistake, with file, line and key.
@@ -106,10 +107,19 @@ impl ThemeFile {
             .sixteen
             .retain(|(role, _)| roles.iter().all(|(own, _)| own != role));
         theme.sixteen.extend(sixteen);
+        let said = |name: &str| roles.iter().any(|(role, _)| *role == name);
+        let (background, ground) = (said("background"), said("map_ground"));
         for (role, color) in roles {
             if let Some(place) = theme.role_mut(role) {
                 *place = color;
             }
+        }
+        // The background of the default theme is not that of these colours: what is not painted stays the terminal's.
+        if !background {
+            theme.background = ThemeColor::Terminal;
+        }
+        if !ground {
+            theme.map_ground = theme.background;
         }
         Ok(theme)
     }
@@ -168,7 +178,7 @@ impl Reading<'_> {
             "roles" => (
                 &mut self.roles,
                 false,
-                "a colour: \"#rrggbb\", a name such as \"red\", 0 to 255, or \"reset\"",
+                "a colour: \"#rrggbb\", a name such as \"red\", 0 to 255, or \"none\"",
             ),
             _ => (
                 &mut self.sixteen,
@@ -268,6 +278,12 @@ mod tests {
         let few = |theme: &ThemeFile, role| theme.sixteen.iter().any(|(own, _)| *own == role);
         assert!(few(&light, "text") && !few(&theme, "text"));
         assert!(few(&theme, "danger") == few(&light, "danger"));
+        let grounds = |theme: &ThemeFile| (theme.background, theme.map_ground);
+        assert_eq!(
+            grounds(&theme),
+            (ThemeColor::Terminal, ThemeColor::Terminal)
+        );
+        assert_eq!(theme.map_road, light.map_road);
     }
 
     #[test]

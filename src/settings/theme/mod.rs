@@ -42,13 +42,14 @@ fn is_hex(digits: &&str) -> bool {
 }
 
 impl ThemeColor {
-    /// The colour that a word means: `#rrggbb`, a name such as `light-red`, a number up to 255, or `reset`.
+    /// The colour that a word means: `#rrggbb`, a name such as `light-red`, a number up to 255, or `none`
+    /// (`reset`, `terminal`).
     #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
         let name = word.to_lowercase().replace([' ', '-', '_'], "");
         let name = name.replace("bright", "light").replace("grey", "gray");
         let name = match name.as_str() {
-            "reset" => return Some(Self::Terminal),
+            "reset" | "none" | "terminal" => return Some(Self::Terminal),
             "silver" => "gray",
             "lightblack" => "darkgray",
             "lightwhite" | "lightgray" => "white",
@@ -132,6 +133,8 @@ macro_rules! roles {
 }
 
 roles! {
+    /// Behind everything; `"none"` leaves the terminal's own.
+    background,
     /// Ordinary text.
     text,
     /// Text that matters less.
@@ -152,14 +155,32 @@ roles! {
     obstacle,
     /// Standing obstacles.
     static_obstacle,
+    /// Trucks, buses and trains.
+    truck,
+    /// Bicycles and motorcycles.
+    cycle,
+    /// Pedestrians.
+    pedestrian,
+    /// Brake lights that are on.
+    brake_light,
+    /// Indicators that flash.
+    indicator,
     /// The picked obstacle.
     picked,
-    /// Collisions, errors, disagreement.
+    /// Collisions and risk scores 0 and 1; errors.
     danger,
-    /// Near misses, warnings.
+    /// Near misses and risk scores 2 and 3, in the hue of `danger`.
+    danger_medium,
+    /// Risk scores 4 and 5.
+    danger_low,
+    /// Warnings.
     warning,
-    /// Safe, agreement.
+    /// Done, saved, free of mistakes.
     safe,
+    /// Answers that agree, beside `=`.
+    agree,
+    /// Answers that disagree, beside `≠`.
+    disagree,
     /// Solid lane borders.
     lane,
     /// Dashed lane borders.
@@ -188,6 +209,16 @@ roles! {
     tape,
     /// The attacker of a variant, and its changed motion.
     attacker,
+    /// The map beside the roads, where it is drawn as surfaces.
+    map_ground,
+    /// The surface of roads.
+    map_road,
+    /// The surface of intersections.
+    map_junction,
+    /// Pavements and lanes for bicycles.
+    map_path,
+    /// Lane markings on the surface of roads.
+    map_marking,
 }
 
 #[cfg(test)]
