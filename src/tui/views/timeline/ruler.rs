@@ -30,7 +30,7 @@ pub fn marks(model: &Model, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
         marks.push((column(step), "m", bold(theme.picked)));
     }
     let differing = model.disagreements().into_iter();
-    marks.extend(differing.map(|d| (column(d.step), "≠", bold(theme.danger))));
+    marks.extend(differing.map(|d| (column(d.step), "≠", bold(theme.disagree))));
     marks
 }
 
