@@ -6,6 +6,7 @@ pub mod fill;
 pub mod frame;
 pub mod highlight;
 pub mod hints;
+pub mod line_placer;
 pub mod lines;
 pub mod long_text;
 pub mod picker;
