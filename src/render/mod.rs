@@ -29,7 +29,7 @@ pub use display::{Anchor, Area, Item, Picture, Provenance, Segment, Spot, Stroke
 pub use figure::{COLUMN, Figure, FigureContent, FigureError, Look, MILLIMETRE, PIXEL};
 pub use format::Format;
 pub use palette::Palette;
-pub use plot::Ticks;
+pub use plot::{Ticks, steps};
 pub use raster::{MOST_PIXELS, RasterError, png};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
 pub use svg::svg;

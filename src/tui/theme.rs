@@ -23,6 +23,7 @@ pub use preview::preview;
 /// Roles that lie behind others.
 const SURFACES: &[&str] = &[
     "background",
+    "shade",
     "map_ground",
     "map_road",
     "map_junction",

@@ -164,7 +164,12 @@ impl Arranged {
             (Pane::Prompt, prompt),
         ]);
         let verdict = if body.height >= 45 { 17 } else { 14 };
-        let risk = (body.height / 4).clamp(8, 14);
+        // So many rows that each of the six risk scores has one, or every second one.
+        let risk = match body.height {
+            ..45 => 9,
+            45..90 => 12,
+            _ => 17,
+        };
         let focus = Pane::Scenarios;
         self.answers(right, body, shares, (true, focus), (verdict, risk));
     }

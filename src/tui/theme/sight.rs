@@ -7,8 +7,9 @@ use ratatui::style::Color;
 use super::{ColorDepth, Theme, color};
 
 /// Surfaces of the themes' own that words stand on.
-const SURFACES: [&str; 5] = [
+const SURFACES: [&str; 6] = [
     "background",
+    "shade",
     "map_ground",
     "map_road",
     "map_junction",
