@@ -80,6 +80,14 @@ pub struct Measure {
     pub compute: fn(&Encounter<'_>) -> Reading,
 }
 
+impl Measure {
+    /// Whether its values are levels, between which there is nothing: the risk score. They are drawn as steps.
+    #[must_use]
+    pub fn is_ordinal(&self) -> bool {
+        self.id == super::risk::MEASURE.id
+    }
+}
+
 /// Every measure, in the order of columns.
 pub const MEASURES: &[Measure] = &[
     distance::MEASURE,

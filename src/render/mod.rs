@@ -32,7 +32,7 @@ pub use figure::{COLUMN, Figure, FigureContent, FigureError, Look, MILLIMETRE, P
 pub use format::Format;
 pub use map_page::MapPage;
 pub use palette::Palette;
-pub use plot::Ticks;
+pub use plot::{Ticks, steps};
 pub use raster::{MOST_PIXELS, RasterError, pixels, png};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
 pub use svg::svg;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Color;
-use crate::settings::{ThemeColor, ThemeFile};
+use crate::settings::{AUTO, NamedTheme, ThemeColor, ThemeFile};
 
 /// A colour for every role.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,25 +78,30 @@ impl Palette {
     /// Names of those that come with the program.
     #[must_use]
     pub fn names() -> Vec<&'static str> {
+        let shipped = ThemeFile::shipped();
+        let pairs = ThemeFile::pairs().filter(|name| *name != AUTO);
         std::iter::once("paper")
-            .chain(ThemeFile::shipped())
+            .chain(shipped)
+            .chain(pairs)
             .collect()
     }
 
-    /// The one called `name`: `paper`, or a theme of the terminal: a file in `folder`, else a shipped one.
+    /// The one called `name`: `paper`, or a theme of the terminal: a file in `folder`, else a shipped one; of two, the
+    /// dark one.
     ///
     /// # Errors
     /// There is none, or its file is wrong: every mistake, with file, line and key.
     pub fn named(name: &str, folder: &Path) -> Result<Self, String> {
         let all = ThemeFile::all(folder);
-        match all.into_iter().find(|named| named.name == name) {
-            Some(named) => match named.theme {
-                Ok(theme) => Ok(Self::themed(&theme)),
+        let found = NamedTheme::find(&all, name, true).filter(|_| name != AUTO);
+        match found.map(|named| &named.theme) {
+            Some(theme) => match theme {
+                Ok(theme) => Ok(Self::themed(theme)),
                 Err(mistakes) => Err(mistakes.join("; ")),
             },
             None if name == "paper" => Ok(PAPER),
             None => Err(format!(
-                "no theme `{name}` for pictures; there are {} and files in {}",
+                "no theme `{name}` for pictures; available: {} and files in {}",
                 Self::names().join(", "),
                 folder.display()
             )),
@@ -120,7 +125,7 @@ impl Palette {
             ThemeColor::Rgb(red, green, blue) => Color::rgb(red, green, blue),
             _ => otherwise,
         };
-        let background = base.background;
+        let background = or(theme.background, base.background);
         let text = or(theme.text, base.text);
         let ego = or(theme.ego, base.ego);
         Self {
@@ -128,8 +133,8 @@ impl Palette {
             text,
             dim: or(theme.dim, base.dim),
             grid: background.towards(text, 0.16),
-            road: background.towards(text, 0.07),
-            path: background.towards(text, 0.04),
+            road: or(theme.map_road, background.towards(text, 0.07)),
+            path: or(theme.map_path, background.towards(text, 0.04)),
             lane: or(theme.lane, base.lane),
             lane_dashed: or(theme.lane_dashed, base.lane_dashed),
             crosswalk: or(theme.crosswalk, base.crosswalk).towards(background, 0.4),
@@ -142,10 +147,10 @@ impl Palette {
             accent: or(theme.accent, base.accent),
             emphasis: [
                 or(theme.picked, PAPER.emphasis[0]),
-                or(theme.warning, PAPER.emphasis[1]),
+                or(theme.agree, PAPER.emphasis[1]),
                 or(theme.safe, PAPER.emphasis[2]),
                 or(theme.accent, PAPER.emphasis[3]),
-                or(theme.danger, PAPER.emphasis[4]),
+                or(theme.attacker, PAPER.emphasis[4]),
             ],
         }
     }

@@ -99,7 +99,8 @@ pub fn paint(model: &Model) -> Result<Screen, String> {
         true => "dark",
         false => "light",
     };
-    let palette = Palette::named(palette, std::path::Path::new(""))?;
+    let mut palette = Palette::named(palette, std::path::Path::new(""))?;
+    palette.background = ink(model.theme.background).unwrap_or(palette.background);
     Ok(cells(terminal.backend().buffer(), &palette))
 }
 

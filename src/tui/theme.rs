@@ -9,6 +9,7 @@ mod sight;
 
 use std::path::Path;
 
+use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 
@@ -20,6 +21,16 @@ pub use color::components;
 pub use depth::ColorDepth;
 pub use preview::preview;
 
+/// Roles that lie behind others.
+const SURFACES: &[&str] = &[
+    "background",
+    "shade",
+    "map_ground",
+    "map_road",
+    "map_junction",
+    "map_path",
+];
+
 /// A theme in the colours of a terminal.
 pub type Theme = settings::Theme<Color>;
 
@@ -27,28 +38,24 @@ pub type Theme = settings::Theme<Color>;
 pub type Named = NamedTheme<Color>;
 
 impl Theme {
-    /// The theme `name`: the user's file of that name in `folder`, else a shipped one; `auto` is `dark` or `light`.
+    /// The theme `name`: the user's file of that name in `folder`, else a shipped one; `auto`, `contrast` and
+    /// `colorblind` are one of two, for dark and for light backgrounds.
     ///
     /// # Errors
     /// It does not exist, or its file is invalid: with file, line and key.
     pub fn load(name: &str, folder: &Path, dark: bool) -> Result<Self, String> {
-        let name = match name {
-            AUTO if dark => "dark",
-            AUTO => "light",
-            name => name,
-        };
         let all = Self::all(folder);
-        match all.into_iter().find(|named| named.name == name) {
-            Some(named) => named.theme.map_err(|mistakes| first(&mistakes)),
+        match Named::find(&all, name, dark).map(|named| &named.theme) {
+            Some(theme) => theme.clone().map_err(|mistakes| first(&mistakes)),
             None => Err(Self::unknown(name, folder)),
         }
     }
 
     /// The theme does not exist.
     fn unknown(name: &str, folder: &Path) -> String {
-        let names: Vec<&str> = ThemeFile::shipped().collect();
+        let names: Vec<&str> = ThemeFile::pairs().chain(ThemeFile::shipped()).collect();
         format!(
-            "no theme `{name}`; there are {AUTO}, {} and files in {}",
+            "no theme `{name}`; available: {} and files in {}",
             names.join(", "),
             folder.display()
         )
@@ -90,6 +97,7 @@ impl Theme {
             if let Some(role) = self.role_mut(name) {
                 *role = match (depth, own) {
                     (ColorDepth::Sixteen, Some((_, color))) => *color,
+                    _ if SURFACES.contains(name) => color::surface_at_depth(*role, depth),
                     _ => color::at_depth(*role, depth, dark),
                 };
             }
@@ -126,15 +134,31 @@ impl Theme {
         line.style(self.selected())
     }
 
-    /// The colour of a risk score, 0 to 5.
+    /// The colour of a risk score, 0 to 5: one hue, the stronger the more dangerous.
     #[must_use]
     pub fn risk(&self, score: f64) -> Color {
         if score < 1.5 {
             self.danger
         } else if score < 3.5 {
-            self.warning
+            self.danger_medium
         } else {
-            self.safe
+            self.danger_low
+        }
+    }
+
+    /// Paints what has no colours of its own in those of the theme. Without a background of the theme's, the terminal's
+    /// colours show.
+    pub fn paint(&self, buffer: &mut Buffer) {
+        if self.background == Color::Reset {
+            return;
+        }
+        for cell in &mut buffer.content {
+            if cell.bg == Color::Reset {
+                cell.bg = self.background;
+            }
+            if cell.fg == Color::Reset {
+                cell.fg = self.text;
+            }
         }
     }
 }
@@ -175,7 +199,12 @@ mod tests {
         let load = |name: &str| Theme::load(name, folder.path(), true);
         assert_eq!(load("dark").unwrap().text, Color::Red);
         assert_eq!(load("auto").unwrap().text, Color::Red);
-        assert!(load("none").unwrap_err().contains("contrast"));
+        assert_eq!(load("contrast").unwrap().name, "contrast-dark");
+        assert!(
+            load("none")
+                .unwrap_err()
+                .contains("auto, contrast, colorblind")
+        );
         assert!(load("../dark").unwrap_err().contains("no theme"));
         let odd = load("odd").unwrap_err();
         assert!(
@@ -190,5 +219,36 @@ mod tests {
         );
         assert_ne!(mine.text, light.text);
         assert_eq!(mine.danger, light.danger);
+    }
+
+    #[test]
+    fn the_background_is_painted_unless_it_is_the_terminals() {
+        let folder = tempfile::tempdir().unwrap();
+        let none = "dark = true\n[roles]\nbackground = \"none\"\n";
+        std::fs::write(folder.path().join("clear.toml"), none).unwrap();
+        let painted = |name: &str, depth| {
+            let theme = Theme::load(name, folder.path(), true)
+                .unwrap()
+                .at_depth(depth);
+            let mut buffer = Buffer::with_lines(["ab"]);
+            buffer[(1, 0)].set_fg(Color::Red).set_bg(Color::Blue);
+            theme.paint(&mut buffer);
+            (
+                theme,
+                [0, 1].map(|x| (buffer[(x, 0)].fg, buffer[(x, 0)].bg)),
+            )
+        };
+        let own = (Color::Red, Color::Blue);
+        for depth in [ColorDepth::True, ColorDepth::Indexed, ColorDepth::Sixteen] {
+            for name in ThemeFile::shipped() {
+                let (theme, cells) = painted(name, depth);
+                assert_eq!(cells, [(theme.text, theme.background), own], "{name}");
+                assert_ne!(theme.background, Color::Reset);
+            }
+            let (_, cells) = painted("clear", depth);
+            assert_eq!(cells, [(Color::Reset, Color::Reset), own]);
+        }
+        let (_, cells) = painted("dark", ColorDepth::None);
+        assert_eq!(cells[0], (Color::Reset, Color::Reset));
     }
 }

@@ -1,7 +1,9 @@
 //! Measures over time: a panel for each, below each other, with one axis of time.
 
+mod steps;
 mod ticks;
 
+pub use steps::steps;
 pub use ticks::Ticks;
 
 use super::Color;
@@ -85,7 +87,12 @@ impl Plot<'_> {
         let thresholds: Vec<_> = self.thresholds.for_measure(measure.id).collect();
         let values: Vec<f64> = thresholds.iter().map(|t| t.value).collect();
         let most = (area.height / (1.9 * size)).clamp(2.0, 6.0) as usize;
-        let upwards = upwards(measure, &curves, &values, most);
+        let upwards = match measure.is_ordinal() {
+            // All six where numbers have room, one below the other.
+            true if area.height >= 5.0 * 1.1 * size => Ticks::around(0.0, 5.0, 6),
+            true => Ticks::ends(0.0, 5.0),
+            false => upwards(&curves, &values, most),
+        };
         let (low, high) = upwards.bounds();
         let spot = |(time, value): (f64, f64)| -> Spot {
             (
@@ -127,7 +134,11 @@ impl Plot<'_> {
         picture.group("curves", Some(area.grown(1.2)), |p| {
             for curve in &curves {
                 for run in &curve.runs {
-                    let points: Vec<Spot> = run.iter().copied().map(spot).collect();
+                    let run = match measure.is_ordinal() {
+                        true => steps(run),
+                        false => run.clone(),
+                    };
+                    let points: Vec<Spot> = run.into_iter().map(spot).collect();
                     if let [only] = points[..] {
                         p.circle(
                             only,
@@ -266,15 +277,8 @@ fn axis_name(measure: &Measure, size: f64, room: f64) -> String {
 /// So much of what the values take up may be added to reach a threshold, or zero.
 const NEAR: f64 = 0.5;
 
-/// The axis upwards: from the lowest to the highest value, and to thresholds near them; the risk score always whole.
-fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], most: usize) -> Ticks {
-    if measure.id == "risk" {
-        return if most < 5 {
-            Ticks::ends(0.0, 5.0)
-        } else {
-            Ticks::around(0.0, 5.0, 6)
-        };
-    }
+/// The axis upwards: from the lowest to the highest value, and to thresholds near them.
+fn upwards(curves: &[Curve], thresholds: &[f64], most: usize) -> Ticks {
     let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
     let range = points.fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.1), h.max(p.1)));
     let (mut low, mut high) = range;

@@ -12,15 +12,33 @@ use crate::system::{TomlText, nearest, shown_value};
 const SHIPPED: &[(&str, &str)] = &[
     ("dark", include_str!("../../../themes/dark.toml")),
     ("light", include_str!("../../../themes/light.toml")),
-    ("contrast", include_str!("../../../themes/contrast.toml")),
     (
-        "colorblind",
-        include_str!("../../../themes/colorblind.toml"),
+        "contrast-dark",
+        include_str!("../../../themes/contrast-dark.toml"),
+    ),
+    (
+        "contrast-light",
+        include_str!("../../../themes/contrast-light.toml"),
+    ),
+    (
+        "colorblind-dark",
+        include_str!("../../../themes/colorblind-dark.toml"),
+    ),
+    (
+        "colorblind-light",
+        include_str!("../../../themes/colorblind-light.toml"),
     ),
 ];
 
 /// The name that stands for dark or light, as the terminal's background is.
 pub const AUTO: &str = "auto";
+
+/// Names that stand for one of two themes: for dark and for light backgrounds.
+const PAIRS: [(&str, [&str; 2]); 3] = [
+    (AUTO, ["dark", "light"]),
+    ("contrast", ["contrast-dark", "contrast-light"]),
+    ("colorblind", ["colorblind-dark", "colorblind-light"]),
+];
 
 /// A theme that can be chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +51,23 @@ pub struct NamedTheme<C> {
     pub theme: Result<Theme<C>, Vec<String>>,
 }
 
+impl<C> NamedTheme<C> {
+    /// The theme that `name` stands for on a dark or a light background. A file of the user's comes before a name that
+    /// stands for two.
+    #[must_use]
+    pub fn find<'a>(all: &'a [Self], name: &str, dark: bool) -> Option<&'a Self> {
+        let called = |name: &str| all.iter().find(|named| named.name == name);
+        let pair = PAIRS.iter().find(|(both, _)| *both == name);
+        called(name).or_else(|| called(pair?.1[usize::from(!dark)]))
+    }
+}
+
 impl ThemeFile {
+    /// Names that stand for a dark and a light theme, of which the terminal's background chooses.
+    pub fn pairs() -> impl Iterator<Item = &'static str> {
+        PAIRS.iter().map(|(name, _)| *name)
+    }
+
     /// Names of the themes that come with the program.
     pub fn shipped() -> impl Iterator<Item = &'static str> {
         SHIPPED.iter().map(|(name, _)| *name)
@@ -302,6 +336,19 @@ mod tests {
         assert_eq!(theme("dark").unwrap().text, ThemeColor::Ansi(1));
         assert!(theme("mine").unwrap_err()[0].contains("mine.toml:3: roles.text"));
         let names: Vec<&str> = all.iter().map(|n| n.name.as_str()).collect();
-        assert_eq!(names, ["dark", "light", "contrast", "colorblind", "mine"]);
+        let shipped: Vec<&str> = ThemeFile::shipped().collect();
+        assert_eq!(names[..6], shipped);
+        assert_eq!(names[6..], ["mine"]);
+        for name in ThemeFile::pairs() {
+            for dark in [true, false] {
+                let found = NamedTheme::find(&all, name, dark).unwrap();
+                assert_eq!(found.theme.as_ref().unwrap().dark, dark, "{name}");
+            }
+        }
+        // A file of that name is what the name means.
+        write("contrast.toml", "dark = true\n[roles]\ntext = \"red\"\n");
+        let all = ThemeFile::all(folder.path());
+        let found = NamedTheme::find(&all, "contrast", false).unwrap();
+        assert!(found.file.is_some());
     }
 }

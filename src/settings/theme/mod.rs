@@ -149,6 +149,8 @@ roles! {
     border_focused,
     /// The bar behind the selected line.
     selection,
+    /// The part of a plot that is judged.
+    shade,
     /// The ego.
     ego,
     /// Moving obstacles.

@@ -4,7 +4,7 @@ use ratatui::layout::Position;
 
 use super::{Border, Model, Picker, Sizes};
 use crate::render::cells::{Blocks, MapStyle};
-use crate::settings::Config;
+use crate::settings::{Config, ThemeFile};
 use crate::tui::action::Action;
 use crate::tui::keymap::{Key, Keymap, Preset};
 use crate::tui::theme::{AUTO, ColorDepth, Named, Theme};
@@ -167,13 +167,7 @@ impl Look {
     /// # Errors
     /// The theme does not exist, or its file is invalid.
     pub fn theme(&self, name: &str) -> Result<Theme, String> {
-        let wanted = match name {
-            AUTO if self.dark => "dark",
-            AUTO => "light",
-            name => name,
-        };
-        let named = self.themes.iter().find(|named| named.name == wanted);
-        match named.map(|named| &named.theme) {
+        match Named::find(&self.themes, name, self.dark).map(|named| &named.theme) {
             Some(Ok(theme)) => Ok(theme.clone().at_depth(self.depth)),
             Some(Err(mistakes)) => Err(crate::tui::user_file::first(mistakes)),
             None => Err(format!("there is no theme `{name}` any more")),
@@ -211,8 +205,10 @@ impl Look {
 /// The names of the themes that the list shows, the best match first; those that cannot be used are in it too.
 #[must_use]
 pub fn themes_shown(model: &Model, picker: &Picker) -> Vec<String> {
-    let mut names = vec![AUTO.to_string()];
-    names.extend(model.look.themes.iter().map(|named| named.name.clone()));
+    let files: Vec<String> = model.look.themes.iter().map(|n| n.name.clone()).collect();
+    let pairs = ThemeFile::pairs().map(String::from);
+    let mut names: Vec<String> = pairs.filter(|pair| !files.contains(pair)).collect();
+    names.extend(files);
     let order = super::picker::matching(&picker.text, names.iter().cloned());
     order.into_iter().map(|i| names[i].clone()).collect()
 }

@@ -17,7 +17,7 @@ use crate::formats::EgoSelection;
 use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
 use crate::render::cells::Blocks;
-use crate::settings::{Config, Folders};
+use crate::settings::{Config, Folders, ThemeFile};
 use crate::system;
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
@@ -34,7 +34,8 @@ pub fn prepare(
     let env = |name: &str| std::env::var(name).ok();
     let chosen = config.theme.clone().unwrap_or_else(|| AUTO.into());
     // The terminal takes its time to answer; meanwhile the rest is read.
-    let asked = (chosen == AUTO).then(|| std::thread::spawn(move || background::ask(env)));
+    let asks = ThemeFile::pairs().any(|pair| pair == chosen);
+    let asked = asks.then(|| std::thread::spawn(move || background::ask(env)));
     let registry = Registry::lenient(&config.providers, &folders.config_file());
     complaints.extend(registry.broken().map(|(_, why)| why.to_string()));
     let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {

@@ -5,6 +5,7 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::{Choice, PickerScreen};
+use crate::settings::ThemeFile;
 use crate::tui::model::{Model, Picker, themes_shown};
 use crate::tui::widgets::hints::{Hint, fixed};
 use crate::tui::widgets::{picker, window};
@@ -45,11 +46,11 @@ impl Choice for Themes {
                     false => "until you quit",
                 };
                 model.say(format!(
-                    "{how_long}; `theme = {name:?}` in config.toml keeps it"
+                    "theme {name} {how_long}; to keep it, set `theme = {name:?}` in config.toml"
                 ));
             }
             Err(why) => {
-                model.complain(format!("the theme stays as it was: {why}"));
+                model.complain(format!("the theme has not changed: {why}"));
                 self.leave(model);
             }
         }
@@ -68,7 +69,7 @@ impl Choice for Themes {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
-        // To the side, so that the colours are seen.
+        // At the side, so that the colours are seen.
         let side = Rect {
             x: screen.x,
             width: screen.width.min(56),
@@ -80,7 +81,7 @@ impl Choice for Themes {
         });
         let rows: Vec<_> = rows.collect();
         // The line that is typed, an empty one, the list, the words below it, and the borders.
-        let height = model.look.themes.len() + 1 + 5 + picker::WHOLE;
+        let height = model.look.themes.len() + ThemeFile::pairs().count() + 5 + picker::WHOLE;
         let height = u16::try_from(height).unwrap_or(u16::MAX).min(24);
         let inner = window::window(frame, side, model, "theme", (52, height));
         picker::draw(frame, inner, model, picker, &rows);
@@ -89,9 +90,9 @@ impl Choice for Themes {
     fn hints(&self) -> Vec<Hint> {
         fixed(&[
             ("type", "to search"),
-            ("↑↓", "look"),
+            ("↑↓", "preview"),
             ("Enter", "choose"),
-            ("Esc", "back to what it was"),
+            ("Esc", "revert"),
         ])
     }
 }
@@ -100,7 +101,7 @@ impl Choice for Themes {
 fn note(model: &Model, name: &str) -> String {
     let named = model.look.themes.iter().find(|named| named.name == name);
     match named.map(|named| (&named.theme, &named.file)) {
-        None => "as the terminal's background".to_string(),
+        None => "dark or light, as the terminal".to_string(),
         Some((Err(mistakes), _)) => mistakes.first().cloned().unwrap_or_default(),
         Some((Ok(theme), file)) => {
             let ground = if theme.dark { "dark" } else { "light" };

@@ -52,9 +52,9 @@ fn models_to_choose_from() {
 
 #[test]
 fn too_small_is_said() {
-    for (columns, rows) in [(79, 24), (80, 23), (30, 8)] {
+    for (columns, rows) in [(59, 24), (60, 17), (30, 8)] {
         assert!(
-            compared().frame(columns, rows).contains("needs more room"),
+            compared().frame(columns, rows).contains("too small"),
             "{columns}×{rows}"
         );
     }
@@ -66,8 +66,8 @@ fn no_size_is_too_much_or_too_little() {
     let overlays = ["", "?", "i", "shift-v", "m", ":", "e"];
     for keys in overlays {
         bench.press(keys);
-        for columns in [1, 2, 10, 79, 80, 81, 109, 110, 160, 300] {
-            for rows in [1, 2, 5, 23, 24, 25, 31, 32, 90] {
+        for columns in [1, 2, 10, 59, 60, 79, 80, 109, 110, 160, 300] {
+            for rows in [1, 2, 5, 17, 18, 24, 31, 32, 90] {
                 bench.frame(columns, rows);
             }
         }

@@ -48,18 +48,21 @@ fn said(bench: &Bench) -> String {
 fn a_theme_is_seen_while_it_is_looked_for() {
     let mut bench = bench();
     assert_eq!(bench.model.theme.name, "dark");
+    // Auto, contrast and colorblind first, which are dark here.
     bench.press("ctrl-t down");
+    assert_eq!(bench.model.theme.name, "contrast-dark");
+    bench.press("down down");
     assert_eq!(bench.model.theme.name, "dark");
     bench.press("down");
     assert_eq!(bench.model.theme.name, "light");
     bench.type_text("col");
-    assert_eq!(bench.model.theme.name, "colorblind");
+    assert_eq!(bench.model.theme.name, "colorblind-dark");
     bench.press("esc");
     assert_eq!(bench.model.theme.name, "dark");
     bench.press("ctrl-t");
     bench.type_text("contr");
     bench.press("enter");
-    assert_eq!(bench.model.theme.name, "contrast");
+    assert_eq!(bench.model.theme.name, "contrast-dark");
     assert!(
         said(&bench).contains("theme = \"contrast\""),
         "{}",
@@ -68,7 +71,7 @@ fn a_theme_is_seen_while_it_is_looked_for() {
     assert!(bench.model.screens.is_empty());
     // What is picked is where the list opens again.
     bench.press("ctrl-t");
-    assert_eq!(bench.model.theme.name, "contrast");
+    assert_eq!(bench.model.theme.name, "contrast-dark");
 }
 
 #[test]

@@ -41,6 +41,7 @@ mod results;
 mod served;
 mod session;
 mod side_by_side;
+mod sizes;
 mod stopping;
 mod stored;
 mod thousands;

@@ -15,7 +15,12 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
     assert_eq!(bench.model.plot.marked.len(), 2);
     assert_eq!(bench.model.plot.marked[0], picked);
     let frame = bench.frame(200, 60);
-    for words in ["· picked", "critical 1.50 s", &format!("━{picked}")] {
+    for words in [
+        "· picked",
+        "critical 1.50 s",
+        &format!("╌╌{picked}"),
+        "━min",
+    ] {
         assert!(frame.contains(words), "{words}: {frame}");
     }
     bench.press("shift-n space p o");
@@ -100,7 +105,8 @@ fn axes_have_round_ends_and_units_and_marks_have_names() {
         assert!(plot.contains("6 s") && plot.contains(" m┤"), "{plot}");
         for id in &bench.model.plot.marked {
             assert!(
-                plot.contains(&format!("━{id}")),
+                // The picked one has dashes, the marked ones have dots and others.
+                plot.contains(&format!("·{id}")) || plot.contains(&format!("╌{id}")),
                 "{id} at {columns}×{rows}: {plot}"
             );
         }
@@ -125,4 +131,36 @@ fn a_threshold_that_is_far_away_is_an_arrow_with_its_value() {
         let plot = plotted(&bench, columns, rows);
         assert!(plot.contains("↑ ") && plot.contains("far 900 s"), "{plot}");
     }
+}
+
+#[test]
+fn risk_scores_are_steps_with_six_numbers_and_events() {
+    let mut bench = Bench::bundled();
+    bench.press("x");
+    assert_eq!(bench.model.plot.measure.id, "risk");
+    for (columns, rows) in [(120, 40), (200, 60), (300, 100)] {
+        let plot = plotted(&bench, columns, rows);
+        let numbers: Vec<(usize, &str)> = plot
+            .lines()
+            .enumerate()
+            .filter(|(_, line)| line.contains('┤'))
+            .filter_map(|(y, line)| Some((y, line.split('┤').next()?.trim_matches(['│', ' ']))))
+            .collect();
+        let words: Vec<&str> = numbers.iter().map(|(_, words)| *words).collect();
+        assert_eq!(words, ["5", "4", "3", "2", "1", "0"], "{plot}");
+        let gaps: Vec<usize> = numbers
+            .windows(2)
+            .map(|pair| pair[1].0 - pair[0].0)
+            .collect();
+        assert!(gaps.iter().all(|gap| *gap == gaps[0]), "{plot}");
+        // The contact, and the window that is judged.
+        assert!(
+            plot.contains('X') && plot.contains('[') && plot.contains(']'),
+            "{plot}"
+        );
+    }
+    assert!(
+        plotted(&bench, 200, 60).contains("X contact")
+            || plotted(&bench, 200, 60).contains("contact X")
+    );
 }

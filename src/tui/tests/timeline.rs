@@ -29,11 +29,14 @@ fn strips_show_other_measures_and_none() {
     let mut bench = Bench::bundled();
     bench.press("x");
     let risk = timeline(&bench, 200, 60);
-    assert!(risk[0].contains("bars: lowest risk score"), "{risk:#?}");
+    assert!(
+        risk[0].contains("bars grow with danger: full = risk 0"),
+        "{risk:#?}"
+    );
     let mut seen = vec![risk[1].clone()];
     for (heat, words) in [
-        (Heat::Ttc, "bars: min ttc, full at 1.50 s"),
-        (Heat::Distance, "bars: min distance"),
+        (Heat::Ttc, "full = ttc ≤ 1.50 s"),
+        (Heat::Distance, "full = lowest distance here"),
     ] {
         bench.press("space p h");
         assert_eq!(bench.model.heat, heat);
@@ -46,7 +49,7 @@ fn strips_show_other_measures_and_none() {
     bench.type_text("drac");
     bench.press("enter space p h");
     assert_eq!(bench.model.heat, Heat::Plotted);
-    assert!(timeline(&bench, 200, 60)[1].contains("highest"));
+    assert!(timeline(&bench, 200, 60)[0].contains("full = drac ≥"));
     bench.press("space p h");
     assert_eq!(bench.model.heat, Heat::Off);
     let off = timeline(&bench, 200, 60).join("\n");

@@ -26,15 +26,30 @@ pub fn at_depth(color: Color, depth: ColorDepth, dark: bool) -> Color {
     match (depth, color) {
         (ColorDepth::None, _) => Color::Reset,
         (ColorDepth::Indexed, Color::Rgb(r, g, b)) => Color::Indexed(nearest(r, g, b)),
-        (ColorDepth::Sixteen, Color::Rgb(r, g, b)) => nearest_of_sixteen([r, g, b], dark),
-        (ColorDepth::Sixteen, Color::Indexed(index)) => nearest_of_sixteen(rgb(index), dark),
+        (ColorDepth::Sixteen, Color::Rgb(..) | Color::Indexed(_)) => {
+            let background = if dark { Color::Black } else { Color::White };
+            nearest_of_sixteen(color, Some(background))
+        }
         (_, color) => color,
     }
 }
 
-fn nearest_of_sixteen(wanted: [u8; 3], dark: bool) -> Color {
-    let background = if dark { Color::Black } else { Color::White };
-    let others = SIXTEEN.iter().filter(|(color, _)| *color != background);
+/// The same for what lies behind others, which may be the background.
+pub fn surface_at_depth(color: Color, depth: ColorDepth) -> Color {
+    match (depth, color) {
+        (ColorDepth::Sixteen, Color::Rgb(..) | Color::Indexed(_)) => {
+            nearest_of_sixteen(color, None)
+        }
+        // The background matters for sixteen colours alone.
+        (depth, color) => at_depth(color, depth, true),
+    }
+}
+
+fn nearest_of_sixteen(color: Color, but: Option<Color>) -> Color {
+    let Some(wanted) = components(color) else {
+        return color;
+    };
+    let others = SIXTEEN.iter().filter(|(color, _)| Some(*color) != but);
     let nearest = others.min_by_key(|(_, rgb)| {
         let off = rgb.iter().zip(wanted);
         off.map(|(a, b)| u32::from(a.abs_diff(b)).pow(2))
@@ -56,6 +71,8 @@ mod tests {
         let red = Color::Rgb(220, 10, 10);
         assert_eq!(at_depth(red, ColorDepth::Sixteen, true), Color::Red);
         assert_eq!(at_depth(red, ColorDepth::None, true), Color::Reset);
+        let ground = Color::Rgb(20, 20, 20);
+        assert_eq!(surface_at_depth(ground, ColorDepth::Sixteen), Color::Black);
         // A dark gray is not lost on a dark background, nor a light one on a light one.
         let (dark, light) = (Color::Rgb(20, 20, 20), Color::Rgb(250, 250, 250));
         assert_eq!(at_depth(dark, ColorDepth::Sixteen, true), Color::DarkGray);

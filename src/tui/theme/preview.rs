@@ -6,8 +6,9 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::{AUTO, ColorDepth, Named, ROLES, Theme, ansi, color};
+use super::{ColorDepth, Named, ROLES, Theme, ansi, color};
 use crate::description::visible;
+use crate::settings::ThemeFile;
 use crate::tui::user_file::first;
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal.
@@ -63,8 +64,10 @@ fn list(folder: &Path, depth: ColorDepth) -> Vec<Line<'static>> {
         }
         lines.push(Line::default());
     }
+    let pairs: Vec<&str> = ThemeFile::pairs().collect();
     lines.push(Line::from(format!(
-        "`theme = \"NAME\"` in config.toml chooses one; \"{AUTO}\" is dark or light, as the terminal's background."
+        "Set one in config.toml: `theme = \"NAME\"`. {} follow the terminal's background.",
+        pairs.join(", ")
     )));
     lines
 }
@@ -83,8 +86,9 @@ fn sample(theme: &Theme) -> Vec<Line<'static>> {
     let lower = vec![
         Span::raw("  "),
         span("collision ", theme.danger),
-        span("near miss ", theme.warning),
-        span("safe  ", theme.safe),
+        span("near miss ", theme.danger_medium),
+        span("= agrees ", theme.agree),
+        span("≠ differs ", theme.disagree),
         span("▶ ego ", theme.ego),
         span("▭ 302 ", theme.obstacle),
         span("▬ parked ", theme.static_obstacle),
@@ -184,7 +188,7 @@ mod tests {
                 );
                 assert!(!text.contains("\x1b[2J"), "{text:?}");
             }
-            for name in crate::settings::ThemeFile::shipped() {
+            for name in ThemeFile::shipped().chain(ThemeFile::pairs()) {
                 assert!(all.contains(name));
             }
             assert!(all.contains("dark must be true or false"), "{all}");

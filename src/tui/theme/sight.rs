@@ -6,7 +6,17 @@ use ratatui::style::Color;
 
 use super::{ColorDepth, Theme, color};
 
-/// Backgrounds that terminals usually have: black, the default of some, One Dark, Solarized.
+/// Surfaces of the themes' own that words stand on.
+const SURFACES: [&str; 6] = [
+    "background",
+    "shade",
+    "map_ground",
+    "map_road",
+    "map_junction",
+    "map_path",
+];
+
+/// Backgrounds that terminals usually have, for themes that leave theirs out: black, the default of some, One Dark, Solarized.
 const DARK: [[u8; 3]; 4] = [
     [0, 0, 0],
     [0x1e, 0x1e, 0x1e],
@@ -16,7 +26,7 @@ const DARK: [[u8; 3]; 4] = [
 const LIGHT: [[u8; 3]; 3] = [[255, 255, 255], [0xfa, 0xfa, 0xfa], [0xfd, 0xf6, 0xe3]];
 
 /// Roles that words are written in.
-const WORDS: [&str; 16] = [
+const WORDS: [&str; 24] = [
     "text",
     "dim",
     "title",
@@ -24,10 +34,18 @@ const WORDS: [&str; 16] = [
     "ego",
     "obstacle",
     "static_obstacle",
+    "truck",
+    "cycle",
+    "pedestrian",
     "picked",
     "danger",
+    "danger_medium",
+    "danger_low",
     "warning",
     "safe",
+    "agree",
+    "disagree",
+    "sign",
     "light_red",
     "light_amber",
     "light_green",
@@ -35,13 +53,15 @@ const WORDS: [&str; 16] = [
     "attacker",
 ];
 /// Roles of lines and signs.
-const LINES: [&str; 9] = [
+const LINES: [&str; 11] = [
     "lane",
     "trail",
     "ego_trail",
     "goal",
     "crosswalk",
-    "sign",
+    "brake_light",
+    "indicator",
+    "map_marking",
     "predicted",
     "occupancy",
     "border_focused",
@@ -134,36 +154,59 @@ fn the_formulas_are_right() {
     assert!(difference(red, green, &DEUTERANOPE) < 25.0);
 }
 
+/// AA asks for 4.5, AAA for 7. The nearest of 256 colours may be a little lighter than what a theme says.
+fn least(theme: &Theme, depth: ColorDepth) -> f64 {
+    match (theme.name.starts_with("contrast"), depth) {
+        (true, ColorDepth::True) => 7.0,
+        (true, _) => 6.5,
+        (false, _) => 4.5,
+    }
+}
+
 #[test]
-fn words_can_be_read_on_every_usual_background() {
+fn words_can_be_read_on_every_surface() {
     for full in themes() {
         for depth in [ColorDepth::True, ColorDepth::Indexed] {
             let theme = full.clone().at_depth(depth);
-            let grounds = if theme.dark { &DARK[..] } else { &LIGHT[..] };
-            for ground in grounds {
-                let of = |role: &str| contrast(rgb(&theme, role), *ground);
-                // AA asks for 4.5, AAA for 7.
-                let least = if theme.name == "contrast" { 7.0 } else { 4.5 };
+            let name = format!("{} {depth:?}", theme.name);
+            for surface in SURFACES {
+                let of = |role: &str| contrast(rgb(&theme, role), rgb(&theme, surface));
+                // Labels of the map lie over roads; everything else lies on the background.
+                let words = match surface {
+                    "background" => least(&theme, depth),
+                    _ => 4.5,
+                };
                 for role in WORDS {
-                    assert!(
-                        of(role) >= least,
-                        "{} {role} {:.2} on {ground:?}",
-                        theme.name,
-                        of(role)
-                    );
+                    let found = of(role);
+                    assert!(found >= words, "{name}: {role} {found:.2} on {surface}");
                 }
                 // Lines may recede.
                 for role in LINES {
-                    assert!(
-                        of(role) >= 2.2,
-                        "{} {role} {:.2} on {ground:?}",
-                        theme.name,
-                        of(role)
-                    );
+                    let found = of(role);
+                    assert!(found >= 2.0, "{name}: {role} {found:.2} on {surface}");
                 }
             }
             let bar = contrast(rgb(&theme, "selection"), rgb(&theme, "text"));
-            assert!(bar >= 4.5, "{}: the selected line {bar:.2}", theme.name);
+            assert!(bar >= 4.5, "{name}: the selected line {bar:.2}");
+        }
+    }
+}
+
+#[test]
+fn words_can_be_read_on_the_backgrounds_of_terminals() {
+    for full in themes() {
+        for depth in [ColorDepth::True, ColorDepth::Indexed] {
+            let theme = full.clone().at_depth(depth);
+            for ground in if theme.dark { &DARK[..] } else { &LIGHT[..] } {
+                for role in WORDS {
+                    let found = contrast(rgb(&theme, role), *ground);
+                    let name = &theme.name;
+                    assert!(
+                        found >= 4.5,
+                        "{name} {depth:?}: {role} {found:.2} on {ground:?}"
+                    );
+                }
+            }
         }
     }
 }
@@ -178,17 +221,28 @@ fn dangerous_and_safe_look_different_to_everybody() {
         ("light_red", "light_green", 40.0),
         ("light_red", "light_amber", 20.0),
         ("light_amber", "light_green", 40.0),
+        ("agree", "disagree", 40.0),
         ("danger", "ego", 25.0),
         ("picked", "obstacle", 15.0),
     ];
-    let theme = themes.iter().find(|t| t.name == "colorblind").unwrap();
-    for depth in [ColorDepth::True, ColorDepth::Indexed] {
-        let theme = theme.clone().at_depth(depth);
-        for (a, b, least) in pairs {
-            for eyes in [&TRICHROMAT, &DEUTERANOPE, &PROTANOPE] {
-                let found = difference(rgb(&theme, a), rgb(&theme, b), eyes);
-                assert!(found >= least, "{depth:?} {a} {b}: {found:.0}");
+    let made_for_it = |t: &&Theme| t.name.starts_with("colorblind");
+    assert_eq!(themes.iter().filter(made_for_it).count(), 2);
+    for theme in themes.iter().filter(made_for_it) {
+        for depth in [ColorDepth::True, ColorDepth::Indexed] {
+            let (name, theme) = (&theme.name, theme.clone().at_depth(depth));
+            for (a, b, least) in pairs {
+                for eyes in [&TRICHROMAT, &DEUTERANOPE, &PROTANOPE] {
+                    let found = difference(rgb(&theme, a), rgb(&theme, b), eyes);
+                    assert!(found >= least, "{name} {depth:?} {a} {b}: {found:.0}");
+                }
             }
+        }
+    }
+    // Agreement is told from disagreement in every theme.
+    for theme in &themes {
+        for eyes in [&TRICHROMAT, &DEUTERANOPE, &PROTANOPE] {
+            let found = difference(rgb(theme, "agree"), rgb(theme, "disagree"), eyes);
+            assert!(found >= 40.0, "{}: {found:.0}", theme.name);
         }
     }
     // The test sees what it looks for: the usual red and green do not pass it.

@@ -26,6 +26,7 @@ use super::widgets::ascii;
 /// Draws everything, in the signs that the terminal has.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     everything(frame, model);
+    model.theme.paint(frame.buffer_mut());
     if model.look.glyphs == Glyphs::Ascii {
         ascii::only(frame.buffer_mut());
     }

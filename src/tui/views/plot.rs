@@ -2,27 +2,33 @@
 
 mod axes;
 mod drives;
+mod marks;
+mod strokes;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::{Color, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::canvas::{Canvas, Context, Line as Stroke, Points};
+use ratatui::widgets::canvas::Canvas;
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::metrics::{Measure, Series};
-use crate::render::Ticks;
+use self::axes::{Axes, Drawn, Upwards};
+use self::marks::Event;
+use self::strokes::{Dash, stroke};
+use crate::metrics::{Measure, Series, Threshold};
+use crate::render::{Ticks, steps};
 use crate::tui::loaded::Opened;
 use crate::tui::model::{Model, Pane};
 use crate::tui::widgets::frame;
-use crate::tui::widgets::words::{fit, quantity};
+use crate::tui::widgets::words::quantity;
 
-/// A line of the plot: what it is called, its colour, its points.
+/// A line of the plot: what it is called, how it looks, its points.
 struct Curve {
     name: String,
     color: Color,
+    dash: Dash,
     /// Whether it is of an obstacle that was picked or marked.
     chosen: bool,
     /// A run of points for every stretch without gaps, so that nothing is drawn where there is no value.
@@ -50,75 +56,78 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let title = fitting(title(model, opened, series), room);
     let pane = frame::pane(f, area, model, Pane::Plot, title);
     let curves = curves(model, opened, series);
-    let inner = legend(f, area, pane, model, &curves);
+    let (inner, key) = apart(area, pane);
     let dt = opened.scenario.dt();
     let steps = series.steps();
     let (from, to) = (steps.start as f64 * dt, (steps.end - 1) as f64 * dt);
-    let to = to.max(from + dt);
     let measure = model.plot.measure;
     let values: Vec<f64> = model
         .thresholds
         .for_measure(measure.id)
         .map(|t| t.value)
         .collect();
-    let upwards = upwards(measure, &curves, &values, axes::most_upwards(inner));
-    let plot = axes::draw(f, inner, (from, to), &upwards, measure.unit, theme.dim);
-    let (low, high) = upwards.bounds();
+    let upwards = upwards(measure, &curves, &values, inner);
+    let window = window(model, dt);
+    let drawn = Drawn {
+        time: (from, to.max(from + dt)),
+        window,
+        upwards: &upwards,
+        unit: measure.unit,
+        color: theme.dim,
+    };
+    let axes = axes::draw(f, inner, &drawn);
+    lines(f, &axes, &curves, measure.is_ordinal());
+    marks::shade(f, &axes, window, Style::new().bg(theme.shade));
+    let unnamed = marks::thresholds(f, &axes, model);
     let now = model.clock.step() as f64 * dt;
+    let now = (now, Style::new().fg(theme.accent));
+    marks::events(f, &axes, inner, &events(model, opened, series), now);
+    legend(f, key, model, &curves, &unnamed);
+    model.drawn.time_scale(axes.plot);
+}
+
+/// The window that is judged, in seconds.
+fn window(model: &Model, dt: f64) -> Option<(f64, f64)> {
+    let window = model.window()?;
+    Some((window.first() as f64 * dt, window.last() as f64 * dt))
+}
+
+/// The contact, and the most dangerous value of all.
+fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
+    let (theme, measure) = (&model.theme, model.plot.measure);
+    let event = |step: i64, sign, words: &str, color| Event {
+        time: step as f64 * opened.scenario.dt(),
+        sign,
+        words: words.into(),
+        style: Style::new().fg(color).add_modifier(Modifier::BOLD),
+    };
+    let contact = opened.collision.as_ref().and_then(|c| c.decisive_step);
+    let contact = contact.map(|step| event(step, 'X', "contact", theme.danger));
+    let extreme = series.most_dangerous(measure.id);
+    let extreme = extreme.map(|(step, _)| event(step, '▼', measure.danger.extreme(), theme.text));
+    contact.into_iter().chain(extreme).collect()
+}
+
+/// Draws the curves between the axes, levels as steps.
+fn lines(f: &mut Frame<'_>, axes: &Axes, curves: &[Curve], levels: bool) {
+    let (right, top) = axes.last_dot();
     let canvas = Canvas::default()
         .marker(Marker::Braille)
-        .x_bounds([from, to])
-        .y_bounds([low, high])
+        .x_bounds([0.0, right])
+        .y_bounds([0.0, top])
         .paint(|ctx| {
-            for &value in values.iter().filter(|v| (low..=high).contains(*v)) {
-                stroke(ctx, &[(from, value), (to, value)], theme.dim);
-            }
-            stroke(ctx, &[(now, low), (now, high)], theme.accent);
-            for curve in &curves {
+            for curve in curves {
                 for run in &curve.runs {
-                    stroke(ctx, run, curve.color);
+                    let run = match levels {
+                        true => steps(run),
+                        false => run.clone(),
+                    };
+                    let dots: Vec<_> = run.iter().map(|point| axes.dots(*point)).collect();
+                    stroke(ctx, &dots, curve.dash, curve.color);
                 }
             }
         });
-    f.render_widget(canvas, plot);
-    beyond(f, plot, model, (low, high));
-    model.drawn.time_scale(plot);
-}
-
-/// A line from point to point; a lonely point is a dot.
-fn stroke(ctx: &mut Context<'_>, points: &[(f64, f64)], color: Color) {
-    if let [only] = points {
-        ctx.draw(&Points {
-            coords: &[*only],
-            color,
-        });
-    }
-    for pair in points.windows(2) {
-        ctx.draw(&Stroke::new(
-            pair[0].0, pair[0].1, pair[1].0, pair[1].1, color,
-        ));
-    }
-}
-
-/// An arrow towards each threshold that the axis does not reach, with its value.
-fn beyond(f: &mut Frame<'_>, plot: Rect, model: &Model, (low, high): (f64, f64)) {
-    let measure = model.plot.measure;
-    let words = |above: bool| {
-        let of_measure = model.thresholds.for_measure(measure.id);
-        let there = of_measure.filter(|t| if above { t.value > high } else { t.value < low });
-        let sign = if above { "↑" } else { "↓" };
-        let each = there.map(|t| format!("{sign} {} {}", t.name, quantity(t.value, measure.unit)));
-        each.collect::<Vec<_>>().join("  ")
-    };
-    let style = Style::new().fg(model.theme.dim);
-    for (above, y) in [(true, plot.top()), (false, plot.bottom().saturating_sub(1))] {
-        let words = fit(&words(above), usize::from(plot.width));
-        let width = u16::try_from(words.width()).unwrap_or(0);
-        if width > 0 && plot.height > 0 {
-            let at = Rect::new(plot.right() - width, y, width, 1);
-            f.render_widget(Span::styled(words, style), at);
-        }
-    }
+    f.render_widget(canvas, axes.plot);
 }
 
 /// The measure, its most dangerous value now, the most dangerous of all, and who is picked: the most telling first.
@@ -127,7 +136,7 @@ fn title(model: &Model, opened: &Opened, series: &Series) -> Vec<Vec<Span<'stati
     let mut parts = vec![vec![Span::raw(measure.id)]];
     let colored = |value: f64| match measure.id {
         "risk" => theme.risk(value),
-        _ => theme.warning,
+        _ => theme.text,
     };
     if let Some((id, value)) = series.most_dangerous_at(measure.id, model.clock.step()) {
         let words = format!("now {}", quantity(value, measure.unit));
@@ -177,56 +186,48 @@ fn curves(model: &Model, opened: &Opened, series: &Series) -> Vec<Curve> {
     };
     let mut curves = vec![Curve {
         name: model.plot.measure.danger.extreme().into(),
-        color: theme.warning,
+        color: theme.text,
+        dash: Dash::Solid,
         chosen: false,
         runs: runs(&|s| series.most_dangerous_at(id, s).map(|(_, v)| v)),
     }];
-    let of = |obstacle: i64, color: Color| Curve {
+    let of = |obstacle: i64, color: Color, dash: Dash| Curve {
         name: obstacle.to_string(),
         color,
+        dash,
         chosen: true,
         runs: runs(&|s| series.at(id, obstacle, s).value()),
     };
-    let colors = [
-        theme.safe,
-        theme.danger,
-        theme.obstacle,
-        theme.goal,
-        theme.ego,
-    ];
+    let colors = [theme.sign, theme.truck, theme.cycle, theme.pedestrian];
+    let looks = colors.into_iter().zip(Dash::MARKED.into_iter().cycle());
     let marked = model
         .plot
         .marked
         .iter()
         .filter(|m| Some(**m) != model.picked);
-    curves.extend(marked.zip(colors).map(|(&m, color)| of(m, color)));
-    curves.extend(model.picked.map(|picked| of(picked, theme.picked)));
+    curves.extend(
+        marked
+            .zip(looks.cycle())
+            .map(|(&m, (color, dash))| of(m, color, dash)),
+    );
+    let picked = model.picked.map(|id| of(id, theme.picked, Dash::Dashed));
+    curves.extend(picked);
     curves
-}
-
-/// The axis of risk scores, always whole.
-fn risk_axis(most: usize) -> Ticks {
-    let (low, high) = (0.0, 5.0);
-    if most < 5 {
-        Ticks::ends(low, high)
-    } else {
-        Ticks::around(low, high, 6)
-    }
 }
 
 /// So much of what the values take up may be added to reach a threshold.
 const NEAR: f64 = 0.5;
 
 /// The axis upwards: from the lowest to the highest value, and to thresholds near them; the risk score always whole.
-fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], most: usize) -> Ticks {
-    if measure.id == "risk" {
-        return risk_axis(most);
+fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], area: Rect) -> Upwards {
+    if measure.is_ordinal() {
+        return Upwards::of_risk(area);
     }
     let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
     let values = points.map(|p| p.1);
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     if low > high {
-        return Ticks::ends(0.0, 1.0);
+        return Upwards::fitting(area, |_| Ticks::ends(0.0, 1.0));
     }
     let room = NEAR * (high - low);
     let near = |t: &&f64| (low - room..=high + room).contains(*t);
@@ -239,60 +240,51 @@ fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], most: usize)
         let around = (low.abs() * 0.1).max(0.5);
         (low, high) = (low - around, high + around);
     }
-    Ticks::around(low, high, most)
+    Upwards::fitting(area, |most| Ticks::around(low, high, most))
 }
 
-/// Whose line is which, names in the colours of their lines, and the thresholds: in the first line, or on a small plot
-/// in the lower border. Gives the area that is left.
-fn legend(f: &mut Frame<'_>, pane: Rect, inner: Rect, model: &Model, curves: &[Curve]) -> Rect {
-    let (theme, measure) = (&model.theme, model.plot.measure);
-    let small = inner.height < 8;
-    // Lines the user chose are named first, even without values.
-    let chosen = curves.iter().filter(|c| c.chosen);
-    let all = curves.iter().filter(|c| !c.chosen && !c.runs.is_empty());
-    let mut parts: Vec<Vec<Span<'static>>> = chosen
-        .chain(all)
-        .map(|c| {
-            let (sign, none, color) = match c.runs.is_empty() {
-                true => ("", " –", theme.dim),
-                false => ("━", "", c.color),
-            };
-            let words = format!("{sign}{}{none}", c.name);
-            vec![Span::styled(words, Style::new().fg(color))]
-        })
-        .collect();
-    let thresholds = model.thresholds.for_measure(measure.id).map(|threshold| {
-        let words = format!(
-            "╌{} {}{}",
-            threshold.name,
-            quantity(threshold.value, measure.unit),
-            if threshold.own { " (yours)" } else { "" },
-        );
-        vec![Span::styled(words, Style::new().fg(theme.dim))]
-    });
-    parts.extend(thresholds);
-    let mut line = Line::default();
-    for part in parts {
-        let width: usize = part.iter().map(Span::width).sum();
-        if line.width() + width + 2 > usize::from(inner.width) {
-            break;
-        }
-        line.push_span(Span::raw(" "));
-        line.spans.extend(part);
+/// The area of the plot, and the line of its legend: the first one, or on a small plot a part of the lower border.
+fn apart(pane: Rect, inner: Rect) -> (Rect, Rect) {
+    if inner.height < 8 {
+        let border = Rect::new(inner.x, pane.bottom().saturating_sub(1), inner.width, 1);
+        let height = u16::from(pane.height > 2);
+        return (inner, Rect { height, ..border });
     }
-    if small {
-        if line.width() > 0 && pane.height > 2 {
-            line.push_span(Span::raw(" "));
-            let width = u16::try_from(line.width()).unwrap_or(0).min(inner.width);
-            let border = Rect::new(inner.x, pane.bottom() - 1, width, 1);
-            f.render_widget(line, border);
-        }
-        return inner;
-    }
-    f.render_widget(line, Rect { height: 1, ..inner });
-    Rect {
+    let rest = Rect {
         y: inner.y + 1,
         height: inner.height - 1,
         ..inner
+    };
+    (rest, Rect { height: 1, ..inner })
+}
+
+/// Whose line is which, by sign and colour, and thresholds whose names are not at their lines.
+fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve], unnamed: &[&Threshold]) {
+    let theme = &model.theme;
+    // Lines the user chose are named first, even without values.
+    let chosen = curves.iter().filter(|c| c.chosen);
+    let all = curves.iter().filter(|c| !c.chosen && !c.runs.is_empty());
+    let named = chosen.chain(all).map(|c| match c.runs.is_empty() {
+        true => (format!("{} –", c.name), theme.dim),
+        false => (format!("{}{}", c.dash.sign(), c.name), c.color),
+    });
+    let thresholds = unnamed.iter().map(|threshold| {
+        let words = marks::words(threshold, model.plot.measure.unit);
+        (format!("┄{words}"), theme.dim)
+    });
+    let mut line = Line::default();
+    for (words, color) in named.chain(thresholds) {
+        let part = Span::styled(words, Style::new().fg(color));
+        if line.width() + part.width() + 3 > usize::from(area.width) {
+            break;
+        }
+        line.push_span(Span::raw(if line.spans.is_empty() { " " } else { "  " }));
+        line.push_span(part);
+    }
+    if line.width() > 0 {
+        line.push_span(Span::raw(" "));
+        let width = u16::try_from(line.width()).unwrap_or(area.width);
+        let width = width.min(area.width);
+        f.render_widget(line, Rect { width, ..area });
     }
 }

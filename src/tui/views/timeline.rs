@@ -52,9 +52,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             ));
         }
     }
-    let marks = ruler::marks(model, &column);
+    let marks = ruler::marks(model, opened, &column);
     if apart {
-        lines.push(ruler::marks_row(model, width, &column));
+        lines.push(ruler::marks_row(model, &marks, width, &column));
     }
     let beside = if apart { &[][..] } else { &marks };
     lines.push(ruler::ruler(model, opened, width, &column, beside));
@@ -79,20 +79,31 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     let Some((measure, _)) = model.heat_series() else {
         return title;
     };
-    let bars = match measure.id {
-        "risk" => " · bars: lowest risk score".to_string(),
-        id => {
-            let extreme = measure.danger.extreme();
-            let full = model.thresholds.for_measure(id).next();
-            let full = full.map(|t| format!(", full at {}", quantity(t.value, measure.unit)));
-            let full = full.unwrap_or_else(|| ", within this scenario".into());
-            format!(" · bars: {extreme} {id}{full}")
-        }
-    };
-    if title.width() + bars.width() <= room {
-        title.push_span(Span::styled(bars, Style::new().fg(model.theme.dim)));
+    let whole = format!(" · bars grow with danger: full = {}", full(model, measure));
+    let short = format!(" · bars: danger by {}", measure.id);
+    let words = [whole, short]
+        .into_iter()
+        .find(|words| title.width() + words.width() <= room);
+    if let Some(words) = words {
+        title.push_span(Span::styled(words, Style::new().fg(model.theme.dim)));
     }
     title
+}
+
+/// The value at which a bar is full.
+fn full(model: &Model, measure: &Measure) -> String {
+    let id = measure.id;
+    if measure.is_ordinal() {
+        return format!("{id} 0");
+    }
+    let sign = match measure.danger {
+        Danger::High => "≥",
+        Danger::Low | Danger::Neutral => "≤",
+    };
+    match model.thresholds.for_measure(id).next() {
+        Some(t) => format!("{id} {sign} {}", quantity(t.value, measure.unit)),
+        None => format!("{} {id} here", ruler::extreme(measure.danger)),
+    }
 }
 
 /// All obstacles together, then the picked one, then the most dangerous ones.
@@ -126,7 +137,7 @@ impl Scale {
             .next()
             .map(|t| t.value);
         let mut range = (0.0, 0.0);
-        if threshold.is_none() && measure.id != "risk" {
+        if threshold.is_none() && !measure.is_ordinal() {
             let ids = series.obstacles().iter();
             let all = ids.flat_map(|&id| series.row(measure.id, id));
             let values: Vec<f64> = all.filter_map(|reading| reading.value()).collect();
@@ -147,15 +158,15 @@ impl Scale {
     /// The higher, the more dangerous.
     fn sign(&self, model: &Model, value: f64) -> (char, Color) {
         let theme = &model.theme;
-        if self.measure.id == "risk" {
+        if self.measure.is_ordinal() {
             return (bar(value), theme.risk(value));
         }
         let level = heat(value, self.measure.danger, self.threshold, self.range);
         let color = match (self.threshold, level) {
             (None, _) => theme.obstacle,
             (Some(_), 6..) => theme.danger,
-            (Some(_), 3..) => theme.warning,
-            (Some(_), _) => theme.safe,
+            (Some(_), 3..) => theme.danger_medium,
+            (Some(_), _) => theme.danger_low,
         };
         (LEVELS[usize::from(level).min(LEVELS.len() - 1)], color)
     }
@@ -172,11 +183,7 @@ fn strip(
 ) -> Line<'static> {
     let theme = &model.theme;
     let measure = scale.measure;
-    let everyone = match measure.danger {
-        Danger::High => "highest",
-        Danger::Low | Danger::Neutral => "lowest",
-    };
-    let name = id.map_or(everyone.to_string(), |id| id.to_string());
+    let name = id.map_or("all".to_string(), |id| id.to_string());
     let picked = id.is_some() && id == model.picked;
     let color = if picked { theme.picked } else { theme.dim };
     let mut line = Line::from(Span::styled(

@@ -11,16 +11,13 @@ use crate::tui::model::Model;
 
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let area = frame.area();
+    let (columns, rows) = SMALLEST;
     let text = Text::from(vec![
-        Line::from("nearmiss needs more room"),
         Line::from(format!(
-            "at least {}×{}, here are {}×{}",
-            SMALLEST.0, SMALLEST.1, area.width, area.height
+            "Terminal too small: this is {}×{}, nearmiss needs {columns}×{rows}",
+            area.width, area.height
         )),
-        Line::from(format!(
-            "make the terminal larger, or press {}",
-            model.look.key(Action::Quit)
-        )),
+        Line::from(format!("{} quits", model.look.key(Action::Quit))),
     ]);
     let [middle] = Layout::vertical([Constraint::Length(4)])
         .flex(Flex::Center)

@@ -10,9 +10,9 @@ use crate::tui::theme::Theme;
 /// The sign of a claim and its style.
 fn sign(judgement: Judgement, theme: &Theme) -> (&'static str, Style) {
     match judgement {
-        Judgement::Right => ("=", Style::new().fg(theme.safe)),
+        Judgement::Right => ("=", Style::new().fg(theme.agree)),
         Judgement::Wrong => {
-            let style = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);
+            let style = Style::new().fg(theme.disagree).add_modifier(Modifier::BOLD);
             ("≠", style)
         }
         Judgement::Unknown(_) => ("?", Style::new().fg(theme.warning)),

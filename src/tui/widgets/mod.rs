@@ -5,6 +5,7 @@ pub mod claimed;
 pub mod frame;
 pub mod highlight;
 pub mod hints;
+pub mod line_placer;
 pub mod lines;
 pub mod long_text;
 pub mod picker;

@@ -57,7 +57,7 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
         let color = if verdict.dangerous {
             theme.danger
         } else {
-            theme.safe
+            theme.danger_low
         };
         rows.push(("verdict", verdict.word().to_string(), bold(color)));
     }
@@ -65,9 +65,9 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
         let words = |dangerous| if dangerous { "yes" } else { "no" };
         let (value, style) = match (truth, said) {
             (Some(truth), Some(said)) if truth == said => {
-                (format!("= {}", words(truth)), bold(theme.safe))
+                (format!("= {}", words(truth)), bold(theme.agree))
             }
-            (Some(truth), Some(_)) => (format!("≠ {}", words(truth)), bold(theme.danger)),
+            (Some(truth), Some(_)) => (format!("≠ {}", words(truth)), bold(theme.disagree)),
             (Some(truth), None) => (words(truth).to_string(), plain),
             (None, _) => ("not known here".to_string(), Style::new().fg(theme.dim)),
         };

@@ -77,7 +77,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         // Agreement with the built-in judge would bias the rating.
         (Some(verdict), Some(truth)) if !hides => {
             let same = verdict.dangerous == truth.dangerous;
-            let color = if same { theme.safe } else { theme.danger };
+            let color = if same { theme.agree } else { theme.disagree };
             let sign = if same { "=" } else { "≠" };
             (format!("{} {sign}", verdict.word()), Some(color))
         }

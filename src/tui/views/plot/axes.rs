@@ -1,25 +1,132 @@
-//! Plot axes with round numbers, and the area between them.
+//! Plot axes with round numbers, each on a row of its own at even distances, and the area between them.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
-use ratatui::text::Span;
+use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
 use crate::render::Ticks;
+use crate::tui::widgets::line_placer::LinePlacer;
 
 /// Rows that a plot needs for a line along its lower end.
-const ROWS_WITH_LINE: u16 = 8;
+const ROWS_WITH_LINE: u16 = 10;
 /// Columns that a number of the lower axis needs.
 const COLUMNS: u16 = 7;
+/// Most numbers of the vertical axis.
+const MOST: usize = 6;
 
 /// Values at the two ends of an axis.
 pub type Range = (f64, f64);
 
-/// Most numbers that fit on the vertical axis of a plot of this height.
-pub fn most_upwards(area: Rect) -> usize {
-    usize::from(rows(area) / 2 + 1).clamp(2, 5)
+/// What axes are drawn from.
+pub struct Drawn<'a> {
+    /// From when to when, seconds.
+    pub time: Range,
+    /// The part of it that is judged.
+    pub window: Option<Range>,
+    /// The vertical axis.
+    pub upwards: &'a Upwards,
+    /// Its unit.
+    pub unit: &'a str,
+    /// The colour of lines and numbers.
+    pub color: Color,
 }
+
+/// A vertical axis: its numbers, and the rows at whose middles they stand.
+pub struct Upwards {
+    ticks: Ticks,
+    rows: u16,
+}
+
+impl Upwards {
+    /// Numbers for a plot in this area, of those that `ticks` gives for at most so many: the tallest plot, then the
+    /// most numbers.
+    pub fn fitting(area: Rect, ticks: impl Fn(usize) -> Ticks) -> Self {
+        let room = rows(area);
+        let most = usize::from(room / 2 + 1).clamp(2, MOST - 1);
+        let all = (2..=most).map(|most| Self::even(ticks(most), room));
+        let best = all.max_by_key(|axis| {
+            let count = axis.ticks.labels().len();
+            (count > 2, axis.rows, count)
+        });
+        best.unwrap_or_else(|| Self::even(ticks(2), room))
+    }
+
+    /// The axis of risk scores, always whole: all six numbers where each can have a row.
+    pub fn of_risk(area: Rect) -> Self {
+        let room = rows(area);
+        match usize::from(room) < MOST {
+            true => Self::even(Ticks::ends(0.0, 5.0), room),
+            false => Self::even(Ticks::around(0.0, 5.0, MOST), room),
+        }
+    }
+
+    /// As many rows as put every number on one.
+    fn even(ticks: Ticks, room: u16) -> Self {
+        let gaps = u16::try_from(ticks.labels().len().saturating_sub(1)).unwrap_or(1);
+        let gaps = gaps.max(1);
+        let rows = match room.saturating_sub(1) / gaps {
+            0 => room,
+            each => each * gaps + 1,
+        };
+        Self { ticks, rows }
+    }
+
+    /// The lowest and the highest number.
+    pub fn bounds(&self) -> Range {
+        self.ticks.bounds()
+    }
+}
+
+/// Where points of the plot are on the screen.
+pub struct Axes {
+    /// The area between the axes.
+    pub plot: Rect,
+    time: Range,
+    values: Range,
+}
+
+impl Axes {
+    /// A point in dots of a canvas of Braille: two in a column and four in a row, from below.
+    pub fn dots(&self, (time, value): (f64, f64)) -> (f64, f64) {
+        let (width, height) = self.last_dot();
+        let part = |v: f64, (from, to): Range| ((v - from) / (to - from)).clamp(0.0, 1.0);
+        // Numbers stand in the middle of their rows, so the axis begins and ends there.
+        let tall = height - 2.0 * HALF;
+        (
+            part(time, self.time) * width,
+            HALF + part(value, self.values) * tall,
+        )
+    }
+
+    /// The last dots to the right and upwards.
+    pub fn last_dot(&self) -> (f64, f64) {
+        let last = |cells: u16, dots: f64| (f64::from(cells) * dots - 1.0).max(1.0);
+        (last(self.plot.width, 2.0), last(self.plot.height, 4.0))
+    }
+
+    /// The lowest and the highest value.
+    pub fn values(&self) -> Range {
+        self.values
+    }
+
+    /// The column of a time.
+    pub fn column(&self, time: f64) -> u16 {
+        let part = (time - self.time.0) / (self.time.1 - self.time.0);
+        self.plot.x + place(part, self.plot.width)
+    }
+
+    /// The row of a value that is on the axis.
+    pub fn row(&self, value: f64) -> Option<u16> {
+        let (low, high) = self.values;
+        let on = (low..=high).contains(&value);
+        on.then(|| self.plot.y + place((high - value) / (high - low), self.plot.height))
+    }
+}
+
+/// Dots from the edge of a row to its middle.
+const HALF: f64 = 1.5;
 
 /// Rows of the plot itself.
 fn rows(area: Rect) -> u16 {
@@ -31,31 +138,33 @@ fn below(area: Rect) -> u16 {
     1 + u16::from(area.height >= ROWS_WITH_LINE)
 }
 
-/// Draws the axes, `time` in seconds and `upwards` in `unit`; gives the area between them.
-pub fn draw(
-    f: &mut Frame<'_>,
-    area: Rect,
-    time: Range,
-    upwards: &Ticks,
-    unit: &str,
-    color: Color,
-) -> Rect {
-    let style = Style::new().fg(color);
-    let mut labels = upwards.labels();
-    if let Some((_, top)) = labels.last_mut().filter(|_| !unit.is_empty()) {
-        top.push_str(&format!(" {unit}"));
+/// Draws the axes; gives what lies between them. Rows that are left over stay free above.
+pub fn draw(f: &mut Frame<'_>, area: Rect, drawn: &Drawn<'_>) -> Axes {
+    let (time, upwards) = (drawn.time, drawn.upwards);
+    let style = Style::new().fg(drawn.color);
+    let mut labels = upwards.ticks.labels();
+    if let Some((_, top)) = labels.last_mut().filter(|_| !drawn.unit.is_empty()) {
+        top.push_str(&format!(" {}", drawn.unit));
     }
     let widths = labels.iter().map(|(_, words)| words.width());
     let width = u16::try_from(widths.max().unwrap_or(0)).unwrap_or(0);
     let width = width.min(area.width / 3);
-    let plot = Rect {
-        x: area.x + width + 1,
-        width: area.width.saturating_sub(width + 1),
-        height: rows(area),
-        ..area
+    let room = rows(area);
+    let height = upwards.rows.min(room);
+    let mut axes = Axes {
+        plot: Rect {
+            x: area.x + width + 1,
+            y: area.y + (room - height),
+            width: area.width.saturating_sub(width + 1),
+            height,
+        },
+        time,
+        values: upwards.bounds(),
     };
+    let plot = axes.plot;
     if plot.width < 2 || plot.height < 2 {
-        return Rect { height: 0, ..plot };
+        axes.plot.height = 0;
+        return axes;
     }
     let mut put = |x: u16, y: u16, words: &str| {
         let room = Rect::new(x, y, area.right().saturating_sub(x), 1).intersection(area);
@@ -64,43 +173,82 @@ pub fn draw(
     for y in plot.top()..plot.bottom() {
         put(plot.x - 1, y, "│");
     }
-    let (low, high) = upwards.bounds();
     for (value, words) in &labels {
-        let part = (high - value) / (high - low);
-        let y = plot.y + place(part, plot.height);
+        let Some(y) = axes.row(*value) else { continue };
         let short = u16::try_from(words.width()).unwrap_or(width);
         put(area.x + width.saturating_sub(short), y, words);
         put(plot.x - 1, y, "┤");
     }
+    let most = usize::from(plot.width / COLUMNS).clamp(2, 9);
+    let ticks = Ticks::within(time.0, time.1, most).labels();
     if below(area) > 1 {
         let line = "─".repeat(usize::from(plot.width));
         put(plot.x - 1, plot.bottom(), &format!("└{line}"));
-    }
-    let ticks = Ticks::within(
-        time.0,
-        time.1,
-        usize::from(plot.width / COLUMNS).clamp(2, 9),
-    );
-    let ticks = ticks.labels();
-    let count = ticks.len();
-    for (i, (value, words)) in ticks.into_iter().enumerate() {
-        let part = (value - time.0) / (time.1 - time.0);
-        let x = plot.x + place(part, plot.width);
-        let words = if i + 1 == count { words + " s" } else { words };
-        let short = u16::try_from(words.width()).unwrap_or(0);
-        // In the middle below its place, and inside at the ends.
-        let from = x
-            .saturating_sub(short / 2)
-            .min(area.right().saturating_sub(short));
-        put(from.max(area.x), area.bottom() - 1, &words);
-        if below(area) > 1 {
-            put(x, plot.bottom(), "┴");
+        for (value, _) in &ticks {
+            put(axes.column(*value), plot.bottom(), "┴");
         }
     }
-    plot
+    let numbers = numbers(&axes, area, ticks, drawn);
+    let lowest = Rect::new(area.x, area.bottom() - 1, area.width, 1);
+    f.render_widget(numbers, lowest);
+    axes
+}
+
+/// The numbers of the lower axis, between the brackets of the window.
+fn numbers(axes: &Axes, area: Rect, ticks: Vec<(f64, String)>, drawn: &Drawn<'_>) -> Line<'static> {
+    let style = Style::new().fg(drawn.color);
+    let mut row = LinePlacer::new(usize::from(area.width));
+    let at = |time: f64| usize::from(axes.column(time) - area.x);
+    if let Some((from, to)) = drawn.window {
+        row.sign(at(from), '[', style);
+        row.sign(at(to), ']', style);
+    }
+    // The last one has the unit, so it has the first choice.
+    for (i, (time, words)) in ticks.into_iter().rev().enumerate() {
+        let words = if i == 0 { words + " s" } else { words };
+        row.words_around(at(time), &words, style);
+    }
+    Line::from_iter(row.spans())
 }
 
 /// The cell at a fraction of this many cells.
 fn place(part: f64, cells: u16) -> u16 {
     (part.clamp(0.0, 1.0) * f64::from(cells.saturating_sub(1))).round() as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_has_a_row_at_even_distances() {
+        for height in 3..60 {
+            let area = Rect::new(0, 0, 60, height);
+            let measured = |most| Ticks::around(0.3, 47.0, most);
+            for upwards in [Upwards::of_risk(area), Upwards::fitting(area, measured)] {
+                let axes = Axes {
+                    plot: Rect::new(5, 0, 50, upwards.rows),
+                    time: (0.0, 1.0),
+                    values: upwards.bounds(),
+                };
+                let labels = upwards.ticks.labels();
+                let rows: Vec<u16> = labels.iter().filter_map(|(v, _)| axes.row(*v)).collect();
+                assert_eq!(rows.len(), labels.len());
+                let gaps: Vec<u16> = rows.windows(2).map(|pair| pair[0] - pair[1]).collect();
+                assert!(
+                    gaps.iter().all(|gap| *gap == gaps[0] && *gap > 0),
+                    "{height}: {rows:?}"
+                );
+                // A line at a number lies in its row.
+                for ((value, _), row) in labels.iter().zip(&rows) {
+                    let (_, dot) = axes.dots((0.0, *value));
+                    let from_above = axes.last_dot().1 - dot.round();
+                    assert_eq!((from_above / 4.0).floor() as u16, *row, "{height}: {value}");
+                }
+            }
+            if rows(area) >= 6 {
+                assert_eq!(Upwards::of_risk(area).ticks.labels().len(), 6, "{height}");
+            }
+        }
+    }
 }

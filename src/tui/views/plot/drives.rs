@@ -4,11 +4,11 @@
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
-use ratatui::symbols::Marker;
 use ratatui::text::Span;
-use ratatui::widgets::canvas::{Canvas, Points};
 
-use super::{axes, stroke};
+use super::axes::{self, Drawn, Upwards};
+use super::strokes::Dash;
+use super::{lines, marks};
 use crate::generation::RiskCurve;
 use crate::render::Ticks;
 use crate::scenario::Track;
@@ -17,15 +17,7 @@ use crate::tui::model::{Drives, Model, Pane};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::quantity;
 
-/// A line: whose, its sign in the legend, its points.
-struct Curve {
-    name: &'static str,
-    sign: &'static str,
-    color: Color,
-    /// Drawn as dots, so that colours are not needed.
-    dotted: bool,
-    points: Vec<(f64, f64)>,
-}
+use super::Curve;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let Some((opened, planned)) = model.opened.as_deref().zip(model.planned()) else {
@@ -51,38 +43,30 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     }
     let title = super::fitting(title, room);
     let inner = frame::pane(f, area, model, Pane::Plot, title);
-    let all = || curves.iter().flat_map(|c| c.points.iter());
+    let all = || curves.iter().flat_map(|c| c.runs.iter().flatten());
     let high = all().map(|p| p.1).fold(1.0, f64::max);
     let low = all().map(|p| p.1).fold(0.0, f64::min);
     let (first, last) = model.clock.range();
     let (from, to) = (first as f64 * dt, last as f64 * dt);
-    let to = to.max(from + dt);
-    let most = axes::most_upwards(inner);
-    let upwards = match what {
-        Drives::Risk => super::risk_axis(most),
-        _ => Ticks::around(low, high, most),
+    let levels = what == Drives::Risk;
+    let upwards = match levels {
+        true => Upwards::of_risk(inner),
+        false => Upwards::fitting(inner, |most| Ticks::around(low, high, most)),
     };
-    let plot = axes::draw(f, inner, (from, to), &upwards, unit, model.theme.dim);
-    let (low, high) = upwards.bounds();
-    let canvas = Canvas::default()
-        .marker(Marker::Braille)
-        .x_bounds([from, to])
-        .y_bounds([low, high])
-        .paint(|ctx| {
-            stroke(ctx, &[(now, low), (now, high)], model.theme.accent);
-            for curve in &curves {
-                if curve.dotted {
-                    ctx.draw(&Points {
-                        coords: &curve.points,
-                        color: curve.color,
-                    });
-                } else {
-                    stroke(ctx, &curve.points, curve.color);
-                }
-            }
-        });
-    f.render_widget(canvas, plot);
-    model.drawn.time_scale(plot);
+    let window = super::window(model, dt);
+    let drawn = Drawn {
+        time: (from, to.max(from + dt)),
+        window,
+        upwards: &upwards,
+        unit,
+        color: model.theme.dim,
+    };
+    let axes = axes::draw(f, inner, &drawn);
+    lines(f, &axes, &curves, levels);
+    marks::shade(f, &axes, window, Style::new().bg(model.theme.shade));
+    let now = (now, Style::new().fg(model.theme.accent));
+    marks::events(f, &axes, inner, &[], now);
+    model.drawn.time_scale(axes.plot);
 }
 
 /// The plot's title with each curve's current value; a curve with an empty name shows only the value.
@@ -93,11 +77,13 @@ fn title(
     (what, now, dt): (Drives, f64, f64),
 ) -> Vec<Vec<Span<'static>>> {
     let values = curves.iter().map(|curve| {
-        let mut points = curve.points.iter();
+        let mut points = curve.runs.iter().flatten();
         let at = points.find(|(t, _)| (t - now).abs() < dt / 2.0);
         let value = at.map_or("–".to_string(), |(_, v)| quantity(*v, unit));
         let words = match what {
-            Drives::Risk | Drives::Speed => format!("{}{} {value}", curve.sign, curve.name),
+            Drives::Risk | Drives::Speed => {
+                format!("{}{} {value}", curve.dash.sign(), curve.name)
+            }
             Drives::Distance => format!("now {value}"),
         };
         vec![Span::styled(words, Style::new().fg(curve.color))]
@@ -124,20 +110,9 @@ fn curves(model: &Model, opened: &Opened, planned: &PlannedEgo, what: Drives) ->
     match what {
         Drives::Risk => risks(model, dt),
         Drives::Speed => {
-            let planned = own.map(|track| Curve {
-                name: "planned",
-                sign: "━",
-                color: theme.ego,
-                dotted: false,
-                points: speed(track),
-            });
-            let recorded = recorded.map(|track| Curve {
-                name: "recorded",
-                sign: "··",
-                color: theme.text,
-                dotted: true,
-                points: speed(track),
-            });
+            let planned = own.map(|track| line("planned", theme.ego, Dash::Solid, speed(track)));
+            let recorded =
+                recorded.map(|track| line("recorded", theme.text, Dash::Dotted, speed(track)));
             planned.into_iter().chain(recorded).collect()
         }
         Drives::Distance => {
@@ -149,13 +124,7 @@ fn curves(model: &Model, opened: &Opened, planned: &PlannedEgo, what: Drives) ->
                 });
                 apart.collect()
             });
-            vec![Curve {
-                name: "distance",
-                sign: "━",
-                color: theme.warning,
-                dotted: false,
-                points,
-            }]
+            vec![line("distance", theme.text, Dash::Solid, points)]
         }
     }
 }
@@ -173,19 +142,17 @@ fn risks(model: &Model, dt: f64) -> Vec<Curve> {
             .collect()
     };
     let effect = &shown.made.effect;
-    let after = Curve {
-        name: "after",
-        sign: "━",
-        color: theme.attacker,
-        dotted: false,
-        points: points(&effect.after),
-    };
-    let before = Curve {
-        name: "before",
-        sign: "··",
-        color: theme.text,
-        dotted: true,
-        points: points(&effect.before),
-    };
+    let after = line("after", theme.attacker, Dash::Solid, points(&effect.after));
+    let before = line("before", theme.text, Dash::Dotted, points(&effect.before));
     vec![after, before]
+}
+
+fn line(name: &str, color: Color, dash: Dash, points: Vec<(f64, f64)>) -> Curve {
+    Curve {
+        name: name.into(),
+        color,
+        dash,
+        chosen: true,
+        runs: vec![points],
+    }
 }

@@ -148,8 +148,8 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             let tally = facts.map_or(Tally::default(), |f| f.tally());
             let (words, color) = said(tally, wide);
             let color = match color {
-                Some(true) => theme.safe,
-                Some(false) => theme.danger,
+                Some(true) => theme.agree,
+                Some(false) => theme.disagree,
                 None => theme.dim,
             };
             Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))

@@ -1,61 +1,98 @@
-//! The ruler below the strips: seconds, cursor, and marks for events.
+//! The ruler below the strips: seconds, cursor, and marks for events. Nothing stands over anything else.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use super::LABEL;
+use crate::metrics::Danger;
 use crate::tui::clock::PlayRange;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
+use crate::tui::widgets::line_placer::LinePlacer;
 
-/// A sign at a column.
-type Mark = (usize, &'static str, Style);
+/// A sign at a column, and what it means where there is room for words.
+pub struct Mark {
+    at: usize,
+    sign: char,
+    words: String,
+    style: Style,
+}
 
-/// The window, what is looped, the extreme of the plotted measure and answers that differ, the most important last.
-pub fn marks(model: &Model, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
+/// The contact, answers that differ, the extreme of the plotted measure, what is looped and the window: the most
+/// important first.
+pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
+    let mark = |step: i64, sign, words: &str, color| Mark {
+        at: column(step),
+        sign,
+        words: words.into(),
+        style: bold(color),
+    };
     let mut marks = Vec::new();
-    if let Some(window) = model.window() {
-        marks.push((column(window.first()), "[", bold(theme.title)));
-        marks.push((column(window.last()), "]", bold(theme.title)));
+    let contact = opened.collision.as_ref().and_then(|c| c.decisive_step);
+    marks.extend(contact.map(|step| mark(step, 'X', "contact", theme.danger)));
+    let differing = model.disagreements().into_iter();
+    marks.extend(differing.map(|d| mark(d.step, '≠', "", theme.disagree)));
+    let measure = model.plot.measure;
+    let series = model.plot.series.as_deref();
+    if let Some((step, _)) = series.and_then(|series| series.most_dangerous(measure.id)) {
+        let word = extreme(measure.danger);
+        marks.push(mark(
+            step,
+            '▼',
+            &format!("{word} {}", measure.id),
+            theme.text,
+        ));
     }
     if let PlayRange::Part(first, last) = model.clock.lap() {
-        marks.push((column(first), "(", bold(theme.accent)));
-        marks.push((column(last), ")", bold(theme.accent)));
+        marks.push(mark(first, '(', "", theme.accent));
+        marks.push(mark(last, ')', "", theme.accent));
     }
-    let measure = model.plot.measure.id;
-    let series = model.plot.series.as_deref();
-    if let Some((step, _)) = series.and_then(|series| series.most_dangerous(measure)) {
-        marks.push((column(step), "m", bold(theme.picked)));
+    if let Some(window) = model.window() {
+        marks.push(mark(window.first(), '[', "", theme.title));
+        marks.push(mark(window.last(), ']', "", theme.title));
     }
-    let differing = model.disagreements().into_iter();
-    marks.extend(differing.map(|d| (column(d.step), "≠", bold(theme.danger))));
     marks
 }
 
-/// A separate row for the marks, with a line along the window.
-pub fn marks_row(model: &Model, width: usize, column: &dyn Fn(i64) -> usize) -> Line<'static> {
-    let dim = Style::new().fg(model.theme.dim);
-    let mut cells = vec![Span::styled(" ", dim); width];
-    if let Some(window) = model.window() {
-        let within = column(window.first())..=column(window.last());
-        for at in within {
-            if let Some(cell) = cells.get_mut(at) {
-                *cell = Span::styled("─", dim);
-            }
-        }
+/// The most dangerous value of a measure, in a word.
+pub fn extreme(danger: Danger) -> &'static str {
+    match danger {
+        Danger::High => "highest",
+        Danger::Low | Danger::Neutral => "lowest",
     }
-    for (at, sign, style) in marks(model, column) {
-        if let Some(cell) = cells.get_mut(at) {
-            *cell = Span::styled(sign, style);
-        }
+}
+
+/// A row of their own for the marks, in words where there is room, with a line along the window.
+pub fn marks_row(
+    model: &Model,
+    marks: &[Mark],
+    width: usize,
+    column: &dyn Fn(i64) -> usize,
+) -> Line<'static> {
+    let dim = Style::new().fg(model.theme.dim);
+    let mut row = LinePlacer::new(width);
+    let placed: Vec<&Mark> = marks
+        .iter()
+        .filter(|mark| row.sign(mark.at, mark.sign, mark.style))
+        .collect();
+    for mark in placed {
+        row.words_beside(mark.at, &mark.words, mark.style);
+    }
+    if let Some(window) = model.window() {
+        let (first, last) = (column(window.first()), column(window.last()));
+        let words = "window";
+        // Inside it, or nowhere.
+        let most = (last + 1).saturating_sub(first + words.len() + 2);
+        row.words((first + 2..).take(most.saturating_sub(1)), words, dim);
+        row.fill(first..last + 1, '─', dim);
     }
     let mut line = Line::from(Span::styled(
         format!("{:<width$}", "marks", width = usize::from(LABEL)),
         dim,
     ));
-    line.spans.extend(cells);
+    line.spans.extend(row.spans());
     line
 }
 
@@ -79,7 +116,7 @@ fn ticks(from: f64, to: f64, width: usize) -> impl Iterator<Item = f64> {
         .filter(|tick| tick.is_finite())
 }
 
-/// Seconds, the contact and the cursor; `marks` too, where they have no row of their own.
+/// Seconds and the cursor; `marks` too, where they have no row of their own.
 pub fn ruler(
     model: &Model,
     opened: &Opened,
@@ -89,55 +126,35 @@ pub fn ruler(
 ) -> Line<'static> {
     let (first, last) = model.clock.range();
     let dt = opened.scenario.dt();
-    let mut cells = vec![' '; width];
     let (from, to) = (first as f64 * dt, last as f64 * dt);
-    let contact = opened
-        .collision
-        .as_ref()
-        .and_then(|c| c.decisive_step)
-        .map(column);
+    let theme = &model.theme;
     let cursor = column(model.clock.step());
-    let marked = |place: usize| {
-        place == cursor || Some(place) == contact || marks.iter().any(|(at, ..)| *at == place)
+    let mut row = LinePlacer::new(width);
+    // The cursor turns the most important mark under it around.
+    match marks.iter().find(|mark| mark.at == cursor) {
+        Some(mark) => {
+            let style = mark.style.add_modifier(Modifier::REVERSED);
+            row.sign(cursor, mark.sign, style)
+        }
+        None => row.sign(cursor, '▲', Style::new().fg(theme.accent)),
     };
+    for mark in marks {
+        row.sign(mark.at, mark.sign, mark.style);
+    }
     for tick in ticks(from, to, width) {
-        let at = column((tick / dt).round() as i64);
         let label = if tick.fract() == 0.0 {
             format!("{tick:.0}s")
         } else {
             format!("{tick:.1}s")
         };
-        // Marks come first: a label steps aside, or is left out where it cannot.
-        let free = |from: usize| {
-            let to = from + label.len();
-            // Two labels never touch.
-            let before = from.checked_sub(1).and_then(|i| cells.get(i));
-            let apart = before.is_none_or(|cell| *cell == ' ');
-            to < width && apart && !(from..to).any(|i| marked(i) || cells[i] != ' ')
-        };
-        let beside = at.saturating_sub(label.len());
-        let place = (at..=at + label.len()).find(|&from| free(from));
-        if let Some(from) = place.or_else(|| Some(beside).filter(|&from| free(from))) {
-            cells.splice(from..from + label.len(), label.chars());
-        }
+        let at = column((tick / dt).round() as i64);
+        // A label steps aside by its length and no farther, or is left out.
+        let behind = at..=at + label.len();
+        let before = at.checked_sub(label.len() + 1);
+        row.words(behind.chain(before), &label, Style::new().fg(theme.dim));
     }
-    let mut line = Line::from(Span::raw(" ".repeat(usize::from(LABEL))));
-    for (i, cell) in cells.into_iter().enumerate() {
-        let dim = Style::new().fg(model.theme.dim);
-        let danger = Style::new()
-            .fg(model.theme.danger)
-            .add_modifier(Modifier::BOLD);
-        let span = match (Some(i) == contact, i == cursor) {
-            (true, true) => Span::styled("X", danger.add_modifier(Modifier::REVERSED)),
-            (true, false) => Span::styled("X", danger),
-            (false, true) => Span::styled("▲", Style::new().fg(model.theme.accent)),
-            _ => match marks.iter().rev().find(|(at, ..)| *at == i) {
-                Some((_, sign, style)) => Span::styled(*sign, *style),
-                None => Span::styled(cell.to_string(), dim),
-            },
-        };
-        line.push_span(span);
-    }
+    let mut line = Line::from(" ".repeat(usize::from(LABEL)));
+    line.spans.extend(row.spans());
     line
 }
 

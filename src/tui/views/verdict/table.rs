@@ -155,7 +155,7 @@ impl<'a> Table<'a> {
         let color = if verdict.dangerous {
             self.model.theme.danger
         } else {
-            self.model.theme.safe
+            self.model.theme.danger_low
         };
         self.cell(
             Row::Says,
@@ -268,7 +268,7 @@ impl<'a> Table<'a> {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         let mark = |text: String, same: bool| {
-            let color = if same { theme.safe } else { theme.danger };
+            let color = if same { theme.agree } else { theme.disagree };
             let sign = if same { "=" } else { "≠" };
             (
                 format!("{text} {sign}"),

@@ -1,0 +1,368 @@
+//! Arrangements of panes: everything at once, three columns in a low terminal, two columns, one.
+
+use ratatui::layout::{Constraint, Layout, Rect};
+
+use crate::tui::model::{Border, Edge, Pane, PaneShares};
+
+/// Fewest columns of a pane.
+const NARROWEST: u16 = 18;
+/// Fewest columns of the map, and of the column on the right.
+const NARROW: u16 = 30;
+/// Fewest rows of a pane: its frame and two lines.
+const LOWEST: u16 = 4;
+/// Fewest rows of what needs more to be understood: map and plot.
+const LOW: u16 = 6;
+
+/// Where panes are, and the borders between them.
+#[derive(Default)]
+pub struct Arranged {
+    /// Every pane that is shown.
+    pub panes: Vec<(Pane, Rect)>,
+    /// The borders between them that can be moved.
+    pub borders: Vec<Border>,
+}
+
+/// Columns of a list that shows names of this length, up to a limit: its border, the sign before a name, and what
+/// answers say and the risk behind it.
+fn named(longest: usize) -> u16 {
+    u16::try_from(longest + 9).unwrap_or(u16::MAX).clamp(24, 34)
+}
+
+/// Columns of the list where it has a column of its own: with room it shows more than names.
+fn list_columns(width: u16, longest: usize) -> u16 {
+    match width {
+        ..160 => (width * 17 / 100).max(named(longest)),
+        wide => (wide * 21 / 100).min(48),
+    }
+}
+
+/// Columns of verdicts, reasoning and plot where the list has a column of its own.
+fn answer_columns(width: u16) -> u16 {
+    (width * 36 / 100).clamp(44, 84)
+}
+
+/// A cut across an area: which border it is, how far its pane usually goes, and how far it may.
+struct Cut {
+    edge: Edge,
+    /// Whether it goes from top to bottom.
+    upright: bool,
+    /// Whether its pane lies before it.
+    before: bool,
+    usual: u16,
+    limits: (u16, u16),
+}
+
+impl Arranged {
+    /// Cuts an area in two, with a border between them; `whole` is the area that shares are parts of.
+    fn cut(
+        &mut self,
+        area: Rect,
+        whole: Rect,
+        shares: PaneShares,
+        wide: bool,
+        cut: Cut,
+    ) -> [Rect; 2] {
+        let total = if cut.upright {
+            whole.width
+        } else {
+            whole.height
+        };
+        let size = shares.cells(cut.edge, total, cut.usual, cut.limits);
+        let constraints = match cut.before {
+            true => [Constraint::Length(size), Constraint::Min(0)],
+            false => [Constraint::Min(0), Constraint::Length(size)],
+        };
+        let layout = match cut.upright {
+            true => Layout::horizontal(constraints),
+            false => Layout::vertical(constraints),
+        };
+        let [first, second] = layout.areas(area);
+        let strip = match cut.upright {
+            true => Rect {
+                x: second.x.saturating_sub(1),
+                width: 2,
+                ..area
+            },
+            false => Rect {
+                y: second.y.saturating_sub(1),
+                height: 2,
+                ..area
+            },
+        };
+        self.borders.push(Border {
+            edge: cut.edge,
+            wide,
+            strip,
+            upright: cut.upright,
+            before: cut.before,
+            size,
+            limits: cut.limits,
+            total,
+        });
+        [first, second]
+    }
+
+    /// Everything at once.
+    pub fn wide(&mut self, body: Rect, shares: PaneShares, longest: usize) {
+        let list = list_columns(body.width, longest);
+        let [left, right] = self.cut(
+            body,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::Right,
+                upright: true,
+                before: false,
+                usual: answer_columns(body.width),
+                limits: (NARROW, body.width.saturating_sub(NARROWEST + NARROW)),
+            },
+        );
+        let [upper, prompt] = self.cut(
+            left,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::Prompt,
+                upright: false,
+                before: false,
+                usual: (body.height * 26 / 100).clamp(8, 18),
+                limits: (LOWEST, body.height.saturating_sub(LOW + LOWEST)),
+            },
+        );
+        let [list, middle] = self.cut(
+            upper,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::List,
+                upright: true,
+                before: true,
+                usual: list,
+                limits: (NARROWEST, left.width.saturating_sub(NARROW)),
+            },
+        );
+        let [map, timeline] = self.cut(
+            middle,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::Timeline,
+                upright: false,
+                before: false,
+                usual: if body.height >= 45 { 8 } else { 6 },
+                limits: (LOWEST, upper.height.saturating_sub(LOW)),
+            },
+        );
+        self.panes.extend([
+            (Pane::Scenarios, list),
+            (Pane::Map, map),
+            (Pane::Timeline, timeline),
+            (Pane::Prompt, prompt),
+        ]);
+        let verdict = if body.height >= 45 { 17 } else { 14 };
+        // So many rows that each of the six risk scores has one, or every second one.
+        let risk = match body.height {
+            ..45 => 9,
+            45..90 => 12,
+            _ => 17,
+        };
+        let focus = Pane::Scenarios;
+        self.answers(right, body, shares, (true, focus), (verdict, risk));
+    }
+
+    /// Three columns in a low terminal: the prompt takes turns with map and timeline.
+    pub fn low(&mut self, body: Rect, shares: PaneShares, (longest, focus): (usize, Pane)) {
+        let [left, right] = self.cut(
+            body,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::Right,
+                upright: true,
+                before: false,
+                usual: answer_columns(body.width),
+                limits: (NARROW, body.width.saturating_sub(NARROWEST + NARROW)),
+            },
+        );
+        let [list, middle] = self.cut(
+            left,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::List,
+                upright: true,
+                before: true,
+                usual: list_columns(body.width, longest),
+                limits: (NARROWEST, left.width.saturating_sub(NARROW)),
+            },
+        );
+        self.panes.push((Pane::Scenarios, list));
+        if focus == Pane::Prompt {
+            self.panes.push((Pane::Prompt, middle));
+        } else {
+            let [map, timeline] = self.cut(
+                middle,
+                body,
+                shares,
+                true,
+                Cut {
+                    edge: Edge::Timeline,
+                    upright: false,
+                    before: false,
+                    usual: 5,
+                    limits: (LOWEST, middle.height.saturating_sub(LOW)),
+                },
+            );
+            self.panes
+                .extend([(Pane::Map, map), (Pane::Timeline, timeline)]);
+        }
+        self.answers(right, body, shares, (true, focus), (9, 7));
+    }
+
+    /// One column: a subject above (map, list or prompt), a statement about it below. The timeline is between them, and
+    /// more below, where there is room.
+    pub fn narrow(&mut self, body: Rect, focus: Pane) {
+        let subject = match focus {
+            Pane::Scenarios | Pane::Prompt => focus,
+            _ => Pane::Map,
+        };
+        let statement = match focus {
+            Pane::Reasoning | Pane::Plot => focus,
+            _ => Pane::Verdict,
+        };
+        let timeline = body.height >= 20;
+        let more = body.height >= 34;
+        // Of tall terminals, what is read has a part; the map has what is left.
+        let below = match more {
+            true => 9,
+            false => (body.height / 2).min(9),
+        };
+        let heights = [
+            Constraint::Min(LOW),
+            Constraint::Length(if timeline { 5 } else { 0 }),
+            Constraint::Length(below),
+            Constraint::Length(if more { body.height / 4 } else { 0 }),
+        ];
+        let [upper, strips, lower, lowest] = Layout::vertical(heights).areas(body);
+        self.panes.push((subject, upper));
+        if timeline {
+            self.panes.push((Pane::Timeline, strips));
+        }
+        self.panes.push((statement, lower));
+        if more {
+            let other = match statement {
+                Pane::Verdict => Pane::Reasoning,
+                _ => Pane::Verdict,
+            };
+            self.panes.push((other, lowest));
+        }
+    }
+
+    /// Two columns: the subject on the left (list, map or prompt), statements about it on the right.
+    pub fn compact(&mut self, body: Rect, shares: PaneShares, focus: Pane) {
+        let [left, right] = self.cut(
+            body,
+            body,
+            shares,
+            false,
+            Cut {
+                edge: Edge::Right,
+                upright: true,
+                before: false,
+                usual: (body.width * 46 + 50) / 100,
+                limits: (NARROW, body.width.saturating_sub(NARROW)),
+            },
+        );
+        let [upper, timeline] = self.cut(
+            left,
+            body,
+            shares,
+            false,
+            Cut {
+                edge: Edge::Timeline,
+                upright: false,
+                before: false,
+                usual: 5,
+                limits: (LOWEST, body.height.saturating_sub(LOWEST + LOW)),
+            },
+        );
+        let shown = match focus {
+            Pane::Scenarios | Pane::Prompt => focus,
+            _ => Pane::Map,
+        };
+        if shown == Pane::Scenarios {
+            // The map stays in sight while one looks through the list.
+            let [list, map] = self.cut(
+                upper,
+                body,
+                shares,
+                false,
+                Cut {
+                    edge: Edge::List,
+                    upright: false,
+                    before: true,
+                    usual: (f64::from(upper.height) * 0.42).round() as u16,
+                    limits: (LOWEST, upper.height.saturating_sub(LOW)),
+                },
+            );
+            self.panes
+                .extend([(Pane::Scenarios, list), (Pane::Map, map)]);
+        } else {
+            self.panes.push((shown, upper));
+        }
+        self.panes.push((Pane::Timeline, timeline));
+        self.answers(right, body, shares, (false, focus), (9, 7));
+    }
+
+    /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many
+    /// rows. In a low terminal two of them: verdicts, and the one that has the keys, else the reasoning.
+    fn answers(
+        &mut self,
+        area: Rect,
+        body: Rect,
+        shares: PaneShares,
+        (wide, focus): (bool, Pane),
+        usual: (u16, u16),
+    ) {
+        let all = area.height >= usual.0 + LOWEST + LOW;
+        let (upper, plot) = match all {
+            true => {
+                let rest = area.height.saturating_sub(LOWEST);
+                let limits = (LOWEST, rest.saturating_sub(LOW));
+                let verdict = shares.cells(Edge::Verdict, body.height, usual.0, limits);
+                let cut = Cut {
+                    edge: Edge::Plot,
+                    upright: false,
+                    before: false,
+                    usual: usual.1,
+                    limits: (LOW, rest.saturating_sub(verdict)),
+                };
+                let [upper, plot] = self.cut(area, body, shares, wide, cut);
+                (upper, Some(plot))
+            }
+            false => (area, None),
+        };
+        let second = match (plot, focus) {
+            (None, Pane::Plot) => Pane::Plot,
+            _ => Pane::Reasoning,
+        };
+        let least = if second == Pane::Plot { LOW } else { LOWEST };
+        let cut = Cut {
+            edge: Edge::Verdict,
+            upright: false,
+            before: true,
+            usual: usual.0,
+            limits: (LOWEST, upper.height.saturating_sub(least)),
+        };
+        let [verdict, lower] = self.cut(upper, body, shares, wide, cut);
+        self.panes
+            .extend([(Pane::Verdict, verdict), (second, lower)]);
+        self.panes.extend(plot.map(|area| (Pane::Plot, area)));
+    }
+}
