@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::database::now_ms;
 use super::rows::from_row;
-use super::{RunId, Store, StoreError};
+use super::{RunId, Store, StoreError, StoredTemplate};
 use crate::verdict::Task;
 
 /// A person's choice.
@@ -33,7 +33,7 @@ impl Choice {
 }
 
 /// An answer as it was shown in a rating.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RatedAnswer {
     /// Its run; `None` if it is in none.
     pub run: Option<RunId>,
@@ -45,6 +45,9 @@ pub struct RatedAnswer {
     pub wrong: bool,
     /// Why.
     pub reason: Option<String>,
+    /// The template that its run was asked with, as the store has it; `None` if it is in none.
+    #[serde(flatten)]
+    pub template: Option<StoredTemplate>,
 }
 
 /// Which one is best stands with the answers.
@@ -170,8 +173,10 @@ impl Store {
             connection.prepare_cached("SELECT * FROM ratings ORDER BY created_ms, id")?;
         let found = statement.query_map([], from_row)?;
         let mut ratings: Vec<Rating> = found.collect::<Result<_, _>>()?;
-        let mut statement =
-            connection.prepare_cached("SELECT * FROM rated WHERE rating = ?1 ORDER BY place")?;
+        let mut statement = connection.prepare_cached(
+            "SELECT rated.*, template, template_version, template_hash
+             FROM rated LEFT JOIN runs ON runs.id = rated.run WHERE rating = ?1 ORDER BY place",
+        )?;
         for rating in &mut ratings {
             let answers = statement.query_map([rating.id], |row| {
                 Ok((from_row(row)?, row.get::<_, bool>("best")?))
@@ -249,6 +254,7 @@ pub(super) mod tests {
             prompt: "ego · base".into(),
             wrong: false,
             reason: None,
+            template: None,
         };
         let mut worse = answer(right, "lab/b");
         worse.wrong = true;

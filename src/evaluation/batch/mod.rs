@@ -16,7 +16,9 @@ mod truth;
 mod variant;
 
 pub use agreement::{UnjudgedScenario, beside_the_judge};
-pub use answer_set::{AnswerSet, BatchPart, BatchResults, CountingChoice, counted, offers};
+pub use answer_set::{
+    AnswerSet, BatchPart, BatchResults, CountingChoice, OtherTruth, counted, offers,
+};
 pub use estimate::Estimate;
 pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};

@@ -28,6 +28,7 @@ fn way(task: Task, techniques: &str, model: &str) -> PromptConfig {
         frame: Some(Frame::Ego),
         techniques: Some(Techniques::parse(techniques).unwrap()),
         model: model.into(),
+        template: None,
     }
 }
 

@@ -241,7 +241,8 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
             jobs::open(model);
         }
         Results => return Some(results::open(model)),
-        CellLeft | CellRight | OpenCell | ChooseCounted
+        CellLeft | CellRight | OpenCell | ChooseCounted | ChangeTruth | SortResults
+        | ExportResults
             if !model.screens.is_top::<results::ResultsScreen>() =>
         {
             return Some(results::open(model));

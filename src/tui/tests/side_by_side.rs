@@ -261,6 +261,7 @@ fn ratings_are_summed_up() {
         prompt: "ego · base".into(),
         wrong: false,
         reason: None,
+        template: None,
     };
     let rating = |choice| Rating {
         id: 1,

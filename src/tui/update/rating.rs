@@ -210,6 +210,7 @@ fn rated(model: &Model, shown: ShownAnswer, mark: Option<String>) -> RatedAnswer
         prompt,
         wrong: mark.is_some(),
         reason: mark,
+        template: None,
     }
 }
 
