@@ -36,10 +36,10 @@ impl TruthChoice {
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
-            Self::Usual => "labels, else exact geometry of recordings",
-            Self::Labels => "labels of folders, CSV and annotations",
-            Self::Recorded => "exact geometry of whole recordings",
-            Self::Judge => "built-in judge (safety: its prediction)",
+            Self::Usual => "labels, else recordings",
+            Self::Labels => "labels",
+            Self::Recorded => "recordings (exact geometry)",
+            Self::Judge => "built-in judge's verdict",
         }
     }
 }

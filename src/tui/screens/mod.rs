@@ -3,6 +3,7 @@
 //! A new one is a file here, its `mod` and its line in [`open`], an action and the action's line in the table.
 
 pub mod about;
+pub mod attack;
 pub mod batch;
 pub mod cycle;
 pub mod details;

@@ -186,9 +186,13 @@ fn name_width(way: &PromptConfig) -> usize {
 /// How was asked, whom, and with which version of the prompt; of the model the end stays where there is little room.
 fn name(theme: &Theme, way: &PromptConfig, width: usize) -> Vec<Span<'static>> {
     let how = asked(way);
-    let version = version(way).map_or(String::new(), |version| format!(" {version}"));
     let left = width.saturating_sub(how.width() + 2);
-    let version = fit_end(&version, left);
+    let whole = version(way).map_or(String::new(), |version| format!(" {version}"));
+    // Where there is no room for its name, the hash tells versions apart.
+    let version = match (whole.split_once('@'), visible(&way.model).width()) {
+        (Some((_, hash)), model) if model + whole.width() > left => format!(" @{hash}"),
+        _ => whole,
+    };
     let model = fit_end(&visible(&way.model), left.saturating_sub(version.width()));
     let gap = left.saturating_sub(model.width() + version.width()) + 1;
     vec![
