@@ -43,7 +43,7 @@ pub use provider_batches::{
     NewProviderBatch, PendingRequest, ProviderBatch, ProviderBatchId, ProviderBatchState,
     ReadyBatch,
 };
-pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
+pub use ratings::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 pub use record::RecordError;
 pub use run::{
     AnswerPiece, Consumed, Ending, NewRun, Origin, Run, RunId, RunState, StoredTemplate,

@@ -1,5 +1,7 @@
 //! Ratings: people's judgements of answers side by side.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use rusqlite::params;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -190,6 +192,43 @@ impl Store {
             }
         }
         Ok(ratings)
+    }
+}
+
+/// What a person has rated and could rate, of one task.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Unrated {
+    /// The runs that the person rated.
+    pub rated: BTreeSet<RunId>,
+    /// Scenarios with at least two complete answers of models that the person did not rate, and how many.
+    pub scenarios: BTreeMap<String, u32>,
+}
+
+impl Store {
+    /// What a person has rated of a task, and where there is something left to rate.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn unrated(&self, task: Task, person: &str, judge: &str) -> Result<Unrated, StoreError> {
+        let connection = self.lock();
+        let rated = "SELECT run FROM rated JOIN ratings ON ratings.id = rated.rating
+             WHERE person = ?1 AND ratings.task = ?2 AND run IS NOT NULL";
+        let mut statement = connection.prepare_cached(rated)?;
+        let runs = statement.query_map([person, task.name()], |row| row.get(0).map(RunId))?;
+        let done = runs.collect::<Result<_, _>>()?;
+        let mut statement = connection.prepare_cached(&format!(
+            "SELECT scenario, count(*) FROM runs
+             WHERE task = ?2 AND state IN ('answered', 'truncated') AND deleted_ms IS NULL AND model <> ?3
+                 AND id NOT IN ({rated})
+             GROUP BY scenario HAVING count(*) >= 2"
+        ))?;
+        let left = statement.query_map([person, task.name(), judge], |row| {
+            Ok((row.get(0)?, row.get(1)?))
+        })?;
+        Ok(Unrated {
+            rated: done,
+            scenarios: left.collect::<Result<_, _>>()?,
+        })
     }
 }
 
