@@ -53,6 +53,21 @@ impl TemplateVersion {
         })
     }
 
+    /// The version that a run was asked with, in words: `draft@130d0c of collision-ego.md, not saved`, or
+    /// `collision-ego@3fa2c1, version 3`; the file alone where nothing else is known.
+    #[must_use]
+    pub fn described(stored: &StoredTemplate) -> Option<String> {
+        let file = stored.template.as_str();
+        let Some(version) = Self::of(stored) else {
+            return (!file.is_empty()).then(|| file.to_string());
+        };
+        Some(match &stored.template_version {
+            _ if version.name == DRAFT => format!("{version} of {file}, not saved"),
+            Some(number) => format!("{version}, version {number}"),
+            None => version.to_string(),
+        })
+    }
+
     /// Whether it is one that this version of the program ships.
     #[must_use]
     pub fn is_shipped(&self) -> bool {

@@ -221,6 +221,13 @@ impl Stage {
         });
     }
 
+    /// The rows of the screen of results, as they would be exported.
+    #[must_use]
+    pub fn results(&self) -> Vec<serde_json::Value> {
+        let rows = self.model.results.rows.iter();
+        rows.map(crate::evaluation::Results::json).collect()
+    }
+
     /// Draws a frame as the loop does.
     ///
     /// # Panics

@@ -19,7 +19,7 @@ pub use agreement::{UnjudgedScenario, beside_the_judge};
 pub use answer_set::{
     AnswerSet, BatchPart, BatchResults, CountingChoice, OtherTruth, counted, offers,
 };
-pub use estimate::Estimate;
+pub use estimate::{Estimate, Price, Size};
 pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};
 pub use request_summary::SceneDescriptions;

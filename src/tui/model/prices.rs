@@ -127,13 +127,14 @@ impl Prices {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::llm::Environment;
 
     #[test]
     fn a_price_only_where_one_is_known_and_free_only_what_runs_here() {
         let users = "[lab]\nbase_url = \"http://lab.example\"\n[[lab.prices]]\nmodel = \"big\"\ninput = 2.0\noutput = 10.0\n\
             [desk]\nbase_url = \"http://localhost:1\"\n[[desk.prices]]\nmodel = \"sold\"\ninput = 1.0\noutput = 1.0\n";
         let registry = Registry::new(&toml::from_str(users).unwrap()).unwrap();
-        let here = registry.here(&Default::default());
+        let here = registry.here(&Environment::from_lookup(|_| None));
         assert!(here.contains("desk") && !here.contains("lab"), "{here:?}");
         let prices = Prices::new(registry, here, jiff::civil::date(2026, 1, 1));
         let words = |model, most| prices.words(model, 1000, most);
