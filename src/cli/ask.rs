@@ -2,6 +2,7 @@
 
 mod budget;
 mod document;
+mod dry_run;
 mod past;
 mod stream;
 mod words;
@@ -71,6 +72,9 @@ pub struct Ask {
     /// Do not keep the run in the store, nor look for one there.
     #[arg(long)]
     no_store: bool,
+    /// Say how many tokens the question has and what it costs at most; nothing is sent.
+    #[arg(long)]
+    dry_run: bool,
 }
 
 pub fn temperature(text: &str) -> Result<f64, String> {
@@ -103,6 +107,9 @@ pub fn run(arguments: &Ask) -> Outcome {
     let model = model.unwrap_or(judge::MODEL);
     let bound = budget::resolve(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
+    if arguments.dry_run {
+        return dry_run::run(&question, &judge, arguments.json);
+    }
     let store = store(arguments, &folders)?;
     let options = RunOptions {
         sample: arguments.sample,

@@ -4,6 +4,7 @@ mod list;
 
 use super::filters::{Filters, store, store_to_read};
 use super::{Failure, Outcome, cost, output, time};
+use crate::evaluation::TemplateVersion;
 use crate::judge;
 use crate::store::{Origin, Run, RunId, Store, StoreError};
 
@@ -235,6 +236,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
         "how",
         Some(judge::how(&question.model).map_or_else(asked, String::from)),
     );
+    row("template", TemplateVersion::described(&question.template()));
     let window = question
         .window
         .map(|(first, last)| format!("{first} to {last}"));

@@ -1,7 +1,7 @@
 //! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
 use super::answer_outcome::too_long;
-use super::prompt_summary::how;
+use super::prompt_summary::{TemplateVersion, how};
 use crate::llm::Secrets;
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
@@ -340,8 +340,7 @@ impl From<Run> for Answer {
             how: how(
                 &run.question.frame,
                 &run.question.techniques,
-                &run.question.template,
-                &run.question.template_hash,
+                TemplateVersion::of(&run.question.template()).as_ref(),
             ),
             model: run.question.model,
             model_returned: ending.model_returned,

@@ -1,6 +1,6 @@
 //! Builds the messages of a case: the same for workbench, command line and batches.
 
-use super::prompt_summary::how;
+use super::prompt_summary::{TemplateVersion, how};
 use std::sync::Arc;
 
 use super::values::Values;
@@ -54,7 +54,7 @@ pub struct Question {
     pub prompt: Prompt,
     /// The template's file name.
     pub template: String,
-    /// Its version, as it says itself.
+    /// Its version, as it says itself; `None` for a draft, which may say what it likes.
     pub template_version: Option<String>,
     /// SHA-256 of its text and of the fragments that it includes.
     pub template_hash: String,
@@ -105,6 +105,7 @@ pub fn prepare(
     draft: Option<(&str, &str)>,
 ) -> Result<Question, CaseError> {
     let read;
+    let is_draft = draft.is_some();
     let (file, template) = match draft {
         Some((file, source)) => {
             read = Template::read(source).map_err(|error| CaseError::Draft {
@@ -122,7 +123,8 @@ pub fn prepare(
     Ok(Question {
         prompt,
         template: file.to_string(),
-        template_version: Some(template.front.version.clone()),
+        template_version: (!is_draft && !library.is_draft(file))
+            .then(|| template.front.version.clone()),
         template_hash: library.hash(&template.source),
         temperature: template.front.defaults.temperature,
         description: described.text,
@@ -164,9 +166,15 @@ impl Question {
         how(
             self.case.frame.name(),
             &self.case.techniques.to_string(),
-            &self.template,
-            &self.template_hash,
+            self.version().as_ref(),
         )
+    }
+
+    /// The version of its template.
+    #[must_use]
+    pub fn version(&self) -> Option<TemplateVersion> {
+        let version = self.template_version.as_deref();
+        TemplateVersion::new(&self.template, version, &self.template_hash)
     }
 
     /// The messages as they are sent.

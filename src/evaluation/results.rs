@@ -1,16 +1,13 @@
 //! Stored answers by prompt configuration: a matrix whose cells link to the answers.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use serde_json::{Value, json};
 
-use super::named_obstacles;
-use super::statistics::{Interval, f1_interval};
-use super::{AnswerStatus, Confusion, PromptConfig, Scored};
-use crate::description::Frame;
-use crate::prompts::Techniques;
-use crate::store::{RunId, RunState, StoredOutcome};
-use crate::verdict::Task;
+use super::statistics::{Interval, f1_interval, shown};
+use super::{AnswerStatus, Confusion, PromptConfig, Scored, report};
+use crate::store::RunId;
 
 /// Outcome of one question, compared with the ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -53,36 +50,10 @@ pub struct Results {
     pub way: PromptConfig,
     /// The answers, by scenario and sample.
     pub answers: Vec<AnswerOutcome>,
-    /// The bootstrap interval of F1, over scenarios; `None` before [`with_intervals`] worked it out.
+    /// The bootstrap interval of F1, over scenarios; `None` before [`with_intervals`] worked it out, and of few.
     pub f1: Option<Interval>,
     /// How many answers came to each outcome, in their order.
     counts: [u32; Outcome::ALL.len()],
-}
-
-/// Ground truth of a question.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct GroundTruth {
-    /// Whether yes is right.
-    pub dangerous: bool,
-    /// Who is dangerous, where that is known: in the safety task a yes has to name one of them.
-    pub obstacles: Vec<i64>,
-}
-
-/// The worst score of an obstacle that the built-in judge calls critical.
-const CRITICAL: u8 = 2;
-
-impl GroundTruth {
-    /// The built-in judge's verdict as ground truth, with the obstacles it rates critical.
-    #[must_use]
-    pub fn judged(dangerous: bool, obstacles: impl IntoIterator<Item = (i64, u8)>) -> Self {
-        let critical = obstacles
-            .into_iter()
-            .filter(|(_, score)| *score <= CRITICAL);
-        Self {
-            dangerous,
-            obstacles: critical.map(|(id, _)| id).collect(),
-        }
-    }
 }
 
 impl Outcome {
@@ -97,34 +68,7 @@ impl Outcome {
         Self::Failed,
     ];
 
-    /// Compares a stored outcome with the ground truth. In the safety task a yes about a dangerous scene must name an
-    /// obstacle that is dangerous, see [`named_obstacles`]; else it counts as no, as in the paper.
-    #[must_use]
-    pub fn classify(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
-        let names = |known: &GroundTruth| {
-            let named =
-                named_obstacles(stored.dangerous == Some(true), stored.named.iter().copied());
-            named.iter().any(|id| known.obstacles.contains(id))
-        };
-        let right = |known: &GroundTruth| {
-            stored.task != Task::Safety || known.obstacles.is_empty() || names(known)
-        };
-        let said = match (stored.dangerous, truth) {
-            (Some(true), Some(known)) if known.dangerous => Some(right(known)),
-            (said, _) => said,
-        };
-        match (said, truth.map(|known| known.dangerous), stored.state) {
-            (Some(true), Some(true), _) => Self::TruePositive,
-            (Some(true), Some(false), _) => Self::FalsePositive,
-            (Some(false), Some(true), _) => Self::FalseNegative,
-            (Some(false), Some(false), _) => Self::TrueNegative,
-            (Some(_), None, _) => Self::Open,
-            (None, _, RunState::Answered | RunState::Truncated) => Self::Unparsed,
-            (None, ..) => Self::Failed,
-        }
-    }
-
-    /// Compares the outcome of a batch question with the batch's ground truth; `None` if it was not asked.
+    /// Compares an answer with its ground truth; `None` if the question was not asked.
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         Some(
@@ -158,7 +102,7 @@ impl Outcome {
 }
 
 impl AnswerOutcome {
-    /// An answer of a batch, compared with the batch's ground truth; `None` if the question was not asked.
+    /// An answer compared with its ground truth; `None` if the question was not asked.
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         let outcome = Outcome::of_scored(scored)?;
@@ -227,140 +171,121 @@ impl Results {
                 Outcome::Open | Outcome::Unparsed | Outcome::Failed => {}
             }
         }
-        found.into_values().collect()
+        found.into_values().filter(|c| c.answered() > 0).collect()
     }
 }
 
 /// The rows with the intervals of their F1, as reports have them.
 #[must_use]
 pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
-    rows.par_iter_mut()
-        .for_each(|row| row.f1 = f1_interval(&row.by_scenario()));
+    rows.par_iter_mut().for_each(|row| {
+        let counted: Vec<Confusion> = row.by_scenario();
+        let many = u32::try_from(counted.len()).unwrap_or(u32::MAX);
+        row.f1 = shown(f1_interval(&counted), many);
+    });
     rows
 }
 
-/// Counts stored outcomes, the newest first, each with the truth about it. Of several runs of one way about the same
-/// scenario, ego and window with the same sample number the newest counts.
+impl Results {
+    /// One flat object, with the names of reports; missing values are null.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let c = self.confusion();
+        let mut row = report::way(&self.way);
+        row.insert("n".into(), json!(self.answers.len()));
+        row.extend(report::counts(&c));
+        let rest = [
+            ("unlabelled", json!(self.count(Outcome::Open))),
+            ("unparsed", json!(self.count(Outcome::Unparsed))),
+            ("failed", json!(self.count(Outcome::Failed))),
+            ("fn_wrong_obstacle", json!(self.named_another())),
+            ("precision", json!(c.precision())),
+            ("recall", json!(c.recall())),
+            ("f1", json!(c.f1())),
+            ("f1_ci", json!(self.f1.map(|i| [i.low, i.high]))),
+        ];
+        row.extend(rest.map(|(name, value)| (name.to_string(), value)));
+        Value::Object(row)
+    }
+}
+
+/// Answers by prompt configuration; questions that were not asked are left out.
 #[must_use]
-pub fn results<'a>(
-    stored: impl IntoIterator<Item = (&'a StoredOutcome, Option<&'a GroundTruth>)>,
-) -> Vec<Results> {
-    // The words of a way are read once, not for each of a hundred thousand runs.
-    let mut words: HashMap<(Task, [&str; 3]), usize> = HashMap::new();
-    let mut ways: BTreeMap<PromptConfig, usize> = BTreeMap::new();
-    let mut answers: Vec<Vec<AnswerOutcome>> = Vec::new();
-    let mut seen = HashSet::new();
-    for (stored, truth) in stored {
-        let asked = [&stored.frame, &stored.techniques, &stored.model].map(String::as_str);
-        let place = *words.entry((stored.task, asked)).or_insert_with(|| {
-            let way = PromptConfig {
-                task: stored.task,
-                frame: Frame::parse(&stored.frame),
-                techniques: Techniques::parse(&stored.techniques).ok(),
-                model: stored.model.clone(),
-            };
-            *ways.entry(way).or_insert_with(|| {
-                answers.push(Vec::new());
-                answers.len() - 1
-            })
-        });
-        let scenario = stored.scenario_hash.as_ref().unwrap_or(&stored.scenario);
-        let about = (place, scenario, &stored.ego, stored.window, stored.sample);
-        if seen.insert(about) {
-            let outcome = Outcome::classify(stored, truth);
-            answers[place].push(AnswerOutcome {
-                run: Some(stored.run),
-                scenario: stored.scenario.clone(),
-                sample: stored.sample,
-                outcome,
-                named_another: outcome.names_another(stored.dangerous),
-            });
+pub fn results<'a>(scored: impl IntoIterator<Item = &'a Scored>) -> Vec<Results> {
+    let mut ways: BTreeMap<&PromptConfig, Vec<AnswerOutcome>> = BTreeMap::new();
+    for one in scored {
+        if let Some(answer) = AnswerOutcome::of_scored(one) {
+            ways.entry(&one.way).or_default().push(answer);
         }
     }
-    let by_way = |(way, place): (PromptConfig, usize)| {
-        Results::new(way, std::mem::take(&mut answers[place]))
-    };
-    ways.into_iter().map(by_way).collect()
+    let by_way = ways.into_iter();
+    by_way
+        .map(|(way, answers)| Results::new(way.clone(), answers))
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::evaluation::{Label, TemplateVersion};
+    use crate::verdict::{Task, Verdict};
 
-    fn stored(run: i64, scenario: &str, dangerous: Option<bool>, state: RunState) -> StoredOutcome {
-        StoredOutcome {
-            run: RunId(run),
-            scenario_hash: None,
-            scenario: scenario.into(),
-            ego: "1".into(),
+    fn scored(scenario: &str, status: AnswerStatus, truth: Option<bool>) -> Scored {
+        let verdict = Verdict {
             task: Task::Collision,
-            frame: "ego".into(),
-            techniques: "cp".into(),
-            model: "m/x".into(),
-            sample: 0,
-            window: None,
-            state,
-            dangerous,
-            named: Vec::new(),
-        }
-    }
-
-    #[test]
-    fn a_yes_of_the_safety_task_names_somebody_dangerous() {
-        let truth = GroundTruth::judged(true, [(7, 1), (8, 2), (9, 3)]);
-        assert_eq!(truth.obstacles, [7, 8]);
-        let of = |task, named: &[(i64, u8)], truth: &GroundTruth| {
-            let answer = StoredOutcome {
-                task,
-                named: named.to_vec(),
-                ..stored(1, "a", Some(true), RunState::Answered)
-            };
-            Outcome::classify(&answer, Some(truth))
+            dangerous: true,
+            obstacles: Vec::new(),
+            justification: String::new(),
         };
-        use Outcome::{FalseNegative, FalsePositive, TruePositive};
-        assert_eq!(of(Task::Safety, &[(8, 1)], &truth), TruePositive);
-        // Score 2 names an obstacle where none is graver.
-        assert_eq!(of(Task::Safety, &[(8, 2)], &truth), TruePositive);
-        assert_eq!(of(Task::Safety, &[(9, 1), (8, 2)], &truth), FalseNegative);
-        assert_eq!(of(Task::Safety, &[(8, 3)], &truth), FalseNegative);
-        assert_eq!(of(Task::Safety, &[(9, 0)], &truth), FalseNegative);
-        assert_eq!(of(Task::Safety, &[], &truth), FalseNegative);
-        assert_eq!(of(Task::Collision, &[], &truth), TruePositive);
-        // Where no obstacle is known, yes is enough; where none is dangerous, yes is wrong whichever it names.
-        let unnamed = GroundTruth::judged(true, []);
-        assert_eq!(of(Task::Safety, &[], &unnamed), TruePositive);
-        let safe = GroundTruth::judged(false, [(8, 3)]);
-        assert_eq!(of(Task::Safety, &[(8, 0)], &safe), FalsePositive);
+        let label = |collides| match collides {
+            true => Label::Collision(None),
+            false => Label::Safe,
+        };
+        let mut scored = Scored::built_in(scenario, "m/x", truth.map(label), verdict);
+        scored.status = status;
+        scored
     }
 
-    #[test]
-    fn every_outcome_has_its_cell_and_of_the_same_question_the_newest_counts() {
-        use RunState::{Answered, Failed, Interrupted, Truncated};
-        let all = [
-            (stored(9, "a", Some(true), Answered), Some(true)),
-            (stored(8, "a", Some(false), Answered), Some(true)),
-            (stored(7, "b", Some(true), Answered), Some(false)),
-            (stored(6, "c", Some(false), Answered), Some(true)),
-            (stored(5, "d", Some(false), Truncated), Some(false)),
-            (stored(4, "e", Some(true), Answered), None),
-            (stored(3, "f", None, Answered), Some(true)),
-            (stored(2, "g", None, Failed), None),
-            (stored(1, "h", None, Interrupted), Some(true)),
-        ];
-        let known = |dangerous| GroundTruth {
+    fn said(dangerous: bool) -> AnswerStatus {
+        AnswerStatus::Verdict(Verdict {
+            task: Task::Collision,
             dangerous,
             obstacles: Vec::new(),
-        };
-        let all = all.map(|(said, truth)| (said, truth.map(known)));
-        let found = with_intervals(results(all.iter().map(|(said, t)| (said, t.as_ref()))));
+            justification: String::new(),
+        })
+    }
+
+    #[test]
+    fn every_outcome_has_its_cell_and_versions_of_a_prompt_are_rows_of_their_own() {
+        let failed = || AnswerStatus::Failed(String::new());
+        let mut all = vec![
+            scored("a", said(true), Some(true)),
+            scored("b", said(true), Some(false)),
+            scored("c", said(false), Some(true)),
+            scored("d", said(false), Some(false)),
+            scored("e", said(true), None),
+            scored("f", AnswerStatus::Unparsed(String::new()), Some(true)),
+            scored("g", failed(), None),
+            scored("h", failed(), Some(true)),
+            scored("i", AnswerStatus::Unasked(String::new()), Some(true)),
+        ];
+        let found = with_intervals(results(&all));
         assert_eq!(found.len(), 1);
         let counts = Outcome::ALL.map(|outcome| found[0].count(outcome));
         assert_eq!(counts, [1, 1, 1, 1, 1, 1, 2]);
-        assert_eq!(found[0].answers[0].run, Some(RunId(9)));
         assert_eq!(found[0].confusion().f1(), Some(0.5));
-        // Of four scenarios with a truth, a draw may hold only what is right, or only what is wrong.
-        let interval = found[0].f1.unwrap();
-        assert_eq!((interval.low, interval.high), (0.0, 1.0));
+        assert_eq!(
+            found[0].f1, None,
+            "an interval of four scenarios says nothing"
+        );
+        // The same way with another text of the template is another row.
+        let version = |hash: &str| TemplateVersion::new("mine.md", Some("3"), hash);
+        for (one, hash) in all.iter_mut().zip(["11", "22", "11"]) {
+            one.way.template = version(hash);
+        }
+        let found = results(&all);
+        let rows: Vec<_> = found.iter().map(|row| row.answers.len()).collect();
+        assert_eq!(rows, [5, 2, 1]);
     }
 }

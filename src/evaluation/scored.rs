@@ -1,6 +1,6 @@
 //! Answers with their ground truth: the input of every figure in a report.
 
-use super::{Confusion, Label};
+use super::{Confusion, Label, TemplateVersion};
 use crate::description::Frame;
 use crate::prompts::Techniques;
 use crate::store::{Consumed, RunId};
@@ -17,6 +17,9 @@ pub struct PromptConfig {
     pub techniques: Option<Techniques>,
     /// Who is asked, as `provider/model`.
     pub model: String,
+    /// The version of the prompt template; `None` for a judge without a prompt, for imported answers, and in plans,
+    /// whose templates the batch pins.
+    pub template: Option<TemplateVersion>,
 }
 
 /// Status of a question.
@@ -30,6 +33,17 @@ pub enum AnswerStatus {
     Failed(String),
     /// It was not asked, or not yet, or its answer is still with a provider: why.
     Unasked(String),
+}
+
+impl AnswerStatus {
+    /// The verdict, where one was read.
+    #[must_use]
+    pub fn verdict(&self) -> Option<&Verdict> {
+        match self {
+            Self::Verdict(verdict) => Some(verdict),
+            Self::Unparsed(_) | Self::Failed(_) | Self::Unasked(_) => None,
+        }
+    }
 }
 
 /// An answer, or its absence, for one scenario.
@@ -90,6 +104,7 @@ impl Scored {
                 frame: None,
                 techniques: None,
                 model: model.into(),
+                template: None,
             },
             sample: 0,
             truth,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::TemplateVersion;
 use super::bradley_terry::{Comparisons, NoStrengths, Strength};
 use crate::store::{Choice, RatedAnswer, Rating};
 
@@ -12,7 +13,7 @@ use crate::store::{Choice, RatedAnswer, Rating};
 pub enum StandingsBy {
     /// Who answered.
     Model,
-    /// How it was asked: frame and techniques.
+    /// How it was asked: frame, techniques and the version of the template.
     Prompt,
 }
 
@@ -56,7 +57,7 @@ impl Standings {
     pub fn from_ratings(ratings: &[Rating], by: StandingsBy) -> Self {
         let name = |answer: &RatedAnswer| match by {
             StandingsBy::Model => answer.model.clone(),
-            StandingsBy::Prompt => answer.prompt.clone(),
+            StandingsBy::Prompt => prompt(answer),
         };
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for answer in ratings.iter().flat_map(|r| &r.answers) {
@@ -114,6 +115,18 @@ impl Standings {
     }
 }
 
+/// How an answer was asked, with the version of the template where that is known.
+fn prompt(answer: &RatedAnswer) -> String {
+    let version = answer.template.as_ref().and_then(TemplateVersion::of);
+    match version {
+        Some(version) => {
+            let parts: Vec<&str> = answer.prompt.split(" · ").take(2).collect();
+            format!("{} · {version}", parts.join(" · "))
+        }
+        None => answer.prompt.clone(),
+    }
+}
+
 impl Standing {
     fn take(&mut self, strength: Option<Strength>) {
         self.strength = strength.map(|s| s.log);
@@ -142,6 +155,7 @@ mod tests {
             prompt: (*prompt).into(),
             wrong: *wrong,
             reason: None,
+            template: None,
         });
         Rating {
             id: 1,

@@ -32,6 +32,7 @@ pub(super) fn failed(scenario: &str, model: &str) -> Scored {
             frame: None,
             techniques: None,
             model: model.into(),
+            template: None,
         },
         sample: 0,
         truth: None,

@@ -1,5 +1,7 @@
 //! Lists the registry's models: keys, prices and retirement dates.
 
+use std::collections::BTreeSet;
+
 use jiff::civil::Date;
 
 use super::api_keys::Environment;
@@ -150,6 +152,16 @@ impl Registry {
             })
         });
         all.collect()
+    }
+
+    /// The providers whose server is on this machine: asking them costs nothing.
+    #[must_use]
+    pub fn here(&self, environment: &Environment) -> BTreeSet<String> {
+        let here = |(name, provider): (&String, &Provider)| {
+            let endpoint = provider.endpoint(name, "", environment).ok()?;
+            endpoint.is_here().then(|| name.clone())
+        };
+        self.providers.iter().filter_map(here).collect()
     }
 
     /// Price of a model, `provider/model`, on a day, if known.

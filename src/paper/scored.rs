@@ -43,6 +43,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
             frame: Frame::parse(answer.frame),
             techniques: Some(answer.techniques),
             model: answer.model.clone(),
+            template: None,
         },
         sample: 0,
         truth: label(&labels, &answer.scenario, answer.collision),

@@ -120,6 +120,7 @@ pub fn published() -> Result<Vec<Published>, String> {
                 frame: Some(Frame::parse(&row.frame).ok_or_else(|| word("the frame"))?),
                 techniques: Some(Techniques::parse(&row.techniques)?),
                 model: row.model,
+                template: None,
             },
             table: row.table,
             method: row.method,
@@ -282,6 +283,7 @@ mod tests {
                 frame: Some(Frame::Cartesian),
                 techniques: Some(Techniques::ALL),
                 model: "recorded/gemini-1.5-pro".into(),
+                template: None,
             },
             truth: Some(Label::Safe),
             ..answer("c", "", true, &[])

@@ -1,6 +1,6 @@
 //! The template library: shipped templates, and the user's, which override them by file name.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::chosen::{self, TemplateChoices};
@@ -105,6 +105,8 @@ pub struct Library {
     templates: BTreeMap<String, (Template, Origin)>,
     fragments: BTreeMap<String, String>,
     fragment_origins: BTreeMap<String, Origin>,
+    /// Names under which texts that were not saved are in use.
+    drafts: BTreeSet<String>,
     /// Which of several templates for the same is used.
     chosen: TemplateChoices,
     /// Files of the user that could not be used.
@@ -239,11 +241,18 @@ impl Library {
     /// It is no template.
     pub fn use_draft(&mut self, file: &str, source: &str) -> Result<(), TemplateError> {
         self.put(file, source, Origin::User(PathBuf::from(file)))?;
+        self.drafts.insert(file.to_string());
         if let Some((template, _)) = self.templates.get(file) {
             let front = &template.front;
             self.chosen.set(&front.task, &front.frame, Some(file));
         }
         Ok(())
+    }
+
+    /// Whether the text in use under this name was not saved.
+    #[must_use]
+    pub fn is_draft(&self, file: &str) -> bool {
+        self.drafts.contains(file)
     }
 
     /// Takes over what the user chose; a choice that cannot be kept is a problem.

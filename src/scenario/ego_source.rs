@@ -31,6 +31,13 @@ pub enum EgoSource {
     },
 }
 
+/// The obstacle that is the ego, as the store writes an ego; `None` if its motion comes from a file.
+#[must_use]
+pub fn obstacle_taken(ego: &str) -> Option<i64> {
+    let (_, words) = ego.rsplit_once("obstacle ")?;
+    words.strip_suffix(" taken as ego")?.parse().ok()
+}
+
 impl EgoSource {
     /// In a few words: of a path only the file's name.
     #[must_use]

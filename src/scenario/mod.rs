@@ -23,7 +23,7 @@ mod window;
 
 use std::collections::BTreeMap;
 
-pub use ego_source::EgoSource;
+pub use ego_source::{EgoSource, obstacle_taken};
 pub use identity::ContentHash;
 pub use jump::Jump;
 pub use names::{

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::list::MOST_SHOWN;
 use super::run::names;
-use super::{BatchId, Consumed, Key, RunId, Store, StoreError, key, rows};
+use super::{BatchId, Consumed, Key, RunId, Store, StoreError, StoredTemplate, key, rows};
 use crate::verdict::Task;
 
 /// A question to ask.
@@ -96,6 +96,8 @@ pub struct NewestAnswer {
     pub run: RunId,
     /// The answer's text; the reasoning where that is all that was said.
     pub text: String,
+    /// The template it was asked with.
+    pub template: StoredTemplate,
     /// Time, tokens and cost.
     pub consumed: Consumed,
 }
@@ -261,7 +263,7 @@ impl Store {
             &format!("SELECT items.*, {STATE} AS now, found.id AS found,
                  CASE WHEN trim(found.answer) = '' THEN found.reasoning ELSE found.answer END AS text,
                  found.input_tokens, found.output_tokens, found.reasoning_tokens, found.cached_tokens, found.cost_usd,
-                 found.first_chunk_ms, found.duration_ms
+                 found.first_chunk_ms, found.duration_ms, found.template, found.template_version, found.template_hash
              FROM items LEFT JOIN runs AS found ON found.id = CASE
                  WHEN items.key IS NULL THEN
                      (SELECT id FROM runs WHERE id = items.run AND state = 'answered' AND deleted_ms IS NULL)
@@ -282,6 +284,7 @@ impl Store {
                         let text = row.get_ref("text")?.as_str()?;
                         text[..text.floor_char_boundary(MOST_SHOWN)].to_owned()
                     },
+                    template: rows::from_row(row)?,
                     consumed: rows::from_row(row)?,
                 }),
             };

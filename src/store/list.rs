@@ -4,7 +4,7 @@ use rusqlite::types::Value;
 use rusqlite::{Connection, OptionalExtension, params, params_from_iter};
 use serde::{Deserialize, Serialize};
 
-use super::{Filter, Run, RunId, Store, StoreError, rows};
+use super::{Filter, Run, RunId, Store, StoreError, StoredTemplate, rows};
 use crate::verdict::Task;
 
 /// Most of each text of a run that is read to be looked at, in bytes: as much as is taken of an answer today. Programs
@@ -37,6 +37,9 @@ pub struct Summary {
     pub frame: String,
     /// How it was asked.
     pub techniques: String,
+    /// The template.
+    #[serde(flatten)]
+    pub template: StoredTemplate,
     /// The model asked, `provider/model`.
     pub model: String,
     /// Which of several answers to the same request.
@@ -57,7 +60,8 @@ pub struct Summary {
 
 /// The columns of a summary, but for the excerpt.
 pub(super) const COLUMNS: &str =
-    "runs.id AS run, created_ms, origin, state, runs.scenario AS scenario, task, frame, techniques, model, sample,
+    "runs.id AS run, created_ms, origin, state, runs.scenario AS scenario, task, frame, techniques,
+    template, template_version, template_hash, model, sample,
     dangerous, cost_usd, most_usd, output_tokens, pinned";
 
 /// A place where the words that are searched for occur.

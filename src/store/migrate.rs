@@ -131,7 +131,9 @@ mod tests {
         let rating = crate::store::ratings::tests::rating(Some(RunId(1)), None);
         store.rate(&rating).unwrap();
         drop(store);
-        let again = Store::open(&path).unwrap().ratings().unwrap();
+        let mut again = Store::open(&path).unwrap().ratings().unwrap();
+        // The template of a run comes from the run.
+        assert!(again[0].answers[0].template.take().is_some());
         assert_eq!(again[0].answers, rating.answers);
     }
 

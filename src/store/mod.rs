@@ -4,7 +4,6 @@ mod batches;
 mod claim;
 mod cost_bound;
 mod database;
-mod decisions;
 mod durable;
 mod filter;
 mod health;
@@ -31,7 +30,6 @@ mod write;
 pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
-pub use decisions::StoredOutcome;
 pub use filter::{Decision, Filter, FilterError, moment};
 pub use health::Health;
 pub use identity::Identity;
@@ -45,9 +43,11 @@ pub use provider_batches::{
     NewProviderBatch, PendingRequest, ProviderBatch, ProviderBatchId, ProviderBatchState,
     ReadyBatch,
 };
-pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
+pub use ratings::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 pub use record::RecordError;
-pub use run::{AnswerPiece, Consumed, Ending, NewRun, Origin, Run, RunId, RunState};
+pub use run::{
+    AnswerPiece, Consumed, Ending, NewRun, Origin, Run, RunId, RunState, StoredTemplate,
+};
 pub use secondary_runs::SecondaryRuns;
 pub use truths::RunLabel;
 pub use unstored::UnstoredAnswer;

@@ -3,7 +3,9 @@
 use rusqlite::params_from_iter;
 use serde::Deserialize;
 
-use super::{Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, key, rows};
+use super::{
+    Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, StoredTemplate, key, rows,
+};
 use crate::verdict::Task;
 
 /// Outcome of one run.
@@ -30,6 +32,9 @@ pub struct Outcome {
     pub frame: String,
     /// Prompting techniques in use.
     pub techniques: String,
+    /// The template.
+    #[serde(flatten)]
+    pub template: StoredTemplate,
     /// First and last time step of the window, where known.
     pub window: Option<(i64, i64)>,
     /// `provider/model`, as asked for.
@@ -58,7 +63,7 @@ impl Store {
         let (condition, values) = filter.condition();
         let sql = format!(
             "SELECT runs.id AS run, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
-                 window_first, window_last, model, sample, state, verdict, reading, error, input_tokens, output_tokens,
+                 template, template_version, template_hash, window_first, window_last, model, sample, state, verdict, reading, error, input_tokens, output_tokens,
                  reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key
              FROM {condition} ORDER BY created_ms, runs.id"
         );

@@ -1,12 +1,14 @@
 //! Ratings: people's judgements of answers side by side.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use rusqlite::params;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::database::now_ms;
 use super::rows::from_row;
-use super::{RunId, Store, StoreError};
+use super::{RunId, Store, StoreError, StoredTemplate};
 use crate::verdict::Task;
 
 /// A person's choice.
@@ -33,7 +35,7 @@ impl Choice {
 }
 
 /// An answer as it was shown in a rating.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RatedAnswer {
     /// Its run; `None` if it is in none.
     pub run: Option<RunId>,
@@ -45,6 +47,9 @@ pub struct RatedAnswer {
     pub wrong: bool,
     /// Why.
     pub reason: Option<String>,
+    /// The template that its run was asked with, as the store has it; `None` if it is in none.
+    #[serde(flatten)]
+    pub template: Option<StoredTemplate>,
 }
 
 /// Which one is best stands with the answers.
@@ -170,8 +175,10 @@ impl Store {
             connection.prepare_cached("SELECT * FROM ratings ORDER BY created_ms, id")?;
         let found = statement.query_map([], from_row)?;
         let mut ratings: Vec<Rating> = found.collect::<Result<_, _>>()?;
-        let mut statement =
-            connection.prepare_cached("SELECT * FROM rated WHERE rating = ?1 ORDER BY place")?;
+        let mut statement = connection.prepare_cached(
+            "SELECT rated.*, template, template_version, template_hash
+             FROM rated LEFT JOIN runs ON runs.id = rated.run WHERE rating = ?1 ORDER BY place",
+        )?;
         for rating in &mut ratings {
             let answers = statement.query_map([rating.id], |row| {
                 Ok((from_row(row)?, row.get::<_, bool>("best")?))
@@ -185,6 +192,43 @@ impl Store {
             }
         }
         Ok(ratings)
+    }
+}
+
+/// What a person has rated and could rate, of one task.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Unrated {
+    /// The runs that the person rated.
+    pub rated: BTreeSet<RunId>,
+    /// Scenarios with at least two complete answers of models that the person did not rate, and how many.
+    pub scenarios: BTreeMap<String, u32>,
+}
+
+impl Store {
+    /// What a person has rated of a task, and where there is something left to rate.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn unrated(&self, task: Task, person: &str, judge: &str) -> Result<Unrated, StoreError> {
+        let connection = self.lock();
+        let rated = "SELECT run FROM rated JOIN ratings ON ratings.id = rated.rating
+             WHERE person = ?1 AND ratings.task = ?2 AND run IS NOT NULL";
+        let mut statement = connection.prepare_cached(rated)?;
+        let runs = statement.query_map([person, task.name()], |row| row.get(0).map(RunId))?;
+        let done = runs.collect::<Result<_, _>>()?;
+        let mut statement = connection.prepare_cached(&format!(
+            "SELECT scenario, count(*) FROM runs
+             WHERE task = ?2 AND state IN ('answered', 'truncated') AND deleted_ms IS NULL AND model <> ?3
+                 AND id NOT IN ({rated})
+             GROUP BY scenario HAVING count(*) >= 2"
+        ))?;
+        let left = statement.query_map([person, task.name(), judge], |row| {
+            Ok((row.get(0)?, row.get(1)?))
+        })?;
+        Ok(Unrated {
+            rated: done,
+            scenarios: left.collect::<Result<_, _>>()?,
+        })
     }
 }
 
@@ -249,6 +293,7 @@ pub(super) mod tests {
             prompt: "ego · base".into(),
             wrong: false,
             reason: None,
+            template: None,
         };
         let mut worse = answer(right, "lab/b");
         worse.wrong = true;

@@ -51,7 +51,7 @@ pub struct NewRun {
     pub address: Option<String>,
     /// File name of the template.
     pub template: String,
-    /// Its version, as it says itself.
+    /// Its version, as it says itself; `None` for a draft.
     pub template_version: Option<String>,
     /// SHA-256 of its text.
     pub template_hash: String,
@@ -63,7 +63,28 @@ pub struct NewRun {
     pub answer_schema: Option<String>,
 }
 
+/// The template that a run was asked with.
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub struct StoredTemplate {
+    /// Its file name; empty where it is not known.
+    pub template: String,
+    /// Its version, as it says itself; `None` for a draft.
+    pub template_version: Option<String>,
+    /// SHA-256 of its text.
+    pub template_hash: String,
+}
+
 impl NewRun {
+    /// The template it is asked with.
+    #[must_use]
+    pub fn template(&self) -> StoredTemplate {
+        StoredTemplate {
+            template: self.template.clone(),
+            template_version: self.template_version.clone(),
+            template_hash: self.template_hash.clone(),
+        }
+    }
+
     /// The key of the request; `None` if none is sent, or where not all of it is known.
     ///
     /// Two runs with the same key and sample are the same question: everything that the server is sent is the same.

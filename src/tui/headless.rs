@@ -206,10 +206,26 @@ impl Stage {
         });
         let ask = ask.unwrap_or_else(|| panic!("the screen of results is open already"));
         let going = AtomicBool::new(false);
-        tasks::results::answer(store, &judging, ask, &going, &mut |news| {
-            self.send(Msg::Results(news));
-            self.draw();
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                tasks::results::answer(store, &judging, ask, &going, &mut |news| {
+                    // The receiver stays until the sender is gone.
+                    let _ = sender.send(news);
+                });
+            });
+            for news in receiver {
+                self.send(Msg::Results(news));
+                self.draw();
+            }
         });
+    }
+
+    /// The rows of the screen of results, as they would be exported.
+    #[must_use]
+    pub fn results(&self) -> Vec<serde_json::Value> {
+        let rows = self.model.results.rows.iter();
+        rows.map(crate::evaluation::Results::json).collect()
     }
 
     /// Draws a frame as the loop does.

@@ -33,13 +33,6 @@ use crate::render::scene::Basemap;
 use crate::scenario::{Scenario, Scene, Severity, Transform};
 use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 
-/// The obstacle that is the ego, as the store writes an ego; `None` if its motion comes from a file.
-#[must_use]
-pub fn obstacle_taken(ego: &str) -> Option<i64> {
-    let (_, words) = ego.rsplit_once("obstacle ")?;
-    words.strip_suffix(" taken as ego")?.parse().ok()
-}
-
 /// An opened scenario.
 #[derive(Debug, Clone)]
 pub struct Opened {

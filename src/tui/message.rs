@@ -23,7 +23,7 @@ use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::Transform;
 use crate::settings::{Config, Tags};
-use crate::store::{NewRating, Rating};
+use crate::store::{NewRating, Rating, Unrated};
 use crate::verdict::Task;
 
 /// A message to `update`.
@@ -79,6 +79,8 @@ pub enum Msg {
     Rated(u64, Result<i64, String>),
     /// Every rating, or why they cannot be read.
     Ratings(Result<Vec<Rating>, String>),
+    /// What is left to rate.
+    Unrated(Result<Unrated, String>),
     /// A template file was written or removed: its name, what to say, and the library as it is now.
     Saved(String, Result<(Library, String), String>),
     /// The templates were read again.
@@ -194,6 +196,8 @@ pub enum Effect {
     Rate(u64, Box<NewRating>, Option<i64>),
     /// Read every rating.
     ReadRatings,
+    /// Find out which answers to a task a person has not rated.
+    FindUnrated(Task, String),
     /// Keep the draft of a template (its file and text) for the next start; nothing removes it.
     KeepDraft(String, Option<String>),
     /// Say [`Msg::KeepSession`] after a while.

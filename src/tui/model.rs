@@ -63,9 +63,9 @@ pub use picker::{
 };
 pub use planner::{Driver, RunningDrive, forecast_words};
 pub use plot::{Drives, Plot};
-pub use prices::Prices;
+pub use prices::{Prices, RequestTokens};
 pub use prompt::{EntryLine, PromptPane, PromptView};
-pub use results::{ResultsDrawn, ResultsView};
+pub use results::{COLUMNS as RESULTS_COLUMNS, ResultsDrawn, ResultsView};
 pub use sizes::{Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;

@@ -26,6 +26,7 @@ use super::message::{Effect, ExternalEdit, JobEvent, JobId, Msg, StoredOf, Updat
 use super::session;
 use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::EgoSelection;
+use crate::judge;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
@@ -158,6 +159,10 @@ impl Tasks {
                     Msg::Ratings(store.and_then(|s| s.ratings().map_err(|e| e.to_string())))
                 });
             }
+            Effect::FindUnrated(task, person) => self.with_store(move |store| {
+                let find = |store: Arc<Store>| store.unrated(task, &person, judge::MODEL);
+                Msg::Unrated(store.and_then(|s| find(s).map_err(|e| e.to_string())))
+            }),
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::RememberLater => {
                 let sender = self.sender.clone();

@@ -5,6 +5,7 @@
 //! - [`batch`]: many questions, stored before they are asked, and resumable
 //! - [`prepare`]: the planner drives the ego of a planning problem
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
+//! - [`TruthSearch`]: what is true about stored answers
 //!
 //! Computations run on the calling thread and call `on_event` there. They end early when their
 //! [`Cancel`](crate::planner::Cancel) is set, even inside a planning cycle, and then have no outcome. Work that waits
@@ -15,6 +16,7 @@ pub mod batch;
 mod generate;
 mod open;
 mod plan;
+mod truth;
 
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
 pub use generate::{
@@ -22,6 +24,7 @@ pub use generate::{
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
+pub use truth::{StoredQuestion, TruthChoice, TruthSearch, batch_labels};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

@@ -1,5 +1,9 @@
 //! `report` of batches: which truth counts, the built-in judge beside them, and questions that were not asked.
 
+use nearmiss::formats::bundled;
+use nearmiss::store::{Claim, Ending, RunId, RunState, Store};
+use nearmiss::tui::headless::Stage;
+use nearmiss::verdict::{ParsedAnswer, Task, Verdict};
 use serde_json::{Value, json};
 
 use super::batches::{home as home_with, telling};
@@ -163,4 +167,65 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
         "{notes}"
     );
     assert!(notes.contains("One ("), "{notes}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_report_and_the_results_screen_have_one_answer_to_what_is_true() {
+    let server = half_of_them().await;
+    let home = home_with(server.base_url());
+    for (name, _) in &BUNDLED[..3] {
+        for task in ["collision", "safety"] {
+            run(&home, &["ask", name, "--task", task, "--model", "lab/tiny"]).status(0);
+        }
+    }
+    let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
+    // An answer about a scenario that is nowhere, and one with another text of the template.
+    let said = |dangerous| {
+        Some(ParsedAnswer::Verdict(Verdict {
+            task: Task::Collision,
+            dangerous,
+            obstacles: Vec::new(),
+            justification: String::new(),
+        }))
+    };
+    let first = store.run(RunId(1)).unwrap().unwrap().question;
+    let mut nowhere = first.clone();
+    (nowhere.scenario, nowhere.scenario_hash) = ("ZAM_Nowhere-1_1_T-1".into(), None);
+    let mut draft = first;
+    (draft.template_version, draft.template_hash) = (None, "1".repeat(64));
+    for question in [nowhere, draft] {
+        let Claim::Granted(run) = store.claim(&question, true).unwrap() else {
+            panic!("fresh questions are granted");
+        };
+        let ending = Ending {
+            verdict: said(true),
+            ..Ending::bare(RunState::Answered)
+        };
+        store.finish(run, &ending).unwrap();
+    }
+    let report = run(&home, &["report", "--json"]).status(0).json();
+    let entries = bundled();
+    let mut stage = Stage::open(&entries[0], (120, 40)).unwrap();
+    stage.list(entries[1..].to_vec());
+    stage.read_results(&store);
+    let rows = stage.results();
+    assert_eq!(rows.len(), 3, "{rows:?}");
+    let mut unlabelled = 0;
+    for row in &rows {
+        let same = |cell: &&Value| {
+            cell["label"] == "all"
+                && ["task", "template", "template_hash"]
+                    .iter()
+                    .all(|key| cell[*key] == row[*key])
+        };
+        let cell = report["cells"].as_array().unwrap().iter().find(same);
+        let cell = cell.unwrap_or_else(|| panic!("{row} is not in {report}"));
+        for key in ["n", "tp", "fp", "fn", "tn", "unlabelled", "f1"] {
+            assert_eq!(cell[key], row[key], "{key} {row}");
+        }
+        unlabelled += row["unlabelled"].as_u64().unwrap();
+    }
+    assert_eq!(unlabelled, 1, "of the scenario that is nowhere");
+    let screen = stage.screen();
+    assert!(screen.contains("draft@111111"), "{screen}");
 }

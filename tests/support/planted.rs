@@ -106,6 +106,7 @@ fn rate(home: &Home) {
         prompt: format!("ego{EVIL}"),
         wrong: reason.is_some(),
         reason: reason.map(str::to_string),
+        template: None,
     };
     for choice in [Choice::Best(0), Choice::Best(1), Choice::Tie] {
         let rating = NewRating {

@@ -37,7 +37,6 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
         return of_batch::made(&store, id);
     }
     let store = store_to_read()?;
-    let truth = truth::truth(&sources, &store)?;
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
     if runs.is_empty() {
         return Err(finding(
@@ -48,6 +47,7 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
     if arguments.reread {
         reread(&store, &mut runs)?;
     }
+    let truth = truth::truth(&sources, &store, &runs)?;
     let asides = store.asides().map_err(Failure::input)?;
     let stored = report::stored(&runs, &truth, &asides);
     let notices = notices(&stored);

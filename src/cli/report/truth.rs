@@ -1,17 +1,19 @@
 //! Ground truth for a report: labels, folders, or exact geometry.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
-
-use crate::cli::open::scene_beside;
+use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
+use crate::evaluation::annotations;
 use crate::evaluation::batch::Spec;
 use crate::evaluation::report::{Stored, Truth};
-use crate::evaluation::{Label, Labelled, annotations};
-use crate::formats::{Entry, bundled, find};
-use crate::store::Store;
+use crate::formats::{EgoSelection, Entry, bundled, find};
+use crate::metrics::Thresholds;
+use crate::store::{Outcome as Run, Store};
 use crate::system;
+use crate::workflow::{TruthChoice, TruthSearch, batch_labels};
 
 /// The word for the exact geometry.
 pub const AUTO: &str = "auto";
@@ -19,30 +21,42 @@ pub const AUTO: &str = "auto";
 /// The word for the truth of the batch that an answer is of.
 pub const BATCH: &str = "batch";
 
-/// Reads what `--truth` names.
-pub fn truth(sources: &[PathBuf], store: &Store) -> Result<Truth, Failure> {
+/// Reads what `--truth` names, for these runs; the usual truth where it names nothing, as the results screen has it.
+pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, Failure> {
+    let (ego, thresholds) = (EgoSelection::Beside, Thresholds::shipped());
+    let search = |entries| TruthSearch {
+        outcomes: runs,
+        entries,
+        ego: &ego,
+        thresholds,
+    };
     let mut truth = Truth::default();
+    let mut entries: Vec<Entry> = Vec::new();
     for source in sources {
         if source.as_os_str() == BATCH {
-            let told = store.truths().map_err(Failure::input)?.into_iter();
-            truth.of_batches = told
-                .map(|one| {
-                    let label = match one.collides {
-                        true => Label::Collision(one.obstacle),
-                        false => Label::Safe,
-                    };
-                    (one.run, (one.batch.to_string(), label))
-                })
-                .collect();
+            (truth.of_batches, _) = batch_labels(store).map_err(Failure::input)?;
         } else if source.as_os_str() == AUTO {
-            truth.judged = true;
-            add(&mut truth, geometry(&bundled()));
+            truth.add_stored_geometry(runs);
+            entries.extend(bundled());
         } else if source.is_dir() {
-            folder(source, &mut truth)?;
+            entries.extend(folder(source, &mut truth)?);
         } else {
             labels(source, &mut truth)?;
         }
     }
+    let search = search(&entries);
+    for (name, label) in search.layout() {
+        truth.layout.entry(name).or_insert(label);
+    }
+    let progress = Mutex::new(None);
+    let shown = |_, of| {
+        let mut bar = progress.lock().unwrap_or_else(PoisonError::into_inner);
+        bar.get_or_insert_with(|| Progress::new(of, "scenarios", true))
+            .step();
+    };
+    let never = AtomicBool::new(false);
+    // Nothing stops it.
+    let _ = search.complete(TruthChoice::Usual, &mut truth, &never, &shown);
     Ok(truth)
 }
 
@@ -104,8 +118,8 @@ fn labels(file: &Path, truth: &mut Truth) -> Result<(), Failure> {
     truth.labels.read(&bytes, &shown).map_err(Failure::input)
 }
 
-/// Annotations, and for scenarios without one the exact geometry.
-fn folder(folder: &Path, truth: &mut Truth) -> Result<(), Failure> {
+/// The scenarios of a folder; the annotations in it are labels.
+fn folder(folder: &Path, truth: &mut Truth) -> Result<Vec<Entry>, Failure> {
     let annotated = folder.join("Results").join("LLM").is_dir() || folder.join("LLM").is_dir();
     let found = find(&[folder.to_path_buf()]);
     let entries = match (found, annotated) {
@@ -113,41 +127,14 @@ fn folder(folder: &Path, truth: &mut Truth) -> Result<(), Failure> {
         (Err(_), true) => Vec::new(),
         (Err(error), false) => return Err(Failure::input(format!("--truth {error}"))),
     };
-    let mut others = entries;
     if annotated {
         let (labels, problems) = annotations(folder);
         for problem in &problems {
             output::say(&format!("nearmiss: {problem}"));
         }
-        others.retain(|entry| labels.get(&entry.name).is_none());
-        let labels = labels.iter().map(|(name, label)| (name.to_string(), label));
-        add(truth, labels.collect());
-    }
-    add(truth, geometry(&others));
-    Ok(())
-}
-
-fn add(truth: &mut Truth, found: Vec<(String, Label)>) {
-    for (name, label) in found {
-        truth.found.entry(name).or_insert(label);
-    }
-}
-
-/// The exact geometry of scenarios with a recorded ego; what cannot be opened is said.
-fn geometry(entries: &[Entry]) -> Vec<(String, Label)> {
-    let judge = |entry: &Entry| match scene_beside(entry) {
-        Ok(scene) => {
-            Ok(scene.map(|(scene, _)| (entry.name.clone(), Labelled::new(&scene, None).label)))
-        }
-        Err(failure) => Err(failure),
-    };
-    let judged: Vec<_> = entries.par_iter().map(judge).collect();
-    let mut found = Vec::new();
-    for one in judged {
-        match one {
-            Ok(one) => found.extend(one),
-            Err(failure) => failure.say(),
+        for (name, label) in labels.iter() {
+            truth.layout.entry(name.to_string()).or_insert(label);
         }
     }
-    found
+    Ok(entries)
 }

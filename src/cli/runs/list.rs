@@ -119,6 +119,7 @@ fn counted(runs: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::StoredTemplate;
 
     fn summary(run: i64, cost: Option<f64>, most: Option<f64>) -> Summary {
         Summary {
@@ -130,6 +131,7 @@ mod tests {
             task: "collision".into(),
             frame: "ego".into(),
             techniques: "cp".into(),
+            template: StoredTemplate::default(),
             model: "lab/x".into(),
             sample: 0,
             dangerous: None,

@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::scored::read;
+use super::scored::{BatchTemplates, read};
 use super::spec::Spec;
 use super::variant::Variant;
-use crate::evaluation::{AnswerOutcome, Lead, PromptConfig, Results};
-use crate::judge::Criterion;
+use crate::evaluation::{AnswerOutcome, Label, Lead, PromptConfig, Results, Scored};
 use crate::scenario::Transform;
 use crate::store::{BatchId, Progress, Store, StoreError};
 use crate::verdict::Task;
@@ -15,9 +14,9 @@ use crate::verdict::Task;
 /// Which answers are counted, and so against which ground truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AnswerSet {
-    /// All stored answers, compared with the built-in judge's on the same questions.
+    /// All stored answers.
     Everything,
-    /// A part of a batch of `evaluate`, compared with the ground truth it was started with.
+    /// A part of a batch of `evaluate`, which has a ground truth of its own.
     Batch(BatchId, BatchPart),
 }
 
@@ -37,7 +36,7 @@ pub enum BatchPart {
 pub struct CountingChoice {
     /// What.
     pub counting: AnswerSet,
-    /// Description of the ground truth, or why it is unknown.
+    /// Of a batch: its own ground truth in words, or why it is unknown.
     pub truth: String,
     /// Of a batch: when it was begun, milliseconds since 1970, UTC.
     pub created_ms: Option<i64>,
@@ -79,22 +78,6 @@ impl BatchPart {
     }
 }
 
-impl CountingChoice {
-    /// All answers, compared with the built-in judge: exact geometry, and in the safety task a prediction.
-    #[must_use]
-    pub fn everything() -> Self {
-        Self {
-            counting: AnswerSet::Everything,
-            truth: format!(
-                "the built-in judge (exact geometry; safety: its prediction, p from {:.2} on)",
-                Criterion::REFERENCE.threshold
-            ),
-            created_ms: None,
-            progress: Progress::default(),
-        }
-    }
-}
-
 /// The choices: the batches, newest first, each whole and then its other parts; all answers last.
 ///
 /// # Errors
@@ -122,12 +105,20 @@ pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
             });
         }
     }
-    found.push(CountingChoice::everything());
+    found.push(CountingChoice {
+        counting: AnswerSet::Everything,
+        truth: String::new(),
+        created_ms: None,
+        progress: Progress::default(),
+    });
     Ok(found)
 }
 
 /// Questions whose texts are at hand at once.
 const PIECE: u32 = 2000;
+
+/// The truth about an answer, where another one than that of its batch counts.
+pub type OtherTruth<'a> = &'a (dyn Fn(&Scored) -> Option<Label> + Sync);
 
 /// Counts a part of a batch: verdicts are read anew from the stored texts, as for a report. Nothing where it was told
 /// to stop.
@@ -138,6 +129,7 @@ pub fn counted(
     store: &Store,
     id: BatchId,
     part: BatchPart,
+    other: Option<OtherTruth<'_>>,
     stop: &AtomicBool,
 ) -> Result<Option<BatchResults>, StoreError> {
     let Some(batch) = store.batch(id)? else {
@@ -147,6 +139,7 @@ pub fn counted(
     let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
     let first = spec.matrix.request.lead;
     let mut ways: BTreeMap<PromptConfig, Vec<AnswerOutcome>> = BTreeMap::new();
+    let mut templates = BatchTemplates::default();
     let (mut unasked, mut from) = (0, 0);
     loop {
         if stop.load(Ordering::Relaxed) {
@@ -156,9 +149,13 @@ pub fn counted(
         let Some((last, _)) = piece.last() else { break };
         from = last.place + 1;
         piece.retain(|(item, _)| Task::VERDICTS.contains(&item.asked.task));
-        for (variant, scored) in read(&piece)? {
+        templates.note(&piece);
+        for (variant, mut scored) in read(&piece)? {
             if !part.holds(&variant, first) {
                 continue;
+            }
+            if let Some(other) = other {
+                scored.truth = other(&scored);
             }
             match AnswerOutcome::of_scored(&scored) {
                 Some(counted) => ways.entry(scored.way).or_default().push(counted),
@@ -166,7 +163,10 @@ pub fn counted(
             }
         }
     }
-    let rows = ways.into_iter().map(|(way, all)| Results::new(way, all));
+    let rows = ways.into_iter().map(|(mut way, all)| {
+        templates.name(&mut way);
+        Results::new(way, all)
+    });
     Ok(Some(BatchResults {
         rows: rows.collect(),
         unasked,

@@ -88,6 +88,7 @@ impl Matrix {
                             frame: in_words.then_some(frame),
                             techniques: in_words.then_some(techniques),
                             model: model.clone(),
+                            template: None,
                         };
                         if !ways.contains(&way) {
                             ways.push(way);

@@ -16,8 +16,10 @@ mod truth;
 mod variant;
 
 pub use agreement::{UnjudgedScenario, beside_the_judge};
-pub use answer_set::{AnswerSet, BatchPart, BatchResults, CountingChoice, counted, offers};
-pub use estimate::Estimate;
+pub use answer_set::{
+    AnswerSet, BatchPart, BatchResults, CountingChoice, OtherTruth, counted, offers,
+};
+pub use estimate::{Estimate, Price, Size};
 pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};
 pub use request_summary::SceneDescriptions;

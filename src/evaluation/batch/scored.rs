@@ -1,12 +1,16 @@
 //! A batch's answers with their ground truth: parsed again from their texts, failed ones included.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::question_builder::obstacle;
 use super::truth::Truth;
 use super::variant::Variant;
 use crate::description::Frame;
-use crate::evaluation::{AnswerStatus, Label, LabelError, Lead, PromptConfig, Scored};
+use crate::evaluation::{
+    AnswerStatus, Label, LabelError, Lead, PromptConfig, Scored, TemplateVersion,
+};
 use crate::formats::Entry;
 use crate::judge;
 use crate::prompts::Techniques;
@@ -40,7 +44,11 @@ pub struct Answers {
 pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
     let mut found = store.items_with_answers(batch)?;
     found.retain(|(item, _)| Task::VERDICTS.contains(&item.asked.task));
-    let all = read(&found)?;
+    let mut all = read(&found)?;
+    let mut templates = BatchTemplates::default();
+    templates.note(&found);
+    all.iter_mut()
+        .for_each(|(_, scored)| templates.name(&mut scored.way));
     let places = found.iter().map(|(item, _)| item.place);
     // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what it
     // was begun with comes first.
@@ -88,6 +96,32 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
             .map(|v| (*v).clone());
     }
     Ok(sorted)
+}
+
+/// The templates that a batch asks with, by task and frame: it pins one version of each, which its answers tell.
+#[derive(Debug, Default)]
+pub(super) struct BatchTemplates(BTreeMap<(Task, String), TemplateVersion>);
+
+impl BatchTemplates {
+    /// Notes what these questions were asked with.
+    pub fn note(&mut self, found: &[(Item, Option<NewestAnswer>)]) {
+        for (item, answer) in found {
+            let (Some(frame), Some(answer)) = (&item.asked.frame, answer) else {
+                continue;
+            };
+            if let Some(version) = TemplateVersion::of(&answer.template) {
+                let place = (item.asked.task, frame.clone());
+                self.0.entry(place).or_insert(version);
+            }
+        }
+    }
+
+    /// Gives a way of asking the version of its template.
+    pub fn name(&self, way: &mut PromptConfig) {
+        let frame = way.frame.map(|frame| frame.name().to_string());
+        let place = frame.map(|frame| (way.task, frame));
+        way.template = place.and_then(|place| self.0.get(&place).cloned());
+    }
 }
 
 /// Answers to questions of a batch, in order, with the variant each is about.
@@ -218,6 +252,7 @@ pub fn way_of(asked: &NewItem) -> Result<PromptConfig, String> {
             .map(Techniques::parse)
             .transpose()?,
         model: asked.model.clone(),
+        template: None,
     })
 }
 

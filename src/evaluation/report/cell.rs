@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::answer::NOT_SENT;
 use super::super::statistics::{
-    AnswerAgreement, Calibration, Interval, Kappa, f1_interval, majority, wilson,
+    AnswerAgreement, Calibration, Interval, Kappa, f1_interval, majority, shown, wilson,
 };
 use super::super::{AnswerStatus, Confusion, Label, PromptConfig, Scored, names_obstacle};
 use super::consumption::{Consumption, count};
@@ -128,6 +128,11 @@ fn taken(one: &Scored) -> Option<Consumed> {
     })
 }
 
+/// The Wilson interval of a proportion, where enough answers stand behind it.
+fn proportion(hits: u32, all: u32) -> Option<Interval> {
+    shown(wilson(hits, all), all)
+}
+
 impl Cell {
     /// Counts the answers of one way.
     pub(super) fn count(way: &PromptConfig, half: DataHalf, scored: &[&Scored]) -> Self {
@@ -172,7 +177,7 @@ impl Cell {
         if half == DataHalf::All {
             let counts: Vec<Confusion> = votes.values().map(|v| v.counts).collect();
             let counted: Vec<Confusion> = counts.into_iter().filter(|c| c.answered() > 0).collect();
-            cell.f1_interval = f1_interval(&counted);
+            cell.f1_interval = shown(f1_interval(&counted), count(counted.len()));
         }
         cell
     }
@@ -226,26 +231,26 @@ impl Cell {
     #[must_use]
     pub fn precision_interval(&self) -> Option<Interval> {
         let c = self.whole()?;
-        wilson(c.true_positives, c.true_positives + c.false_positives)
+        proportion(c.true_positives, c.true_positives + c.false_positives)
     }
 
     /// The Wilson interval of the recall.
     #[must_use]
     pub fn recall_interval(&self) -> Option<Interval> {
-        wilson(self.confusion.true_positives, self.confusion.positives())
+        proportion(self.confusion.true_positives, self.confusion.positives())
     }
 
     /// The Wilson interval of the specificity.
     #[must_use]
     pub fn specificity_interval(&self) -> Option<Interval> {
-        wilson(self.confusion.true_negatives, self.confusion.negatives())
+        proportion(self.confusion.true_negatives, self.confusion.negatives())
     }
 
     /// The Wilson interval of the accuracy.
     #[must_use]
     pub fn accuracy_interval(&self) -> Option<Interval> {
         let c = &self.confusion;
-        wilson(c.true_positives + c.true_negatives, c.answered())
+        proportion(c.true_positives + c.true_negatives, c.answered())
     }
 
     /// F1, of whole ways.

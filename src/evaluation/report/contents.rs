@@ -99,20 +99,40 @@ fn heading(task: Task) -> &'static str {
     }
 }
 
-/// Frame, techniques and model of a cell.
-fn way(cell: &Cell) -> Vec<String> {
-    let way = &cell.way;
-    vec![names::frame(way), names::techniques(way), way.model.clone()]
+/// A table whose first columns say how was asked.
+struct WayTable {
+    table: Table,
+    /// Whether the version of the template has a column: where it is not known of any, there is none.
+    templates: bool,
 }
 
 const WAY: [&str; 3] = ["<Frame", "<Techniques", "<Model"];
 
-fn table(task: Task, caption: &str, name: &str, titles: &[&str]) -> Table {
-    Table::new(
-        format!("{caption}, {} task", task.name()),
-        format!("nearmiss-{}{name}", task.name()),
-        &[&WAY, titles].concat(),
-    )
+impl WayTable {
+    fn new(task: Task, cells: &[&Cell], (caption, name): (&str, &str), titles: &[&str]) -> Self {
+        let templates = cells.iter().any(|cell| cell.way.template.is_some());
+        let template: &[&str] = if templates { &["<Template"] } else { &[] };
+        let table = Table::new(
+            format!("{caption}, {} task", task.name()),
+            format!("nearmiss-{}{name}", task.name()),
+            &[&WAY, template, titles].concat(),
+        );
+        Self { table, templates }
+    }
+
+    /// The first cells of a row.
+    fn way(&self, cell: &Cell) -> Vec<String> {
+        let way = &cell.way;
+        let mut row = vec![names::frame(way), names::techniques(way), way.model.clone()];
+        if self.templates {
+            row.push(names::template(way));
+        }
+        row
+    }
+
+    fn filled(self) -> Option<Table> {
+        (!self.table.rows.is_empty()).then_some(self.table)
+    }
 }
 
 /// A share with its interval: `0.83 [0.70, 0.91]`.
@@ -139,11 +159,11 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
         titles.push("No truth");
     }
     titles.extend(["Precision", "Recall", "Specificity", "Accuracy", "F1"]);
-    let mut table = table(task, "How often answers are right", "", &titles);
-    table.notes = vec![methods::counts(), methods::intervals()];
+    let mut filled = WayTable::new(task, cells, ("How often answers are right", ""), &titles);
+    filled.table.notes = vec![methods::counts(), methods::intervals()];
     for cell in cells {
         let c = &cell.confusion;
-        let mut row = way(cell);
+        let mut row = filled.way(cell);
         let counts = [
             c.true_positives,
             c.false_positives,
@@ -167,9 +187,9 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
         row.push(with_interval(c.specificity(), cell.specificity_interval()));
         row.push(with_interval(c.accuracy(), cell.accuracy_interval()));
         row.push(with_interval(cell.f1(), cell.f1_interval));
-        table.rows.push(row);
+        filled.table.rows.push(row);
     }
-    table
+    filled.table
 }
 
 fn agreement(task: Task, cells: &[&Cell]) -> Table {
@@ -183,14 +203,14 @@ fn agreement(task: Task, cells: &[&Cell]) -> Table {
         "ECE",
     ];
     let caption = "The obstacle that collides, agreement with the built-in judge, and calibration of risk scores";
-    let mut table = table(task, caption, "-agreement", &titles);
-    table.notes = vec![methods::agreement(), methods::intervals()];
+    let mut filled = WayTable::new(task, cells, (caption, "-agreement"), &titles);
+    filled.table.notes = vec![methods::agreement(), methods::intervals()];
     let of = |part: u32, all: u32| match all {
         0 => NONE.into(),
         _ => format!("{part} of {all}"),
     };
     for cell in cells {
-        let mut row = way(cell);
+        let mut row = filled.way(cell);
         row.push(of(cell.named.right, cell.named.n));
         row.push(of(cell.named.first, cell.named.n));
         let kappa = cell.kappa;
@@ -202,9 +222,9 @@ fn agreement(task: Task, cells: &[&Cell]) -> Table {
         row.push(cell.calibration.n().to_string());
         row.push(number(cell.calibration.brier(), 3));
         row.push(number(cell.calibration.error(), 3));
-        table.rows.push(row);
+        filled.table.rows.push(row);
     }
-    table
+    filled.table
 }
 
 fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
@@ -219,13 +239,9 @@ fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
         "No vote",
         "F1",
     ];
-    let mut table = table(
-        task,
-        "Several samples and their majority",
-        "-samples",
-        &titles,
-    );
-    table.notes.push(methods::samples());
+    let caption = "Several samples and their majority";
+    let mut filled = WayTable::new(task, cells, (caption, "-samples"), &titles);
+    filled.table.notes.push(methods::samples());
     for cell in cells.iter().filter(|c| c.spread.scenarios > 0) {
         let c = &cell.majority;
         let counts = [
@@ -234,16 +250,16 @@ fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
             c.false_negatives,
             c.true_negatives,
         ];
-        let mut row = way(cell);
+        let mut row = filled.way(cell);
         row.push(cell.spread.scenarios.to_string());
         row.push(number(cell.spread.unanimity(), 2));
         row.push(number(cell.spread.agreement(), 2));
         row.extend(counts.map(|n| n.to_string()));
         row.push(cell.undecided.to_string());
         row.push(number(c.f1(), 2));
-        table.rows.push(row);
+        filled.table.rows.push(row);
     }
-    (!table.rows.is_empty()).then_some(table)
+    filled.filled()
 }
 
 fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
@@ -257,8 +273,9 @@ fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
         "US dollars",
         "Cost unknown",
     ];
-    let mut table = table(task, "Time, tokens and cost", "-cost", &titles);
-    table.notes.push(methods::consumption());
+    let caption = "Time, tokens and cost";
+    let mut filled = WayTable::new(task, cells, (caption, "-cost"), &titles);
+    filled.table.notes.push(methods::consumption());
     for cell in cells {
         let c = &cell.consumption;
         if c.timed + c.counted + c.priced == 0 {
@@ -268,7 +285,7 @@ fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
             0 => NONE.into(),
             _ => n.to_string(),
         };
-        let mut row = way(cell);
+        let mut row = filled.way(cell);
         row.push(c.timed.to_string());
         row.push(number(c.median_s, 2));
         row.push(number(c.p95_s, 2));
@@ -277,9 +294,9 @@ fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
         row.push(tokens(c.output_tokens));
         row.push(number(c.cost_usd, 4));
         row.push(c.unpriced().to_string());
-        table.rows.push(row);
+        filled.table.rows.push(row);
     }
-    (!table.rows.is_empty()).then_some(table)
+    filled.filled()
 }
 
 fn bars(task: Task, cells: &[&Cell]) -> Figure {

@@ -39,6 +39,11 @@ pub(crate) fn way(way: &PromptConfig) -> Map<String, Value> {
         ("frame", json!(way.frame.map(|f| f.name()))),
         ("technique", json!(way.techniques.map(technique))),
         ("model", json!(way.model)),
+        ("template", json!(way.template.as_ref().map(|t| &t.name))),
+        (
+            "template_hash",
+            json!(way.template.as_ref().map(|t| &t.hash)),
+        ),
     ];
     fields
         .map(|(k, v)| (k.to_string(), v))

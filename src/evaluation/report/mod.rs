@@ -15,19 +15,21 @@ mod pairs;
 mod plot;
 mod stored;
 mod subject;
+mod truth;
 mod varied;
 
 pub use cell::{Cell, DataHalf, NamingCounts};
 pub use consumption::Consumption;
 pub(crate) use contents::with_interval;
-pub(crate) use csv::csv;
+pub use csv::csv;
 pub use document::{Align, Block, Document, Table};
 pub(crate) use json::{counts, way};
 pub use names::technique;
 pub(crate) use names::{NONE, number, p_value};
 pub use pairs::Pair;
-pub use stored::{Stored, Truth, stored};
+pub use stored::{Stored, stored};
 pub use subject::ReportSubject;
+pub use truth::{QuestionKey, RecordedScene, Truth};
 pub use varied::{SAME_WORDS, Varied};
 
 use std::collections::BTreeMap;

@@ -23,13 +23,20 @@ pub(super) fn techniques(way: &PromptConfig) -> String {
     way.techniques.map_or_else(|| NONE.into(), technique)
 }
 
-/// A way in short: `ego · cp+cot · lab/model`.
+/// The version of the template, or a dash.
+pub(super) fn template(way: &PromptConfig) -> String {
+    let version = way.template.as_ref();
+    version.map_or_else(|| NONE.into(), ToString::to_string)
+}
+
+/// A way in short: `ego · cp+cot · lab/model · collision-ego@3fa2c1`.
 pub(super) fn way(way: &PromptConfig) -> String {
     let frame = way.frame.map(|f| f.name().to_string());
     let parts = [
         frame,
         way.techniques.map(technique),
         Some(way.model.clone()),
+        way.template.as_ref().map(ToString::to_string),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }

@@ -13,7 +13,7 @@ pub struct Pair {
     pub first: PromptConfig,
     /// The other one.
     pub second: PromptConfig,
-    /// In what they differ: `frame`, `techniques` or `model`.
+    /// In what they differ: `frame`, `techniques`, `model` or `template`.
     pub differs: &'static str,
     /// Scenarios with a truth and a verdict of both; of several samples what most of them say.
     pub n: u32,
@@ -80,6 +80,7 @@ fn difference(a: &PromptConfig, b: &PromptConfig) -> Option<&'static str> {
         (a.frame != b.frame, "frame"),
         (a.techniques != b.techniques, "techniques"),
         (a.model != b.model, "model"),
+        (a.template != b.template, "template"),
     ];
     let mut differ = differ.into_iter().filter(|(differs, _)| *differs);
     let (_, name) = differ.next()?;

@@ -5,28 +5,15 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
-use super::super::{AnswerStatus, Label, Labels, PromptConfig, Scored};
+use super::super::{AnswerStatus, Label, PromptConfig, Scored, TemplateVersion};
 use super::consumption::count;
+use super::truth::{QuestionKey, Truth};
 use crate::description::Frame;
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
 use crate::store::{Key, Outcome, RunId, RunState, SecondaryRuns};
 use crate::verdict::{Task, Verdict};
-
-/// Ground truth from several sources: the first that covers a scenario counts.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Truth {
-    /// Labels of people.
-    pub labels: Labels,
-    /// Labels from batches, by run, with the name of the batch.
-    pub of_batches: HashMap<RunId, (String, Label)>,
-    /// By name, worked out: of the exact geometry, or of the folder a scenario lies in.
-    pub found: BTreeMap<String, Label>,
-    /// Whether the built-in judge's stored verdicts on the collision task, the exact geometry of whole recordings,
-    /// count where nothing else does.
-    pub judged: bool,
-}
 
 /// Runs of the store beside the truth.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -52,9 +39,6 @@ pub struct Stored {
     /// Scenarios without a truth.
     pub unlabelled: Vec<String>,
 }
-
-/// Of one question: scenario, task and window.
-type Question<'a> = (&'a str, &'a str, Task, Option<(i64, i64)>);
 
 /// Sets runs beside the truth, in the order of the runs. The verdicts are those that were stored.
 ///
@@ -105,42 +89,32 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         .par_iter()
         .map(|(outcome, _)| status(outcome))
         .collect();
-    let mut references: HashMap<Question<'_>, &Verdict> = HashMap::new();
-    let mut judged: HashMap<&str, Label> = HashMap::new();
-    for ((outcome, way), status) in counted.iter().zip(&statuses) {
-        let AnswerStatus::Verdict(verdict) = status else {
-            continue;
-        };
-        if way.model != judge::MODEL {
-            continue;
-        }
-        references.insert(question(outcome), verdict);
-        if outcome.task == Task::Collision {
-            let label = match verdict.dangerous {
-                true => Label::Collision(verdict.obstacles.first().map(|o| o.id)),
-                false => Label::Safe,
-            };
-            judged.insert(&outcome.scenario, label);
+    let keys: Vec<QuestionKey> = counted
+        .par_iter()
+        .map(|(outcome, _)| QuestionKey::from(*outcome))
+        .collect();
+    let mut references: HashMap<&QuestionKey, &Verdict> = HashMap::new();
+    for (((_, way), status), key) in counted.iter().zip(&statuses).zip(&keys) {
+        if let (AnswerStatus::Verdict(verdict), judge::MODEL) = (status, way.model.as_str()) {
+            references.insert(key, verdict);
         }
     }
-    let mut of_batches: BTreeMap<String, u32> = BTreeMap::new();
-    let mut label = |outcome: &Outcome| {
-        let name = outcome.scenario.as_str();
-        if let Some(label) = truth.labels.get(name) {
-            return Some(label);
-        }
-        if let Some((batch, label)) = truth.of_batches.get(&outcome.run) {
-            *of_batches.entry(batch.clone()).or_default() += 1;
-            return Some(*label);
-        }
-        let found = truth.found.get(name).copied();
-        found.or_else(|| judged.get(name).copied().filter(|_| truth.judged))
-    };
-    let references: Vec<Option<Verdict>> = counted
+    if let Some(verdicts) = &truth.judge {
+        references.extend(verdicts);
+    }
+    let references: Vec<Option<Verdict>> = keys
         .iter()
-        .map(|(outcome, _)| references.get(&question(outcome)).map(|v| (*v).clone()))
+        .map(|key| references.get(key).map(|verdict| (*verdict).clone()))
         .collect();
-    let truths: Vec<Option<Label>> = counted.iter().map(|(o, _)| label(o)).collect();
+    let mut of_batches: BTreeMap<String, u32> = BTreeMap::new();
+    for batch in counted.iter().filter_map(|(one, _)| truth.batch_of(one)) {
+        *of_batches.entry(batch.to_string()).or_default() += 1;
+    }
+    let truths: Vec<Option<Label>> = counted
+        .iter()
+        .zip(&statuses)
+        .map(|((outcome, _), status)| truth.label(outcome, status.verdict()))
+        .collect();
     stored.of_batches = of_batches;
     let mut unlabelled: Vec<String> = counted
         .iter()
@@ -223,26 +197,17 @@ fn is_answer(outcome: &Outcome) -> bool {
 }
 
 /// Identifies runs that answer the same question with the same sample.
-type Identity<'a> = (Question<'a>, &'a str, [&'a str; 3], Option<Key>, u32);
+type Identity<'a> = (QuestionKey, [&'a str; 4], Option<Key>, u32);
 
 fn identity(outcome: &Outcome) -> Identity<'_> {
     let how = [
         outcome.frame.as_str(),
         outcome.techniques.as_str(),
         outcome.model.as_str(),
+        outcome.template.template_hash.as_str(),
     ];
     let key = outcome.key.clone();
-    (question(outcome), &outcome.ego, how, key, outcome.sample)
-}
-
-fn question(outcome: &Outcome) -> Question<'_> {
-    let window = match outcome.task {
-        // The judge looks at the whole recording.
-        Task::Collision => None,
-        _ => outcome.window,
-    };
-    let hash = outcome.scenario_hash.as_deref().unwrap_or_default();
-    (&outcome.scenario, hash, outcome.task, window)
+    (QuestionKey::from(outcome), how, key, outcome.sample)
 }
 
 /// How a run was asked; `None` if its words are not known.
@@ -260,6 +225,7 @@ fn way(outcome: &Outcome) -> Option<PromptConfig> {
         frame,
         techniques,
         model: outcome.model.clone(),
+        template: TemplateVersion::of(&outcome.template).filter(|_| !is_judge),
     })
 }
 

@@ -13,6 +13,15 @@ pub struct Interval {
     pub high: f64,
 }
 
+/// Observations from which on an interval is shown: of fewer it says little more than that they are few.
+pub const FEWEST: u32 = 10;
+
+/// An interval, where at least [`FEWEST`] observations stand behind it.
+#[must_use]
+pub fn shown(interval: Option<Interval>, observations: u32) -> Option<Interval> {
+    interval.filter(|_| observations >= FEWEST)
+}
+
 /// The Wilson score interval of 95 % of a proportion, `hits` of `all`; nothing of nothing.
 ///
 /// Centre (p + z²/2n) / (1 + z²/n), half width z/(1 + z²/n) · √(p(1 − p)/n + z²/4n²), without continuity correction.

@@ -12,7 +12,7 @@ mod samples;
 pub use bootstrap::{RESAMPLES, SEED, f1_interval};
 pub use calibration::{Bin, Calibration};
 pub use hypergeometric::part_of;
-pub use interval::{Interval, wilson, wilson_of_share};
+pub use interval::{FEWEST, Interval, shown, wilson, wilson_of_share};
 pub use kappa::Kappa;
 pub use mcnemar::{EXACT_BELOW, McNemar, holm};
 pub use quantile::quantile;

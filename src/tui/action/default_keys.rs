@@ -171,7 +171,7 @@ table! {
     CellLeft, Results, "cell-left", ["left", "h"], 2, "cell", "The number on the left.";
     CellRight, Results, "cell-right", ["right", "l"], 2, "cell", "The number on the right.";
     OpenCell, Results, "open-cell", ["enter"], 1, "open", "List the answers behind the number; open the scenario of an answer, asked in the same way.";
-    ChooseCounted, Results, "choose-counted", ["b"], 3, "which answers", "Choose what is counted: a batch with its own truth, or all answers against the built-in judge.";
+    ChooseCounted, Results, "choose-counted", ["b"], 3, "which answers", "Choose which answers are counted: those of a batch, or all.";
     EditDone, Editor, "edit-done", ["esc"], 1, "done", "Give the keys back; the draft stays in use. In vim's modes, first back to normal.";
     SaveTemplate, Editor, "save-template", ["ctrl-s"], 2, "save", "Save the template in your prompts folder.";
     SaveTemplateAs, Editor, "save-as", ["ctrl-a", "alt-s"], 8, "save as", "Save it under a new name, and use that for the task and frame.";
@@ -226,4 +226,7 @@ table! {
     SavePicture, Compare, "picture", ["o"], 0, "picture", "Save a picture of the screen, the map or the plot.";
     Help, Compare, "help", ["?", "f1"], 14, "help", "The keys, those of the focused pane first.";
     Quit, Compare, "quit", ["q", "ctrl-q"], 0, "close", "Close the screen.";
+    ChangeTruth, Results, "change-truth", ["t"], 4, "truth", "Compare with another truth: labels, exact geometry of recordings, or the built-in judge where there are no labels.";
+    SortResults, Results, "sort-results", ["s"], 5, "sort", "Sort by the selected column; again, the other way around; once more, by prompt.";
+    ExportResults, Results, "export-results", ["e"], 6, "export", "Write the table as CSV and as JSON lines into the folder that pictures go to.";
 }

@@ -11,6 +11,7 @@ use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::store::{Edge, Filter, Page, Run, RunId};
 use crate::verdict::Task;
+use crate::workflow::TruthChoice;
 
 /// Numbers the lists of runs that are asked for; what an old one gives is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -61,13 +62,27 @@ pub enum HistoryEvent {
 /// Requests of the results screen to the store.
 #[derive(Debug)]
 pub enum ResultsCommand {
-    /// Stored answers counted: these, or those of the newest batch, or all where there is no batch. Of all of them the
-    /// built-in judge says what is true, for which these files may be the scenarios.
-    Read(PageId, Option<AnswerSet>, Vec<Entry>),
+    /// Stored answers counted.
+    Read(ResultsQuery),
     /// A run whole.
     Run(RunId),
+    /// Write these rows, with words about what they are, into new files in a folder.
+    Export(Vec<Results>, String, Option<PathBuf>),
     /// Stop reading.
     Stop,
+}
+
+/// Which stored answers are counted, and against which truth.
+#[derive(Debug, Clone)]
+pub struct ResultsQuery {
+    /// The number of the reading.
+    pub id: PageId,
+    /// The answers; else those of the newest batch, or all where there is no batch.
+    pub answers: Option<AnswerSet>,
+    /// What they are compared with.
+    pub truth: TruthChoice,
+    /// Files that may be their scenarios.
+    pub entries: Vec<Entry>,
 }
 
 /// Answers of the store to the results screen.
@@ -75,6 +90,10 @@ pub enum ResultsCommand {
 pub enum ResultsEvent {
     /// The counted answers.
     Read(PageId, Result<Box<CountedAnswers>, String>),
+    /// How many scenarios of how many were opened to find out what is true about them.
+    Judging(PageId, (usize, usize)),
+    /// The files that were written.
+    Exported(Result<String, String>),
     /// A run, if it is still there.
     Run(RunId, Result<Option<Box<Run>>, String>),
 }
@@ -90,8 +109,12 @@ pub struct CountedAnswers {
     pub rows: Vec<Results>,
     /// Questions of the batch that were not asked, or not yet, or cannot be asked; they are not counted.
     pub unasked: usize,
-    /// Whether nothing more follows: else the built-in judge is at work.
-    pub whole: bool,
+    /// What they are compared with.
+    pub truth: TruthChoice,
+    /// What else they could be compared with.
+    pub truths: Vec<TruthChoice>,
+    /// While scenarios are opened to find out what is true about them: how many of how many are done.
+    pub judging: Option<(usize, usize)>,
 }
 
 /// One question to one model about many scenarios.

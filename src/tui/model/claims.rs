@@ -138,8 +138,10 @@ impl Model {
             },
             ShownAnswer::Column(place) => {
                 let column = self.answers.columns.get(place)?;
+                // That a model reasons at all tells its kind; what says nothing else is shown all the same.
+                let hides = self.compare.hides() && !column.text.trim().is_empty();
                 Parts {
-                    reasoning: &column.reasoning,
+                    reasoning: if hides { "" } else { &column.reasoning },
                     text: &column.text,
                     window: column.steps,
                     whole: !column.is_running(),

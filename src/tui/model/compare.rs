@@ -1,7 +1,7 @@
 //! Full-screen comparison of answers, and a person's ratings of them.
 
-use super::{Model, ShownAnswer};
-use crate::store::{Choice, NewRating, Rating};
+use super::{Column, Model, ShownAnswer};
+use crate::store::{Choice, NewRating, Rating, Unrated};
 
 /// The screen of answers side by side.
 #[derive(Debug, Default)]
@@ -32,6 +32,10 @@ pub struct Compare {
     pub blind: Option<BlindMode>,
     /// The ratings, while their totals are displayed.
     pub ratings: Option<Vec<Rating>>,
+    /// What the rater has rated and could rate; `None` until it is read.
+    pub unrated: Option<Unrated>,
+    /// Whether the next scenario is opened once that is read.
+    pub going_on: bool,
     /// The rater.
     pub person: String,
     /// From where the seeds of shuffled orders come.
@@ -52,27 +56,16 @@ pub struct PendingRating {
 }
 
 /// Blind mode.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BlindMode {
     /// Groups of answers that are still to be rated on this scenario, the next one last.
     pub left: Vec<Vec<ShownAnswer>>,
-    /// Answers side by side.
-    pub size: usize,
+    /// Answers side by side, where the person chose how many; else as many as there are and fit.
+    pub size: Option<usize>,
     /// Seed of the order of the present ones.
     pub seed: i64,
     /// The answers on the next scenario are waited for.
     pub waiting: bool,
-}
-
-impl Default for BlindMode {
-    fn default() -> Self {
-        Self {
-            left: Vec::new(),
-            size: 2,
-            seed: 0,
-            waiting: false,
-        }
-    }
 }
 
 /// A reason why an answer is wrong, while it is given.
@@ -150,6 +143,22 @@ pub fn shuffle<T>(items: &mut [T], seed: i64) {
 }
 
 impl Model {
+    /// Complete answers of models that the person has not rated, by their places.
+    #[must_use]
+    pub fn to_rate(&self) -> Vec<usize> {
+        let rated = self.compare.unrated.as_ref().map(|unrated| &unrated.rated);
+        let wanted = |column: &Column| {
+            let is_rated = |run| rated.is_some_and(|rated| rated.contains(&run));
+            let answer = column.answer().filter(|_| !column.failed());
+            answer.is_some_and(|answer| !answer.run.is_some_and(is_rated))
+        };
+        let columns = self.answers.columns.iter().enumerate();
+        columns
+            .filter(|(_, column)| wanted(column))
+            .map(|(place, _)| place)
+            .collect()
+    }
+
     /// How many answers fit side by side.
     #[must_use]
     pub fn fit_side_by_side(&self) -> usize {

@@ -58,6 +58,12 @@ pub fn models_shown(model: &Model, picker: &Picker) -> Vec<String> {
     ids.extend(model.offers.iter().map(|o| o.id.clone()));
     let order = matching(&picker.text, ids.iter().cloned());
     let mut shown: Vec<String> = order.into_iter().map(|i| ids[i].clone()).collect();
+    // What cannot be asked for want of a key comes last.
+    let lacks_key = |id: &String| {
+        let offer = model.offers.iter().find(|offer| offer.id == *id);
+        offer.is_some_and(|offer| matches!(offer.key, Some((_, false))))
+    };
+    shown.sort_by_key(lacks_key);
     let typed = picker.text.trim();
     let named = typed
         .split_once('/')

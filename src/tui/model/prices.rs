@@ -1,4 +1,6 @@
-//! Cost estimates from the providers' prices.
+//! What asking costs, from the providers' prices: known before anything is sent.
+
+use std::collections::BTreeSet;
 
 use jiff::civil::Date;
 
@@ -7,34 +9,116 @@ use crate::llm::{Pricing, Registry};
 
 /// Prices of all models on a day.
 #[derive(Debug, Clone, Default)]
-pub struct Prices(Option<(Registry, Date)>);
+pub struct Prices(Option<PriceTable>);
+
+#[derive(Debug, Clone)]
+struct PriceTable {
+    registry: Registry,
+    /// Providers whose server is on this machine.
+    here: BTreeSet<String>,
+    day: Date,
+}
+
+/// Price of a model where none is known.
+const UNKNOWN: &str = "price unknown";
+
+/// Price of the built-in judge, and of models on this machine.
+const FREE: &str = "free";
+
+/// Tokens of one request.
+#[derive(Debug, Clone, Copy)]
+pub struct RequestTokens {
+    /// Of the question.
+    pub question: usize,
+    /// Of the answer at most, where that has a limit.
+    pub answer: Option<u32>,
+}
 
 impl Prices {
-    /// The prices that a registry knows, on a day.
+    /// The prices that a registry knows, on a day; `here` names the providers on this machine.
     #[must_use]
-    pub fn new(registry: Registry, day: Date) -> Self {
-        Self(Some((registry, day)))
+    pub fn new(registry: Registry, here: BTreeSet<String>, day: Date) -> Self {
+        Self(Some(PriceTable {
+            registry,
+            here,
+            day,
+        }))
     }
 
     fn pricing_for(&self, model: &str) -> Option<Pricing> {
-        let (registry, day) = self.0.as_ref()?;
-        registry.pricing(model, *day)
+        let table = self.0.as_ref()?;
+        table.registry.pricing(model, table.day)
     }
 
-    /// The cost of asking a model this many tokens, in words; includes the answer if its length has a limit.
+    /// Whether nothing is paid: the built-in judge, or a server on this machine without a stated price.
     #[must_use]
-    pub fn words(&self, model: &str, tokens: usize, most: Option<u32>) -> String {
-        if model == judge::MODEL {
-            return "built in: free".into();
+    pub fn is_free(&self, model: &str) -> bool {
+        let provider = model.split('/').next().unwrap_or_default();
+        let here = self.0.as_ref().is_some_and(|t| t.here.contains(provider));
+        model == judge::MODEL || (here && self.pricing_for(model).is_none())
+    }
+
+    /// The cost of asking a model once, in words; includes the answer if its length has a limit.
+    #[must_use]
+    pub fn words(&self, model: &str, question: usize, answer: Option<u32>) -> String {
+        self.of_requests(model, &[RequestTokens { question, answer }])
+    }
+
+    /// The most that several requests to a model can cost, in words.
+    #[must_use]
+    pub fn of_requests(&self, model: &str, requests: &[RequestTokens]) -> String {
+        if self.is_free(model) {
+            return FREE.into();
         }
         let Some(pricing) = self.pricing_for(model) else {
-            return "price unknown".into();
+            return UNKNOWN.into();
         };
-        let tokens = u32::try_from(tokens).unwrap_or(u32::MAX);
-        match (most, pricing.at_most(tokens, most.unwrap_or(0))) {
-            (_, None) => "price unknown".into(),
-            (Some(_), Some(usd)) => format!("${usd:.4} at most"),
-            (None, Some(usd)) => format!("${usd:.4} + answer"),
+        let most = |one: &RequestTokens| {
+            let question = u32::try_from(one.question).unwrap_or(u32::MAX);
+            pricing.at_most(question, one.answer.unwrap_or(0))
+        };
+        let Some(usd) = requests.iter().map(most).sum::<Option<f64>>() else {
+            return UNKNOWN.into();
+        };
+        match (requests.iter().all(|one| one.answer.is_some()), requests) {
+            (true, _) => format!("at most ${usd:.4}"),
+            (false, [_]) => format!("${usd:.4} + answer"),
+            (false, _) => format!("${usd:.4} + answers"),
+        }
+    }
+
+    /// The price of a million tokens, in words: `$2 in, $10 out per 1M tokens`.
+    #[must_use]
+    pub fn per_million(&self, model: &str) -> String {
+        if self.is_free(model) {
+            return FREE.into();
+        }
+        match self.pricing_for(model) {
+            Some(Pricing { price, .. }) => {
+                format!("${} in, ${} out per 1M", price.input, price.output)
+            }
+            None => UNKNOWN.into(),
+        }
+    }
+
+    /// Where the price of a model is from, or how to state one.
+    #[must_use]
+    pub fn origin(&self, model: &str) -> String {
+        if model == judge::MODEL {
+            return "built in: runs here, costs nothing".into();
+        }
+        if self.is_free(model) {
+            return "a server on this machine: costs nothing".into();
+        }
+        let provider = model.split('/').next().unwrap_or_default();
+        match self.pricing_for(model) {
+            Some(pricing) => match pricing.origin() {
+                Some(origin) => format!("price {origin}"),
+                None => "price from your config.toml".into(),
+            },
+            None => format!(
+                "no price known; [[provider.{provider}.prices]] in config.toml sets one, in US dollars per 1M tokens"
+            ),
         }
     }
 }
@@ -43,17 +127,32 @@ impl Prices {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::llm::Environment;
 
     #[test]
-    fn a_price_only_where_one_is_known() {
-        let users = "[lab]\nbase_url = \"http://localhost:1\"\n[[lab.prices]]\nmodel = \"big\"\ninput = 2.0\noutput = 10.0\n";
+    fn a_price_only_where_one_is_known_and_free_only_what_runs_here() {
+        let users = "[lab]\nbase_url = \"http://lab.example\"\n[[lab.prices]]\nmodel = \"big\"\ninput = 2.0\noutput = 10.0\n\
+            [desk]\nbase_url = \"http://localhost:1\"\n[[desk.prices]]\nmodel = \"sold\"\ninput = 1.0\noutput = 1.0\n";
         let registry = Registry::new(&toml::from_str(users).unwrap()).unwrap();
-        let prices = Prices::new(registry, jiff::civil::date(2026, 1, 1));
+        let here = registry.here(&Environment::from_lookup(|_| None));
+        assert!(here.contains("desk") && !here.contains("lab"), "{here:?}");
+        let prices = Prices::new(registry, here, jiff::civil::date(2026, 1, 1));
         let words = |model, most| prices.words(model, 1000, most);
         assert_eq!(words("lab/big", None), "$0.0020 + answer");
-        assert_eq!(words("lab/big", Some(100)), "$0.0030 at most");
-        assert_eq!(words("lab/small", None), "price unknown");
-        assert_eq!(words("nobody/x", None), "price unknown");
-        assert_eq!(words(judge::MODEL, None), "built in: free");
+        assert_eq!(words("lab/big", Some(100)), "at most $0.0030");
+        assert_eq!(words("lab/small", None), UNKNOWN);
+        assert_eq!(words("nobody/x", None), UNKNOWN);
+        assert_eq!(words(judge::MODEL, None), FREE);
+        assert_eq!(words("desk/any", None), FREE);
+        assert_eq!(words("desk/sold", Some(0)), "at most $0.0010");
+        assert_eq!(prices.per_million("lab/big"), "$2 in, $10 out per 1M");
+        assert!(
+            prices
+                .origin("lab/small")
+                .contains("[[provider.lab.prices]]")
+        );
+        let two = [(1000, Some(100)), (500, Some(0))];
+        let two = two.map(|(question, answer)| RequestTokens { question, answer });
+        assert_eq!(prices.of_requests("lab/big", &two), "at most $0.0040");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Model, PromptView};
 use crate::description::Frame;
-use crate::evaluation::{Case, CaseError, prepare};
+use crate::evaluation::{Case, CaseError, default_frame, prepare};
 use crate::prompts::{Library, TemplateError};
 use crate::system::activity::{self, Subject, trying};
 use crate::tui::action::Action;
@@ -137,6 +137,24 @@ impl Model {
             trying(words, Subject::template(file, text))
         });
         prepare(case, &self.library, draft)
+    }
+
+    /// The cost of asking the chosen model the question as it stands, in words.
+    #[must_use]
+    pub fn price(&self) -> String {
+        let tokens = self.prompt.tokens;
+        let most = self.config.max_tokens;
+        self.prompt.prices.words(&self.model, tokens, most)
+    }
+
+    /// Roughly how many tokens a question of another task about this moment has; `None` where it cannot be asked.
+    #[must_use]
+    pub fn tokens_of(&self, task: Task, obstacle: Option<i64>) -> Option<usize> {
+        let mut case = self.case()?;
+        (case.task, case.frame) = (task, default_frame(&self.library, task));
+        case.options.obstacle = obstacle;
+        let question = prepare(case, &self.library, None).ok()?;
+        Some(question.tokens())
     }
 
     fn case(&self) -> Option<Case> {

@@ -6,6 +6,7 @@ use crate::evaluation::batch::{AnswerSet, CountingChoice};
 use crate::evaluation::{AnswerOutcome, Outcome, Results};
 use crate::store::RunId;
 use crate::tui::message::runs::{CountedAnswers, PageId};
+use crate::workflow::TruthChoice;
 
 /// The screen of results.
 #[derive(Debug, Default)]
@@ -14,8 +15,16 @@ pub struct ResultsView {
     pub asked: PageId,
     /// Whether it is on its way.
     pub reading: bool,
-    /// Whether the built-in judge is still at work on the truth of what is shown.
-    pub judging: bool,
+    /// While scenarios are opened to find out what is true about what is shown: how many of how many are done.
+    pub judging: Option<(usize, usize)>,
+    /// The truth that the user chose.
+    pub chosen_truth: TruthChoice,
+    /// What the answers in the rows are compared with.
+    pub truth: TruthChoice,
+    /// What else they could be compared with.
+    pub truths: Vec<TruthChoice>,
+    /// The column that rows are sorted by, and whether the lowest come first; `None` is the order of prompts.
+    pub order: Option<(usize, bool)>,
     /// Why the store cannot be read.
     pub error: Option<String>,
     /// The source the user chose to count.
@@ -32,7 +41,7 @@ pub struct ResultsView {
     pub unasked: usize,
     /// The selected row.
     pub selected: usize,
-    /// The selected cell: 0 is the whole row, then the outcomes in their order.
+    /// The selected column: 0 is the whole row, then the outcomes in their order, then precision, recall and F1.
     pub column: usize,
     /// The answer that is selected among those of the cell; `None` if the matrix is looked at.
     pub inside: Option<usize>,
@@ -62,6 +71,60 @@ impl ResultsView {
         all.iter().filter(fits).collect()
     }
 
+    /// What the answers are compared with, in words.
+    #[must_use]
+    pub fn truth_words(&self) -> String {
+        match (self.counting, self.offer()) {
+            (Some(AnswerSet::Batch(..)), Some(offer)) if self.truth == TruthChoice::Usual => {
+                offer.truth.clone()
+            }
+            _ => self.truth.words().into(),
+        }
+    }
+
+    /// Takes the next truth; gives `false` where there is no other one.
+    pub fn next_truth(&mut self) -> bool {
+        let place = self.truths.iter().position(|truth| *truth == self.truth);
+        let next = place.map_or(0, |place| (place + 1) % self.truths.len().max(1));
+        match self.truths.get(next) {
+            Some(truth) if *truth != self.truth => {
+                self.chosen_truth = *truth;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Sorts by the selected column: the highest first, then the lowest, then by prompt again.
+    pub fn sort_by_column(&mut self) {
+        self.order = match self.order {
+            Some((column, false)) if column == self.column => Some((column, true)),
+            Some((column, true)) if column == self.column => None,
+            _ => Some((self.column, false)),
+        };
+        self.sort();
+    }
+
+    /// Puts the rows into their order; the selected row stays selected.
+    fn sort(&mut self) {
+        let way = self.row().map(|row| row.way.clone());
+        self.rows.sort_by(|a, b| a.way.cmp(&b.way));
+        if let Some((column, lowest)) = self.order {
+            self.rows.sort_by(|a, b| {
+                // What has no value comes last either way.
+                match (value(a, column), value(b, column)) {
+                    (Some(a), Some(b)) if lowest => a.total_cmp(&b),
+                    (Some(a), Some(b)) => b.total_cmp(&a),
+                    (a, b) => b.is_some().cmp(&a.is_some()),
+                }
+            });
+        }
+        let mut rows = self.rows.iter();
+        if let Some(place) = rows.position(|row| Some(&row.way) == way.as_ref()) {
+            self.selected = place;
+        }
+    }
+
     /// Describes what is counted, with its ground truth.
     #[must_use]
     pub fn offer(&self) -> Option<&CountingChoice> {
@@ -75,8 +138,9 @@ impl ResultsView {
         if self.counting != Some(read.counting) {
             self.inside = None;
         }
-        self.reading = !read.whole;
-        self.judging = !read.whole;
+        self.reading = read.judging.is_some();
+        self.judging = read.judging;
+        (self.truth, self.truths) = (read.truth, read.truths);
         self.counting = Some(read.counting);
         self.offers = read.offers;
         self.unasked = read.unasked;
@@ -87,6 +151,7 @@ impl ResultsView {
             .position(|row| Some(&row.way) == way.as_ref());
         let last = self.rows.len().saturating_sub(1);
         self.selected = place.unwrap_or(self.selected).min(last);
+        self.sort();
         self.settle();
     }
 
@@ -116,6 +181,26 @@ impl ResultsView {
             }
         }
         self.settle();
+    }
+}
+
+/// Columns of numbers: the whole row, the outcomes, and three shares.
+pub const COLUMNS: usize = 1 + Outcome::ALL.len() + 3;
+
+/// The number of a row in a column; `None` where there is none.
+fn value(row: &Results, column: usize) -> Option<f64> {
+    let counts = row.confusion();
+    match column.checked_sub(1) {
+        None => Some(row.answers.len() as f64),
+        Some(place) => match (
+            Outcome::ALL.get(place),
+            place - Outcome::ALL.len().min(place),
+        ) {
+            (Some(outcome), _) => Some(f64::from(row.count(*outcome))),
+            (None, 0) => counts.precision(),
+            (None, 1) => counts.recall(),
+            (None, _) => counts.f1(),
+        },
     }
 }
 

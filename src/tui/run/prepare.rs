@@ -93,7 +93,8 @@ pub fn prepare(
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
     }
-    model.prompt.prices = Prices::new(registry.clone(), jiff::Zoned::now().date());
+    let today = jiff::Zoned::now().date();
+    model.prompt.prices = Prices::new(registry.clone(), registry.here(&environment), today);
     complaints.extend(take_up_drafts(&mut model, folders));
     take_up_session(&mut model, ego, folders);
     for complaint in complaints {

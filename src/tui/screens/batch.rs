@@ -45,9 +45,9 @@ impl Screen for BatchScreen {
             true => {
                 let (yes, no) = (Action::Accept, Action::Cancel);
                 let (yes, no) = (model.look.key(yes), model.look.key(no));
-                format!("ask · {yes} yes · {no} no")
+                format!("ask many · {yes} ask · {no} cancel")
             }
-            false => "ask · counting …".to_string(),
+            false => "ask many · counting…".to_string(),
         };
         let text = Paragraph::new(text(model, card)).wrap(Wrap { trim: false });
         let lines =
@@ -59,7 +59,7 @@ impl Screen for BatchScreen {
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
         let key = |action, words: &str| (model.look.key(action), words.to_string());
-        vec![key(Action::Accept, "ask"), key(Action::Cancel, "do not")]
+        vec![key(Action::Accept, "ask"), key(Action::Cancel, "cancel")]
     }
 }
 
@@ -77,9 +77,7 @@ fn decline(model: &mut Model) -> Step {
 fn begin(model: &mut Model) -> Step {
     let Some(card) = model.card.take_if(|card| card.is_counted()) else {
         let key = model.look.key(Action::Accept);
-        model.say(format!(
-            "still counting; {key} asks once everything is counted"
-        ));
+        model.say(format!("still counting; {key} asks when done"));
         return Step::stay();
     };
     let estimate = &card.counts.estimate;
@@ -96,7 +94,7 @@ fn begin(model: &mut Model) -> Step {
     }
     let key = model.look.key(Action::TaskList);
     model.say(format!(
-        "asking {} about {} scenarios; {key} shows how far it is",
+        "asking {} about {} scenarios; {key} shows progress",
         card.batch.model,
         card.batch.entries.len()
     ));
@@ -125,6 +123,13 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
         batch.techniques
     );
     row("how", how, Style::new());
+    if batch.draft.is_some() {
+        row(
+            "prompt",
+            "draft, not saved".into(),
+            Style::new().fg(theme.warning),
+        );
+    }
     let window = match batch.task {
         Task::Collision => "the end of each scenario".to_string(),
         _ => format!(
@@ -144,7 +149,7 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
         row("counted", done, Style::new().fg(theme.warning));
     }
     if counts.unlabelled > 0 {
-        let words = format!("{} whose truth is unknown", counts.unlabelled);
+        let words = format!("{} without a ground truth", counts.unlabelled);
         row("left out", words, Style::new().fg(theme.warning));
     }
     if estimate.unaskable > 0 {
@@ -156,7 +161,7 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
         );
         row("left out", words, Style::new().fg(theme.warning));
     }
-    let there = format!("{}, at no cost", estimate.stored);
+    let there = format!("{} answers, free", estimate.stored);
     row("in store", there, Style::new());
     let own = batch.model == judge::MODEL;
     let name = if own { "answers" } else { "requests" };

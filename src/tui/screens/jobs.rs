@@ -92,7 +92,7 @@ fn show_runs(model: &mut Model) -> Step {
             Step::CloseAndPerform(Action::History)
         }
         None => {
-            model.say("only a batch has runs of its own");
+            model.say("only a batch has its own runs");
             Step::stay()
         }
     }
@@ -112,8 +112,8 @@ fn cost((usd, unknown): (f64, usize)) -> Option<String> {
     match (usd > 0.0, unknown) {
         (false, 0) => None,
         (true, 0) => Some(format!("${usd:.4}")),
-        (false, n) => Some(format!("{n} of unknown cost")),
-        (true, n) => Some(format!("${usd:.4} and {n} of unknown cost")),
+        (false, n) => Some(format!("{n} with unknown cost")),
+        (true, n) => Some(format!("${usd:.4} and {n} with unknown cost")),
     }
 }
 
@@ -121,9 +121,9 @@ fn cost((usd, unknown): (f64, usize)) -> Option<String> {
 fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
     let theme = &model.theme;
     let (word, color) = match &job.state {
-        JobState::Waiting(_) => ("waits", theme.warning),
-        JobState::Running => ("runs", theme.accent),
-        JobState::Stopping => ("stops", theme.warning),
+        JobState::Waiting(_) => ("waiting", theme.warning),
+        JobState::Running => ("running", theme.accent),
+        JobState::Stopping => ("stopping", theme.warning),
         JobState::Done(_) => ("done", theme.safe),
         JobState::Failed(_) => ("failed", theme.danger),
         JobState::Cancelled(_) => ("cancelled", theme.dim),
@@ -174,7 +174,7 @@ fn whole(job: &Job) -> String {
         JobState::Waiting(why) | JobState::Done(why) | JobState::Failed(why) => why.clone(),
         JobState::Cancelled(why) if why.is_empty() => "cancelled".into(),
         JobState::Cancelled(why) => format!("cancelled: {why}"),
-        JobState::Stopping => "nothing more is asked; what was sent is waited for".into(),
+        JobState::Stopping => "no new requests; waiting for those already sent".into(),
         JobState::Running if job.kind == JobKind::Batch => job.outcome(),
         JobState::Running => String::new(),
     };

@@ -3,6 +3,7 @@
 //! A new one is a file here, its `mod` and its line in [`open`], an action and the action's line in the table.
 
 pub mod about;
+pub mod attack;
 pub mod batch;
 pub mod cycle;
 pub mod details;
@@ -236,7 +237,8 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
             jobs::open(model);
         }
         Results => return Some(results::open(model)),
-        CellLeft | CellRight | OpenCell | ChooseCounted
+        CellLeft | CellRight | OpenCell | ChooseCounted | ChangeTruth | SortResults
+        | ExportResults
             if !model.screens.is_top::<results::ResultsScreen>() =>
         {
             return Some(results::open(model));

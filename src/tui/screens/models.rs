@@ -5,7 +5,6 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::Choice;
-use crate::judge;
 use crate::tui::action::Action;
 use crate::tui::model::{Model, Picker, models_shown};
 use crate::tui::widgets::{picker, window};
@@ -32,7 +31,8 @@ impl Choice for Models {
             return Step::Perform(Action::Run);
         }
         let key = model.look.key(Action::Run);
-        model.say(format!("{key} asks {id}"));
+        let price = model.price();
+        model.say(format!("{key} asks {id}: {price}"));
         Step::close()
     }
 
@@ -41,27 +41,36 @@ impl Choice for Models {
             true => "ask another model",
             false => "model",
         };
-        let inner = window::window(frame, screen, model, title, (76, 18));
-        let rows = models_shown(model, picker).into_iter().map(|id| {
+        let inner = window::window(frame, screen, model, title, (100, 20));
+        let shown = models_shown(model, picker);
+        let origin = shown.get(picker.selected).map(|id| {
+            let prices = &model.prompt.prices;
+            prices.origin(id)
+        });
+        let rows = shown.into_iter().map(|id| {
             let note = note(model, &id);
             (id, note)
         });
         picker::draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
-        let words = "any provider/model can be typed; providers are set in config.toml";
-        picker::hint(frame, inner, model, words);
+        let words = "any provider/model can be typed; config.toml sets up providers";
+        picker::hint(frame, inner, model, origin.as_deref().unwrap_or(words));
     }
 }
 
-/// The note beside a model's id.
+/// The price of a model, per 1M tokens and of the question as it stands, and what it lacks.
 fn note(model: &Model, id: &str) -> String {
+    let prices = &model.prompt.prices;
     let offer = model.offers.iter().find(|o| o.id == id);
-    let warning = offer.and_then(|o| o.warning.clone());
-    match offer.map(|o| &o.key) {
-        _ if id == judge::MODEL => "built in, no network".to_string(),
-        Some(Some((name, false))) => format!("{name} is not set"),
-        _ if warning.is_some() => warning.unwrap_or_default(),
-        Some(Some((name, true))) => format!("key in {name}"),
-        Some(None) => "no key needed".to_string(),
-        None => "as typed".to_string(),
+    let mut parts = Vec::new();
+    if let Some(Some((name, false))) = offer.map(|o| &o.key) {
+        parts.push(format!("{name} not set"));
     }
+    parts.extend(offer.and_then(|o| o.warning.clone()));
+    let of_million = prices.per_million(id);
+    let tokens = model.prompt.question.as_ref().map(|_| model.prompt.tokens);
+    let once = tokens.map(|tokens| prices.words(id, tokens, model.config.max_tokens));
+    let once = once.filter(|once| *once != of_million);
+    parts.push(of_million);
+    parts.extend(once);
+    parts.join(" · ")
 }

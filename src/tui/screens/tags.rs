@@ -56,7 +56,7 @@ impl Screen for TagsScreen {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-        let title = format!("your tags of {}", fit(&self.scenario, 48));
+        let title = format!("tags of {}", fit(&self.scenario, 48));
         let inner = window::window(frame, screen, model, &title, (76, 12));
         let width = usize::from(inner.width);
         let (accent, dim) = (
@@ -74,7 +74,7 @@ impl Screen for TagsScreen {
         let of_file = row.and_then(|row| row.facts());
         let of_file = of_file.map_or(String::new(), |facts| facts.tags.join(" "));
         let in_use = model.list.tags.all().join(" ");
-        for (what, tags) in [("in the file", of_file), ("yours, anywhere", in_use)] {
+        for (what, tags) in [("in the file", of_file), ("used elsewhere", in_use)] {
             let tags = if tags.is_empty() { "none" } else { &tags };
             lines.push(Line::styled(
                 visible(&format!("{what}: {tags}")).into_owned(),
@@ -82,13 +82,13 @@ impl Screen for TagsScreen {
             ));
         }
         lines.push(Line::default());
-        let hint = "words with spaces between them; scenarios of the same name share them; tag:WORD in the filter finds them";
+        let hint = "separate tags with spaces; scenarios of the same name share them; filter with tag:WORD";
         lines.push(Line::styled(hint, dim));
         frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), inner);
     }
 
     fn hints(&self, _model: &Model) -> Vec<Hint> {
-        fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")])
+        fixed(&[("type", "tags"), ("Enter", "save"), ("Esc", "cancel")])
     }
 }
 

@@ -13,16 +13,14 @@ use tokio::sync::mpsc::UnboundedSender;
 use super::Tasks;
 use crate::description::escaped_json;
 use crate::formats::{EgoSelection, Entry};
-use crate::judge::{self, judge_under};
+use crate::judge;
 use crate::metrics::Thresholds;
-use crate::scenario::{Scene, Transform, Window};
 use crate::store::{Filter, Interrupter, Run, Store};
 use crate::system::{self, NewFile, SaveError};
-use crate::tui::loaded::obstacle_taken;
 use crate::tui::message::Msg;
 use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::verdict::{Task, Verdict};
-use crate::workflow::{OpenRequest, open};
+use crate::workflow::StoredQuestion;
 
 /// Interval between checks for new runs in the store, while the history is open.
 const LOOK: Duration = Duration::from_millis(400);
@@ -290,11 +288,11 @@ impl Truths {
         if let Some(known) = self.0.get(&about) {
             return *known;
         }
-        let asked = Question {
+        let asked = StoredQuestion {
             task: question.task,
             scenario: &question.scenario,
             scenario_hash: question.scenario_hash.as_deref(),
-            ego: &question.ego,
+            ego: Some(&question.ego),
             window: question.window,
         };
         let said = files
@@ -306,60 +304,11 @@ impl Truths {
     }
 }
 
-/// As much of a question as decides what the built-in judge says to it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Question<'a> {
-    pub task: Task,
-    /// Its name, with a change of the scene in brackets if there was one.
-    pub scenario: &'a str,
-    pub scenario_hash: Option<&'a str>,
-    pub ego: &'a str,
-    pub window: Option<(i64, i64)>,
-}
-
 /// The built-in judge's answer to the question of a run, if this file is its scenario.
-fn verdict(entry: &Entry, judging: &Judging, question: &Question<'_>) -> Option<Verdict> {
+fn verdict(entry: &Entry, judging: &Judging, question: &StoredQuestion<'_>) -> Option<Verdict> {
     if !Task::VERDICTS.contains(&question.task) {
         return None;
     }
-    let scene = scene_of(entry, judging, question)?;
-    verdict_on(&scene, judging, question)
-}
-
-/// The scene that was asked about, changed as it was, if this file is its scenario.
-pub(super) fn scene_of(
-    entry: &Entry,
-    judging: &Judging,
-    question: &Question<'_>,
-) -> Option<Arc<Scene>> {
-    let (_, change) = Transform::of_name(question.scenario);
-    let taken = obstacle_taken(question.ego).map(EgoSelection::Obstacle);
-    let ego = taken.unwrap_or_else(|| judging.ego.clone());
-    let request = OpenRequest {
-        entry,
-        ego: &ego,
-        transform: change,
-        strict: false,
-    };
-    let scene = open(&request).ok()?.scene.ok()?;
-    let same = Some(scene.scenario.hash.to_string().as_str()) == question.scenario_hash;
-    (same && scene.ego.to_string() == question.ego).then_some(scene)
-}
-
-/// The built-in judge's answer to a question about a scene.
-pub(super) fn verdict_on(
-    scene: &Scene,
-    judging: &Judging,
-    question: &Question<'_>,
-) -> Option<Verdict> {
-    let (first, last) = match (question.window, question.task) {
-        (Some(window), _) => window,
-        // A collision is one whatever the window.
-        (None, Task::Collision) => (scene.last_step(), scene.last_step()),
-        (None, _) => return None,
-    };
-    let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
-    let window = Window::ending_at(scene, last, history);
-    let judgement = judge_under(scene, question.task, &window, &judging.thresholds);
-    Some(judgement.verdict)
+    let scene = question.scene(entry, &judging.ego)?;
+    question.judged(&scene, &judging.thresholds)
 }

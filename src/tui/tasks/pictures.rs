@@ -104,15 +104,23 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
                 .map_err(|e| e.to_string())?;
         }
     }
+    save_new(folder, &stem, job.format.name(), &bytes)
+}
+
+/// Writes a new file, `stem.ending` or with a number behind it where that is there already; gives its path.
+///
+/// # Errors
+/// It cannot be written: in words, with what to do.
+pub fn save_new(folder: &Path, stem: &str, ending: &str, bytes: &[u8]) -> Result<String, String> {
     for number in 1..=MOST {
         let again = if number == 1 {
             String::new()
         } else {
             format!("_{number}")
         };
-        let path = folder.join(format!("{stem}{again}.{}", job.format.name()));
+        let path = folder.join(format!("{stem}{again}.{ending}"));
         let written = NewFile::begin(&path, false).and_then(|mut file| {
-            file.write_all(&bytes).map_err(|source| SaveError::Io {
+            file.write_all(bytes).map_err(|source| SaveError::Io {
                 path: path.clone(),
                 source,
             })?;
@@ -135,7 +143,7 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
         }
     }
     Err(format!(
-        "{MOST} pictures called {stem} are there already; move some away"
+        "{MOST} files called {stem}.{ending} exist already; move some away"
     ))
 }
 

@@ -1,31 +1,33 @@
-//! Reading what stored answers come to: a batch by its own truth, or all of them with the truth by the built-in judge.
+//! Reading what stored answers come to: which are counted, and what is true about them.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use rayon::prelude::*;
+use serde_json::Value;
 
 use super::Tasks;
-use super::history::{Judging, Question, scene_of, verdict_on};
-use crate::evaluation::batch::{self, AnswerSet};
-use crate::evaluation::{GroundTruth, Results, results, with_intervals};
-use crate::formats::Entry;
+use super::history::Judging;
+use super::pictures::save_new;
+use crate::evaluation::batch::{self, AnswerSet, BatchResults};
+use crate::evaluation::report::{self, Truth};
+use crate::evaluation::{Results, Scored, results, with_intervals};
 use crate::judge;
-use crate::scenario::Transform;
-use crate::store::{Store, StoredOutcome};
+use crate::store::{Filter, Store, StoreError};
 use crate::tui::message::Msg;
-use crate::tui::message::runs::{CountedAnswers, PageId, ResultsCommand, ResultsEvent};
-
-/// The key of a ground truth: scenario, ego, task and window.
-type TruthKey<'a> = (&'a str, &'a str, &'static str, Option<(i64, i64)>);
+use crate::tui::message::runs::{CountedAnswers, ResultsCommand, ResultsEvent, ResultsQuery};
+use crate::workflow::{TruthChoice, TruthSearch};
 
 impl Tasks {
     /// Reads on a thread of its own; a newer reading, or closing the screen, ends an older one.
     pub(super) fn results(&mut self, command: ResultsCommand) {
-        self.results.store(true, Ordering::Relaxed);
-        let stop = Arc::new(AtomicBool::new(false));
-        self.results = Arc::clone(&stop);
+        let mut stop = Arc::clone(&self.results);
+        if matches!(command, ResultsCommand::Read(..) | ResultsCommand::Stop) {
+            stop.store(true, Ordering::Relaxed);
+            stop = Arc::new(AtomicBool::new(false));
+            self.results = Arc::clone(&stop);
+        }
         if matches!(command, ResultsCommand::Stop) {
             return;
         }
@@ -48,10 +50,11 @@ impl Tasks {
     }
 }
 
-fn refused(command: ResultsCommand, why: &str, say: &mut dyn FnMut(ResultsEvent)) {
+fn refused(command: ResultsCommand, why: &str, say: &mut (dyn FnMut(ResultsEvent) + Send)) {
     match command {
-        ResultsCommand::Read(id, ..) => say(ResultsEvent::Read(id, Err(why.into()))),
+        ResultsCommand::Read(query) => say(ResultsEvent::Read(query.id, Err(why.into()))),
         ResultsCommand::Run(id) => say(ResultsEvent::Run(id, Err(why.into()))),
+        ResultsCommand::Export(..) => say(ResultsEvent::Exported(Err(why.into()))),
         ResultsCommand::Stop => {}
     }
 }
@@ -62,7 +65,7 @@ pub fn answer(
     judging: &Judging,
     command: ResultsCommand,
     stop: &AtomicBool,
-    say: &mut dyn FnMut(ResultsEvent),
+    say: &mut (dyn FnMut(ResultsEvent) + Send),
 ) {
     match command {
         ResultsCommand::Stop => {}
@@ -70,160 +73,125 @@ pub fn answer(
             let found = store.run_shown(id).map(|run| run.map(Box::new));
             say(ResultsEvent::Run(id, found.map_err(|e| e.to_string())));
         }
-        ResultsCommand::Read(id, chosen, entries) => {
-            let read = read(store, judging, (id, chosen, &entries), stop, say);
-            if let Err(error) = read {
-                say(ResultsEvent::Read(id, Err(error.to_string())));
+        ResultsCommand::Export(rows, truth, folder) => {
+            say(ResultsEvent::Exported(export(&rows, &truth, folder)));
+        }
+        ResultsCommand::Read(query) => {
+            let said = Mutex::new(say);
+            if let Err(error) = read(store, judging, &query, stop, &said) {
+                tell(&said, ResultsEvent::Read(query.id, Err(error.to_string())));
             }
         }
     }
 }
+
+/// Writes rows as CSV and as JSON lines, each with what it is compared with; gives the names of the files.
+fn export(rows: &[Results], truth: &str, folder: Option<PathBuf>) -> Result<String, String> {
+    let folder = folder.unwrap_or_else(|| PathBuf::from("."));
+    let objects: Vec<Value> = rows
+        .iter()
+        .map(|row| {
+            let mut object = row.json();
+            object["truth"] = truth.into();
+            object
+        })
+        .collect();
+    let table = report::csv(&objects)?;
+    let lines: Vec<String> = objects.iter().map(|o| o.to_string() + "\n").collect();
+    let table = save_new(&folder, "results", "csv", table.as_bytes())?;
+    let lines = save_new(&folder, "results", "jsonl", lines.concat().as_bytes())?;
+    Ok(format!("{table} and {lines}"))
+}
+
+/// Where events go, from several threads.
+type Listener<'a> = Mutex<&'a mut (dyn FnMut(ResultsEvent) + Send)>;
+
+fn tell(listener: &Listener<'_>, event: ResultsEvent) {
+    let mut say = listener.lock().unwrap_or_else(PoisonError::into_inner);
+    say(event);
+}
+
+/// Scenarios that are opened between two frames with new numbers, at least.
+const STEP: usize = 5;
 
 fn read(
     store: &Store,
     judging: &Judging,
-    (id, chosen, entries): (PageId, Option<AnswerSet>, &[Entry]),
+    query: &ResultsQuery,
     stop: &AtomicBool,
-    say: &mut dyn FnMut(ResultsEvent),
-) -> Result<(), crate::store::StoreError> {
+    listener: &Listener<'_>,
+) -> Result<(), StoreError> {
     let offers = batch::offers(store)?;
     // The newest batch that has answers; what cannot be asked, or was not yet, tells nothing.
     let answered = offers.iter().find(|offer| offer.progress.answered > 0);
     let first = answered.map_or(AnswerSet::Everything, |offer| offer.counting);
-    let counting = chosen.unwrap_or(first);
-    let mut tell = |rows: Vec<Results>, unasked: usize, whole: bool| {
+    let counting = query.answers.unwrap_or(first);
+    let outcomes = store.outcomes(&Filter::default())?;
+    let search = TruthSearch {
+        outcomes: &outcomes,
+        entries: &query.entries,
+        ego: &judging.ego,
+        thresholds: &judging.thresholds,
+    };
+    let (mut truth, truths) = search.known(store, query.truth)?;
+    let choice = match truths.contains(&query.truth) {
+        true => query.truth,
+        false => TruthChoice::Usual,
+    };
+    if choice != query.truth {
+        (truth, _) = search.known(store, choice)?;
+    }
+    let show = |rows: Vec<Results>, unasked: usize, judging: Option<(usize, usize)>| {
         let read = CountedAnswers {
             counting,
             offers: offers.clone(),
+            truth: choice,
+            truths: truths.clone(),
             rows,
             unasked,
-            whole,
+            judging,
         };
-        say(ResultsEvent::Read(id, Ok(Box::new(read))));
+        tell(listener, ResultsEvent::Read(query.id, Ok(Box::new(read))));
     };
-    match counting {
+    let is_own = matches!(counting, AnswerSet::Batch(..)) && choice == TruthChoice::Usual;
+    let count = |truth: &Truth| match counting {
         AnswerSet::Batch(batch, part) => {
-            if let Some(found) = batch::counted(store, batch, part, stop)? {
-                tell(with_intervals(found.rows), found.unasked, true);
-            }
+            let by_run: HashMap<_, _> = match is_own {
+                true => HashMap::new(),
+                false => outcomes.iter().map(|one| (one.run, one)).collect(),
+            };
+            let other = |scored: &Scored| {
+                let outcome = by_run.get(&scored.run?)?;
+                truth.label(outcome, scored.status.verdict())
+            };
+            let other = (!is_own).then_some(&other as batch::OtherTruth<'_>);
+            batch::counted(store, batch, part, other, stop)
         }
         AnswerSet::Everything => {
-            let stored = store.decisions()?;
-            let early = |rows| tell(rows, 0, false);
-            if let Some(rows) = everything(&stored, judging, entries, stop, early) {
-                tell(with_intervals(rows), 0, true);
+            let stored = report::stored(&outcomes, truth, &store.asides()?);
+            let is_judge = |one: &&Scored| one.way.model == judge::MODEL;
+            let by_itself = choice == TruthChoice::Judge;
+            let scored = stored.scored.iter();
+            let rows = results(scored.filter(|one| !(by_itself && is_judge(one))));
+            Ok(Some(BatchResults { rows, unasked: 0 }))
+        }
+    };
+    if !is_own {
+        // What is known without opening a scenario is shown at once, then how far that is.
+        if let Some(early) = count(&truth)? {
+            let progress = |done, of| {
+                if done % STEP == 0 || done == of {
+                    tell(listener, ResultsEvent::Judging(query.id, (done, of)));
+                }
+            };
+            show(early.rows, early.unasked, Some((0, 0)));
+            if !search.complete(choice, &mut truth, stop, &progress) {
+                return Ok(());
             }
         }
     }
+    if let Some(found) = count(&truth)? {
+        show(with_intervals(found.rows), found.unasked, None);
+    }
     Ok(())
-}
-
-/// Counts what the models said; the judge's own runs are the truth, and what they do not say it is asked, where the
-/// scenario is in the list. As that takes its time, what is known without it is counted `early`.
-fn everything(
-    stored: &[StoredOutcome],
-    judging: &Judging,
-    entries: &[Entry],
-    stop: &AtomicBool,
-    early: impl FnOnce(Vec<Results>),
-) -> Option<Vec<Results>> {
-    let (judges, models): (Vec<_>, Vec<_>) = stored.iter().partition(|o| o.model == judge::MODEL);
-    let mut truths: HashMap<TruthKey<'_>, GroundTruth> = HashMap::new();
-    for said in judges {
-        // The newest comes first.
-        if let (Some(about), Some(dangerous)) = (about(said), said.dangerous) {
-            let known = || GroundTruth::judged(dangerous, said.named.iter().copied());
-            truths.entry(about).or_insert_with(known);
-        }
-    }
-    let count = |truths: &HashMap<TruthKey<'_>, GroundTruth>| {
-        let known = |said| about(said).and_then(|about| truths.get(&about));
-        results(models.iter().map(|said| (*said, known(said))))
-    };
-    let unknown = unknown(&models, entries, &truths);
-    if unknown.is_empty() {
-        return Some(count(&truths));
-    }
-    early(count(&truths));
-    let judged: Vec<_> = unknown
-        .into_par_iter()
-        .flat_map_iter(|(files, asked)| match stop.load(Ordering::Relaxed) {
-            true => Vec::new(),
-            false => judged(&files, &asked, judging),
-        })
-        .collect();
-    if stop.load(Ordering::Relaxed) {
-        return None;
-    }
-    truths.extend(judged);
-    Some(count(&truths))
-}
-
-/// Questions about one scene, and the files that may be its scenario.
-type Scene<'a> = (Vec<&'a Entry>, Vec<&'a StoredOutcome>);
-
-/// One question of each kind without a ground truth, by scenes.
-fn unknown<'a>(
-    models: &[&'a StoredOutcome],
-    entries: &'a [Entry],
-    truths: &HashMap<TruthKey<'a>, GroundTruth>,
-) -> Vec<Scene<'a>> {
-    let mut files: HashMap<&str, Vec<&Entry>> = HashMap::new();
-    for entry in entries {
-        files.entry(entry.name.as_str()).or_default().push(entry);
-    }
-    let mut seen = HashSet::new();
-    let mut scenes: BTreeMap<(&str, &str), Scene<'a>> = BTreeMap::new();
-    for said in models {
-        let Some(about) = about(said) else { continue };
-        let (name, _) = Transform::of_name(&said.scenario);
-        let Some(files) = files.get(name) else {
-            continue;
-        };
-        if !truths.contains_key(&about) && seen.insert(about) {
-            let scene = scenes.entry((about.0, about.1));
-            let (_, asked) = scene.or_insert_with(|| (files.clone(), Vec::new()));
-            asked.push(said);
-        }
-    }
-    scenes.into_values().collect()
-}
-
-/// The built-in judge's answers to questions about one scene; empty if no file holds it.
-fn judged<'a>(
-    files: &[&Entry],
-    asked: &[&'a StoredOutcome],
-    judging: &Judging,
-) -> Vec<(TruthKey<'a>, GroundTruth)> {
-    let question = |said: &&'a StoredOutcome| Question {
-        task: said.task,
-        scenario: &said.scenario,
-        scenario_hash: said.scenario_hash.as_deref(),
-        ego: &said.ego,
-        window: said.window,
-    };
-    let Some(first) = asked.first().map(question) else {
-        return Vec::new();
-    };
-    let mut scenes = files
-        .iter()
-        .filter_map(|entry| scene_of(entry, judging, &first));
-    let Some(scene) = scenes.next() else {
-        return Vec::new();
-    };
-    let known = |said: &&'a StoredOutcome| {
-        let verdict = verdict_on(&scene, judging, &question(said))?;
-        let obstacles = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
-        Some((
-            about(said)?,
-            GroundTruth::judged(verdict.dangerous, obstacles),
-        ))
-    };
-    asked.iter().filter_map(known).collect()
-}
-
-/// Nothing where the scenario's contents are not known: its name alone might mean another one.
-fn about(said: &StoredOutcome) -> Option<TruthKey<'_>> {
-    let scenario = said.scenario_hash.as_deref()?;
-    Some((scenario, &said.ego, said.task.name(), said.window))
 }

@@ -19,6 +19,7 @@ use crate::tui::loaded::Opened;
 use crate::tui::message::runs::ResultsEvent;
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::verdict::Task;
+use crate::workflow::TruthChoice;
 
 pub(super) const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
@@ -136,7 +137,7 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
         let line: Vec<&str> = frame.split_whitespace().collect();
         let words = line.join(" ").replace(" ┃┃", "").replace('┃', "");
         let truth = "truth: labels of /labels/ours.csv";
-        for said in ["batch b1", truth, "1 question was not asked"] {
+        for said in ["batch b1", truth, "1 question not asked"] {
             assert!(words.contains(said), "{said}\n{frame}");
         }
     }
@@ -186,19 +187,17 @@ fn what_is_counted_can_be_chosen() {
         kept.bench.model.results.counting,
         Some(AnswerSet::Everything)
     );
-    // The judge knows the bundled scenario, mirrored or not; it says the same of both.
-    let [tp, fp, fn_, tn, open, ..] = counts(&kept, 0);
-    assert_eq!((tp + fp + fn_ + tn, open), (2, 2));
-    let results = &kept.bench.model.results;
-    let of = |name: &str| {
-        results.rows[0]
-            .answers
-            .iter()
-            .find(|a| a.scenario == name)
-            .unwrap()
-            .outcome
-    };
-    assert_eq!(of(FIRST), of(&format!("{FIRST} [mirror]")));
+    // The labels of the batch count there, too; a changed scene is another question, as in a report.
+    assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
+    // Of a batch another truth can be chosen; where there are labels, the judge's prediction is none.
+    press(&mut kept, "b g enter t");
+    assert_eq!(kept.bench.model.results.truth, TruthChoice::Labels);
+    assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
+    press(&mut kept, "t");
+    assert_eq!(kept.bench.model.results.truth, TruthChoice::Recorded);
+    assert_eq!(counts(&kept, 0)[4], 2, "two scenarios are not in the list");
+    press(&mut kept, "t b shift-g enter");
+    assert_eq!(kept.bench.model.results.truth, TruthChoice::Usual);
     // What was chosen stays, also after the screen was closed.
     press(&mut kept, "esc space o r");
     assert_eq!(
@@ -255,7 +254,7 @@ fn a_batch_that_is_gone_is_said() {
 }
 
 #[test]
-fn what_is_known_is_shown_while_the_judge_is_at_work() {
+fn progress_is_shown_while_scenarios_are_judged() {
     let mut kept = four();
     press(&mut kept, "esc");
     kept.bench.press("space o r");
@@ -271,17 +270,22 @@ fn what_is_known_is_shown_while_the_judge_is_at_work() {
     crate::tui::tasks::results::answer(&kept.store, &judging, ask, &going, &mut |news| {
         said.push(news)
     });
+    use ResultsEvent::{Judging, Read};
     assert!(matches!(
         &said[..],
-        [ResultsEvent::Read(..), ResultsEvent::Read(..)]
+        [Read(..), Judging(_, (1, 1)), Read(..)]
     ));
     for (place, news) in said.into_iter().enumerate() {
         kept.bench.send(Msg::Results(news));
-        let results = &kept.bench.model.results;
-        assert_eq!(results.judging, place == 0);
-        assert_eq!(counts(&kept, 1)[4], if place == 0 { 2 } else { 1 });
-        assert_eq!(kept.bench.frame(80, 24).contains("at work"), place == 0);
+        let done = [Some((0, 0)), Some((1, 1)), None][place];
+        assert_eq!(kept.bench.model.results.judging, done);
+        // No number that needs the truth is shown until it is known.
+        let frame = kept.bench.frame(80, 24);
+        let row = frame.lines().find(|line| line.contains("lab/large"));
+        assert_eq!(row.unwrap().contains('…'), place < 2, "{frame}");
+        assert_eq!(frame.contains("judging… 1 of 1"), place == 1, "{frame}");
     }
+    assert_eq!(counts(&kept, 1)[4], 1);
 }
 
 /// Where a text stands on the screen.
@@ -395,4 +399,35 @@ fn how_a_batch_looks_in_every_theme() {
         let text = seen_in_every_theme("a batch", &mut kept.bench, size, true);
         insta::assert_snapshot!(format!("results_of_a_batch_at_{columns}_by_{rows}"), text);
     }
+}
+
+#[test]
+fn rows_are_sorted_by_any_column_and_written_where_pictures_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut kept = techniques();
+    kept.bench.model.config.pictures = Some(folder.path().into());
+    press(&mut kept, "%");
+    let column = |kept: &Fixture| -> Vec<u32> {
+        let rows = kept.bench.model.results.rows.iter();
+        rows.map(|row| row.count(crate::evaluation::Outcome::TruePositive))
+            .collect()
+    };
+    let by_prompt = column(&kept);
+    press(&mut kept, "right s");
+    assert!(column(&kept).is_sorted_by(|a, b| a >= b));
+    assert!(kept.bench.frame(120, 40).contains("▼tp"));
+    press(&mut kept, "s");
+    assert!(column(&kept).is_sorted());
+    assert!(kept.bench.frame(120, 40).contains("▲tp"));
+    press(&mut kept, "s");
+    assert_eq!(column(&kept), by_prompt);
+    press(&mut kept, "e e");
+    let said = &kept.bench.model.toasts.last().unwrap().text;
+    assert!(said.contains("results_2.csv"), "{said}");
+    let table = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
+    assert_eq!(table.lines().count(), 9);
+    assert!(table.contains("labels of /labels/ours.csv"), "{table}");
+    let lines = std::fs::read_to_string(folder.path().join("results.jsonl")).unwrap();
+    let row: serde_json::Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    assert_eq!(row["tp"], by_prompt[0]);
 }

@@ -15,6 +15,7 @@ use crate::tui::message::{Effect, Msg};
 use crate::tui::screens::results::ResultsScreen;
 use crate::tui::tasks::history::Judging;
 use crate::tui::tasks::results::answer;
+use crate::workflow::TruthChoice;
 
 /// Answers what the screen asked for, until nothing is left.
 pub(super) fn settle(kept: &mut Fixture) {
@@ -72,7 +73,7 @@ pub(super) fn counts(kept: &Fixture, row: usize) -> [u32; 7] {
 }
 
 #[test]
-fn answers_are_held_against_the_judge_and_what_it_does_not_know_stays_open() {
+fn answers_are_compared_with_the_recording_or_the_judge_and_the_screen_names_which() {
     let mut kept = four();
     let results = &kept.bench.model.results;
     let models: Vec<_> = results
@@ -81,18 +82,29 @@ fn answers_are_held_against_the_judge_and_what_it_does_not_know_stays_open() {
         .map(|row| row.way.model.as_str())
         .collect();
     assert_eq!(models, ["lab/large", "lab/small"]);
-    let said = (counts(&kept, 0), counts(&kept, 1));
-    let (large, small) = said;
-    // Whatever the judge says about the scenario, one of the two is right.
-    assert_eq!(large[2] + large[3], 1, "{said:?}");
-    assert_eq!(small[0] + small[1], 1, "{said:?}");
-    assert_eq!((small[0], small[4]), (large[2], 1), "{said:?}");
-    // The judge's own run counts as the truth, and is no row.
+    let of = |kept: &Fixture, model: &str| {
+        let mut rows = kept.bench.model.results.rows.iter();
+        counts(kept, rows.position(|row| row.way.model == model).unwrap())
+    };
+    let (large, small) = (of(&kept, "lab/large"), of(&kept, "lab/small"));
+    // Whatever is true about the scenario, no is right or yes is; a yes that names no obstacle is no right one.
+    assert_eq!(large[2] + large[3], 1, "{large:?}");
+    assert_eq!(small[1] + small[2], 1, "{small:?}");
+    assert_eq!((small[2], small[4]), (large[2], 1), "{small:?}");
+    let frame = kept.bench.frame(100, 30);
+    assert!(frame.contains("truth: labels, else recordings"), "{frame}");
+    // The judge's prediction is a truth that is chosen; its own run then counts, and is no row.
     let judged = large[2] == 1;
     kept.add(FIRST, crate::judge::MODEL, !judged, "I changed my mind");
     press(&mut kept, "esc space o r");
+    assert_eq!(kept.bench.model.results.rows.len(), 3);
+    assert_eq!(of(&kept, "lab/large"), large);
+    press(&mut kept, "t t");
+    assert_eq!(kept.bench.model.results.truth, TruthChoice::Judge);
     assert_eq!(kept.bench.model.results.rows.len(), 2);
-    assert_eq!(counts(&kept, 0)[2] == 1, !judged);
+    assert_eq!(of(&kept, "lab/large")[2] == 1, !judged);
+    let frame = kept.bench.frame(100, 30);
+    assert!(frame.contains("truth: built-in judge"), "{frame}");
 }
 
 #[test]
@@ -107,7 +119,7 @@ fn from_a_cell_to_its_answers_to_the_scenario_and_back() {
     press(&mut kept, "enter");
     let frame = kept.bench.frame(120, 30);
     assert!(
-        frame.contains("ZAM_Lost") && frame.contains("truth not known"),
+        frame.contains("ZAM_Lost") && frame.contains("no truth to compare"),
         "{frame}"
     );
     assert!(!frame.contains('\u{1b}'));

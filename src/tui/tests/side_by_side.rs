@@ -5,7 +5,7 @@ use super::bench::{Bench, answer};
 use super::events;
 use crate::evaluation::{Answer, Event};
 use crate::llm::Chunk;
-use crate::store::{Choice, NewRating, RatedAnswer, Rating, RunId};
+use crate::store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
 use crate::tui::keymap::Key;
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::ShownAnswer;
@@ -170,9 +170,13 @@ fn agrees(frame: &str) -> bool {
 #[test]
 fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
     let mut bench = sized(two(), 120, 40);
+    for column in &mut bench.model.answers.columns {
+        column.reasoning = "Let me think step by step.".into();
+    }
     bench.press("space o b");
     bench.model.say("lab/walrus: done");
     let secrets = [
+        "step by step",
         "walrus",
         "mammoth",
         "lab/",
@@ -226,12 +230,28 @@ fn blind_mode_goes_on_to_the_next_scenario() {
     let mut bench = sized(two(), 120, 40);
     let before = bench.model.opened.as_ref().unwrap().name.clone();
     bench.press("space o b t enter");
-    assert_ne!(bench.model.opened.as_ref().unwrap().name, before);
-    assert!(bench.frame(120, 40).contains("no answers at hand"));
-    let answers = ["lab/a", "lab/b", "lab/c"].map(|model| answer(model, true, 301));
+    // Which scenario has something to rate is asked of the store.
+    let asks = |effect: &&Effect| matches!(effect, Effect::FindUnrated(Task::Collision, _));
+    assert_eq!(bench.effects.iter().filter(asks).count(), 2);
+    let list = &bench.model.list;
+    let other = list.rows[*list.visible.last().unwrap()].entry.name.clone();
+    let left = |scenarios: &[&str]| Unrated {
+        scenarios: scenarios.iter().map(|name| ((*name).into(), 2)).collect(),
+        rated: [RunId(5)].into(),
+    };
+    bench.send(Msg::Unrated(Ok(left(&[&other]))));
+    assert_ne!(other, before);
+    assert_eq!(bench.model.opened.as_ref().unwrap().name, other);
+    assert!(bench.frame(120, 40).contains("no stored answers"));
+    let mut answers = ["lab/a", "lab/b", "lab/c", "lab/d"].map(|model| answer(model, true, 301));
+    answers[3].run = Some(RunId(5));
     let of = stored_of_last(&bench);
     bench.send(Msg::Stored(of, answers.to_vec()));
-    assert_eq!(bench.model.compare.shown.len(), 2);
+    // As many columns as fit; what was rated before does not come again.
+    assert_eq!(bench.model.compare.shown.len(), 3);
+    let rated = |shown: &ShownAnswer| *shown == place_of_model(&bench, "lab/d");
+    assert!(!bench.model.compare.shown.iter().any(rated));
+    bench.press("-");
     let mut seen = std::collections::BTreeSet::new();
     for _ in 0..3 {
         let mut pair = bench.model.compare.shown.clone();
@@ -240,6 +260,15 @@ fn blind_mode_goes_on_to_the_next_scenario() {
         bench.press("0 enter");
     }
     assert_eq!(seen.len(), 3, "every pair once: {seen:?}");
+    // No other scenario is left: it stays, and says so.
+    assert_eq!(bench.model.opened.as_ref().unwrap().name, other);
+    let said = &bench.model.toasts.last().unwrap().text;
+    assert!(said.contains("no more answers"), "{said}");
+}
+
+fn place_of_model(bench: &Bench, model: &str) -> ShownAnswer {
+    let mut columns = bench.model.answers.columns.iter();
+    ShownAnswer::Column(columns.position(|c| c.model == model).unwrap())
 }
 
 fn stored_of_last(bench: &Bench) -> crate::tui::message::StoredOf {
@@ -261,6 +290,7 @@ fn ratings_are_summed_up() {
         prompt: "ego · base".into(),
         wrong: false,
         reason: None,
+        template: None,
     };
     let rating = |choice| Rating {
         id: 1,

@@ -202,7 +202,18 @@ fn made(bench: &Bench) -> &GeneratedVariant {
 #[test]
 fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     let mut bench = open();
+    // Nothing is asked before its cost was seen.
     bench.press("space g m");
+    assert_eq!(count(&bench), 0);
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let frame = bench.frame(columns, rows);
+        for words in ["up to 16", "price unknown", "lab/small"] {
+            assert!(frame.contains(words), "{words}\n{frame}");
+        }
+    }
+    bench.press("esc");
+    assert!(bench.model.screens.is_empty());
+    bench.press("space g m enter");
     let (id, wish) = asked(&bench);
     let writer = wish.writer.as_ref().unwrap();
     assert_eq!(
@@ -274,20 +285,20 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     bench.send(events::generated(id, written(&wish)));
     assert_eq!(made(&bench).by, "lab/small");
     assert!(bench.model.variant().unwrap().changed);
-    assert!(said(&bench.model).starts_with("variant: 305 moves in another way, collision"));
+    assert!(said(&bench.model).starts_with("variant: 305 given a new motion, collision"));
     assert!(matches!(job(&bench).state, JobState::Done(_)));
     assert_eq!(bench.model.jobs.asking(), 0);
     // It is shown again, and then asked anew.
     bench.press("space e r space g m");
     assert!(count(&bench) == 1 && bench.model.variant().is_some());
-    bench.press("space g m");
+    bench.press("space g m enter");
     assert!(count(&bench) == 2 && asked(&bench).1.writer.unwrap().fresh);
 }
 
 #[test]
 fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     let mut bench = open();
-    bench.press("space g m esc");
+    bench.press("space g m enter esc");
     let stops = |e: &&Effect| matches!(e, Effect::Cancel(_));
     assert_eq!(bench.effects.iter().filter(stops).count(), 1);
     let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
@@ -295,18 +306,18 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     let (id, _) = asked(&bench);
     bench.send(Msg::Job(id, JobEvent::Generate(Update::Cancelled)));
     assert!(matches!(state(&bench), JobState::Cancelled(_)));
-    assert!(!bench.frame(80, 24).contains("stopping …"));
-    assert_eq!(said(&bench.model), "stopped");
+    assert!(!bench.frame(80, 24).contains("cancelling…"));
+    assert_eq!(said(&bench.model), "cancelled");
     // It had not said everything: the store may have half of it.
-    bench.press("space g m");
+    bench.press("space g m enter");
     let (id, wish) = asked(&bench);
     assert!(count(&bench) == 2 && !wish.writer.unwrap().fresh);
     bench.send(events::generated(id, Ok(unwritten("lab/small"))));
-    bench.press("space g m");
+    bench.press("space g m enter");
     assert!(asked(&bench).1.writer.unwrap().fresh);
     bench.press("esc");
     bench.model.model = "lab/large".into();
-    bench.press("space g m");
+    bench.press("space g m enter");
     assert!(!asked(&bench).1.writer.unwrap().fresh);
 }
 
@@ -332,12 +343,12 @@ fn what_came_to_nothing_can_be_read() {
     let mut bench = open();
     bench.press("space g v");
     assert!(bench.model.screens.is_empty());
-    bench.press("space g m");
+    bench.press("space g m enter");
     let (id, _) = asked(&bench);
     let nothing = unwritten("lab/\u{1b}[31msmall");
     bench.send(events::generated(id, Ok(nothing)));
-    assert!(said(&bench.model).ends_with("Space g v tells all"));
-    bench.press("space g v");
+    assert!(said(&bench.model).ends_with("K details"));
+    bench.press("K");
     assert!(bench.model.screens.is_top::<VariantScreen>());
     let panel = bench.frame(200, 60);
     for words in [
@@ -357,7 +368,7 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         let mut bench = open();
         bench.send(Msg::Resize(columns, rows));
         bench.frame(columns, rows);
-        bench.press("space g m");
+        bench.press("space g m enter");
         let (id, wish) = asked(&bench);
         bench.send(events::generated(id, written(&wish)));
         bench.model.toasts.clear();

@@ -92,7 +92,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             claims::read_on(model, action == NextClaim);
         }
         CompareScreen => compare::open(model),
-        BlindMode => rating::toggle_blind(model),
+        BlindMode => return rating::toggle_blind(model),
         CompareLeft | CompareRight | LinkScrolling | MoreColumns | FewerColumns | BestFirst
         | BestSecond | BestThird | BestFourth | RateTie | RateAllWrong | MarkWrong | NextRound
         | Ratings => return compare::perform(model, action),

@@ -18,7 +18,7 @@ use crate::verdict::Task;
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     if model.fill_held() {
         // The new question must be displayed first.
-        model.say("the template is filled again; the same key asks with it");
+        model.say("prompt rendered; press again to ask");
         return Vec::new();
     }
     let asked = model.model.clone();
@@ -36,7 +36,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         .as_ref()
         .filter(|_| asked != judge::MODEL)
     {
-        let text = format!("the template cannot be used: {error}");
+        let text = format!("broken template, requests disabled: {error}");
         model.complain(text);
         return Vec::new();
     }
@@ -48,7 +48,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
             model.look.key(Action::TakeAsEgo),
         );
         model.say(format!(
-            "nothing to ask: {why}; pick an obstacle with {pick} and take it as ego with {take}"
+            "cannot ask: {why}; {pick} picks an obstacle, {take} makes it the ego"
         ));
         return Vec::new();
     };
@@ -163,9 +163,8 @@ fn arrived(model: &mut Model, ask: JobId, event: Event) {
     match event {
         Event::Kept(_) => column.begun = true,
         Event::Awaiting(run) => {
-            column.progress = Progress::Retrying(format!(
-                "the same is being asked as run {run}; waiting for it"
-            ));
+            column.progress =
+                Progress::Retrying(format!("run {run} asks the same; waiting for it"));
         }
         Event::Chunk(Chunk::Note(note)) => {
             let text = format!("{}: {note}", column.model);
@@ -220,7 +219,7 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
                 model.answers.reference_ms = answer.consumed.duration_ms;
                 let run = answer
                     .run
-                    .map_or("not kept".into(), |r| format!("kept as run {r}"));
+                    .map_or("not saved".into(), |r| format!("saved as run {r}"));
                 let word = answer.word();
                 model.tell(format!("{}: {word}, {run}", judge::MODEL));
             }
@@ -260,7 +259,7 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
             column.progress = Progress::Done(answer);
             if let Some(run) = twice {
                 let key = model.look.key(Action::RunAnew);
-                model.say(format!("from the store, run {run}: {key} asks anew"));
+                model.say(format!("stored answer, run {run}; {key} asks again"));
                 model.answers.show_once(ask, run);
             }
             if let Some(text) = failed {
@@ -306,7 +305,7 @@ pub fn leave(model: &mut Model, name: &str) {
 
 /// Where an answer stands that was cancelled.
 pub fn cancelled() -> Progress {
-    Progress::Broken("cancelled; what had arrived is kept".into())
+    Progress::Broken("cancelled; partial answer kept".into())
 }
 
 /// Cancels everything that is on its way; batches begin nothing more.
@@ -336,7 +335,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
 /// Takes the shown answer off the comparison.
 pub fn close(model: &mut Model) -> Vec<Effect> {
     let ShownAnswer::Column(place) = model.answers.shown else {
-        model.say("the built-in judge stays");
+        model.say("the built-in judge cannot be closed");
         return Vec::new();
     };
     if place >= model.answers.columns.len() {

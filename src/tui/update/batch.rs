@@ -22,11 +22,11 @@ pub fn mark(model: &mut Model) {
             let count = model.marks.count(&model.list);
             let key = model.look.key(Action::AskMarked);
             model.say(match count {
-                0 => format!("none is marked; {key} asks about all that are listed"),
+                0 => format!("no scenario marked; {key} asks about all listed"),
                 _ => format!("{count} marked; {key} asks about them"),
             });
         }
-        None => model.say("no scenario is selected"),
+        None => model.say("no scenario selected"),
     }
 }
 
@@ -36,17 +36,17 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
     let asked = model.model.clone();
     let error = model.prompt.error.clone();
     if let Some(error) = error.filter(|_| asked != judge::MODEL) {
-        model.complain(format!("the template cannot be used: {error}"));
+        model.complain(format!("broken template, requests disabled: {error}"));
         return Vec::new();
     }
     if entries.is_empty() {
-        model.say("no scenario is listed");
+        model.say("no scenarios listed");
         return Vec::new();
     }
     if model.frame == Frame::Trajectory {
         let key = model.look.key(Action::ToggleFrame);
         model.say(format!(
-            "this frame is about one picked obstacle: {key} chooses another one"
+            "this frame needs one picked obstacle; {key} changes the frame"
         ));
         return Vec::new();
     }
@@ -158,5 +158,5 @@ pub fn stop_all(model: &mut Model) -> Vec<Effect> {
 
 /// Says what stopping a batch means.
 pub fn stopping(model: &mut Model) {
-    model.say("nothing more is asked; what was sent is waited for, once more cancels that too");
+    model.say("no new requests; again cancels those already sent");
 }

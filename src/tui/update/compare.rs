@@ -77,7 +77,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.compare.open = false;
             model.compare.blind = None;
         }
-        BlindMode => rating::toggle_blind(model),
+        BlindMode => return rating::toggle_blind(model),
         SavePicture | Help => return actions::perform(model, action),
         CompareLeft => model.compare.focus = (model.compare.focus + count - 1) % count,
         CompareRight => model.compare.focus = (model.compare.focus + 1) % count,
@@ -85,9 +85,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         LinkScrolling => {
             model.compare.free = !model.compare.free;
             model.say(if model.compare.free {
-                "every column scrolls on its own"
+                "scroll unlinked"
             } else {
-                "the columns scroll together"
+                "scroll linked"
             });
         }
         NextAnswer => other(model, true),
@@ -166,7 +166,7 @@ fn everything(model: &Model) -> Vec<ShownAnswer> {
 /// Puts another answer, which is not shown yet, into the column that has the keys.
 fn other(model: &mut Model, forward: bool) {
     if model.compare.blind.is_some() {
-        return model.say("the answers are drawn by lot in blind mode");
+        return model.say("blind mode draws the answers at random");
     }
     let all = everything(model);
     let (focus, count) = (model.compare.focus, all.len());
@@ -199,7 +199,7 @@ fn other(model: &mut Model, forward: bool) {
         None => {
             let (asks, compares) = (model.look.key(Action::Run), model.look.key(Action::Compare));
             model.say(format!(
-                "there is no other answer; {asks} in the main screen asks, {compares} asks another model"
+                "no other answer; on the main screen {asks} asks, {compares} asks another model"
             ));
         }
     }
@@ -208,8 +208,13 @@ fn other(model: &mut Model, forward: bool) {
 /// One answer more, or one fewer.
 fn resize(model: &mut Model, more: bool) {
     if let Some(blind) = &mut model.compare.blind {
-        let size = if more { blind.size + 1 } else { blind.size - 1 };
-        blind.size = size.clamp(2, MOST_COMPARED);
+        let size = model.compare.shown.len();
+        let size = if more {
+            size + 1
+        } else {
+            size.saturating_sub(1)
+        };
+        blind.size = Some(size.clamp(2, MOST_COMPARED));
         return rating::begin(model);
     }
     if !more {
@@ -233,16 +238,14 @@ fn resize(model: &mut Model, more: bool) {
             model.compare.show(shown);
             follow_ends(model);
         }
-        Some(_) => model.say(format!(
-            "{MOST_COMPARED} answers at most stand side by side"
-        )),
-        None => model.say("there is no other answer"),
+        Some(_) => model.say(format!("at most {MOST_COMPARED} answers side by side")),
+        None => model.say("no other answer"),
     }
 }
 
 fn go_to_claim(model: &mut Model, forward: bool) {
     if model.compare.hides() {
-        return model.say("claims are held against the geometry after rating");
+        return model.say("checks hidden until rated");
     }
     let focus = model.compare.focus;
     let Some(&shown) = model.compare.shown.get(focus) else {

@@ -19,7 +19,7 @@ use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
 
 /// Shown while waiting for cancelled work to end.
-const STOPPING: &str = "stopping …";
+const STOPPING: &str = "cancelling…";
 
 /// Does what an action about variants says.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
@@ -46,7 +46,7 @@ fn generate_with(model: &mut Model, written: bool) -> Vec<Effect> {
     let picked = opened.and_then(|opened| opened.scenario.obstacle(id));
     if picked.is_some_and(|o| o.role != ObstacleRole::Dynamic) {
         model.say(format!(
-            "{id} does not move by itself, so it cannot attack: pick another one"
+            "{id} does not move, so it cannot attack; pick another obstacle"
         ));
         return Vec::new();
     }
@@ -72,9 +72,9 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     model.say(format!(
-        "looking for a motion of {who} that endangers the ego, which is planned with {words}; seed {seed}; {key} stops it"
+        "searching for an attack by {who}… ego planned with {words}, seed {seed}; {key} cancels"
     ));
-    begin(model, change, only, seed, None)
+    begin(model, change, only, seed)
 }
 
 /// What variants of the open scenario are kept under, where it can be made dangerous; else it is said why not.
@@ -96,15 +96,14 @@ fn ready(model: &mut Model) -> Option<(ContentHash, Option<Transform>)> {
     }
 }
 
-/// Begins to make what is open dangerous.
+/// Begins a search for an attack.
 fn begin(
     model: &mut Model,
     change: Option<Transform>,
     only: Option<i64>,
     seed: u64,
-    writer: Option<Box<Writer>>,
 ) -> Vec<Effect> {
-    let Some(place) = model.list.opened else {
+    let Some((place, request)) = request(model, change, only, seed, None) else {
         return Vec::new();
     };
     let id = JobId(model.new_id());
@@ -114,6 +113,18 @@ fn begin(
         at: None,
         waits: None,
     });
+    vec![Effect::Start(id, JobRequest::Generate(request))]
+}
+
+/// The work of making what is open dangerous, and its place in the list.
+fn request(
+    model: &Model,
+    change: Option<Transform>,
+    only: Option<i64>,
+    seed: u64,
+    writer: Option<Box<Writer>>,
+) -> Option<(usize, Box<VariantRequest>)> {
+    let place = model.list.opened?;
     let request = VariantRequest {
         entry: model.list.rows[place].entry.clone(),
         change,
@@ -123,7 +134,7 @@ fn begin(
         writer,
         folder: model.config.pictures.clone(),
     };
-    vec![Effect::Start(id, JobRequest::Generate(Box::new(request)))]
+    Some((place, Box::new(request)))
 }
 
 /// Stops what is under way.
@@ -147,7 +158,7 @@ pub fn stopped(model: &mut Model) {
     let said = model.toasts.iter().any(|toast| toast.text == STOPPING);
     if said && !model.jobs.is_stopping(JobKind::Generate) {
         model.toasts.retain(|toast| toast.text != STOPPING);
-        model.say("stopped");
+        model.say("cancelled");
     }
 }
 
@@ -269,7 +280,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
 fn in_words(model: &Model, made: &GeneratedVariant, changed: bool) -> String {
     let switch = model.look.key(Action::SwitchVariant);
     if !changed {
-        return format!("the original, its ego planned; {switch} shows the variant again");
+        return format!("original, with the planned ego; {switch} shows the variant");
     }
     let dt = made.closed.driver().dt();
     let attacker = made.effect.attacker;
@@ -280,7 +291,7 @@ fn in_words(model: &Model, made: &GeneratedVariant, changed: bool) -> String {
         other => consequence_words(&other).to_string(),
     };
     format!(
-        "variant: {attacker} moves in another way, {what}; {switch} shows the original, {} tells all, {} leaves it",
+        "variant: {attacker} given a new motion, {what}; {switch} original, {} details, {} leaves it",
         model.look.key(Action::VariantPanel),
         model.look.key(Action::RecordedEgo)
     )
@@ -295,14 +306,14 @@ fn switch(model: &mut Model) -> Vec<Effect> {
 pub fn left(model: &mut Model) {
     let key = model.look.key(Action::Generate);
     model.say(format!(
-        "the scenario as it is; {key} shows the variant again"
+        "back to the scenario; {key} shows the variant again"
     ));
 }
 
 /// Why nothing else can be planned in a variant.
 pub fn fixed(model: &Model) -> String {
     let key = model.look.key(Action::RecordedEgo);
-    format!("the variant was made for what this planner was told; {key} leaves it")
+    format!("the variant belongs to this prediction; {key} leaves it")
 }
 
 /// Writes the variant.

@@ -153,6 +153,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             rating::read(model, result);
             Vec::new()
         }
+        Msg::Unrated(result) => rating::unrated(model, result),
         Msg::Saved(file, result) => editing::saved(model, &file, result),
         Msg::Reread(library) => {
             editing::reread(model, library);

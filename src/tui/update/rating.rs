@@ -1,5 +1,6 @@
 //! Ratings of answers side by side: blind mode, marks, ratings.
 
+use super::super::action::Action;
 use super::super::keymap::{Code, Key, edit_line};
 use super::super::message::Effect;
 use super::super::model::{
@@ -7,29 +8,55 @@ use super::super::model::{
 };
 use super::compare::{is_running, open};
 use super::open_current;
-use crate::store::{Choice, NewRating, RatedAnswer, Rating};
+use crate::store::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 
 /// How the built-in judge is asked: it is not.
 const BUILT_IN: &str = "built in";
 
 /// Opens it with the models hidden, or shows them again.
-pub fn toggle_blind(model: &mut Model) {
+pub fn toggle_blind(model: &mut Model) -> Vec<Effect> {
     if model.compare.open && model.compare.blind.take().is_some() {
-        return open(model);
+        open(model);
+        return Vec::new();
     }
     model.compare.open = true;
     model.compare.blind = Some(BlindMode::default());
     begin(model);
+    vec![find_unrated(model)]
+}
+
+/// Asks the store what is left to rate.
+fn find_unrated(model: &Model) -> Effect {
+    Effect::FindUnrated(model.task, model.compare.person.clone())
+}
+
+/// What is left to rate was read; a scenario that waited for that is opened.
+pub fn unrated(model: &mut Model, result: Result<Unrated, String>) -> Vec<Effect> {
+    match result {
+        Ok(unrated) => model.compare.unrated = Some(unrated),
+        Err(error) => {
+            model.compare.going_on = false;
+            model.complain(error);
+        }
+    }
+    if std::mem::take(&mut model.compare.going_on) {
+        return next_scenario(model);
+    }
+    // What was rated before is not shown again, unless the person is at it.
+    let compare = &model.compare;
+    let untouched = compare.choice.is_none() && compare.marks.iter().all(Option::is_none);
+    if compare.open && compare.blind.is_some() && untouched {
+        begin(model);
+    }
+    Vec::new()
 }
 
 /// Makes the groups of answers to be rated on this scenario, and shows the first.
 pub fn begin(model: &mut Model) {
-    let size = model.compare.blind.as_ref().map_or(2, |b| b.size);
-    let whole = |place: &usize| {
-        let column = &model.answers.columns[*place];
-        column.answer().is_some() && !column.failed()
-    };
-    let all: Vec<usize> = (0..model.answers.columns.len()).filter(whole).collect();
+    let all = model.to_rate();
+    let chosen = model.compare.blind.as_ref().and_then(|blind| blind.size);
+    let fit = model.fit_side_by_side().max(2);
+    let size = chosen.unwrap_or(fit.min(all.len())).max(2);
     let mut groups = groups(&all, size);
     let seed = model.compare.next_seed();
     shuffle(&mut groups, seed);
@@ -125,17 +152,17 @@ pub fn rate(model: &mut Model, choice: Choice) -> Vec<Effect> {
     let wrong_place = matches!(choice, Choice::Best(place) if place >= shown.len());
     if wrong_place || shown.len() < 2 {
         model.say(match shown.len() {
-            0 | 1 => "two answers are needed to choose one".to_string(),
-            n => format!("there are {n} answers"),
+            0 | 1 => "a rating needs 2 complete answers".to_string(),
+            n => format!("only {n} answers are shown"),
         });
         return Vec::new();
     }
     if model.compare.choice == Some(choice) {
-        model.say("these answers are rated so; another key rates them anew, enter goes on");
+        model.say("already rated so; another key changes the rating, enter goes on");
         return Vec::new();
     }
     if shown.iter().any(|s| is_running(model, *s)) {
-        model.say("an answer is still arriving");
+        model.say("an answer is still streaming");
         return Vec::new();
     }
     keep(model, choice)
@@ -210,26 +237,47 @@ fn rated(model: &Model, shown: ShownAnswer, mark: Option<String>) -> RatedAnswer
         prompt,
         wrong: mark.is_some(),
         reason: mark,
+        template: None,
     }
 }
 
 /// Moves on to the next answers, or to the next scenario.
 pub fn next_round(model: &mut Model) -> Vec<Effect> {
     let Some(blind) = &mut model.compare.blind else {
-        model.say("B hides the models and draws answers by lot");
+        let key = model.look.key(Action::BlindMode);
+        model.say(format!("{key} starts blind mode"));
         return Vec::new();
     };
     if !blind.left.is_empty() {
         next_group(model);
         return Vec::new();
     }
-    let before = model.list.opened;
-    model.list.move_by(1);
-    let effects = open_current(model);
-    if model.list.opened == before {
-        model.say("this was the last scenario of the list");
-        return Vec::new();
+    if model.compare.unrated.is_none() {
+        model.compare.going_on = true;
+        return vec![find_unrated(model)];
     }
+    next_scenario(model)
+}
+
+/// Opens the next scenario of the list, from the top again behind its end, on which two answers are left to rate.
+fn next_scenario(model: &mut Model) -> Vec<Effect> {
+    let known = model.compare.unrated.as_ref();
+    let now = model.list.opened;
+    let order = &model.list.visible;
+    let at = now.and_then(|now| order.iter().position(|place| *place == now));
+    let after = at.map_or(0, |at| at + 1);
+    let around = order[after..].iter().chain(&order[..after]).copied();
+    let left = |place: &usize| {
+        let name = &model.list.rows[*place].entry.name;
+        Some(*place) != now && known.is_some_and(|known| known.scenarios.contains_key(name))
+    };
+    let next = around.into_iter().find(left);
+    let Some(next) = next.filter(|place| model.list.select(*place)) else {
+        model.say("no more answers: no other scenario in the list has 2 unrated answers");
+        return Vec::new();
+    };
+    debug_assert!(model.list.current() == Some(next));
+    let effects = open_current(model);
     if let Some(blind) = &mut model.compare.blind {
         blind.waiting = true;
     }
@@ -255,14 +303,18 @@ pub fn kept(model: &mut Model, round: u64, result: Result<i64, String>) -> Vec<E
     }
     match result {
         Ok(number) if done.replaced.is_some() => {
-            model.tell(format!("rated anew: it takes the place of rating {number}"));
+            model.tell(format!("rating {number} changed"));
+            return vec![find_unrated(model)];
         }
-        Ok(number) => model.tell(format!("kept as rating {number}")),
+        Ok(number) => {
+            model.tell(format!("saved as rating {number}"));
+            return vec![find_unrated(model)];
+        }
         Err(error) => {
             if here {
                 compare.choice = compare.kept.map(|(_, choice)| choice);
             }
-            model.complain(format!("the rating is not kept: {error}"));
+            model.complain(format!("rating not saved: {error}"));
         }
     }
     Vec::new()

@@ -1,7 +1,6 @@
 //! Reopens the scenario of an earlier run, with the question that was asked.
 
 use super::super::action::Action;
-use super::super::loaded::obstacle_taken;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, ShownAnswer};
 use super::super::screens::history::{self, HistoryScreen};
@@ -9,7 +8,7 @@ use super::{answers, open_changed};
 use crate::description::Frame;
 use crate::evaluation::Answer;
 use crate::prompts::Techniques;
-use crate::scenario::Transform;
+use crate::scenario::{Transform, obstacle_taken};
 use crate::store::Run;
 
 /// Opens the scenario of a run, if it is to be found.

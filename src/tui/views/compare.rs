@@ -69,16 +69,16 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
         (None, _) => " side by side ",
     };
     let scrolling = if compare.free {
-        "each scrolls alone"
+        "scroll unlinked"
     } else {
-        "scrolling together"
+        "scroll linked"
     };
     let left = compare
         .blind
         .as_ref()
         .map_or(String::new(), |b| match b.left.len() {
-            0 => " · the last of this scenario".into(),
-            n => format!(" · {n} more of this scenario"),
+            0 => String::new(),
+            n => format!(" · {n} more on this scenario"),
         });
     let words = format!(
         "{name} · {} · step {}{left} · {scrolling}",
@@ -99,24 +99,20 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let words = match (&model.compare.blind, &model.open_error) {
         (Some(_), Some(error)) => {
             format!(
-                "{}; {next} goes to the next scenario",
+                "{}; {next} next scenario",
                 crate::description::visible(error)
             )
         }
         (Some(blind), None) if blind.waiting => {
-            format!("no answers at hand on this scenario; {next} goes to the next one")
+            format!("no stored answers on this scenario; {next} next scenario")
         }
         (Some(blind), None) => format!(
-            "blind mode needs {} whole answers of models on this scenario, and there are {} at hand; {next} goes to \
-             the next scenario, {} shows what there is",
-            blind.size,
-            model.answers.columns.len(),
+            "needs {} complete, unrated answers; this scenario has {}; {next} next scenario, {} all answers",
+            blind.size.unwrap_or(2),
+            model.to_rate().len(),
             key(Action::BlindMode)
         ),
-        (None, _) => format!(
-            "nothing is shown; {} takes an answer",
-            key(Action::MoreColumns)
-        ),
+        (None, _) => format!("no answer shown; {} adds one", key(Action::MoreColumns)),
     };
     let text = Paragraph::new(Text::styled(words, Style::new().fg(model.theme.dim)));
     f.render_widget(text.wrap(Wrap { trim: true }), area);
@@ -204,7 +200,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
     let dim = Style::new().fg(theme.dim);
     let document = model.document(shown);
     let Some(document) = document.filter(|d| !d.text.trim().is_empty()) else {
-        f.render_widget(Line::styled("nothing has arrived", dim), area);
+        f.render_widget(Line::styled("no answer yet", dim), area);
         let extent = Extent {
             lines: 1,
             rows: usize::from(area.height),

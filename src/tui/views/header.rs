@@ -141,12 +141,17 @@ const WIDE: u16 = 140;
 /// Columns of why a model that makes the scenario dangerous has not answered yet, at most.
 const WAITS: usize = 40;
 
+/// The model, and what asking it once costs: nothing is sent before that was on the screen.
 fn asked_model(model: &Model, width: u16) -> String {
-    if width < NARROW && model.model == judge::MODEL {
-        return "built-in".into();
-    }
     let most = if width < NARROW { 24 } else { 40 };
-    fit(&model.model, most)
+    let name = match width < NARROW && model.model == judge::MODEL {
+        true => "built-in".into(),
+        false => fit(&model.model, most),
+    };
+    match model.prompt.question {
+        Some(_) => format!("{name} · {}", model.price()),
+        None => name,
+    }
 }
 
 /// What runs, and what the session cost so far; nothing where models were not asked.

@@ -109,10 +109,7 @@ fn numbers(model: &Model) -> Option<String> {
         let by = thousands(tokens.abs_diff(shipped) as u64);
         words.push_str(&format!(" ({sign}{by} to shipped)"));
     }
-    let price = prompt
-        .prices
-        .words(&model.model, tokens, model.config.max_tokens);
-    Some(format!("{words} · {price}"))
+    Some(format!("{words} · {}", model.price()))
 }
 
 /// The views with the current one marked, and as much of token count and file as fits; with little room, the current

@@ -46,7 +46,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let hints = match seen_now.len() == all {
             true if all == 1 => [String::new(), String::new(), String::new()],
             true => [
-                format!(" · {keys} chooses one"),
+                format!(" · {keys} select answer"),
                 format!(" · {keys}"),
                 String::new(),
             ],
@@ -124,7 +124,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
     let dim = Style::new().fg(model.theme.dim);
     if seen.is_empty() {
         let hint = format!(
-            "who could endanger the ego, and how, is a question for language models: {} chooses one, {} asks it",
+            "only language models answer this task: {} chooses one, {} asks it",
             model.look.key(Action::ChooseModel),
             model.look.key(Action::Run)
         );
@@ -193,9 +193,7 @@ fn other_window(model: &Model, column: &Column) -> bool {
 
 /// Whence an answer of the store.
 fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
-    let run = run.map_or("of the store".into(), |run| {
-        format!("run {run} of the store")
-    });
+    let run = run.map_or("stored".into(), |run| format!("run {run}"));
     let at = date(past.created_ms);
     match past.origin {
         Origin::Asked => format!("{run}, asked {at}"),
@@ -216,7 +214,7 @@ fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static>
             if model.answers.columns.is_empty() {
                 let key = |action| model.look.key(action);
                 let hint = format!(
-                    "{} chooses a language model, {} asks it, {} adds another one to compare",
+                    "{} chooses a language model, {} asks it, {} asks another one",
                     key(Action::ChooseModel),
                     key(Action::Run),
                     key(Action::Compare)
@@ -254,7 +252,7 @@ fn of_column(model: &Model) -> Text<'static> {
                 let scenario = model.opened.as_ref().map(|o| &o.scenario);
                 let unknown = scenario.map_or(Vec::new(), |s| answer.unknown_obstacles(s));
                 if !unknown.is_empty() {
-                    let note = format!("names obstacles that are not there: {unknown:?}");
+                    let note = format!("unknown obstacles named: {unknown:?}");
                     text.push_line(Line::styled(note, warning));
                 }
                 if !answer.repairs().is_empty() {

@@ -82,7 +82,8 @@ pub fn number(value: f64) -> String {
 pub fn hundredths(value: f64) -> String {
     match value.abs() {
         small if small > 0.0 && small < 0.01 => "<0.01".into(),
-        _ => format!("{value:.2}"),
+        // Of a negative zero the sign says nothing.
+        _ => format!("{:.2}", value + 0.0),
     }
 }
 

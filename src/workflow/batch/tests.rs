@@ -39,6 +39,7 @@ fn way(task: Task, frame: Frame) -> PromptConfig {
         frame: Some(frame),
         techniques: Some(Techniques::ALL),
         model: "lab/small".into(),
+        template: None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Tests of which stored runs are counted, and how.
 
 use super::*;
-use crate::store::{Consumed, Origin};
+use crate::store::{Consumed, Origin, StoredTemplate};
 
 fn outcome(run: i64, model: &str, state: RunState, collision: Option<bool>) -> Outcome {
     let verdict = |yes: bool| {
@@ -18,6 +18,7 @@ fn outcome(run: i64, model: &str, state: RunState, collision: Option<bool>) -> O
         task: Task::Collision,
         frame: "ego".into(),
         techniques: "cp".into(),
+        template: StoredTemplate::default(),
         window: None,
         model: model.into(),
         sample: 0,
@@ -40,10 +41,8 @@ fn a_question_that_was_asked_again_counts_once() {
         outcome(6, "lab/y", RunState::Failed, None),
         outcome(7, judge::MODEL, RunState::Answered, Some(true)),
     ];
-    let truth = Truth {
-        judged: true,
-        ..Truth::default()
-    };
+    let mut truth = Truth::default();
+    truth.add_stored_geometry(&runs);
     let stored = stored(&runs, &truth, &SecondaryRuns::default());
     let counted: Vec<_> = stored.scored.iter().map(|s| s.run.map(|r| r.0)).collect();
     assert_eq!(counted, [Some(3), Some(6), Some(7)]);
@@ -72,7 +71,7 @@ fn an_answer_of_a_batch_is_held_against_the_truth_of_that_batch() {
     assert_eq!(truths, [Some(Label::Safe), collision, None]);
     let counts = [("b1".to_string(), 1), ("b2".to_string(), 1)];
     assert_eq!(found.of_batches, BTreeMap::from(counts));
-    truth.found.insert("a".into(), Label::Safe);
+    truth.layout.insert("a".into(), Label::Safe);
     let found = stored(&runs, &truth, &SecondaryRuns::default());
     assert_eq!(
         found.scored[1].truth, collision,
@@ -118,11 +117,9 @@ fn labels_of_people_count_before_the_judge() {
         outcome(1, "lab/x", RunState::Answered, Some(false)),
         outcome(2, judge::MODEL, RunState::Answered, Some(true)),
     ];
-    let mut truth = Truth {
-        judged: true,
-        ..Truth::default()
-    };
-    truth.found.insert("a".into(), Label::Safe);
+    let mut truth = Truth::default();
+    truth.add_stored_geometry(&runs);
+    truth.layout.insert("a".into(), Label::Safe);
     assert_eq!(
         stored(&runs, &truth, &SecondaryRuns::default()).scored[0].truth,
         Some(Label::Safe)

@@ -9,6 +9,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::run;
 use crate::description::visible;
+use crate::evaluation::TemplateVersion;
 use crate::judge;
 use crate::store::{Filter, Summary};
 use crate::tui::action::Action;
@@ -79,9 +80,7 @@ fn search(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let width = usize::from(area.width).saturating_sub(12);
     let (label, text, typing) = match &history.typing {
         Some(InputPurpose::Note(id, text)) => (format!(" note on run {id}: "), text.as_str(), true),
-        Some(InputPurpose::Export(file)) => {
-            (" write these runs into: ".into(), file.as_str(), true)
-        }
+        Some(InputPurpose::Export(file)) => (" export to: ".into(), file.as_str(), true),
         Some(InputPurpose::Search) => (" /".into(), history.line.as_str(), true),
         None => (" /".into(), history.line.as_str(), false),
     };
@@ -140,11 +139,11 @@ fn list(frame: &mut Frame<'_>, area: Rect, model: &Model) -> usize {
             (None, true) => "reading the store…".into(),
             (None, false) if history.is_filtered() => {
                 let key = model.look.key(Action::Cancel);
-                format!("no run fits; {key} clears the search")
+                format!("no runs match; {key} clears the search")
             }
             (None, false) => {
                 let key = model.look.key(Action::Run);
-                format!("nothing has been asked yet; {key} on the main screen asks")
+                format!("no runs yet; {key} on the main screen asks")
             }
         };
         let text = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
@@ -167,7 +166,7 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
         (None, "answered") => ("none", theme.warning),
         (None, "running") => ("…", theme.accent),
         (None, "failed") => ("fail", theme.danger),
-        (None, "cancelled") => ("off", theme.dim),
+        (None, "cancelled") => ("canc", theme.dim),
         (None, _) => ("cut", theme.warning),
     };
     let sign = if chosen { "▸" } else { " " };
@@ -188,7 +187,12 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
                 Some(_) => format!("{} exact", run.task),
                 None => format!("{} {frame} {techniques}", run.task),
             };
-            format!("{} ", pad(&words, HOW))
+            let version = TemplateVersion::of(&run.template);
+            let version = version.filter(|version| !version.is_shipped());
+            match version {
+                Some(version) => format!("{} {version} ", pad(&words, HOW)),
+                None => format!("{} ", pad(&words, HOW)),
+            }
         }
         _ => String::new(),
     };

@@ -5,6 +5,7 @@ use ratatui::text::{Line, Span, Text};
 use serde_json::Value;
 
 use crate::description::visible;
+use crate::evaluation::TemplateVersion;
 use crate::judge;
 use crate::store::{Origin, Run};
 use crate::tui::model::Model;
@@ -69,7 +70,7 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
             }
             (Some(truth), Some(_)) => (format!("≠ {}", words(truth)), bold(theme.disagree)),
             (Some(truth), None) => (words(truth).to_string(), plain),
-            (None, _) => ("not known here".to_string(), Style::new().fg(theme.dim)),
+            (None, _) => ("unknown".to_string(), Style::new().fg(theme.dim)),
         };
         rows.push(("built-in", value, style));
     }
@@ -120,7 +121,7 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
     row("origin", Some(run.origin.name().into()));
     row("read from", run.source.clone());
     row("server", Some(question.endpoint.clone()));
-    row("template", Some(question.template.clone()));
+    row("template", TemplateVersion::described(&question.template()));
     row(
         "parameters",
         Some(question.parameters.clone()).filter(|p| p != "{}"),
@@ -132,7 +133,7 @@ fn times(run: &Run) -> Option<String> {
     let consumed = &run.ending.consumed;
     let whole = consumed.duration_ms.map(duration)?;
     Some(match consumed.first_chunk_ms {
-        Some(first) => format!("{whole}, {} to the first piece", duration(first)),
+        Some(first) => format!("{whole}, {} to first token", duration(first)),
         None => whole,
     })
 }
@@ -155,7 +156,7 @@ fn tokens(run: &Run) -> Option<String> {
 /// Roles and contents of the messages; of what is no list of messages, the text as it is.
 fn messages(json: &str) -> Vec<(String, String)> {
     let Ok(Value::Array(all)) = serde_json::from_str(json) else {
-        return vec![("as kept".into(), json.to_string())];
+        return vec![("as stored".into(), json.to_string())];
     };
     let text = |message: &Value, name: &str| match &message[name] {
         Value::String(text) => text.clone(),

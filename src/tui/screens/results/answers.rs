@@ -7,7 +7,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
-use super::draw::{self, HEADS, NAMES, asked};
+use super::draw;
+use super::matrix::{HEADS, NAMES, asked, version};
 use crate::description::visible;
 use crate::evaluation::{AnswerOutcome, Outcome};
 use crate::tui::model::{Model, ResultsDrawn};
@@ -26,7 +27,9 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
         let how = asked(&row.way);
         let how: Vec<&str> = how.split_whitespace().collect();
         let (how, head) = (how.join(" "), HEADS[cell]);
-        format!("{} · {how} · {head} {}", visible(&row.way.model), all.len())
+        let version = version(&row.way).map_or(String::new(), |words| format!(" · {words}"));
+        let model = visible(&row.way.model);
+        format!("{model} · {how}{version} · {head} {}", all.len())
     });
     let inner = window::window_at(frame, area, model, &title);
     let list = draw::foot(frame, inner, model);
@@ -90,12 +93,12 @@ fn said(answer: &AnswerOutcome) -> (&'static str, &'static str) {
     match answer.outcome {
         Outcome::TruePositive => ("right", "says yes"),
         Outcome::TrueNegative => ("right", "says no"),
-        Outcome::FalsePositive => ("wrong", "says yes, the truth is no"),
+        Outcome::FalsePositive => ("wrong", "says yes, truth is no"),
         // It is counted as a no.
-        Outcome::FalseNegative if answer.named_another => ("wrong", "yes, but names another"),
-        Outcome::FalseNegative => ("wrong", "says no, the truth is yes"),
-        Outcome::Open => ("open", "has a verdict; truth not known"),
+        Outcome::FalseNegative if answer.named_another => ("wrong", "yes, wrong obstacle"),
+        Outcome::FalseNegative => ("wrong", "says no, truth is yes"),
+        Outcome::Open => ("open", "no truth to compare with"),
         Outcome::Unparsed => ("none", "no verdict in the answer"),
-        Outcome::Failed => ("fail", "no whole answer"),
+        Outcome::Failed => ("fail", "no complete answer"),
     }
 }

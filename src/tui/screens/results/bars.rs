@@ -25,6 +25,7 @@ pub fn rows(model: &Model) -> Vec<usize> {
     let like = |other: &Results| {
         let (a, b) = (&row.way, &other.way);
         (a.task, a.frame, &a.model) == (b.task, b.frame, &b.model)
+            && (a.techniques != b.techniques || a.template == b.template)
     };
     let all = results.rows.iter().enumerate();
     all.filter(|(_, other)| like(other))
@@ -44,7 +45,7 @@ pub fn draw(
         let task = row.way.task.name();
         let frame = row.way.frame.map_or("-", |frame| frame.name());
         let model = visible(&row.way.model);
-        format!("F1 by techniques, ▓░ its 95 % interval · {task} {frame} · {model}")
+        format!("F1 by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
     });
     let inner = window::window_at(frame, area, model, &title);
     let height = usize::from(inner.height);
@@ -66,7 +67,8 @@ fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
     let f1 = counts.f1();
     let number = f1.map_or("  - ".into(), |f1| format!("{f1:.2}"));
     let interval = row.f1.filter(|_| f1.is_some());
-    let ends = interval.map_or(" ".repeat(12), |i| format!("{:.2} to {:.2}", i.low, i.high));
+    let ends = interval.map_or("–".into(), |i| format!("{:.2} to {:.2}", i.low, i.high));
+    let ends = pad(&ends, 12);
     let of = counts.answered();
     let whole = format!(" {number}  {ends}  of {of}");
     let techniques = row.way.techniques.map_or("-".into(), |t| t.to_string());

@@ -11,6 +11,7 @@ use crate::evaluation::batch::CountingChoice;
 use crate::tui::model::{Model, ResultsDrawn};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::{date, fit, pad, thousands};
+use crate::workflow::TruthChoice;
 
 /// Columns of the window, and of what stands in a line of it.
 const COLUMNS: u16 = 116;
@@ -27,7 +28,7 @@ pub fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, selected: usize) -
     let (theme, offers) = (&model.theme, &model.results.offers);
     let lines = u16::try_from(offers.len()).unwrap_or(u16::MAX);
     let height = lines.saturating_add(TRUTH + 2);
-    let title = "which answers are counted";
+    let title = "answers to count";
     let inner = window::window(frame, body, model, title, (COLUMNS, height));
     let [list, below] =
         Layout::vertical([Constraint::Min(1), Constraint::Length(TRUTH)]).areas(inner);
@@ -44,7 +45,10 @@ pub fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, selected: usize) -
     };
     frame.render_widget(Paragraph::new(shown.map(line).collect::<Vec<_>>()), list);
     if let Some(offer) = offers.get(selected) {
-        let words = format!("\ntruth: {}", visible(&offer.truth));
+        let words = match offer.truth.as_str() {
+            "" => format!("\ntruth: {}", TruthChoice::Usual.words()),
+            truth => format!("\ntruth: {}", visible(truth)),
+        };
         let text = Paragraph::new(words).wrap(Wrap { trim: true });
         frame.render_widget(text.style(Style::new().fg(theme.dim)), below);
     }

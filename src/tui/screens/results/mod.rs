@@ -4,16 +4,16 @@ mod answers;
 mod bars;
 mod choice;
 mod draw;
+mod matrix;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::evaluation::Outcome;
 use crate::tui::action::{Action, Scope};
-use crate::tui::message::runs::{PageId, ResultsCommand, ResultsEvent};
+use crate::tui::message::runs::{PageId, ResultsCommand, ResultsEvent, ResultsQuery};
 use crate::tui::message::{Effect, Mouse};
-use crate::tui::model::Model;
+use crate::tui::model::{Model, RESULTS_COLUMNS};
 use crate::tui::widgets::hints::{self, Hint};
 
 /// The screen of results; what it shows is kept in the model, so that it is there until the store is read again.
@@ -35,14 +35,17 @@ impl Screen for ResultsScreen {
             Up | Down | PageUp | PageDown | Top | Bottom => moved(model, action),
             CellLeft if matrix => results.column = results.column.saturating_sub(1),
             CellRight if matrix => {
-                results.column = (results.column + 1).min(Outcome::ALL.len());
+                results.column = (results.column + 1).min(RESULTS_COLUMNS - 1);
             }
+            ChangeTruth => return Step::Stay(change_truth(model)),
+            SortResults if matrix => results.sort_by_column(),
+            ExportResults => return Step::Stay(export(model)),
             ChooseCounted if results.choosing.take().is_none() => {
                 let now = results.counting;
                 let place = results.offers.iter().position(|o| Some(o.counting) == now);
                 results.choosing = Some(place.unwrap_or(0));
             }
-            CellLeft | CellRight | ChooseCounted => {}
+            CellLeft | CellRight | ChooseCounted | SortResults => {}
             _ => return Step::Ignored,
         }
         Step::stay()
@@ -75,9 +78,39 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
 fn read(model: &mut Model) -> Vec<Effect> {
     let id = PageId(model.new_id());
     let entries = model.list.rows.iter().map(|row| row.entry.clone());
-    let ask = ResultsCommand::Read(id, model.results.chosen, entries.collect());
+    let ask = ResultsCommand::Read(ResultsQuery {
+        id,
+        answers: model.results.chosen,
+        truth: model.results.chosen_truth,
+        entries: entries.collect(),
+    });
     model.results.asked = id;
     model.results.reading = true;
+    vec![Effect::Results(ask)]
+}
+
+/// Compares the answers with another truth.
+fn change_truth(model: &mut Model) -> Vec<Effect> {
+    if !model.results.next_truth() {
+        model.say("there is no other truth for these answers");
+        return Vec::new();
+    }
+    read(model)
+}
+
+/// Writes the table, once all of it is counted.
+fn export(model: &mut Model) -> Vec<Effect> {
+    let results = &model.results;
+    if results.rows.is_empty() || results.reading {
+        let why = match results.reading {
+            true => "still counting; export when it is done",
+            false => "nothing to export",
+        };
+        model.say(why);
+        return Vec::new();
+    }
+    let folder = model.config.pictures.clone();
+    let ask = ResultsCommand::Export(results.rows.clone(), results.truth_words(), folder);
     vec![Effect::Results(ask)]
 }
 
@@ -188,10 +221,21 @@ pub fn on_event(model: &mut Model, event: ResultsEvent) -> Step {
             }
             Err(error) => {
                 model.results.reading = false;
-                model.results.error = Some(error.clone());
-                model.complain(error);
+                model.results.judging = None;
+                // Shown in place of the table where there is none.
+                if !model.results.rows.is_empty() {
+                    model.complain(error.clone());
+                }
+                model.results.error = Some(error);
             }
         },
+        ResultsEvent::Judging(id, done) if id == model.results.asked => {
+            // Threads may tell of an earlier one last.
+            let judging = &mut model.results.judging;
+            *judging = judging.map(|before| before.max(done));
+        }
+        ResultsEvent::Exported(Ok(files)) => model.say(format!("saved {files}")),
+        ResultsEvent::Exported(Err(error)) => model.complain(format!("not saved: {error}")),
         ResultsEvent::Run(id, result) if model.results.wanted == Some(id) => {
             model.results.wanted = None;
             match result {
@@ -205,7 +249,7 @@ pub fn on_event(model: &mut Model, event: ResultsEvent) -> Step {
                 Err(error) => model.complain(error),
             }
         }
-        ResultsEvent::Read(..) | ResultsEvent::Run(..) => {}
+        ResultsEvent::Read(..) | ResultsEvent::Judging(..) | ResultsEvent::Run(..) => {}
     }
     Step::stay()
 }

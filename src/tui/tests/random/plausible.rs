@@ -47,6 +47,7 @@ pub fn rating() -> Rating {
         prompt: "ego · base".into(),
         wrong,
         reason: wrong.then(|| HOSTILE.into()),
+        template: None,
     };
     Rating {
         id: 1,

@@ -6,16 +6,18 @@ use std::time::Duration;
 use super::super::super::action::Action;
 use super::super::super::loaded::{AuthoringProgress, Authorship, GenerationStage, Writer};
 use super::super::super::message::{Effect, JobId};
-use super::super::super::model::{Job, JobKind, JobState, Model, forecast_words};
+use super::super::super::model::{Job, JobKind, JobState, Model, RequestTokens, forecast_words};
+use super::super::super::screens::attack::AttackScreen;
 use super::super::list;
-use super::{begin as begin_with, cancel, ready, show};
+use super::{cancel, ready, request, show};
 use crate::evaluation::generating::{Progress, RETRIES, SAMPLES};
 use crate::evaluation::{Event, Settings};
 use crate::judge;
 use crate::llm::Chunk;
-use crate::scenario::ContentHash;
+use crate::scenario::{ContentHash, ObstacleRole};
+use crate::verdict::Task;
 
-/// Lets the chosen model write; or stops what is under way; or shows what it made.
+/// Offers to let the chosen model write, with its cost; or stops what is under way; or shows what it made.
 pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     if model.maker.under_way.is_some() {
         return cancel(model);
@@ -26,7 +28,7 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
             model.look.key(Action::Generate),
         );
         model.say(format!(
-            "the built-in judge writes no attacks: {choose} chooses a model, {search} searches without one"
+            "the built-in judge writes no attacks; {choose} chooses a model, {search} searches without one"
         ));
         return Vec::new();
     }
@@ -41,20 +43,20 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     }
     // The store would give the same again.
     let fresh = model.maker.was_heard(hash, only, &asked);
-    let what = match only {
-        Some(id) => format!("to endanger the ego with {id}"),
-        None => "who could endanger the ego, and how".into(),
+    let task = match only {
+        Some(id) => format!("write a motion of {id} that endangers the ego"),
+        None => "choose an attacker and write its motion".into(),
     };
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
-    let anew = if fresh { " anew" } else { "" };
-    model.say(format!(
-        "{asked} is asked{anew} {what}; the ego is planned with {words}; {key} stops it"
-    ));
+    let anew = if fresh { " again" } else { "" };
+    let reply = format!("asking {asked}{anew}… ego planned with {words}; {key} cancels");
+    let requests = requests(model, only);
+    let price = model.prompt.prices.of_requests(&asked, &requests);
     // A variant has another name, and the question is about its original.
     let name = opened_name(model);
     let writer = Writer {
-        model: asked,
+        model: asked.clone(),
         name: change.map_or_else(|| name.clone(), |change| change.name(&name)),
         library: model.library.clone(),
         settings: Settings {
@@ -65,7 +67,43 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         },
         fresh,
     };
-    begin_with(model, change, only, 1, Some(Box::new(writer)))
+    if let Some((place, request)) = request(model, change, only, 1, Some(Box::new(writer))) {
+        model.screens.open(AttackScreen {
+            request: Some(request),
+            place,
+            asked,
+            task,
+            requests: requests.len(),
+            tokens: requests.iter().map(|one| one.question).sum(),
+            price,
+            reply,
+        });
+    }
+    Vec::new()
+}
+
+/// Tokens of what is said about a refused motion, at most.
+const REPLY: usize = 600;
+
+/// Every request that may be sent, each as long as it can get: the choice of an attacker, and the conversations about
+/// its motion, in which all that was said before is sent again.
+fn requests(model: &Model, only: Option<i64>) -> Vec<RequestTokens> {
+    let answer = model.config.max_tokens;
+    let request = |question| RequestTokens { question, answer };
+    let choice = model.tokens_of(Task::Attacker, None);
+    let attacker = only.or(model.picked).or_else(|| {
+        let opened = model.opened.as_deref()?;
+        let mut all = opened.scenario.obstacles.iter();
+        Some(all.find(|o| o.role == ObstacleRole::Dynamic)?.id)
+    });
+    let motion = attacker.and_then(|id| model.tokens_of(Task::Trajectory, Some(id)));
+    let motion = motion.or(choice).unwrap_or(model.prompt.tokens);
+    let said = answer.map_or(0, |most| most as usize) + REPLY;
+    let retries = 0..=RETRIES as usize;
+    let talk = retries.map(|retry| request(motion + retry * said));
+    let talks = (0..SAMPLES).flat_map(|_| talk.clone());
+    let choice = choice.filter(|_| only.is_none()).map(request);
+    choice.into_iter().chain(talks).collect()
 }
 
 /// Handles progress of the authoring model.
@@ -116,7 +154,7 @@ pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
         heard_out(model, of.0, &wrote);
     }
     let key = model.look.key(Action::VariantPanel);
-    let words = format!("{words}; {key} tells all");
+    let words = format!("{words}; {key} details");
     match wrote.failed() {
         true => model.complain(words),
         false => model.tell(words),

@@ -33,9 +33,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     };
     let picked = model.claims.picked_of(document.key).filter(|_| !hides);
     let title = if hides {
-        " claims are held against the geometry after rating ".to_string()
+        " checks hidden until rated ".to_string()
     } else if claims.is_empty() {
-        " no claims about obstacles found ".to_string()
+        " no claims found ".to_string()
     } else {
         format!(
             " {} · {} ",
@@ -114,11 +114,11 @@ pub fn marking(f: &mut Frame<'_>, screen: Rect, model: &Model) {
         .collect();
     let typed = crate::description::visible(&marking.text).into_owned();
     lines.push(Line::from(vec![
-        Span::styled("and: ", Style::new().fg(theme.dim)),
+        Span::styled("note: ", Style::new().fg(theme.dim)),
         Span::styled(format!("{typed}▏"), theme.base()),
     ]));
     let title = format!(
-        " answer {} is wrong: why? · Enter · Esc ",
+        " answer {} is wrong because · Enter save · Esc cancel ",
         model.compare.focus + 1
     );
     window(
@@ -150,7 +150,7 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
         ]
         .map(|action| model.look.key(action));
         text.push_line(format!(
-            "there are no ratings yet: {first} to {fourth}, {tie} and {wrong} make them"
+            "no ratings yet: {first} to {fourth}, {tie} and {wrong} rate"
         ));
     }
     for (by, name) in [

@@ -101,8 +101,8 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
     let claims = model.document(shown).map_or(String::new(), |document| {
         let claims = model.claims.get(document.key);
         match (document.whole, claims.is_empty()) {
-            _ if hides => "after rating".into(),
-            (false, _) => "when it is whole".into(),
+            _ if hides => "hidden until rated".into(),
+            (false, _) => "when complete".into(),
             (true, true) => "none found".into(),
             (true, false) => claimed::counts(claims),
         }
@@ -136,7 +136,7 @@ fn risk(verdict: Option<&Verdict>) -> String {
 fn progress(progress: &Progress) -> String {
     match progress {
         Progress::Waiting(s) => format!("waiting {s:.0} s"),
-        Progress::Arriving(s) => format!("arriving {s:.0} s"),
+        Progress::Arriving(s) => format!("streaming {s:.0} s"),
         Progress::Retrying(_) => "trying again".into(),
         Progress::Unasked(_) => "not asked".into(),
         Progress::Broken(_) => "no answer".into(),

@@ -197,8 +197,8 @@ impl<'a> Table<'a> {
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),
             Progress::Waiting(_) => "waiting…",
-            Progress::Retrying(_) => "trying again…",
-            Progress::Arriving(_) => "arriving…",
+            Progress::Retrying(_) => "retrying…",
+            Progress::Arriving(_) => "streaming…",
             Progress::Unasked(_) => self.not_sent(),
             Progress::Broken(_) => "no answer",
         };
@@ -212,6 +212,22 @@ impl<'a> Table<'a> {
             _ => String::new(),
         };
         self.cell(Row::Time, &time, base);
+    }
+
+    /// Tokens of question and answer, in full or, where that does not fit, in thousands: a number is never cut.
+    fn tokens(&self, input: u64, output: u64) -> String {
+        let room = self.width.saturating_sub(1);
+        let short = |tokens: u64| match tokens {
+            0..1_000 => tokens.to_string(),
+            1_000..9_950 => format!("{:.1}k", tokens as f64 / 1e3),
+            _ => format!("{:.0}k", tokens as f64 / 1e3),
+        };
+        let both = [
+            format!("{}+{}", thousands(input), thousands(output)),
+            format!("{}+{}", short(input), short(output)),
+        ];
+        let fits = both.into_iter().find(|words| words.width() <= room);
+        fits.unwrap_or_else(|| short(input + output))
     }
 
     /// The label of a question that was never sent.
@@ -333,7 +349,7 @@ impl<'a> Table<'a> {
         let recorded = answer.past.filter(|p| p.origin == Origin::Recorded);
         let tokens = match (consumed.input_tokens, consumed.output_tokens) {
             _ if recorded.is_some() => "–".into(),
-            (Some(i), Some(o)) => format!("{}+{}", thousands(i), thousands(o)),
+            (Some(i), Some(o)) => self.tokens(i, o),
             _ => "unknown".into(),
         };
         self.cell(Row::Steps, &steps(told), dim);

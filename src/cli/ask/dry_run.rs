@@ -1,0 +1,54 @@
+//! `ask --dry-run`: what the question would take; nothing is sent.
+
+use serde_json::json;
+
+use crate::cli::{Outcome, output};
+use crate::evaluation::batch::{Price, Size};
+use crate::evaluation::{Judge, Question};
+
+/// Says how long the question is and what it costs at most.
+pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
+    let size = Size::estimate(question, judge);
+    let (words, usd) = match size.price {
+        Price::Free => ("free: the built-in judge".to_string(), Some(0.0)),
+        Price::AtMost(usd) => (format!("at most ${usd:.4}"), Some(usd)),
+        Price::Question { usd, million } => (
+            format!(
+                "${usd:.4} and the answer, ${million:.2} per 1M tokens; --max-tokens bounds it"
+            ),
+            None,
+        ),
+        Price::Unknown if is_here(judge) => ("free: a server on this machine".into(), Some(0.0)),
+        Price::Unknown => (
+            "unknown; [[provider.NAME.prices]] in config.toml states a price".into(),
+            None,
+        ),
+    };
+    let template = question.version().map(|version| version.to_string());
+    if as_json {
+        return output::json(&json!({
+            "model": judge.id(),
+            "template": template,
+            "input_tokens": size.tokens,
+            "most_usd": usd,
+            "price": words,
+        }));
+    }
+    let rows = [
+        ("model", judge.id().to_string()),
+        ("how", question.how()),
+        ("template", template.unwrap_or_default()),
+        ("tokens", format!("about {}", size.tokens)),
+        ("price", words),
+    ];
+    let lines = rows.map(|(name, value)| format!("{name:<9} {}\n", output::visible(&value)));
+    output::text(&lines.concat())
+}
+
+/// Whether the model runs on this machine.
+fn is_here(judge: &Judge) -> bool {
+    match judge {
+        Judge::Reference => true,
+        Judge::Model(model) => model.endpoint.is_here(),
+    }
+}

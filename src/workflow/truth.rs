@@ -1,0 +1,337 @@
+//! What is true about stored answers: gathered once, for reports and for the results screen alike.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::{OpenRequest, open};
+use crate::evaluation::batch::{self, Spec, TruthSource};
+use crate::evaluation::report::{QuestionKey, RecordedScene, Truth};
+use crate::evaluation::{Label, Labelled};
+use crate::formats::{EgoSelection, Entry};
+use crate::judge::{self, judge_under};
+use crate::metrics::Thresholds;
+use crate::scenario::{Scene, Transform, Window, obstacle_taken};
+use crate::store::{Outcome, Store, StoreError};
+use crate::verdict::{Task, Verdict};
+
+/// What answers are compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TruthChoice {
+    /// Labels, and where there are none the exact geometry of recordings: what reports use, too.
+    #[default]
+    Usual,
+    /// Labels alone.
+    Labels,
+    /// The exact geometry of whole recordings alone.
+    Recorded,
+    /// The built-in judge's verdict on the same question: for the safety task a prediction.
+    Judge,
+}
+
+impl TruthChoice {
+    /// In a few words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Usual => "labels, else recordings",
+            Self::Labels => "labels",
+            Self::Recorded => "recordings (exact geometry)",
+            Self::Judge => "built-in judge's verdict",
+        }
+    }
+}
+
+/// Where the truth about stored answers is looked for.
+#[derive(Debug, Clone, Copy)]
+pub struct TruthSearch<'a> {
+    /// The answers.
+    pub outcomes: &'a [Outcome],
+    /// Files that may be their scenarios.
+    pub entries: &'a [Entry],
+    /// The ego of scenarios, where an answer is not about an obstacle taken as the ego.
+    pub ego: &'a EgoSelection,
+    /// Thresholds of the built-in judge.
+    pub thresholds: &'a Thresholds,
+}
+
+/// Labels from batches, by run.
+type BatchLabels = HashMap<crate::store::RunId, (String, Label)>;
+
+/// Labels that batches have for their runs, each with the batch, and those of them that are not worked out by
+/// geometry.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn batch_labels(store: &Store) -> Result<(BatchLabels, BatchLabels), StoreError> {
+    let computed: BTreeSet<_> = store
+        .batches()?
+        .into_iter()
+        .filter(|(batch, _)| {
+            let spec = Spec::from_json(&batch.spec);
+            spec.is_ok_and(|spec| spec.truth == TruthSource::Geometry)
+        })
+        .map(|(batch, _)| batch.id.to_string())
+        .collect();
+    let all: BatchLabels = store
+        .truths()?
+        .into_iter()
+        .map(|one| {
+            let label = match one.collides {
+                true => Label::Collision(one.obstacle),
+                false => Label::Safe,
+            };
+            (one.run, (one.batch.to_string(), label))
+        })
+        .collect();
+    let told = all.iter().filter(|(_, (of, _))| !computed.contains(of));
+    let told = told.map(|(run, label)| (*run, label.clone())).collect();
+    Ok((all, told))
+}
+
+impl TruthSearch<'_> {
+    /// What is known without opening a scenario, and the choices that make sense: the built-in judge's prediction is
+    /// not offered where there are labels.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn known(
+        &self,
+        store: &Store,
+        choice: TruthChoice,
+    ) -> Result<(Truth, Vec<TruthChoice>), StoreError> {
+        use TruthChoice::{Judge, Labels, Recorded, Usual};
+        let (all, told) = batch_labels(store)?;
+        let layout = self.layout();
+        let labelled =
+            !layout.is_empty() || self.outcomes.iter().any(|one| told.contains_key(&one.run));
+        let choices = match labelled {
+            true => vec![Usual, Labels, Recorded],
+            false => vec![Usual, Recorded, Judge],
+        };
+        let mut truth = Truth::default();
+        match choice {
+            Usual => (truth.of_batches, truth.layout) = (all, layout),
+            Labels => (truth.of_batches, truth.layout) = (told, layout),
+            Recorded => {}
+            Judge => truth.judge = Some(self.judged()),
+        }
+        if matches!(choice, Usual | Recorded) {
+            truth.add_stored_geometry(self.outcomes);
+        }
+        Ok((truth, choices))
+    }
+
+    /// The labels of the folders that the scenarios of the answers lie in.
+    #[must_use]
+    pub fn layout(&self) -> BTreeMap<String, Label> {
+        let asked: BTreeSet<&str> = self.outcomes.iter().map(|one| name_of(one)).collect();
+        let entries = self.entries.iter();
+        let entries: Vec<Entry> = entries
+            .filter(|entry| asked.contains(entry.name.as_str()))
+            .cloned()
+            .collect();
+        let Ok((labels, _)) = batch::Truth::open(&TruthSource::Layout, &entries) else {
+            return BTreeMap::new();
+        };
+        let label = |entry: &Entry| Some((entry.name.clone(), labels.label(entry, None)?));
+        entries.iter().filter_map(label).collect()
+    }
+
+    /// The built-in judge's stored verdicts, the newest of each question.
+    fn judged(&self) -> HashMap<QuestionKey, Verdict> {
+        let runs = self.outcomes.iter();
+        let runs = runs.filter(|one| one.model == judge::MODEL);
+        let verdict = |one: &Outcome| {
+            let verdict = serde_json::from_str(one.verdict.as_deref()?).ok()?;
+            Some((QuestionKey::from(one), verdict))
+        };
+        runs.filter_map(verdict).collect()
+    }
+
+    /// Opens the scenarios of answers about which nothing is known yet and adds what is true about them; `on_progress`
+    /// hears how many of how many are done. Ends early, with `false`, when told to stop.
+    #[must_use]
+    pub fn complete(
+        &self,
+        choice: TruthChoice,
+        truth: &mut Truth,
+        stop: &AtomicBool,
+        on_progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> bool {
+        if choice == TruthChoice::Labels {
+            return true;
+        }
+        let wanted = self.wanted(truth);
+        let (done, of) = (AtomicUsize::new(0), wanted.len());
+        let found: Vec<_> = wanted
+            .into_par_iter()
+            .flat_map_iter(|(files, asked)| {
+                let found = match stop.load(Ordering::Relaxed) {
+                    true => Vec::new(),
+                    false if choice == TruthChoice::Judge => self.verdicts(&files, &asked),
+                    false => self.recorded(&files, &asked),
+                };
+                on_progress(done.fetch_add(1, Ordering::Relaxed) + 1, of);
+                found
+            })
+            .collect();
+        for one in found {
+            match (one, &mut truth.judge) {
+                (Found::Scene(name, scene), _) => {
+                    truth.recorded.entry(name).or_default().push(scene);
+                }
+                (Found::Verdict(key, verdict), Some(verdicts)) => {
+                    verdicts.insert(key, verdict);
+                }
+                (Found::Verdict(..), None) => {}
+            }
+        }
+        !stop.load(Ordering::Relaxed)
+    }
+
+    /// One answer of each question without a truth, by scene.
+    fn wanted(&self, truth: &Truth) -> Vec<(Vec<&Entry>, Vec<&Outcome>)> {
+        let mut files: HashMap<&str, Vec<&Entry>> = HashMap::new();
+        for entry in self.entries {
+            files.entry(entry.name.as_str()).or_default().push(entry);
+        }
+        let mut seen = BTreeSet::new();
+        let mut scenes: BTreeMap<(&str, &str), (Vec<&Entry>, Vec<&Outcome>)> = BTreeMap::new();
+        for one in self.outcomes {
+            let whose_own = truth.judge.is_some() && one.model == judge::MODEL;
+            if whose_own || !Task::VERDICTS.contains(&one.task) || truth.label(one, None).is_some()
+            {
+                continue;
+            }
+            let Some(files) = files.get(name_of(one)) else {
+                continue;
+            };
+            let hash = one.scenario_hash.as_deref();
+            let question = truth.judge.as_ref().map(|_| (one.task.name(), one.window));
+            if seen.insert((&one.scenario, hash, &one.ego, question)) {
+                let scene = scenes.entry((&one.scenario, &one.ego));
+                let (_, asked) = scene.or_insert_with(|| (files.clone(), Vec::new()));
+                asked.push(one);
+            }
+        }
+        scenes.into_values().collect()
+    }
+
+    /// The exact geometry of a scene as it is, for each of these answers whose scenario one of the files holds.
+    fn recorded(&self, files: &[&Entry], asked: &[&Outcome]) -> Vec<Found> {
+        let mut found = Vec::new();
+        for one in asked {
+            let unchanged = StoredQuestion {
+                scenario: name_of(one),
+                ..StoredQuestion::from(*one)
+            };
+            let mut scenes = files
+                .iter()
+                .filter_map(|entry| unchanged.scene(entry, self.ego));
+            if let Some(scene) = scenes.next() {
+                let known = RecordedScene {
+                    scenario_hash: Some(scene.scenario.hash.to_string()),
+                    ego: scene.ego.to_string(),
+                    label: Labelled::new(&scene, None).label,
+                };
+                found.push(Found::Scene(name_of(one).into(), known));
+            }
+        }
+        found
+    }
+
+    /// The built-in judge's answers to questions about one scene; empty if no file holds it.
+    fn verdicts(&self, files: &[&Entry], asked: &[&Outcome]) -> Vec<Found> {
+        let Some(first) = asked.first().map(|one| StoredQuestion::from(*one)) else {
+            return Vec::new();
+        };
+        let mut scenes = files
+            .iter()
+            .filter_map(|entry| first.scene(entry, self.ego));
+        let Some(scene) = scenes.next() else {
+            return Vec::new();
+        };
+        let verdict = |one: &&Outcome| {
+            let verdict = StoredQuestion::from(*one).judged(&scene, self.thresholds)?;
+            Some(Found::Verdict(QuestionKey::from(*one), verdict))
+        };
+        asked.iter().filter_map(verdict).collect()
+    }
+}
+
+/// What was found out about a scene.
+enum Found {
+    Scene(String, RecordedScene),
+    Verdict(QuestionKey, Verdict),
+}
+
+/// The name of an answer's scenario without a change of the scene.
+fn name_of(outcome: &Outcome) -> &str {
+    Transform::of_name(&outcome.scenario).0
+}
+
+/// As much of a stored question as decides what the built-in judge says to it.
+#[derive(Debug, Clone, Copy)]
+pub struct StoredQuestion<'a> {
+    /// The task.
+    pub task: Task,
+    /// Name of the scenario, with a change of the scene in brackets if there was one.
+    pub scenario: &'a str,
+    /// SHA-256 of its file; `None` if only its name is known.
+    pub scenario_hash: Option<&'a str>,
+    /// The ego, and where its motion comes from; `None` where that is not known, as of imported answers.
+    pub ego: Option<&'a str>,
+    /// First and last time step of the window, where known.
+    pub window: Option<(i64, i64)>,
+}
+
+impl<'a> From<&'a Outcome> for StoredQuestion<'a> {
+    fn from(one: &'a Outcome) -> Self {
+        let imported = one.origin == crate::store::Origin::Recorded;
+        Self {
+            task: one.task,
+            scenario: &one.scenario,
+            scenario_hash: one.scenario_hash.as_deref(),
+            ego: (!imported).then_some(one.ego.as_str()),
+            window: one.window,
+        }
+    }
+}
+
+impl StoredQuestion<'_> {
+    /// The scene that was asked about, changed as it was, if this file is its scenario.
+    #[must_use]
+    pub fn scene(&self, entry: &Entry, ego: &EgoSelection) -> Option<Arc<Scene>> {
+        let (_, transform) = Transform::of_name(self.scenario);
+        let taken = self.ego.and_then(obstacle_taken);
+        let taken = taken.map(EgoSelection::Obstacle);
+        let request = OpenRequest {
+            entry,
+            ego: taken.as_ref().unwrap_or(ego),
+            transform,
+            strict: false,
+        };
+        let scene = open(&request).ok()?.scene.ok()?;
+        let hash = scene.scenario.hash.to_string();
+        let same_file = self.scenario_hash.is_none_or(|asked| asked == hash);
+        let same_ego = self.ego.is_none_or(|asked| asked == scene.ego.to_string());
+        (same_file && same_ego).then_some(scene)
+    }
+
+    /// The built-in judge's answer to the question about its scene.
+    #[must_use]
+    pub fn judged(&self, scene: &Scene, thresholds: &Thresholds) -> Option<Verdict> {
+        let (first, last) = match (self.window, self.task) {
+            (Some(window), _) => window,
+            // A collision is one whatever the window.
+            (None, Task::Collision) => (scene.last_step(), scene.last_step()),
+            (None, _) => return None,
+        };
+        let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
+        let window = Window::ending_at(scene, last, history);
+        Some(judge_under(scene, self.task, &window, thresholds).verdict)
+    }
+}
