@@ -31,44 +31,44 @@ use crate::workflow::{AskOutcome, AskRequest, Models, Server, ask};
 pub struct Ask {
     #[command(flatten)]
     asked: QuestionArguments,
-    /// Who is asked, as provider/model [default: `model` in config.toml, else reference/geometry].
+    /// Model to ask, as provider/model [default: `model` in config.toml, else reference/geometry].
     #[arg(long)]
     model: Option<String>,
-    /// Address of a server, instead of the provider's own.
+    /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// What the server at --base-url speaks [default: the provider's dialect, or openai_chat].
+    /// Wire protocol of --base-url [default: the dialect of the provider, else openai_chat].
     #[arg(long, value_name = "NAME", requires = "base_url", value_parser = PossibleValuesParser::new(Dialect::ALL.map(Dialect::name)))]
     dialect: Option<String>,
-    /// Environment variable with the key for --base-url [default: the provider's].
+    /// Environment variable that holds the key for --base-url [default: that of the provider].
     #[arg(long, value_name = "NAME", requires = "base_url")]
     key_env: Option<String>,
     /// Sampling temperature, 0 to 2 [default: the server's].
     #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
     temperature: Option<f64>,
-    /// Most tokens of the answer [default: the server's].
+    /// Maximum number of tokens in the answer [default: the server's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     max_tokens: Option<u32>,
-    /// Seed of the sampling, where the server has one.
+    /// Sampling seed, if the server supports one.
     #[arg(long)]
     seed: Option<u64>,
-    /// How much the model is to reason: off, low, medium or high [default: the server's].
+    /// Reasoning effort: off, low, medium or high [default: the server's].
     #[arg(long, value_parser = effort)]
     effort: Option<Effort>,
-    /// The most that the answer may cost, US dollars; needs a price and a limit of tokens [default: `budget` in
-    /// config.toml, else no bound].
+    /// Maximum cost of the answer in US dollars; needs a known price and a token limit [default: `budget` in
+    /// config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
-    /// Ask anew, even where the store has an answer to the same request.
+    /// Ask again even if the store has the answer.
     #[arg(long)]
     fresh: bool,
-    /// Which of several answers to the same request: each is asked for once, and kept.
+    /// Number of the sample: each number is asked once and stored.
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample: u32,
-    /// The verdict as one line of JSON on standard output; nothing is streamed.
+    /// Print one JSON object; the answer is not streamed.
     #[arg(long)]
     json: bool,
-    /// Do not keep the run in the store, nor look for one there.
+    /// Neither read from nor write to the store.
     #[arg(long)]
     no_store: bool,
 }
@@ -112,7 +112,15 @@ pub fn run(arguments: &Ask) -> Outcome {
     let chosen = arguments.asked.span.chosen();
     if let (judge::MODEL, Task::Collision, Some(chosen)) = (model, question.case.task, chosen) {
         output::say(&format!(
-            "nearmiss: the built-in judge answers the collision task from all recorded steps, whatever {chosen} says"
+            "nearmiss: {chosen} ignored: the built-in judge answers the collision task from all recorded steps"
+        ));
+    }
+    if question.case.task == Task::Safety && arguments.asked.span.is_default_end() {
+        let last = question.case.window.last();
+        output::say(&format!(
+            "nearmiss: the window ends at step {last} ({:.1} s), near the end of the recording; --at worst chooses the \
+             most dangerous moment",
+            question.case.scene.time_of(last)
         ));
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()

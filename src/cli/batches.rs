@@ -22,32 +22,32 @@ use crate::store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
 pub struct Batches {
     #[command(subcommand)]
     what: Option<BatchesCommand>,
-    /// One JSON object a line.
+    /// Print JSON lines: one object a batch.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, clap::Subcommand)]
 enum BatchesCommand {
-    /// Take the answers of a batch into the store, as far as the provider has them.
+    /// Fetch the answers of a batch that the provider has ready.
     Collect {
         /// Its number [default: every batch that is not over].
         id: Option<i64>,
-        /// Ask again until nothing more comes.
+        /// Keep polling until every answer is there.
         #[arg(long)]
         wait: bool,
     },
-    /// Ask the provider to stop; what it has answered by then is paid for, and `collect` takes it.
+    /// Ask the provider to stop; answers ready by then are paid for, and `collect` fetches them.
     Cancel {
-        /// Its number.
+        /// Number of the batch.
         id: i64,
     },
-    /// Give a batch up whose results the provider has no more, so that its questions can be asked again; those that it
-    /// answered may be paid for twice.
+    /// Give up a batch that the provider no longer has, so that its questions can be asked again; answered ones may be
+    /// paid twice.
     GiveUp {
-        /// Its number.
+        /// Number of the batch.
         id: i64,
-        /// Do not ask the provider first: also where it may still bring answers, or cannot be asked.
+        /// Do not ask the provider first, even if it may still deliver or cannot be reached.
         #[arg(long)]
         force: bool,
     },

@@ -11,16 +11,16 @@ use crate::scenario::{alike, in_short};
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
 pub struct Convert {
-    /// CommonRoad files or folders, or names of bundled scenarios.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// The file to write, or a folder that exists; several scenarios need a folder [default: standard output].
+    /// File to write, or an existing folder; several scenarios need a folder [default: standard output].
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
-    /// Leave out, fill in and replace what the published schema does not allow, and say what.
+    /// Change what the published schema does not allow, and report each change.
     #[arg(long)]
     schema: bool,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     overwrite: bool,
 }

@@ -6,11 +6,12 @@ use clap::CommandFactory;
 
 use super::{Arguments, Failure, Outcome, output};
 use crate::docs::{TOPICS, explaining, topic};
+use crate::system::did_you_mean;
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
 pub struct Help {
-    /// A topic, or a command with its own commands [default: a list of both].
+    /// Topic or command, with its subcommands [default: list both].
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
 }
@@ -83,7 +84,11 @@ fn unknown(command: &clap::Command, before: &[String], word: &str) -> String {
         let path = before.join(" ");
         let there = match &commands[..] {
             [] => "; it has none".to_string(),
-            all => format!("{}\nCommands: {}", meant(word, all), all.join(", ")),
+            all => format!(
+                "{}\nCommands: {}",
+                did_you_mean(word, all.iter().copied()),
+                all.join(", ")
+            ),
         };
         return format!("`nearmiss {path}` has no command `{word}`{there}");
     }
@@ -92,21 +97,7 @@ fn unknown(command: &clap::Command, before: &[String], word: &str) -> String {
     }
     let all: Vec<&str> = topics.iter().copied().chain(commands).collect();
     format!(
-        "no topic and no command is called `{word}`{}\nTopics: {}\nCommands: `nearmiss help` lists them",
-        meant(word, &all),
-        topics.join(", ")
+        "no topic or command `{word}`{}\n`nearmiss help` lists both",
+        did_you_mean(word, all)
     )
 }
-
-/// The one of all names that was probably meant.
-fn meant(word: &str, all: &[&str]) -> String {
-    let like = |name: &&&str| strsim::jaro_winkler(word, name);
-    let best = all.iter().max_by(|a, b| like(a).total_cmp(&like(b)));
-    match best.filter(|name| like(name) > LIKE) {
-        Some(name) => format!("; did you mean `{name}`?"),
-        None => String::new(),
-    }
-}
-
-/// Words at least this much alike, 0 to 1, are the same one mistyped.
-const LIKE: f64 = 0.75;

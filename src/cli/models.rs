@@ -13,13 +13,13 @@ use crate::llm::{Discovered, Environment, KeyState, ModelListing, Pricing, Regis
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
 pub struct Models {
-    /// A list of objects instead of a table.
+    /// Print JSON lines: one object a model.
     #[arg(long)]
     json: bool,
-    /// Do not look which servers run on this machine.
+    /// Do not look for servers on this machine.
     #[arg(long)]
     offline: bool,
-    /// Also models found on this machine whose names say that they answer no questions, such as embeddings.
+    /// Include local models that do not chat, such as embeddings.
     #[arg(long)]
     all: bool,
 }

@@ -22,35 +22,35 @@ pub struct Prompts {
 /// What about the templates.
 #[derive(Debug, clap::Subcommand)]
 enum PromptsCommand {
-    /// Every template with task, frame, version, hash and origin, and what is wrong with yours [default].
+    /// List the templates with task, frame, version, hash, origin and errors; the default.
     List {
-        /// As JSON.
+        /// Print JSON lines: one object a template.
         #[arg(long)]
         json: bool,
     },
-    /// The text of a template or fragment, as it is in use.
+    /// Print the text of a template or fragment in use.
     Show {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
     },
-    /// The folder that your own templates are in.
+    /// Print the folder of your own templates.
     Path,
-    /// What your version of a template changes in the shipped one.
+    /// Compare your version of a template with the shipped one.
     Diff {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
     },
-    /// Copies a template into your folder, where you can change it; what is there is not touched.
+    /// Copy a template into your folder to change it; existing files are not replaced.
     Copy {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
-        /// Under another name, so that both can be used, and not in its place.
+        /// New name, so that both templates exist.
         #[arg(long = "as", value_name = "NEW")]
         new: Option<String>,
     },
-    /// Uses a template for its task and frame, of all those that there are for them; also in the workbench.
+    /// Use this template for its task and frame, in the workbench too.
     Use {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
     },
 }

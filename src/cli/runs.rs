@@ -19,37 +19,37 @@ pub struct Runs {
 
 #[derive(Debug, clap::Subcommand)]
 enum RunsCommand {
-    /// The newest runs, newest first; the same as `runs` alone.
+    /// List runs, newest first; the default.
     List(List),
-    /// Everything about one run; its messages with --json.
+    /// Show one run; with --json also its messages.
     Show {
-        /// Its number.
+        /// Number of the run.
         id: i64,
-        /// As one line of JSON, the same as a line of an export.
+        /// Print one JSON object, as in an export.
         #[arg(long)]
         json: bool,
     },
-    /// Runs with all these words in scenario, answer, reasoning, justification or notes.
+    /// Find runs that have all these words in scenario, answer, reasoning, justification or notes.
     Search {
-        /// Words, or beginnings of words.
+        /// Words or their beginnings.
         #[arg(required = true)]
         words: Vec<String>,
         #[command(flatten)]
         list: List,
     },
-    /// Runs no longer listed, nor used as answers; `restore` brings them back.
+    /// Delete runs: they are neither listed nor reused; `restore` undoes it.
     Delete(Ids),
-    /// Deleted runs back again.
+    /// Restore deleted runs.
     Restore(Ids),
-    /// Runs that cannot be deleted.
+    /// Pin runs, which protects them from deletion.
     Pin(Ids),
-    /// Pinned runs as all others.
+    /// Unpin runs.
     Unpin(Ids),
-    /// Your words about a run; they are searched too.
+    /// Set the note of a run; searches find it.
     Note {
-        /// Its number.
+        /// Number of the run.
         id: i64,
-        /// What to write, in place of what is there.
+        /// Text that replaces the note; '' removes it.
         words: String,
     },
 }
@@ -58,17 +58,17 @@ enum RunsCommand {
 struct List {
     #[command(flatten)]
     filters: Filters,
-    /// At most so many.
+    /// Maximum number of runs.
     #[arg(short = 'n', long, value_name = "N", default_value_t = 100)]
     most: usize,
-    /// One JSON object a line.
+    /// Print JSON lines: one object a run.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, clap::Args)]
 struct Ids {
-    /// Their numbers.
+    /// Numbers of the runs.
     #[arg(required = true)]
     ids: Vec<i64>,
 }

@@ -10,9 +10,9 @@ use crate::system::Terminal;
 /// Arguments of `themes`.
 #[derive(Debug, clap::Args)]
 pub struct Themes {
-    /// Everything about this theme [default: a list of all].
+    /// Theme to show in detail [default: list all].
     name: Option<String>,
-    /// How many colours the preview has [default: as many as the terminal, none in a pipe].
+    /// Colour depth of the preview [default: that of the terminal, none in a pipe].
     #[arg(long, value_name = "COLOURS", value_parser = ["true", "256", "16", "none"])]
     depth: Option<String>,
 }
@@ -20,10 +20,10 @@ pub struct Themes {
 /// Arguments of `keys`.
 #[derive(Debug, clap::Args)]
 pub struct Keys {
-    /// Print a keymap.toml with all keys, to begin with.
+    /// Print a keymap.toml with all keys to start from.
     #[arg(long)]
     print: bool,
-    /// The keys of this preset, whatever keymap.toml says.
+    /// Use this preset and ignore keymap.toml.
     #[arg(long, value_name = "NAME", value_parser = ["default", "vim"])]
     preset: Option<String>,
 }

@@ -99,16 +99,6 @@ pub fn toml_mistake(text: &str, error: &Error) -> Mistake {
     }
 }
 
-/// The one of the known words that a mistyped one probably means.
-#[must_use]
-pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let likeness = |other: &str| strsim::jaro(word, other);
-    let best = known
-        .into_iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    best.filter(|known| likeness(known) > 0.75)
-}
-
 /// A value as the file has it.
 #[must_use]
 pub fn shown_value(value: &DeValue<'_>) -> String {

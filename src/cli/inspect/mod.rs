@@ -19,9 +19,9 @@ use crate::formats::{EgoSelection, EntryLocation};
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
 pub struct Inspect {
-    /// A CommonRoad scenario or solution, or the name of a bundled scenario.
+    /// CommonRoad scenario or solution, name of a bundled scenario, or folder.
     file: PathBuf,
-    /// Everything that was read, as JSON.
+    /// Print everything that was read as one JSON object; of a folder, one summary a line.
     #[arg(long)]
     json: bool,
     #[command(flatten)]

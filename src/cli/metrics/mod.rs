@@ -26,32 +26,32 @@ use crate::settings::Folders;
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]
 pub struct Metrics {
-    /// CommonRoad files or folders, or names of bundled scenarios.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required_unless_present = "list")]
     paths: Vec<PathBuf>,
-    /// The measures instead of their values: id, unit, which values are dangerous, thresholds, name and source of each.
-    /// With --scene those of whole scenes; with --format csv or json for programs.
+    /// List the measures instead: id, unit, dangerous direction, thresholds, name and source. With --scene, list the
+    /// measures of whole scenes.
     #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego", "planning_problem"])]
     list: bool,
     #[command(flatten)]
     ego: EgoChoice,
-    /// How the measures are defined.
+    /// Definition of the measures.
     #[arg(long, value_enum, default_value = "exact")]
     convention: Convention,
-    /// Measures of the whole scene instead, of the ego against everyone together: a row a step.
+    /// Measure the whole scene: the ego against all obstacles together, one row a step.
     #[arg(long, conflicts_with = "radius")]
     scene: bool,
-    /// A TOML file of risk levels and limits, over the shipped ones and instead of `thresholds.toml` in the
-    /// configuration folder. The paper's convention has its own, which nothing changes.
+    /// TOML file of risk levels and limits. It replaces `thresholds.toml` in the configuration folder and overrides the
+    /// shipped values. The paper convention ignores it.
     #[arg(long, value_name = "FILE")]
     thresholds: Option<PathBuf>,
-    /// Rows of obstacles whose centre is farther than this from the ego's are left out, metres (the paper: 30).
+    /// Leave out obstacles whose centre is farther than this from that of the ego, metres (30 in the paper).
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
-    /// After the other columns, for each that may lack a value one that says why: MEASURE_reason.
+    /// Add a column MEASURE_reason for each measure: why a value is missing.
     #[arg(long)]
     reasons: bool,
-    /// How the table is written [default: as the ending of FILE says, else csv].
+    /// Format of the table [default: from the file name, else csv].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -60,11 +60,11 @@ pub struct Metrics {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// Comma-separated, with a header.
+    /// CSV with a header.
     Csv,
-    /// One JSON object a line.
+    /// JSON lines: one object a row.
     Json,
-    /// Apache Parquet, with units and sources as metadata; into a file only.
+    /// Apache Parquet with units and sources as metadata; needs a file.
     Parquet,
 }
 
@@ -108,8 +108,8 @@ impl Format {
 enum Convention {
     /// Real bodies, exact geometry, every measure.
     Exact,
-    /// The numbers of the tables that the paper published, with their defects: boxes of one size that never turn,
-    /// headings of 0 at standstill, accelerations along the axes of the map.
+    /// The published tables of the paper with their defects: boxes of one size that never turn, headings of 0 at
+    /// standstill, accelerations along the axes of the map.
     Paper,
 }
 

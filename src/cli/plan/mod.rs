@@ -30,17 +30,16 @@ use table::Table;
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: goal, collision (with whom, and which side of either body), timeout, off_road, infeasible.
-Exit status: 0 all drives end at the goal or out of time; 1 some end otherwise, or some scenarios could not be planned;
-2 usage or input error; 130 interrupted, with the part of the table that was done.")]
+Outcomes: goal, collision (with the obstacle and the side of either body), timeout, off_road, infeasible.\n\
+Exit status: 0 all drives reach the goal or run out of time; 1 some end otherwise or could not be planned; \
+2 usage or input error; 130 interrupted.")]
 pub struct PlanArguments {
-    /// CommonRoad files or folders, or names of bundled scenarios.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: options::PlanOptions,
-    /// One JSON object a scenario, each on a line of its own, instead of the table; one that could not be planned has
-    /// `error`.
+    /// Print JSON lines: one object a scenario; `error` if it could not be planned.
     #[arg(long)]
     json: bool,
     #[command(flatten)]

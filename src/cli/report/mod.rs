@@ -17,20 +17,19 @@ use crate::store::Filter;
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 pub struct ReportArguments {
-    /// A folder laid out as the repository of "From Words to Collisions": its recorded answers, instead of the runs of
-    /// the store.
+    /// Folder with recorded answers, laid out as the repository of "From Words to Collisions"; replaces the runs of the
+    /// store.
     #[arg(conflicts_with = "paper")]
     folder: Option<PathBuf>,
-    /// The recorded answers in such a folder, beside Tables I to IV of the paper and beside the built-in judge.
+    /// Compare the recorded answers in such a folder with Tables I to IV of the paper and with the built-in judge.
     #[arg(long, value_name = "FOLDER")]
     paper: Option<PathBuf>,
     #[command(flatten)]
     filters: Filters,
-    /// What is true: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch` for the truth of the
-    /// batch that an answer is of; folders with scenarios and their recorded egos, or with annotations; `auto` for the
-    /// exact geometry of bundled scenarios and the built-in judge's stored verdicts on collisions. Separated by commas:
-    /// CSV files count first, then `batch`, then folders and `auto` in their order.
-    /// [default: batch,auto]
+    /// Ground truth, separated by commas: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch`
+    /// for the truth of each batch; folders with scenarios and recorded egos, or with annotations; `auto` for the exact
+    /// geometry of bundled scenarios and the stored verdicts of the built-in judge on collisions. CSV files count
+    /// first, then `batch`, then folders and `auto` in their order. [default: batch,auto]
     #[arg(
         long,
         value_delimiter = ',',
@@ -38,23 +37,23 @@ pub struct ReportArguments {
         conflicts_with_all = ["folder", "paper"]
     )]
     truth: Vec<PathBuf>,
-    /// Read the stored answers again, with the parser of this version.
+    /// Parse the stored answers again with this version.
     #[arg(long, conflicts_with_all = ["folder", "paper"])]
     reread: bool,
-    /// How the report is written [default: as the ending of FILE says, else md].
+    /// Format of the report [default: from the file name, else md].
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// The same as --format json.
     #[arg(long, conflicts_with = "format")]
     json: bool,
-    /// A file to write to, instead of standard output, which is - too.
+    /// File to write; - is standard output, which is the default.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// A CSV file for the pairs of ways and McNemar's test between them, one line each; the other formats have them
-    /// in the report, too.
+    /// CSV file for McNemar's test between pairs of prompt configurations, one row a pair; other formats have them in
+    /// the report.
     #[arg(long, value_name = "FILE")]
     pairs: Option<PathBuf>,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     overwrite: bool,
 }
@@ -65,11 +64,11 @@ enum Format {
     Md,
     /// LaTeX tables with the rules of booktabs.
     Latex,
-    /// One line a cell, nothing rounded; --pairs has McNemar's test.
+    /// CSV: one row a cell, unrounded; --pairs has McNemar's test.
     Csv,
-    /// Every number, as one line of JSON.
+    /// One JSON object with every number.
     Json,
-    /// One file with tables and figures that needs nothing else.
+    /// One self-contained file with tables and figures.
     Html,
 }
 
