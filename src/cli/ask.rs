@@ -159,7 +159,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     });
     let AskOutcome { answer, not_stored } = outcome?;
     if arguments.json {
-        output::json(&document::document(&answer, &question.case, &judge))?;
+        output::json(&document::document(&answer, &question, &judge))?;
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;
     }
@@ -240,7 +240,7 @@ fn judge(
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let budget = bound.map(|bound| bound.usd);
     let models = Models::new(registry, environment, parameters, budget);
-    if let Some(warning) = models.retirement_warning(model, jiff::Zoned::now().date()) {
+    if let Some(warning) = models.warning(model, jiff::Zoned::now().date()) {
         output::say(&format!("nearmiss: {model}: {warning}"));
     }
     models.judge(model).map_err(Failure::input)

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::filters::store;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::configuration;
-use super::{Failure, Outcome, output, time};
+use super::{Failure, Outcome, json, output, time};
 use crate::evaluation::remote::{self, GivenUp, Progress, RemoteError};
 use crate::evaluation::{Judge, ModelJudge};
 use crate::llm::{Client, Environment, Error, Parameters, Registry};
@@ -339,8 +339,8 @@ fn list(store: &Store, as_json: bool) -> Outcome {
 }
 
 fn document(batch: &ProviderBatch) -> Value {
-    json!({
-        "batch": batch.id.0,
+    let mut value = json!({
+        "provider_batch": batch.id.0,
         "state": batch.state.name(),
         "tag": batch.tag,
         "model": batch.model,
@@ -351,5 +351,7 @@ fn document(batch: &ProviderBatch) -> Value {
         "requests": batch.requests,
         "results": batch.done,
         "problem": batch.problem,
-    })
+    });
+    json::with_old_names(&mut value, &[("batch", "provider_batch")]);
+    value
 }

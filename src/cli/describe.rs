@@ -18,14 +18,14 @@ pub struct Describe {
     #[command(flatten)]
     span: Span,
     /// Print one JSON object: the text, and the position (in bytes) and source of each number in it.
-    #[arg(long)]
-    trace: bool,
+    #[arg(long, alias = "trace")]
+    json: bool,
 }
 
 /// Runs `describe`.
 pub fn run(arguments: &Describe) -> Outcome {
     let (folders, config) = configuration()?;
-    let (_, scene) = arguments.which.open()?;
+    let (entry, scene) = arguments.which.open()?;
     let decided = arguments
         .span
         .settings(None, &config)?
@@ -37,9 +37,12 @@ pub fn run(arguments: &Describe) -> Outcome {
     let context = Context::under(&scene, &thresholds);
     let described = description::describe_in(&context, arguments.frame, &window, &decided.options);
     let described = described.map_err(|error| Failure::input(advised(&error)))?;
-    if arguments.trace {
+    if arguments.json {
         output::json(&serde_json::json!({
+            "scenario": entry.name,
             "frame": arguments.frame.name(),
+            "window": [window.first(), window.last()],
+            "tokens": estimate_tokens(&described.text),
             "form": decided.options.form.name(),
             "first_step": window.first(),
             "last_step": window.last(),

@@ -1,12 +1,15 @@
 //! `nearmiss help`: help for a command, or a topic of the manual.
 
+use std::ffi::OsStr;
 use std::io;
+use std::path::Path;
 
 use clap::CommandFactory;
 
-use super::{Arguments, Failure, Outcome, output};
+use super::open::resolved;
+use super::{Arguments, Failure, Outcome, json, output};
 use crate::docs::{TOPICS, explaining, topic};
-use crate::system::did_you_mean;
+use crate::system::{available, did_you_mean};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -14,17 +17,27 @@ pub struct Help {
     /// Topic or command, with its subcommands [default: list both].
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
+    /// With the topic json: print the JSON schema of this output.
+    #[arg(long, value_name = "OUTPUT")]
+    schema: Option<String>,
 }
 
 /// Runs `help`.
 pub fn run(arguments: &Help) -> Outcome {
     let words = &arguments.words;
+    if let Some(name) = &arguments.schema {
+        return schema(words, name);
+    }
     let program = program();
     let Some(first) = words.first() else {
         return print(program.after_help(topics()), words);
     };
     if let (Some(topic), [_]) = (topic(first), &words[..]) {
-        return output::text(topic.text);
+        output::text(topic.text)?;
+        return match topic.name {
+            "json" => output::text(&outputs()),
+            _ => Ok(()),
+        };
     }
     let mut command = &program;
     for (at, word) in words.iter().enumerate() {
@@ -47,6 +60,32 @@ pub fn program() -> clap::Command {
             command
         }
     })
+}
+
+/// Prints the JSON schema of an output.
+fn schema(words: &[String], name: &str) -> Outcome {
+    if !matches!(words, [topic] if topic == "json") {
+        return Err(Failure::input(format!(
+            "--schema belongs to the topic json: `nearmiss help json --schema {name}`"
+        )));
+    }
+    let Some(schema) = json::document(name) else {
+        let names = json::names();
+        let known = available(name, names.iter().map(|(name, _)| name.as_str()));
+        return Err(Failure::input(format!(
+            "no schema `{name}`{known}; `nearmiss help json` lists them"
+        )));
+    };
+    let text = serde_json::to_string_pretty(&schema).map_err(Failure::input)?;
+    output::text(&format!("{text}\n"))
+}
+
+/// The outputs that have a schema.
+fn outputs() -> String {
+    let lines = json::names().into_iter();
+    lines
+        .map(|(name, title)| format!("    {name:<16} {title}\n"))
+        .collect()
 }
 
 /// The list of topics.
@@ -73,6 +112,18 @@ fn print(program: clap::Command, words: &[String]) -> Outcome {
         }
         _ => Ok(()),
     }
+}
+
+/// The error for a first word that is probably a mistyped command: it is no path, no scenario, and like a command.
+pub fn mistyped(program: &clap::Command, word: &OsStr) -> Option<Failure> {
+    let said = word.to_str().filter(|word| !word.starts_with('-'))?;
+    if program.find_subcommand(said).is_some() || resolved(Path::new(said)).is_ok() {
+        return None;
+    }
+    let commands = program.get_subcommands().map(clap::Command::get_name);
+    let meant = did_you_mean(said, commands);
+    let message = format!("no command or file `{said}`{meant}");
+    (!meant.is_empty()).then(|| Failure::input(message))
 }
 
 /// The message for an argument that is neither a subcommand nor a topic.

@@ -17,6 +17,7 @@ mod help;
 mod import;
 mod inspect;
 mod interrupt;
+mod json;
 mod metrics;
 mod models;
 mod open;
@@ -38,7 +39,7 @@ mod time;
 mod verdicts;
 
 pub use crash::report_panics;
-pub use open::{EgoChoice, chosen_ego};
+pub use open::{EgoChoice, chosen_ego, chosen_paths};
 pub use print_config::print_config;
 pub use themes_and_keys::Workbench;
 pub use verdicts::{has_terminal, without_terminal};
@@ -125,9 +126,18 @@ pub enum Command {
 #[must_use]
 pub fn arguments() -> Arguments {
     use clap::FromArgMatches;
-    let found = help::program().try_get_matches();
+    use clap::error::ContextKind;
+    let program = help::program();
+    let first = std::env::args_os().nth(1);
+    if let Some(failure) = first.and_then(|word| help::mistyped(&program, &word)) {
+        failure.say();
+        std::process::exit(failure.status.into());
+    }
+    let found = program.try_get_matches();
     let parsed = found.and_then(|found| Arguments::from_arg_matches(&found));
-    parsed.unwrap_or_else(|error| {
+    parsed.unwrap_or_else(|mut error| {
+        // It would advise to pass a mistyped option as a file: `-- -o`.
+        error.remove(ContextKind::Suggested);
         let said = error.render().to_string();
         let plain = said.replace("invalid digit found in string", NO_NUMBER);
         let plain = plain.replace("cannot parse integer from empty string", NO_NUMBER);
@@ -163,6 +173,12 @@ impl Failure {
         }
     }
 
+    /// A failure whose reason was printed already.
+    pub fn said(status: u8) -> Self {
+        let message = String::new();
+        Self { message, status }
+    }
+
     /// What the system said about a file, or about what else is named.
     pub fn system(name: impl Display, error: &std::io::Error) -> Self {
         Self::input(format!("{name}: {}", system::words(error)))
@@ -170,7 +186,9 @@ impl Failure {
 
     /// Says on standard error what went wrong.
     pub fn say(&self) {
-        output::say(&format!("nearmiss: {}", self.message));
+        if !self.message.is_empty() {
+            output::say(&format!("nearmiss: {}", self.message));
+        }
     }
 }
 

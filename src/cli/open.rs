@@ -91,6 +91,14 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     }
 }
 
+/// The paths that the workbench opens.
+///
+/// # Errors
+/// See [`resolved`].
+pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
+    arguments.paths.iter().map(|path| resolved(path)).collect()
+}
+
 /// Who shall be the ego in the workbench, checked as far as that needs no screen.
 ///
 /// # Errors
@@ -108,10 +116,10 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
     }
     let entries = match &arguments.paths[..] {
         [] => bundled(),
-        paths => {
-            let paths = paths.iter().map(|path| resolved(path));
-            let paths = paths.collect::<Result<Vec<_>, _>>()?;
-            find(&paths).map_err(Failure::input)?.entries
+        _ => {
+            find(&chosen_paths(arguments)?)
+                .map_err(Failure::input)?
+                .entries
         }
     };
     let [entry] = &entries[..] else {

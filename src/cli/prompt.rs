@@ -88,7 +88,19 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
     let (folders, config) = configuration()?;
     let question = arguments.asked.question(&folders, &config)?;
     if arguments.json {
-        return output::json(&question.messages());
+        let case = &question.case;
+        return output::json(&serde_json::json!({
+            "scenario": case.name,
+            "task": case.task.name(),
+            "frame": case.frame.name(),
+            "techniques": case.techniques.to_string(),
+            "window": [case.window.first(), case.window.last()],
+            "template": question.template,
+            "template_version": question.template_version,
+            "template_hash": question.template_hash,
+            "tokens": question.tokens(),
+            "messages": question.messages(),
+        }));
     }
     let prompt = &question.prompt;
     let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);

@@ -7,16 +7,20 @@ use serde_json::json;
 use similar::TextDiff;
 
 use super::open::configuration;
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, json, output};
 use crate::evaluation::validate;
 use crate::prompts::{Library, Origin, Problem, Template, choose_template, renamed, template_file};
 use crate::system;
 
 /// Arguments of `prompts`.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Prompts {
     #[command(subcommand)]
     what: Option<PromptsCommand>,
+    /// Print JSON lines: one object a template.
+    #[arg(long)]
+    json: bool,
 }
 
 /// What about the templates.
@@ -60,11 +64,9 @@ pub fn run(arguments: &Prompts) -> Outcome {
     let (folders, _) = configuration()?;
     let folder = folders.prompts();
     let library = validate(Library::load(Some(&folder)));
-    match arguments
-        .what
-        .as_ref()
-        .unwrap_or(&PromptsCommand::List { json: false })
-    {
+    match arguments.what.as_ref().unwrap_or(&PromptsCommand::List {
+        json: arguments.json,
+    }) {
         PromptsCommand::List { json } => list(&library, *json),
         PromptsCommand::Show { name } => output::text(&output::visible(known(&library, name)?.1)),
         PromptsCommand::Path => output::text(&format!("{}\n", folder.display())),
@@ -160,23 +162,37 @@ fn list(library: &Library, as_json: bool) -> Outcome {
     let problems: Vec<String> = library.problems.iter().map(ToString::to_string).collect();
     let templates = library.templates();
     if as_json {
-        let rows = templates.map(|(file, template, origin)| {
+        for (file, template, origin) in templates {
             let front = &template.front;
-            json!({
-                "file": file, "task": front.task, "frame": front.frame, "version": front.version,
-                "hash": library.hash(&template.source), "origin": place(origin), "in_use": library.in_use(file),
+            let mut line = json!({
+                "template": file,
+                "template_version": front.version,
+                "template_hash": library.hash(&template.source),
+                "task": front.task,
+                "frame": front.frame,
+                "origin": place(origin),
+                "in_use": library.in_use(file),
                 "summary": front.summary,
-            })
-        });
-        let rows: Vec<_> = rows.collect();
-        let broken = broken(library).map(|problem| {
-            json!({
-                "file": file_of(problem), "origin": problem.path.display().to_string(),
-                "message": problem.message,
-            })
-        });
-        let broken: Vec<_> = broken.collect();
-        output::json(&json!({ "templates": rows, "broken": broken, "problems": problems }))?;
+                "problem": null,
+            });
+            json::with_old_names(
+                &mut line,
+                &[
+                    ("file", "template"),
+                    ("version", "template_version"),
+                    ("hash", "template_hash"),
+                ],
+            );
+            output::json(&line)?;
+        }
+        for problem in &library.problems {
+            output::json(&json!({
+                "template": file_of(problem),
+                "origin": problem.path.display().to_string(),
+                "in_use": false,
+                "problem": problem.message,
+            }))?;
+        }
     } else {
         let titles = ["file", "task", "frame", "used", "version", "hash", "origin"];
         let mut rows = vec![titles.map(String::from)];

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::Color;
 use crate::settings::{ThemeColor, ThemeFile};
+use crate::system::did_you_mean;
 
 /// A colour for every role.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +97,8 @@ impl Palette {
             },
             None if name == "paper" => Ok(PAPER),
             None => Err(format!(
-                "no theme `{name}` for pictures; there are {} and files in {}",
+                "no theme `{name}` for pictures{}; the shipped ones are {}; yours are files in {}",
+                did_you_mean(name, Self::names()),
                 Self::names().join(", "),
                 folder.display()
             )),

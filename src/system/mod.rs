@@ -5,6 +5,7 @@ mod activity_locks;
 mod atomic_write;
 pub mod crash;
 pub mod job_control;
+mod key_binding;
 mod private;
 mod read_file;
 mod similar;
@@ -16,6 +17,7 @@ mod unfinished;
 mod words;
 
 pub use atomic_write::{NewFile, SaveError, save, save_private};
+pub use key_binding::KeyBinding;
 pub use private::{close_file, close_folder, make_file, make_folder};
 pub use read_file::{LARGEST, LARGEST_TEXT, check_file, open_file, read_file, read_text};
 pub use similar::{available, did_you_mean, nearest, similar};

@@ -14,6 +14,7 @@ use ratatui::text::Line;
 
 use super::user_file::{all_visible, first};
 use crate::settings::{self, NamedTheme, ThemeColor, ThemeFile};
+use crate::system::did_you_mean;
 
 pub use crate::settings::{AUTO, ROLES};
 pub use depth::ColorDepth;
@@ -47,7 +48,8 @@ impl Theme {
     fn unknown(name: &str, folder: &Path) -> String {
         let names: Vec<&str> = ThemeFile::shipped().collect();
         format!(
-            "no theme `{name}`; there are {AUTO}, {} and files in {}",
+            "no theme `{name}`{}; the shipped ones are {AUTO}, {}; yours are files in {}",
+            did_you_mean(name, names.iter().copied()),
             names.join(", "),
             folder.display()
         )

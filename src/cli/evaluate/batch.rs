@@ -76,7 +76,7 @@ pub struct Options {
     #[arg(long)]
     pub dry_run: bool,
     /// The same as --format json.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "format")]
     pub json: bool,
     /// Resume a batch by its name, such as b7, or the last one.
     #[arg(long, value_name = "ID|last", conflicts_with = "horizon")]
@@ -102,7 +102,7 @@ pub struct Options {
     #[arg(long, value_name = "CHANGES", value_parser = changes)]
     pub add_transform: Vec<Changes>,
     /// List the stored batches and their progress; with --json, one object a line.
-    #[arg(long, exclusive = true)]
+    #[arg(long, conflicts_with_all = ["paths", "model", "task", "resume", "dry_run", "format", "truth", "batch"])]
     pub list: bool,
 }
 
@@ -174,7 +174,6 @@ impl Options {
             || self.shard.is_some()
             || self.dry_run
             || self.batch
-            || self.json
             || self.resume.is_some()
             || self.list
     }
@@ -183,7 +182,7 @@ impl Options {
 /// Runs what is no evaluation of the built-in judge alone.
 pub fn run(arguments: &Evaluate) -> Outcome {
     if arguments.batch.list {
-        return listed::list();
+        return listed::list(arguments.batch.json);
     }
     match arguments.batch.resume {
         Some(which) => {
@@ -280,7 +279,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
 
 /// Whether the table is to be JSON.
 pub fn json(arguments: &Evaluate) -> bool {
-    arguments.batch.json || arguments.format == Format::Json
+    arguments.format() == Format::Json
 }
 
 fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failure> {

@@ -68,7 +68,7 @@ fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) 
         }
     }
     let other = rows.iter().filter(|row| row.differs());
-    match arguments.format {
+    match arguments.format() {
         Format::Table => {
             let mut text = format!(
                 "collision task: {}, {}\ntruth: {}\n\n{:<20} precision {}  recall {}  F1 {}  \

@@ -82,7 +82,7 @@ impl BatchContext {
                     judge::MODEL
                 )));
             }
-            if let Some(warning) = known.retirement_warning(id, today) {
+            if let Some(warning) = known.warning(id, today) {
                 output::say(&format!("nearmiss: {id}: {warning}"));
             }
             let mut judge = known.judge(id).map_err(Failure::input)?;

@@ -81,6 +81,7 @@ pub fn write(
             "why": unaskable.collect::<Vec<_>>(),
             "left_out": dry_run.unlabelled,
             "tokens": estimate.tokens,
+            "most_usd": estimate.usd,
             "usd": estimate.usd,
             "budget": budget.map(|(usd, _)| usd),
             "within_budget": budget.and_then(|(_, within)| within),

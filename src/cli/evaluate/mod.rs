@@ -75,6 +75,14 @@ pub struct Evaluate {
 }
 
 impl Evaluate {
+    /// How the result is written.
+    fn format(&self) -> Format {
+        match self.batch.json {
+            true => Format::Json,
+            false => self.format,
+        }
+    }
+
     /// The tasks.
     fn tasks(&self) -> Vec<Task> {
         match self.task.is_empty() {

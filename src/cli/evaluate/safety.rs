@@ -33,7 +33,7 @@ pub(super) fn run(
     if !answers.judged.is_empty() {
         let of_each = answers.judged.iter_mut().map(|(_, of)| std::mem::take(of));
         let rows = rows(&setting, of_each);
-        match arguments.format {
+        match arguments.format() {
             Format::Table => output::text(&table(&setting, truth, &answers, &rows))?,
             Format::Csv => output::csv(cells(&setting, &rows))?,
             Format::Json => output::json(&document(&setting, truth, &answers, &rows))?,
@@ -291,6 +291,7 @@ fn document(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) ->
         .collect();
     json!({
         "task": "safety",
+        "windows": "collisions end at the lead, safe scenarios at their first window",
         "truth": truth.json(),
         "history": setting.history,
         "radius": setting.radius,

@@ -250,7 +250,7 @@ impl Summary {
         let mut document = self.document();
         document["interrupted"] = interrupted.into();
         document["asked_for"] = self.all.into();
-        let text = format!("{}\n", output::escaped(&document.to_string()));
+        let text = output::json_line(&document)?;
         file.write_all(text.as_bytes())
             .map_err(|e| Failure::system(path.display(), &e))?;
         file.finish().map_err(Failure::input)

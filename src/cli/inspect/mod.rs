@@ -1,6 +1,7 @@
 //! `nearmiss inspect`: prints the contents and the problems of a scenario or solution.
 
 mod document;
+mod folder;
 mod obstacles;
 mod planning;
 mod road;
@@ -30,14 +31,23 @@ pub struct Inspect {
 
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    let entry = open::entry(&arguments.file)?;
     let wanted = arguments.ego.wanted()?;
+    if arguments.file.is_dir() {
+        if wanted != EgoSelection::Beside {
+            return Err(Failure::input(format!(
+                "{} is a folder; --ego needs one scenario",
+                arguments.file.display()
+            )));
+        }
+        return folder::run(&arguments.file, arguments.json);
+    }
+    let entry = open::entry(&arguments.file)?;
     if let EntryLocation::File(path) = &entry.place
         && root_of_file(path) == Root::Solution
     {
         if wanted != EgoSelection::Beside {
             return Err(Failure::input(format!(
-                "{0}: this is a solution, and --ego chooses an ego of a scenario; name the scenario, and this with --ego {0}",
+                "{0} is a solution; name its scenario instead, with --ego {0}",
                 path.display()
             )));
         }
@@ -46,7 +56,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
     let scenario = entry.read().map_err(Failure::input)?;
     let ego = wanted.resolve(&entry, &scenario);
     if arguments.json {
-        output::json(&document::document(&scenario, &ego))?;
+        output::json(&document::document(&entry, &scenario, &ego))?;
     } else {
         output::text(&summary::summary(&entry, &scenario, &ego))?;
     }

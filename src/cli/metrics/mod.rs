@@ -54,6 +54,9 @@ pub struct Metrics {
     /// Format of the table [default: from the file name, else csv].
     #[arg(long, value_enum)]
     format: Option<Format>,
+    /// The same as --format json.
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
     #[command(flatten)]
     output: OutputFile,
 }
@@ -200,6 +203,7 @@ fn radius(word: &str) -> Result<f64, String> {
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     let mut table = Table::new("measures", rows.columns());
+    table.json_keys = &[("step", "timestep"), ("obstacle", "obstacle_id")];
     let columns = table.columns.iter();
     let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
     table.metadata = vec![
@@ -223,9 +227,10 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
 /// Runs `metrics`.
 pub fn run(arguments: &Metrics) -> Outcome {
     let file = arguments.output.file();
-    let format = Format::chosen(arguments.format, file)?;
+    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
+    let format = Format::chosen(asked, file)?;
     if arguments.list {
-        return list::run(arguments, format);
+        return list::run(arguments, asked);
     }
     let format = format.of_table();
     format.check(file)?;
@@ -284,6 +289,8 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
     match job.failed {
         0 => Ok(()),
+        // Why is said already.
+        1 if entries.len() == 1 => Err(Failure::said(2)),
         failed if failed == entries.len() => Err(Failure::input("no scenario could be measured")),
         failed => Err(Failure {
             message: format!(

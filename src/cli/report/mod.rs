@@ -190,7 +190,7 @@ impl AnyReport {
                     Self::Report(report) => report.json(),
                     Self::Paper(paper) => paper.json(),
                 };
-                output::escaped(&json.to_string()) + "\n"
+                output::json_line(&json)?
             }
         })
     }
