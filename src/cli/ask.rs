@@ -74,24 +74,24 @@ pub struct Ask {
 }
 
 pub fn temperature(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if (0.0..=2.0).contains(&value) {
         Ok(value)
     } else {
-        Err("it must lie between 0 and 2".into())
+        Err("expected a number from 0 to 2".into())
     }
 }
 
 pub fn effort(text: &str) -> Result<Effort, String> {
-    Effort::parse(text).ok_or_else(|| "it must be off, low, medium or high".into())
+    Effort::parse(text).ok_or_else(|| "expected off, low, medium or high".into())
 }
 
 pub fn budget(text: &str) -> Result<f64, String> {
-    let usd: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
+    let usd: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if usd.is_finite() && usd > 0.0 {
         Ok(usd)
     } else {
-        Err("it must be a positive number of dollars".into())
+        Err("expected a positive number of dollars".into())
     }
 }
 
@@ -166,7 +166,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     let unknown = answer.unknown_obstacles(&question.case.scene.scenario);
     if !unknown.is_empty() {
         output::say(&format!(
-            "nearmiss: the verdict names obstacles that the scenario does not have: {unknown:?}"
+            "nearmiss: the verdict names unknown obstacles: {unknown:?}"
         ));
     }
     if let Some(message) = not_stored {
@@ -188,10 +188,10 @@ pub fn run(arguments: &Ask) -> Outcome {
 fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
     let message = match run {
         Some(run) => {
-            format!("interrupted; what had arrived is in the store: `nearmiss runs show {run}`")
+            format!("interrupted; the partial answer is stored: `nearmiss runs show {run}`")
         }
         None if no_store => "interrupted; nothing is kept".into(),
-        None => "interrupted before anything was sent; there is no run".into(),
+        None => "interrupted before anything was sent".into(),
     };
     Failure {
         message,
@@ -213,7 +213,7 @@ fn judge(
             .filter(|(name, _)| *name != "reference")
         else {
             return Err(Failure::input(
-                "--base-url needs --model provider/model, where any provider name will do, e.g. local/default",
+                "--base-url needs --model provider/model with any provider name, e.g. local/default",
             ));
         };
         let server = Server {
@@ -317,11 +317,9 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
 fn stored(past: &StoredOrigin) -> String {
     let asked = time::local(past.created_ms);
     match past.origin {
-        Origin::Asked => format!("from the store, asked {asked}; --fresh asks anew"),
+        Origin::Asked => format!("from the store, asked {asked}; --fresh asks again"),
         Origin::Replayed => {
-            format!(
-                "from the store, replayed: asked {asked} elsewhere and imported; --fresh asks anew"
-            )
+            format!("from the store, asked {asked} elsewhere and imported; --fresh asks again")
         }
         Origin::Recorded => format!("from the store, recorded, imported {asked}"),
     }

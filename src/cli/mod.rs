@@ -150,7 +150,7 @@ pub fn arguments() -> Arguments {
 }
 
 /// Said of a word where a number without decimals is needed.
-const NO_NUMBER: &str = "a whole number is needed";
+const NO_NUMBER: &str = "expected a whole number";
 
 /// Result of a command.
 pub type Outcome = Result<(), Failure>;

@@ -74,7 +74,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
         PromptsCommand::Copy { name, new: None } => {
             let (file, _) = known(&library, name)?;
             let shipped = Library::shipped(&file)
-                .ok_or_else(|| Failure::input(format!("{file} does not come with the program")))?;
+                .ok_or_else(|| Failure::input(format!("{file} is not a shipped template")))?;
             let path = folder.join(&file);
             write_new(&path, shipped)?;
             output::text(&format!("{}\n", path.display()))
@@ -87,7 +87,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
             let file = template_file(new).map_err(Failure::input)?;
             if Library::shipped(&file).is_some() {
                 return Err(Failure::input(format!(
-                    "{file} comes with the program, and yours would be used in its place; choose another name"
+                    "{file} is the name of a shipped template; choose another name"
                 )));
             }
             let path = folder.join(&file);
@@ -99,7 +99,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
             let front = &template.front;
             choose_template(&folder, &front.task, &front.frame, &file).map_err(Failure::input)?;
             output::say(&format!(
-                "{file} is used for the task {} in frame {}",
+                "{file} is now used for task {} in frame {}",
                 front.task, front.frame
             ));
             Ok(())
@@ -237,7 +237,7 @@ fn list(library: &Library, as_json: bool) -> Outcome {
     match problems.len() {
         0 => Ok(()),
         count => Err(Failure {
-            message: format!("{count} of your templates cannot be used as they are"),
+            message: format!("{count} of your templates cannot be used"),
             status: 1,
         }),
     }
@@ -247,7 +247,7 @@ fn diff(library: &Library, name: &str) -> Outcome {
     let (file, _) = known(library, name)?;
     let Some(shipped) = Library::shipped(&file) else {
         return Err(Failure::input(format!(
-            "{file} does not come with the program, so there is nothing to compare it with"
+            "{file} has no shipped version to compare with"
         )));
     };
     // Also a file that is broken and not in use has its differences.
@@ -291,7 +291,7 @@ fn write_new(path: &PathBuf, text: &str) -> Result<(), Failure> {
     let failed = |error: std::io::Error| {
         Failure::input(match error.kind() {
             std::io::ErrorKind::AlreadyExists => {
-                format!("{} is there already; nothing was written", path.display())
+                format!("{} exists; nothing was written", path.display())
             }
             _ => format!("{}: {}", path.display(), system::words(&error)),
         })

@@ -78,7 +78,7 @@ fn summary(arguments: &Ratings) -> Outcome {
         output::text(&output::visible(&table(&standings)))?;
     }
     match (&standings.without, ratings.is_empty()) {
-        (_, true) => output::say("there are no ratings; B in the workbench makes some"),
+        (_, true) => output::say("no ratings yet; rate answers in the blind mode of the workbench"),
         (Some(why), _) => output::say(&format!("no strengths: {why}")),
         (None, _) => {}
     }

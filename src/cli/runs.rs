@@ -131,11 +131,11 @@ impl Change {
     fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::Delete => (
-                "deleted; `nearmiss runs restore` takes that back",
-                "was deleted already",
+                "deleted; `nearmiss runs restore` undoes it",
+                "already deleted",
             ),
             Self::Restore => ("restored", "was not deleted"),
-            Self::Pin => ("pinned", "was pinned already"),
+            Self::Pin => ("pinned", "already pinned"),
             Self::Unpin => ("no longer pinned", "was not pinned"),
         }
     }
@@ -158,16 +158,14 @@ fn each(store: &Store, ids: &Ids, change: Change) -> Outcome {
 fn note(store: &Store, id: RunId, words: &str) -> Outcome {
     let run = known(store, id)?;
     if run.notes == words {
-        output::say(&format!(
-            "run {id}: the note is this already; nothing changed"
-        ));
+        output::say(&format!("run {id}: the note is the same; nothing changed"));
         return Ok(());
     }
     store.note(id, words).map_err(Failure::input)?;
     output::say(&match (run.notes.is_empty(), words.is_empty()) {
-        (_, true) => format!("run {id}: the note is taken off"),
+        (_, true) => format!("run {id}: note removed"),
         (true, false) => format!("run {id}: noted"),
-        (false, false) => format!("run {id}: noted, in place of: {}", run.notes),
+        (false, false) => format!("run {id}: note replaced; it was: {}", run.notes),
     });
     Ok(())
 }
@@ -187,13 +185,13 @@ fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
     }
     output::text(&list::table(&found))?;
     output::say(&match found.len() {
-        0 if searched => "no run has all these words, or the filters leave it out".into(),
-        0 => "no run fits".into(),
+        0 if searched => "no matching runs".into(),
+        0 => "no matching runs".into(),
         _ => list::sum(&found),
     });
     if found.len() == wanted.most && wanted.most > 0 {
         output::say(&format!(
-            "the newest {}; -n N shows more, filters fewer",
+            "showing the newest {}; -n N shows more",
             wanted.most
         ));
     }
@@ -232,7 +230,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
     row("task", Some(question.task.name().into()));
     let asked = || format!("{} · {}", question.frame, question.techniques);
     row(
-        "how",
+        "asked with",
         Some(judge::how(&question.model).map_or_else(asked, String::from)),
     );
     let window = question
@@ -276,7 +274,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
         None => Some(match most {
             Some(0.0) => "0 US dollars (nothing was sent)".into(),
             Some(most) => format!(
-                "at most {most:.6} US dollars (the server did not state its tokens; worked out from estimated tokens, the limit of the answer and prices)"
+                "at most {most:.6} US dollars (no token counts from the server; computed from estimated tokens, the token limit and prices)"
             ),
             None => {
                 let returned = ending.model_returned.as_deref();

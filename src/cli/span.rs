@@ -45,7 +45,7 @@ pub struct Span {
 pub fn history(word: &str) -> Result<u32, String> {
     match word.parse() {
         Ok(steps @ 1..=100_000) => Ok(steps),
-        _ => Err("a window has 1 to 100000 steps".into()),
+        _ => Err("expected 1 to 100000 steps".into()),
     }
 }
 

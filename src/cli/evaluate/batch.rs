@@ -108,7 +108,7 @@ pub struct Options {
 
 fn at_once(text: &str) -> Result<NonZeroU32, String> {
     text.parse()
-        .map_err(|_| "a whole number of requests is needed, 1 at least".to_string())
+        .map_err(|_| "expected a whole number of requests, at least 1".to_string())
 }
 
 /// Changes of scenes that were said together.
@@ -123,7 +123,7 @@ fn changes(text: &str) -> Result<Changes, String> {
         change.map_err(|error| format!("{error}; several are separated by semicolons or spaces"))
     });
     match changes.collect::<Result<Vec<_>, _>>()? {
-        none if none.is_empty() => Err("a change such as mirror is needed".into()),
+        none if none.is_empty() => Err("expected a transform such as mirror".into()),
         changes => Ok(Changes(changes)),
     }
 }
@@ -202,13 +202,13 @@ fn begin(arguments: &Evaluate) -> Outcome {
     };
     if options.retry_failed || added.any() {
         return Err(Failure::input(
-            "--retry-failed and all of --add-… need a batch to resume: --resume ID names it",
+            "--retry-failed and --add-… need a batch: --resume ID",
         ));
     }
     let secret = |url: &String| Endpoint::new("", url.as_str()).has_secret_address();
     if options.base_url.as_ref().is_some_and(secret) {
         return Err(Failure::input(
-            "--base-url holds a password or a key, and would be kept with the batch; set it as base_url of the provider in config.toml, or give the key as key_env",
+            "--base-url contains a password or key, which the batch would store; set base_url of the provider in config.toml, or name the key with key_env",
         ));
     }
     let context = BatchContext::new()?;
@@ -226,7 +226,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
     let plan = plan.map_err(Failure::input)?;
     say_each(&plan.doubts);
     if let (Some(shard), 0) = (options.shard, plan.scenarios()) {
-        output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
+        output::say(&format!("nearmiss: no scenario in part {shard}"));
         return match json(arguments) {
             true => output::json(&Rows::from_scored(&[]).document(None)),
             false => Ok(()),
@@ -242,7 +242,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
     let dry_run = dry_run::make(plan, &judges, &context.store)?;
     if dry_run.items.is_empty() && options.resume.is_none() {
         return Err(Failure::input(format!(
-            "none of {} has a label; the truth is: {}",
+            "no label for any of {}; ground truth: {}",
             super::number(plan.scenarios(), "scenario"),
             plan.spec.truth.words()
         )));
@@ -264,7 +264,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
         csv: arguments.format == Format::Csv,
     };
     if plan.scenarios() == 0 {
-        output::say(&format!("nearmiss: {id}: there is nothing to ask"));
+        output::say(&format!("nearmiss: {id}: nothing to ask"));
         return running::show(context, id, table);
     }
     let run = Arc::new(BatchRun::new(
@@ -296,7 +296,7 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
     }
     if models.is_empty() {
         return Err(Failure::input(
-            "who shall be asked? --model provider/model,…, or `model` in config.toml; `nearmiss models` lists them",
+            "no model given: use --model provider/model,… or set `model` in config.toml; `nearmiss models` lists models",
         ));
     }
     models.dedup();

@@ -13,7 +13,7 @@ use crate::workflow::batch::BuiltInAnswers;
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
     if truth.is_geometry() {
         return Err(Failure::input(
-            "--task collision needs --truth CSV or layout: the exact geometry is what the built-in judge itself answers",
+            "--task collision needs --truth CSV or layout: the exact geometry is the answer of the built-in judge itself",
         ));
     }
     let answers = built_in(truth, entries, |entry, case| {

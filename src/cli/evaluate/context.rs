@@ -78,7 +78,7 @@ impl BatchContext {
         for id in models {
             if id.starts_with("reference/") && id != judge::MODEL {
                 return Err(Failure::input(format!(
-                    "--model {id}: it answers no questions; beside language models there is {}",
+                    "--model {id}: not available in a batch; of the built-in models only {} is",
                     judge::MODEL
                 )));
             }

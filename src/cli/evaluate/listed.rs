@@ -67,7 +67,7 @@ pub fn list(as_json: bool) -> Outcome {
         }
     }
     if batches.is_empty() {
-        output::say("nearmiss: there is no batch yet");
+        output::say("nearmiss: no batches yet; `nearmiss evaluate FOLDER --model …` starts one");
     }
     output::text(&output::visible(&text))
 }
@@ -112,7 +112,7 @@ fn varied(matrix: &Matrix) -> String {
     let mut text = String::new();
     if matrix.more_leads.is_empty() && matrix.tasks.contains(&Task::Safety) {
         match matrix.request.lead {
-            None => text.push_str(" · to the end of recordings"),
+            None => text.push_str(" · windows at the end of recordings"),
             Some(lead) => text.push_str(&format!(" · lead {lead}")),
         }
     }

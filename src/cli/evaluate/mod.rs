@@ -16,6 +16,7 @@ mod varied;
 use std::path::PathBuf;
 
 use super::open::{doubts, found, not_opened, task};
+use super::output::counted as number;
 use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
@@ -108,7 +109,7 @@ enum Format {
 fn between(text: &str, most: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= most => Ok(value),
-        _ => Err(format!("a number above 0 and up to {most} is needed")),
+        _ => Err(format!("expected a number above 0, at most {most}")),
     }
 }
 
@@ -138,7 +139,7 @@ pub fn run(arguments: &Evaluate) -> Outcome {
 
 fn no_verdicts(task: Task) -> Failure {
     Failure::input(format!(
-        "--task {}: it has no yes or no that could be right; collision and safety can be evaluated",
+        "--task {} cannot be evaluated: it has no yes or no; use collision or safety",
         task.name()
     ))
 }
@@ -160,7 +161,7 @@ fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failur
         let more = Candidate::named(name, &arguments.horizon).filter(|_| known.contains(&name));
         let Some(more) = more else {
             return Err(Failure::input(format!(
-                "--model {name}: for the {} task it must be one of {}",
+                "--model {name}: the {} task takes {}",
                 task.name(),
                 known.join(", "),
             )));
@@ -203,20 +204,12 @@ fn built_in<T: Send>(
     drop(progress);
     if !answers.without_ego.is_empty() {
         output::say(&format!(
-            "nearmiss: {} no recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",
-            have(answers.without_ego.len()),
+            "nearmiss: {} without a recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",
+            number(answers.without_ego.len(), "scenario"),
             some(&answers.without_ego),
         ));
     }
     Ok(answers)
-}
-
-/// `1 scenario has`, `2 scenarios have`.
-fn have(count: usize) -> String {
-    match count {
-        1 => "1 scenario has".into(),
-        _ => format!("{count} scenarios have"),
-    }
 }
 
 /// The first few names, and how many more there are.
@@ -243,26 +236,17 @@ fn outcome<T>(answers: &BuiltInAnswers<T>) -> Outcome {
     if answers.failed > 0 {
         reasons.push(format!("{} could not be opened", answers.failed));
     }
-    let has = |count: usize| if count == 1 { "has" } else { "have" };
     if without > 0 {
-        reasons.push(format!("{without} {} no recorded ego", has(without)));
+        reasons.push(format!("{without} without a recorded ego"));
     }
     if unlabelled > 0 {
-        let (has, some) = (has(unlabelled), some(&answers.unlabelled));
-        reasons.push(format!("{unlabelled} {has} no label ({some})"));
+        let some = some(&answers.unlabelled);
+        reasons.push(format!("{unlabelled} without a label ({some})"));
     }
     Err(Failure {
-        message: format!("of {}, {}", number(all, "scenario"), reasons.join(", and ")),
+        message: format!("of {}, {}", number(all, "scenario"), reasons.join(", ")),
         status: if answers.judged.is_empty() { 2 } else { 1 },
     })
-}
-
-/// A count with its noun.
-fn number(count: usize, thing: &str) -> String {
-    match count {
-        1 => format!("1 {thing}"),
-        _ => format!("{count} {thing}s"),
-    }
 }
 
 /// With three decimals, or a dash where there is no value.

@@ -108,14 +108,14 @@ fn reaction_time(word: &str) -> Result<f64, String> {
     let known = DELAYS.into_iter().find(|delay| Some(*delay) == said);
     known.ok_or_else(|| {
         let known = DELAYS.map(|delay| format!("{delay:.1}"));
-        format!("one of {} is needed", known.join(", "))
+        format!("expected one of {}", known.join(", "))
     })
 }
 
 fn count(word: &str) -> Result<usize, String> {
     match word.parse() {
         Ok(n) if (1..=100_000).contains(&n) => Ok(n),
-        _ => Err("a number from 1 to 100000 is needed".into()),
+        _ => Err("expected a number from 1 to 100000".into()),
     }
 }
 

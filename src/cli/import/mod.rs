@@ -38,7 +38,7 @@ pub fn run(arguments: &Import) -> Outcome {
         let ending = path.extension().map(|e| e.to_ascii_lowercase());
         if path.is_file() && ending.is_some_and(|e| e == "csv" || e == "parquet") {
             return Err(Failure::input(format!(
-                "{}: only JSONL can be imported, as `nearmiss export -o runs.jsonl` writes it",
+                "{}: only JSONL can be imported; `nearmiss export -o runs.jsonl` writes it",
                 path.display()
             )));
         }

@@ -88,7 +88,7 @@ impl Format {
             && asked != named
         {
             return Err(Failure::input(format!(
-                "--format {} does not go with the name {}, which is that of {}; leave --format out or name another file",
+                "--format {} contradicts the file name {} ({}); drop --format or rename the file",
                 asked.of_table().name(),
                 file.display(),
                 named.of_table().name()
@@ -168,7 +168,7 @@ fn measured(arguments: &Metrics) -> Result<(Rows, Thresholds), Failure> {
     if arguments.convention == Convention::Paper {
         if arguments.scene {
             return Err(Failure::input(
-                "--scene does not go with --convention paper, which has no measures of whole scenes; leave one out",
+                "--scene and --convention paper exclude each other: the paper has no measures of whole scenes",
             ));
         }
         if arguments.thresholds.is_some() {
@@ -197,7 +197,7 @@ fn radius(word: &str) -> Result<f64, String> {
     let metres = word.parse::<f64>().ok();
     metres
         .filter(|m| m.is_finite() && *m > 0.0)
-        .ok_or_else(|| "a positive number of metres is needed".into())
+        .ok_or_else(|| "expected a positive number of metres".into())
 }
 
 /// The table, with the meaning of its columns.
@@ -252,7 +252,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         failed: 0,
     };
     if let Some(said) = plan.thresholds.file() {
-        output::say(&format!("nearmiss: measured with the thresholds of {said}"));
+        output::say(&format!("nearmiss: thresholds from {said}"));
     }
     let progress = Progress::new(entries.len(), "scenarios", file.is_some());
     let mut written = Ok(());

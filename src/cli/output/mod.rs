@@ -63,6 +63,15 @@ where
     text(&String::from_utf8_lossy(&text::csv(records)))
 }
 
+/// A count with its noun: `1 run`, `2 runs`.
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {

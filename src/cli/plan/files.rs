@@ -99,7 +99,7 @@ impl Files {
         }
         if self.with_scenario && !self.output.as_ref().is_some_and(|path| path.is_dir()) {
             return Err(Failure::input(
-                "--with-scenario needs a folder that exists: -o FOLDER",
+                "--with-scenario needs an existing folder: -o FOLDER",
             ));
         }
         if (self.output.is_some() || self.solution.is_some())

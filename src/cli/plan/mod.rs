@@ -50,7 +50,7 @@ pub struct PlanArguments {
 pub fn run(arguments: &PlanArguments) -> Outcome {
     if arguments.files.to_stdout() && arguments.json {
         return Err(Failure::input(
-            "-o - and --json would both write to standard output; name a file for one of them",
+            "-o - and --json both write to standard output; name a file for -o",
         ));
     }
     let (_, config) = configuration()?;
@@ -224,7 +224,7 @@ impl Job<'_> {
         if interrupted {
             return Err(Failure {
                 message: format!(
-                    "interrupted after {done} of {all} scenarios; what was written of these stays"
+                    "interrupted after {done} of {all} scenarios; their files are kept"
                 ),
                 status: INTERRUPTED,
             });
@@ -232,10 +232,11 @@ impl Job<'_> {
         let finding = |message| Err(Failure { message, status: 1 });
         match (harmed, missed) {
             (0, 0) => Ok(()),
-            _ if self.missed.input == all => Err(Failure::input(match all {
-                1 => "the scenario could not be planned".into(),
-                _ => format!("none of the {all} scenarios could be planned"),
-            })),
+            // Why is said already.
+            _ if self.missed.input == 1 && all == 1 => Err(Failure::said(2)),
+            _ if self.missed.input == all => Err(Failure::input(format!(
+                "none of the {all} scenarios could be planned"
+            ))),
             (0, n) => finding(format!("{n} of {all} scenarios could not be planned")),
             (n, 0) => finding(format!(
                 "{n} of {all} drives ended in a collision, off the road or infeasible"

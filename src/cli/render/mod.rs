@@ -83,7 +83,7 @@ const MOST_PICTURES: i64 = 20_000;
 
 fn stopped() -> Failure {
     Failure {
-        message: "interrupted; pictures that were whole are kept".into(),
+        message: "interrupted; finished pictures are kept".into(),
         status: INTERRUPTED,
     }
 }
@@ -173,7 +173,7 @@ impl Job<'_> {
         // Not before: where nothing is drawn, nothing is drawn without something.
         if let Some(why) = missing {
             output::say(&format!(
-                "nearmiss: {}: drawn without the motion before the change: {why}",
+                "nearmiss: {}: drawn without the original motion: {why}",
                 entry.display()
             ));
         }

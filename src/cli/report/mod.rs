@@ -104,13 +104,11 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     }
     let to_files = arguments.output.is_some() || arguments.pairs.is_some();
     if arguments.overwrite && !to_files {
-        return Err(Failure::input(
-            "--overwrite replaces a file; -o FILE or --pairs FILE names it",
-        ));
+        return Err(Failure::input("--overwrite needs -o FILE or --pairs FILE"));
     }
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {
         return Err(Failure::input(
-            "--pairs: the report itself is written there; name another file",
+            "--pairs: the report itself goes there; name another file",
         ));
     }
     let (made, lost) = match (&arguments.paper, &arguments.folder) {
@@ -128,9 +126,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     let pairs = pairs.transpose()?;
     target.save(text.as_bytes())?;
     if format == Format::Csv && !made.report().varied.is_empty() {
-        output::say(
-            "nearmiss: the tables of changed scenes and leads are not in this table; the other formats have them",
-        );
+        output::say("nearmiss: CSV has no tables of transforms and leads; the other formats do");
     }
     match pairs {
         None => made.hint_at_pairs(format),
@@ -144,10 +140,10 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     match lost {
         0 => Ok(()),
         1 => Err(finding(
-            "1 file could not be read, and is not in the report".into(),
+            "1 file could not be read and is missing from the report".into(),
         )),
         n => Err(finding(format!(
-            "{n} files could not be read, and are not in the report"
+            "{n} files could not be read and are missing from the report"
         ))),
     }
 }
@@ -197,7 +193,7 @@ impl AnyReport {
 
     fn document(&self) -> Document {
         match self {
-            Self::Report(report) => report.document("How often answers are right"),
+            Self::Report(report) => report.document("Accuracy of answers"),
             Self::Paper(paper) => paper.document(),
         }
     }

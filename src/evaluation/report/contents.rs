@@ -139,7 +139,7 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
         titles.push("No truth");
     }
     titles.extend(["Precision", "Recall", "Specificity", "Accuracy", "F1"]);
-    let mut table = table(task, "How often answers are right", "", &titles);
+    let mut table = table(task, "Accuracy of answers", "", &titles);
     table.notes = vec![methods::counts(), methods::intervals()];
     for cell in cells {
         let c = &cell.confusion;
