@@ -35,7 +35,7 @@ pub fn run(arguments: &Help) -> Outcome {
     if let (Some(topic), [_]) = (topic(first), &words[..]) {
         output::text(topic.text)?;
         return match topic.name {
-            "json" => output::text(&outputs()),
+            "json" => output::text(&vocabulary()),
             _ => Ok(()),
         };
     }
@@ -80,12 +80,16 @@ fn schema(words: &[String], name: &str) -> Outcome {
     output::text(&format!("{text}\n"))
 }
 
-/// The outputs that have a schema.
-fn outputs() -> String {
-    let lines = json::names().into_iter();
-    lines
-        .map(|(name, title)| format!("    {name:<16} {title}\n"))
-        .collect()
+/// The outputs that have a schema, and the keys that mean the same in all of them.
+fn vocabulary() -> String {
+    let lines = |title: &str, all: Vec<(String, String)>| -> String {
+        let lines = all.into_iter();
+        let lines: String = lines
+            .map(|(name, about)| format!("    {name:<18} {about}\n"))
+            .collect();
+        format!("\n## {title}\n\n{lines}")
+    };
+    lines("Outputs", json::names()) + &lines("Keys", json::keys())
 }
 
 /// The list of topics.

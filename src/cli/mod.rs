@@ -173,12 +173,6 @@ impl Failure {
         }
     }
 
-    /// A failure whose reason was printed already.
-    pub fn said(status: u8) -> Self {
-        let message = String::new();
-        Self { message, status }
-    }
-
     /// What the system said about a file, or about what else is named.
     pub fn system(name: impl Display, error: &std::io::Error) -> Self {
         Self::input(format!("{name}: {}", system::words(error)))
@@ -186,9 +180,7 @@ impl Failure {
 
     /// Says on standard error what went wrong.
     pub fn say(&self) {
-        if !self.message.is_empty() {
-            output::say(&format!("nearmiss: {}", self.message));
-        }
+        output::say(&format!("nearmiss: {}", self.message));
     }
 }
 

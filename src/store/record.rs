@@ -66,9 +66,11 @@ impl Run {
                 fields[name] = document;
             }
         }
+        let seconds = fields["duration_ms"].as_f64().map(|ms| ms / 1e3);
         let mut record = Map::from_iter([
             ("nearmiss_run".to_string(), FORM.into()),
             ("run".to_string(), fields["id"].clone()),
+            ("seconds".to_string(), seconds.into()),
         ]);
         record.extend(
             FIELDS
@@ -93,7 +95,7 @@ impl Run {
             return Err(RecordError::Newer(form.nearmiss_run));
         }
         let mut record: Map<String, Value> = serde_json::from_str(line)?;
-        for name in ["schema_version", "nearmiss_run"] {
+        for name in ["schema_version", "nearmiss_run", "seconds"] {
             record.remove(name);
         }
         // What a later version may have as the only name of the number.

@@ -87,6 +87,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_word_is_near_or_nothing_is() {
+        assert_eq!(nearest("modell", ["mouse", "model"]), Some("model"));
+        assert_eq!(nearest("qwrtz", ["mouse", "model"]), None);
+    }
+
+    #[test]
     fn a_few_names_are_suggested_the_best_first() {
         let commands = ["metrics", "models", "describe", "prompt", "prompts"];
         assert_eq!(similar("metrix", commands), ["metrics"]);

@@ -156,10 +156,4 @@ mod tests {
         assert_eq!(lines.line(&["theme"]), None);
         assert_eq!(KeyLines::new("= =").line(&["theme"]), None);
     }
-
-    #[test]
-    fn a_word_is_near_or_nothing_is() {
-        assert_eq!(nearest("modell", ["mouse", "model"]), Some("model"));
-        assert_eq!(nearest("qwrtz", ["mouse", "model"]), None);
-    }
 }

@@ -254,8 +254,6 @@ impl Summary {
         let without = self.no_effect + self.none;
         match (without, self.missed + self.unfit) {
             (0, 0) => Ok(()),
-            // Why is said already.
-            _ if self.unfit == 1 && self.all == 1 => Err(Failure::said(2)),
             _ if self.unfit == self.all => Err(Failure::input("no scenario could be attacked")),
             (0, n) => finding(format!(
                 "{n} of {} scenarios could not be attacked",

@@ -4,7 +4,7 @@ mod schemas;
 
 use serde_json::{Map, Value};
 
-pub use schemas::{document, names};
+pub use schemas::{document, keys, names};
 
 /// The version of the form of all JSON; it grows when a key goes or changes its meaning.
 pub const SCHEMA_VERSION: u32 = 1;

@@ -203,7 +203,11 @@ fn radius(word: &str) -> Result<f64, String> {
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     let mut table = Table::new("measures", rows.columns());
-    table.json_keys = &[("step", "timestep"), ("obstacle", "obstacle_id")];
+    table.json_keys = &[
+        ("step", "timestep"),
+        ("obstacle", "obstacle_id"),
+        ("risk_score", "risk"),
+    ];
     let columns = table.columns.iter();
     let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
     table.metadata = vec![
@@ -250,6 +254,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         target: Some(arguments.output.begin()?),
         writer: None,
         failed: 0,
+        last: None,
     };
     if let Some(said) = plan.thresholds.file() {
         output::say(&format!("nearmiss: thresholds from {said}"));
@@ -263,7 +268,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         |(doubts, rows)| {
             progress.suspend(|| {
                 doubts.iter().for_each(|doubt| output::say(doubt));
-                if let Err(failure) = &rows {
+                if let (Err(failure), 2..) = (&rows, entries.len()) {
                     failure.say();
                 }
             });
@@ -289,8 +294,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
     match job.failed {
         0 => Ok(()),
-        // Why is said already.
-        1 if entries.len() == 1 => Err(Failure::said(2)),
+        1 if entries.len() == 1 => Err(job.last.unwrap_or_else(|| Failure::input("no scenario"))),
         failed if failed == entries.len() => Err(Failure::input("no scenario could be measured")),
         failed => Err(Failure {
             message: format!(
@@ -323,13 +327,19 @@ struct Job<'a> {
     target: Option<Target>,
     writer: Option<TableWriter>,
     failed: usize,
+    /// Why the last of these could not be measured.
+    last: Option<Failure>,
 }
 
 impl Job<'_> {
     fn take(&mut self, rows: Result<Encoded, Failure>) -> io::Result<()> {
-        let Ok(rows) = rows else {
-            self.failed += 1;
-            return Ok(());
+        let rows = match rows {
+            Ok(rows) => rows,
+            Err(failure) => {
+                self.failed += 1;
+                self.last = Some(failure);
+                return Ok(());
+            }
         };
         if let Some(target) = self.target.take() {
             let Plan { format, table, .. } = self.plan;

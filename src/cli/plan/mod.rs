@@ -143,14 +143,18 @@ impl Job<'_> {
         let driven = match driven {
             Ok(driven) => driven,
             Err(error) => {
-                match error {
-                    PlanError::NothingToPlan(_) => self.missed.finding += 1,
-                    _ => self.missed.input += 1,
-                }
-                output::say(&format!("nearmiss: {error}"));
+                let is_finding = matches!(error, PlanError::NothingToPlan(_));
                 if self.arguments.json {
                     self.line(&document::missing(entry, &error))?;
                 }
+                if self.entries.len() == 1 && !is_finding {
+                    return Err(Failure::input(error));
+                }
+                match is_finding {
+                    true => self.missed.finding += 1,
+                    false => self.missed.input += 1,
+                }
+                output::say(&format!("nearmiss: {error}"));
                 return Ok(self.next_one());
             }
         };
@@ -187,8 +191,8 @@ impl Job<'_> {
     }
 
     fn line(&mut self, value: &serde_json::Value) -> Result<(), Failure> {
-        let line = output::escaped(&value.to_string());
-        self.show(&format!("{line}\n"))
+        let line = output::json_line(value)?;
+        self.show(&line)
     }
 
     /// Writes to standard output at once; where that is taken by the ego, to standard error.
@@ -232,8 +236,6 @@ impl Job<'_> {
         let finding = |message| Err(Failure { message, status: 1 });
         match (harmed, missed) {
             (0, 0) => Ok(()),
-            // Why is said already.
-            _ if self.missed.input == 1 && all == 1 => Err(Failure::said(2)),
             _ if self.missed.input == all => Err(Failure::input(format!(
                 "none of the {all} scenarios could be planned"
             ))),
