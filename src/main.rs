@@ -21,7 +21,9 @@ fn run(arguments: cli::Arguments) -> cli::Outcome {
     match &arguments.command {
         Some(command) => cli::run(command, &workbench()),
         None if arguments.print_config => cli::print_config(),
-        None if cli::has_terminal() => tui::run(arguments.paths, ego).map_err(cli::Failure::input),
+        None if cli::has_terminal() => {
+            tui::run(cli::chosen_paths(&arguments)?, ego).map_err(cli::Failure::input)
+        }
         None => cli::without_terminal(&arguments.paths, &ego),
     }
 }
@@ -31,6 +33,7 @@ fn workbench() -> cli::Workbench {
     cli::Workbench {
         themes: tui::themes,
         keys: tui::keys,
+        key_bindings: tui::key_bindings,
         theme_mistakes: tui::theme_mistakes,
         terminal: tui::terminal_here,
         screen: tui::screen,

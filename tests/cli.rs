@@ -35,6 +35,8 @@ mod hostile;
 mod inspecting;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
+#[path = "cli/json.rs"]
+mod json;
 #[path = "cli/kept.rs"]
 mod kept;
 #[path = "cli/killed.rs"]

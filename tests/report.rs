@@ -239,7 +239,7 @@ fn counts(report: &Value, model: &str) -> Vec<i64> {
 #[test]
 fn runs_of_the_store_are_counted_once_each() {
     let home = Home::new();
-    home.run(&["report"]).status(1).says(&["no run fits"]);
+    home.run(&["report"]).status(1).says(&["no matching runs"]);
     filled(&home);
     let report = json(&home, &["--truth", "truth.csv"]);
     assert_eq!(counts(&report, "lab/x"), [8, 3, 2, 1, 0, 1, 1, 0]);

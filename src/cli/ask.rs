@@ -32,44 +32,44 @@ use crate::workflow::{AskOutcome, AskRequest, Models, Server, ask};
 pub struct Ask {
     #[command(flatten)]
     asked: QuestionArguments,
-    /// Who is asked, as provider/model [default: `model` in config.toml, else reference/geometry].
+    /// Model to ask, as provider/model [default: `model` in config.toml, else reference/geometry].
     #[arg(long)]
     model: Option<String>,
-    /// Address of a server, instead of the provider's own.
+    /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// What the server at --base-url speaks [default: the provider's dialect, or openai_chat].
+    /// Wire protocol of --base-url [default: the dialect of the provider, else openai_chat].
     #[arg(long, value_name = "NAME", requires = "base_url", value_parser = PossibleValuesParser::new(Dialect::ALL.map(Dialect::name)))]
     dialect: Option<String>,
-    /// Environment variable with the key for --base-url [default: the provider's].
+    /// Environment variable that holds the key for --base-url [default: that of the provider].
     #[arg(long, value_name = "NAME", requires = "base_url")]
     key_env: Option<String>,
     /// Sampling temperature, 0 to 2 [default: the server's].
     #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
     temperature: Option<f64>,
-    /// Most tokens of the answer [default: the server's].
+    /// Maximum number of tokens in the answer [default: the server's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     max_tokens: Option<u32>,
-    /// Seed of the sampling, where the server has one.
+    /// Sampling seed, if the server supports one.
     #[arg(long)]
     seed: Option<u64>,
-    /// How much the model is to reason: off, low, medium or high [default: the server's].
+    /// Reasoning effort: off, low, medium or high [default: the server's].
     #[arg(long, value_parser = effort)]
     effort: Option<Effort>,
-    /// The most that the answer may cost, US dollars; needs a price and a limit of tokens [default: `budget` in
-    /// config.toml, else no bound].
+    /// Maximum cost of the answer in US dollars; needs a known price and a token limit [default: `budget` in
+    /// config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
-    /// Ask anew, even where the store has an answer to the same request.
+    /// Ask again even if the store has the answer.
     #[arg(long)]
     fresh: bool,
-    /// Which of several answers to the same request: each is asked for once, and kept.
+    /// Number of the sample: each number is asked once and stored.
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample: u32,
-    /// The verdict as one line of JSON on standard output; nothing is streamed.
+    /// Print one JSON object; the answer is not streamed.
     #[arg(long)]
     json: bool,
-    /// Do not keep the run in the store, nor look for one there.
+    /// Neither read from nor write to the store.
     #[arg(long)]
     no_store: bool,
     /// Say how many tokens the question has and what it costs at most; nothing is sent.
@@ -78,24 +78,24 @@ pub struct Ask {
 }
 
 pub fn temperature(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if (0.0..=2.0).contains(&value) {
         Ok(value)
     } else {
-        Err("it must lie between 0 and 2".into())
+        Err("expected a number from 0 to 2".into())
     }
 }
 
 pub fn effort(text: &str) -> Result<Effort, String> {
-    Effort::parse(text).ok_or_else(|| "it must be off, low, medium or high".into())
+    Effort::parse(text).ok_or_else(|| "expected off, low, medium or high".into())
 }
 
 pub fn budget(text: &str) -> Result<f64, String> {
-    let usd: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
+    let usd: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if usd.is_finite() && usd > 0.0 {
         Ok(usd)
     } else {
-        Err("it must be a positive number of dollars".into())
+        Err("expected a positive number of dollars".into())
     }
 }
 
@@ -119,7 +119,15 @@ pub fn run(arguments: &Ask) -> Outcome {
     let chosen = arguments.asked.span.chosen();
     if let (judge::MODEL, Task::Collision, Some(chosen)) = (model, question.case.task, chosen) {
         output::say(&format!(
-            "nearmiss: the built-in judge answers the collision task from all recorded steps, whatever {chosen} says"
+            "nearmiss: {chosen} ignored: the built-in judge answers the collision task from all recorded steps"
+        ));
+    }
+    if question.case.task == Task::Safety && arguments.asked.span.is_default_end() {
+        let last = question.case.window.last();
+        output::say(&format!(
+            "nearmiss: the window ends at step {last} ({:.1} s), near the end of the recording; --at worst chooses the \
+             most dangerous moment",
+            question.case.scene.time_of(last)
         ));
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -158,14 +166,14 @@ pub fn run(arguments: &Ask) -> Outcome {
     });
     let AskOutcome { answer, not_stored } = outcome?;
     if arguments.json {
-        output::json(&document::document(&answer, &question.case, &judge))?;
+        output::json(&document::document(&answer, &question, &judge))?;
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;
     }
     let unknown = answer.unknown_obstacles(&question.case.scene.scenario);
     if !unknown.is_empty() {
         output::say(&format!(
-            "nearmiss: the verdict names obstacles that the scenario does not have: {unknown:?}"
+            "nearmiss: the verdict names unknown obstacles: {unknown:?}"
         ));
     }
     if let Some(message) = not_stored {
@@ -187,10 +195,10 @@ pub fn run(arguments: &Ask) -> Outcome {
 fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
     let message = match run {
         Some(run) => {
-            format!("interrupted; what had arrived is in the store: `nearmiss runs show {run}`")
+            format!("interrupted; the partial answer is stored: `nearmiss runs show {run}`")
         }
         None if no_store => "interrupted; nothing is kept".into(),
-        None => "interrupted before anything was sent; there is no run".into(),
+        None => "interrupted before anything was sent".into(),
     };
     Failure {
         message,
@@ -212,7 +220,7 @@ fn judge(
             .filter(|(name, _)| *name != "reference")
         else {
             return Err(Failure::input(
-                "--base-url needs --model provider/model, where any provider name will do, e.g. local/default",
+                "--base-url needs --model provider/model with any provider name, e.g. local/default",
             ));
         };
         let server = Server {
@@ -239,7 +247,7 @@ fn judge(
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let budget = bound.map(|bound| bound.usd);
     let models = Models::new(registry, environment, parameters, budget);
-    if let Some(warning) = models.retirement_warning(model, jiff::Zoned::now().date()) {
+    if let Some(warning) = models.warning(model, jiff::Zoned::now().date()) {
         output::say(&format!("nearmiss: {model}: {warning}"));
     }
     models.judge(model).map_err(Failure::input)
@@ -316,11 +324,9 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
 fn stored(past: &StoredOrigin) -> String {
     let asked = time::local(past.created_ms);
     match past.origin {
-        Origin::Asked => format!("from the store, asked {asked}; --fresh asks anew"),
+        Origin::Asked => format!("from the store, asked {asked}; --fresh asks again"),
         Origin::Replayed => {
-            format!(
-                "from the store, replayed: asked {asked} elsewhere and imported; --fresh asks anew"
-            )
+            format!("from the store, asked {asked} elsewhere and imported; --fresh asks again")
         }
         Origin::Recorded => format!("from the store, recorded, imported {asked}"),
     }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::filters::store;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::configuration;
-use super::{Failure, Outcome, output, time};
+use super::{Failure, Outcome, json, output, time};
 use crate::evaluation::remote::{self, GivenUp, Progress, RemoteError};
 use crate::evaluation::{Judge, ModelJudge};
 use crate::llm::{Client, Environment, Error, Parameters, Registry};
@@ -22,32 +22,32 @@ use crate::store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
 pub struct Batches {
     #[command(subcommand)]
     what: Option<BatchesCommand>,
-    /// One JSON object a line.
+    /// Print JSON lines: one object a batch.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, clap::Subcommand)]
 enum BatchesCommand {
-    /// Take the answers of a batch into the store, as far as the provider has them.
+    /// Fetch the answers of a batch that the provider has ready.
     Collect {
         /// Its number [default: every batch that is not over].
         id: Option<i64>,
-        /// Ask again until nothing more comes.
+        /// Keep polling until every answer is there.
         #[arg(long)]
         wait: bool,
     },
-    /// Ask the provider to stop; what it has answered by then is paid for, and `collect` takes it.
+    /// Ask the provider to stop; answers ready by then are paid for, and `collect` fetches them.
     Cancel {
-        /// Its number.
+        /// Number of the batch.
         id: i64,
     },
-    /// Give a batch up whose results the provider has no more, so that its questions can be asked again; those that it
-    /// answered may be paid for twice.
+    /// Give up a batch that the provider no longer has, so that its questions can be asked again; answered ones may be
+    /// paid twice.
     GiveUp {
-        /// Its number.
+        /// Number of the batch.
         id: i64,
-        /// Do not ask the provider first: also where it may still bring answers, or cannot be asked.
+        /// Do not ask the provider first, even if it may still deliver or cannot be reached.
         #[arg(long)]
         force: bool,
     },
@@ -71,7 +71,7 @@ pub fn run(arguments: &Batches) -> Outcome {
                 None => open(&store)?,
             };
             if wanted.is_empty() {
-                output::say("nearmiss: no batch is with a provider");
+                output::say("nearmiss: no batch is open at a provider");
                 return Ok(());
             }
             runtime.block_on(interruptible(collect(&store, wanted, *wait)))
@@ -92,7 +92,7 @@ async fn interruptible(work: impl Future<Output = Outcome>) -> Outcome {
     tokio::select! {
         done = work => done,
         () = interrupt::signal() => Err(Failure {
-            message: "interrupted; the batches stay with their providers: `nearmiss batches collect` goes on".into(),
+            message: "interrupted; the batches stay with their providers: run `nearmiss batches collect` again".into(),
             status: INTERRUPTED,
         }),
     }
@@ -168,7 +168,7 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
         if !wait || wanted.is_empty() {
             return match failed || hopeless {
                 true => Err(Failure {
-                    message: "not every batch could be collected; try again".into(),
+                    message: "some batches could not be collected; try again".into(),
                     status: 1,
                 }),
                 false => Ok(()),
@@ -200,9 +200,9 @@ async fn cancel(store: &Arc<Store>, batch: ProviderBatch) -> Outcome {
     let asked = remote::cancel(id, &model, store).await;
     output::say(&match asked.map_err(Failure::input)? {
         true => format!(
-            "batch {id}: the provider is asked to stop; `nearmiss batches collect {id}` takes what it has answered"
+            "batch {id}: asked the provider to stop; `nearmiss batches collect {id}` fetches the answers so far"
         ),
-        false => format!("batch {id}: there is nothing to stop"),
+        false => format!("batch {id}: already finished"),
     });
     Ok(())
 }
@@ -210,7 +210,7 @@ async fn cancel(store: &Arc<Store>, batch: ProviderBatch) -> Outcome {
 async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outcome {
     let id = batch.id;
     if !batch.state.is_open() {
-        output::say(&format!("batch {id}: there is nothing to give up"));
+        output::say(&format!("batch {id}: already finished"));
         return Ok(());
     }
     let done = match force {
@@ -222,7 +222,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
     };
     let done = done.map_err(|error| match error {
         error @ RemoteError::Provider(_) => Failure::input(format!(
-            "batch {id}: {error}; to give it up without asking the provider: --force"
+            "batch {id}: {error}; --force gives it up without asking the provider"
         )),
         error => Failure::input(error),
     })?;
@@ -238,7 +238,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
                 false => format!(": {}", again.join(", ")),
             };
             format!(
-                "batch {id}: given up; {questions} of its questions can be asked again{again}. What the provider has answered of them may be paid for twice"
+                "batch {id}: given up; {questions} questions can be asked again{again}. Those the provider has answered may be paid twice"
             )
         }
     });
@@ -250,7 +250,7 @@ pub fn lost(batch: &ProviderBatch) -> Option<String> {
     let is_lost = batch.state == ProviderBatchState::Submitting && batch.remote_id.is_none();
     is_lost.then(|| {
         format!(
-            "no id of it came back: it may be at the provider all the same, where the ids of its questions begin with {}; `nearmiss batches collect {}` looks for it",
+            "no id came back, but it may have reached the provider, where the ids of its questions begin with {}; `nearmiss batches collect {}` looks for it",
             batch.tag, batch.id
         )
     })
@@ -260,12 +260,12 @@ fn words(batch: &ProviderBatch, progress: &Progress) -> String {
     let id = batch.id;
     match progress {
         Progress::Unknown => format!(
-            "batch {id}: not known yet whether it reached {}, where the ids of its questions begin with {}; collect it again in some minutes",
+            "batch {id}: unknown whether it reached {}, where the ids of its questions begin with {}; collect it again in some minutes",
             batch.model, batch.tag
         ),
         Progress::NotSent => {
             format!(
-                "batch {id}: it never reached {}; ask its questions again",
+                "batch {id}: never reached {}; ask its questions again",
                 batch.model
             )
         }
@@ -288,7 +288,7 @@ fn words(batch: &ProviderBatch, progress: &Progress) -> String {
             taken,
             without,
         } => format!(
-            "batch {id}: {}; {taken} results are in the store now, {without} questions ended without one",
+            "batch {id}: {}; {taken} results stored, {without} questions without a result",
             state.name()
         ),
     }
@@ -303,7 +303,9 @@ fn list(store: &Store, as_json: bool) -> Outcome {
             .try_for_each(|batch| output::json(&document(batch)));
     }
     if all.is_empty() {
-        output::say("nearmiss: no batch was ever handed to a provider");
+        output::say(
+            "nearmiss: no batches at providers yet; `nearmiss evaluate --batch` submits one",
+        );
         return Ok(());
     }
     let titles = [
@@ -339,8 +341,8 @@ fn list(store: &Store, as_json: bool) -> Outcome {
 }
 
 fn document(batch: &ProviderBatch) -> Value {
-    json!({
-        "batch": batch.id.0,
+    let mut value = json!({
+        "provider_batch": batch.id.0,
         "state": batch.state.name(),
         "tag": batch.tag,
         "model": batch.model,
@@ -351,5 +353,7 @@ fn document(batch: &ProviderBatch) -> Value {
         "requests": batch.requests,
         "results": batch.done,
         "problem": batch.problem,
-    })
+    });
+    json::with_old_names(&mut value, &[("batch", "provider_batch")]);
+    value
 }

@@ -11,16 +11,16 @@ use crate::scenario::{alike, in_short};
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
 pub struct Convert {
-    /// CommonRoad files or folders, or names of bundled scenarios.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// The file to write, or a folder that exists; several scenarios need a folder [default: standard output].
+    /// File to write, or an existing folder; several scenarios need a folder [default: standard output].
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
-    /// Leave out, fill in and replace what the published schema does not allow, and say what.
+    /// Change what the published schema does not allow, and report each change.
     #[arg(long)]
     schema: bool,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     overwrite: bool,
 }
@@ -31,13 +31,13 @@ pub fn run(arguments: &Convert) -> Outcome {
     let folder = arguments.output.as_deref().filter(|path| path.is_dir());
     if entries.len() > 1 && folder.is_none() {
         return Err(Failure::input(format!(
-            "{} scenarios go into a folder that exists: -o FOLDER",
+            "{} scenarios need an existing folder: -o FOLDER",
             entries.len()
         )));
     }
     if let Some((a, b)) = folder.and_then(|_| clash(&entries)) {
         return Err(Failure::input(format!(
-            "{} and {} would both be written as {}.xml; convert them into folders of their own",
+            "{} and {} would both become {}.xml; convert them into different folders",
             a.display(),
             b.display(),
             a.name
@@ -67,7 +67,7 @@ pub fn run(arguments: &Convert) -> Outcome {
         (0, 0) => Ok(()),
         (0, _) if !arguments.schema => Ok(()),
         (0, n) => Err(finding(format!(
-            "{n} of {} scenarios cannot be made to fit the schema; what is in the way is above",
+            "{n} of {} scenarios cannot fit the schema; see above",
             entries.len()
         ))),
         (n, _) if n == entries.len() => Err(Failure::input("no scenario could be converted")),
@@ -110,12 +110,12 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
     } else if changes.len() + violations.len() > 0 {
         let count = changes.len() + violations.len();
         let things = if count == 1 {
-            "thing in it does"
+            "element does"
         } else {
-            "things in it do"
+            "elements do"
         };
         output::say(&format!(
-            "{name}: written as it was read; {count} {things} not fit the schema of 2020a, --schema names and mends them"
+            "{name}: written as read; {count} {things} not fit the 2020a schema; --schema lists and fixes them"
         ));
     }
     Ok(violations.is_empty())

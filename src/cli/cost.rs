@@ -13,13 +13,13 @@ pub fn tokens(consumed: &Consumed) -> Option<String> {
 pub fn unknown(consumed: &Consumed, asked: &str, returned: Option<&str>) -> String {
     match (consumed.input_tokens, consumed.output_tokens) {
         (Some(input), Some(_)) if consumed.cached_tokens.is_some_and(|cached| cached > input) => {
-            "more tokens were cached than sent, as the server counts".into()
+            "the server counts more cached tokens than tokens sent".into()
         }
         (Some(_), Some(_)) => {
             let name = asked.split_once('/').map_or(asked, |(_, name)| name);
             format!("no price for {}", returned.unwrap_or(name))
         }
-        _ => "the server did not say how many tokens".into(),
+        _ => "the server sent no token counts".into(),
     }
 }
 

@@ -12,32 +12,37 @@ use crate::prompts::{Defaults, estimate_tokens};
 pub struct Describe {
     #[command(flatten)]
     which: ScenarioArguments,
-    /// From where, or as what: ego, cartesian, metrics, or trajectory (of one --obstacle).
+    /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle).
     #[arg(long, default_value = "ego", value_parser = frame)]
     frame: Frame,
     #[command(flatten)]
     span: Span,
-    /// JSON instead of text: the text, and for every number in it where it stands (in bytes) and what it is.
-    #[arg(long)]
-    trace: bool,
+    /// Print one JSON object: the text, and the position (in bytes) and source of each number in it.
+    #[arg(long, alias = "trace")]
+    json: bool,
 }
 
 /// Runs `describe`.
 pub fn run(arguments: &Describe) -> Outcome {
     let (folders, config) = configuration()?;
-    let (_, scene) = arguments.which.open()?;
+    let (entry, scene) = arguments.which.open()?;
     let decided = arguments
         .span
         .settings(None, &config)?
         .with(&Defaults::default());
-    let window = arguments.span.window(&scene, None, decided.history)?;
     let thresholds = user_thresholds(&folders)?;
+    let window = arguments
+        .span
+        .window(&scene, &thresholds, None, decided.history)?;
     let context = Context::under(&scene, &thresholds);
     let described = description::describe_in(&context, arguments.frame, &window, &decided.options);
     let described = described.map_err(|error| Failure::input(advised(&error)))?;
-    if arguments.trace {
+    if arguments.json {
         output::json(&serde_json::json!({
+            "scenario": entry.name,
             "frame": arguments.frame.name(),
+            "window": [window.first(), window.last()],
+            "tokens": estimate_tokens(&described.text),
             "form": decided.options.form.name(),
             "first_step": window.first(),
             "last_step": window.last(),

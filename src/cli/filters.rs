@@ -5,42 +5,43 @@ use std::sync::Arc;
 
 use super::{Failure, open};
 use crate::store::{Decision, Filter, Origin, RunState, Store, StoreError, moment};
+use crate::system::available;
 use crate::verdict::Task;
 
 /// Narrows runs down.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Filters {
-    /// Runs whose model's name has this in it.
+    /// Only runs whose model contains this text.
     #[arg(long, value_name = "PART")]
     model: Option<String>,
-    /// Runs on scenarios whose name has this in it.
+    /// Only runs whose scenario contains this text.
     #[arg(long, value_name = "PART")]
     scenario: Option<String>,
-    /// Runs on this task.
+    /// Only runs of this task.
     #[arg(long, value_parser = open::task)]
     task: Option<Task>,
-    /// Runs in this state: answered, truncated, failed, cancelled, interrupted, running.
+    /// Only runs in this state: answered, truncated, failed, cancelled, interrupted or running.
     #[arg(long, value_parser = state)]
     state: Option<RunState>,
-    /// Runs that were asked here, recorded by others, or replayed: asked elsewhere and imported.
+    /// Only runs of this origin: asked (here), recorded (published answers) or replayed (asked elsewhere, imported).
     #[arg(long, value_parser = origin)]
     origin: Option<Origin>,
-    /// Runs of this batch.
+    /// Only runs of this batch.
     #[arg(long)]
     batch: Option<String>,
-    /// Runs whose verdict is dangerous, safe or none.
+    /// Only runs with this verdict: dangerous, safe or none.
     #[arg(long, value_parser = said)]
     verdict: Option<Decision>,
-    /// Runs of this day or later, e.g. 2026-01-31.
+    /// Only runs from this day on, e.g. 2026-01-31.
     #[arg(long, value_name = "DAY", value_parser = moment)]
     since: Option<i64>,
-    /// Runs before this day.
+    /// Only runs before this day.
     #[arg(long, value_name = "DAY", value_parser = moment)]
     before: Option<i64>,
-    /// Pinned runs.
+    /// Only pinned runs.
     #[arg(long)]
     pinned: bool,
-    /// The deleted runs instead of the others.
+    /// Only deleted runs; without it they are left out.
     #[arg(long)]
     deleted: bool,
 }
@@ -81,17 +82,28 @@ fn opened(open: impl Fn(&Path) -> Result<Store, StoreError>) -> Result<Arc<Store
 }
 
 fn state(word: &str) -> Result<RunState, String> {
-    RunState::parse(word).ok_or_else(|| there_are(RunState::ALL.iter().map(|s| s.name())))
+    RunState::parse(word).ok_or_else(|| {
+        format!(
+            "unknown state{}",
+            available(word, RunState::ALL.iter().map(|s| s.name()))
+        )
+    })
 }
 
 fn origin(word: &str) -> Result<Origin, String> {
-    Origin::parse(word).ok_or_else(|| there_are(Origin::ALL.iter().map(|o| o.name())))
-}
-
-fn there_are(words: impl Iterator<Item = &'static str>) -> String {
-    format!("there are {}", words.collect::<Vec<_>>().join(", "))
+    Origin::parse(word).ok_or_else(|| {
+        format!(
+            "unknown origin{}",
+            available(word, Origin::ALL.iter().map(|o| o.name()))
+        )
+    })
 }
 
 fn said(word: &str) -> Result<Decision, String> {
-    Decision::parse(word).ok_or_else(|| there_are(Decision::ALL.iter().map(|d| d.name())))
+    Decision::parse(word).ok_or_else(|| {
+        format!(
+            "unknown verdict{}",
+            available(word, Decision::ALL.iter().map(|d| d.name()))
+        )
+    })
 }

@@ -7,7 +7,7 @@ use super::{Arguments, Failure, Outcome, output};
 /// Arguments of `completions`.
 #[derive(Debug, clap::Args)]
 pub struct Completions {
-    /// For which shell.
+    /// Shell.
     shell: clap_complete::Shell,
 }
 

@@ -1,29 +1,43 @@
 //! `nearmiss help`: help for a command, or a topic of the manual.
 
+use std::ffi::OsStr;
 use std::io;
+use std::path::Path;
 
 use clap::CommandFactory;
 
-use super::{Arguments, Failure, Outcome, output};
+use super::open::resolved;
+use super::{Arguments, Failure, Outcome, json, output};
 use crate::docs::{TOPICS, explaining, topic};
+use crate::system::{available, did_you_mean};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
 pub struct Help {
-    /// A topic, or a command with its own commands [default: a list of both].
+    /// Topic or command, with its subcommands [default: list both].
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
+    /// With the topic json: print the JSON schema of this output.
+    #[arg(long, value_name = "OUTPUT")]
+    schema: Option<String>,
 }
 
 /// Runs `help`.
 pub fn run(arguments: &Help) -> Outcome {
     let words = &arguments.words;
+    if let Some(name) = &arguments.schema {
+        return schema(words, name);
+    }
     let program = program();
     let Some(first) = words.first() else {
         return print(program.after_help(topics()), words);
     };
     if let (Some(topic), [_]) = (topic(first), &words[..]) {
-        return output::text(topic.text);
+        output::text(topic.text)?;
+        return match topic.name {
+            "json" => output::text(&vocabulary()),
+            _ => Ok(()),
+        };
     }
     let mut command = &program;
     for (at, word) in words.iter().enumerate() {
@@ -46,6 +60,36 @@ pub fn program() -> clap::Command {
             command
         }
     })
+}
+
+/// Prints the JSON schema of an output.
+fn schema(words: &[String], name: &str) -> Outcome {
+    if !matches!(words, [topic] if topic == "json") {
+        return Err(Failure::input(format!(
+            "--schema belongs to the topic json: `nearmiss help json --schema {name}`"
+        )));
+    }
+    let Some(schema) = json::document(name) else {
+        let names = json::names();
+        let known = available(name, names.iter().map(|(name, _)| name.as_str()));
+        return Err(Failure::input(format!(
+            "no schema `{name}`{known}; `nearmiss help json` lists them"
+        )));
+    };
+    let text = serde_json::to_string_pretty(&schema).map_err(Failure::input)?;
+    output::text(&format!("{text}\n"))
+}
+
+/// The outputs that have a schema, and the keys that mean the same in all of them.
+fn vocabulary() -> String {
+    let lines = |title: &str, all: Vec<(String, String)>| -> String {
+        let lines = all.into_iter();
+        let lines: String = lines
+            .map(|(name, about)| format!("    {name:<18} {about}\n"))
+            .collect();
+        format!("\n## {title}\n\n{lines}")
+    };
+    lines("Outputs", json::names()) + &lines("Keys", json::keys())
 }
 
 /// The list of topics.
@@ -74,6 +118,18 @@ fn print(program: clap::Command, words: &[String]) -> Outcome {
     }
 }
 
+/// The error for a first word that is probably a mistyped command: it is no path, no scenario, and like a command.
+pub fn mistyped(program: &clap::Command, word: &OsStr) -> Option<Failure> {
+    let said = word.to_str().filter(|word| !word.starts_with('-'))?;
+    if program.find_subcommand(said).is_some() || resolved(Path::new(said)).is_ok() {
+        return None;
+    }
+    let commands = program.get_subcommands().map(clap::Command::get_name);
+    let meant = did_you_mean(said, commands);
+    let message = format!("no command or file `{said}`{meant}");
+    (!meant.is_empty()).then(|| Failure::input(message))
+}
+
 /// The message for an argument that is neither a subcommand nor a topic.
 fn unknown(command: &clap::Command, before: &[String], word: &str) -> String {
     let commands = command.get_subcommands().map(clap::Command::get_name);
@@ -83,7 +139,11 @@ fn unknown(command: &clap::Command, before: &[String], word: &str) -> String {
         let path = before.join(" ");
         let there = match &commands[..] {
             [] => "; it has none".to_string(),
-            all => format!("{}\nCommands: {}", meant(word, all), all.join(", ")),
+            all => format!(
+                "{}\nCommands: {}",
+                did_you_mean(word, all.iter().copied()),
+                all.join(", ")
+            ),
         };
         return format!("`nearmiss {path}` has no command `{word}`{there}");
     }
@@ -92,21 +152,7 @@ fn unknown(command: &clap::Command, before: &[String], word: &str) -> String {
     }
     let all: Vec<&str> = topics.iter().copied().chain(commands).collect();
     format!(
-        "no topic and no command is called `{word}`{}\nTopics: {}\nCommands: `nearmiss help` lists them",
-        meant(word, &all),
-        topics.join(", ")
+        "no topic or command `{word}`{}\n`nearmiss help` lists both",
+        did_you_mean(word, all)
     )
 }
-
-/// The one of all names that was probably meant.
-fn meant(word: &str, all: &[&str]) -> String {
-    let like = |name: &&&str| strsim::jaro_winkler(word, name);
-    let best = all.iter().max_by(|a, b| like(a).total_cmp(&like(b)));
-    match best.filter(|name| like(name) > LIKE) {
-        Some(name) => format!("; did you mean `{name}`?"),
-        None => String::new(),
-    }
-}
-
-/// Words at least this much alike, 0 to 1, are the same one mistyped.
-const LIKE: f64 = 0.75;

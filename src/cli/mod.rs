@@ -1,6 +1,7 @@
 //! The command line, one file for each subcommand. Data goes to standard output, messages to standard error.
 
 mod ask;
+mod at;
 mod batches;
 mod convert;
 mod cost;
@@ -16,6 +17,7 @@ mod help;
 mod import;
 mod inspect;
 mod interrupt;
+mod json;
 mod metrics;
 mod models;
 mod open;
@@ -37,7 +39,7 @@ mod time;
 mod verdicts;
 
 pub use crash::report_panics;
-pub use open::{EgoChoice, chosen_ego};
+pub use open::{EgoChoice, chosen_ego, chosen_paths};
 pub use print_config::print_config;
 pub use themes_and_keys::Workbench;
 pub use verdicts::{has_terminal, without_terminal};
@@ -54,15 +56,15 @@ use crate::system;
     after_help = "Manual: `nearmiss help` lists its topics, `nearmiss help TOPIC` prints one."
 )]
 pub struct Arguments {
-    /// What to do without the workbench.
+    /// The command to run; without one the workbench opens.
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// Scenario files or folders to open in the workbench [default: the bundled scenarios].
+    /// Scenario files, folders or names of bundled scenarios to open in the workbench [default: the bundled scenarios].
     pub paths: Vec<PathBuf>,
     /// Who is the ego in the workbench.
     #[command(flatten)]
     pub ego: EgoChoice,
-    /// Print the configuration that is in force, with where each value comes from.
+    /// Print the configuration in force and where each value comes from.
     #[arg(long, exclusive = true)]
     pub print_config: bool,
 }
@@ -70,53 +72,53 @@ pub struct Arguments {
 /// The headless commands.
 #[derive(Debug, clap::Subcommand)]
 pub enum Command {
-    /// What is in a scenario, and what is wrong with it, with line numbers.
+    /// Show what a scenario contains, and its errors with line numbers.
     Inspect(inspect::Inspect),
-    /// Scenarios written anew as CommonRoad 2020a XML.
+    /// Write scenarios as CommonRoad 2020a XML.
     Convert(convert::Convert),
-    /// Every measure of every obstacle at every step, as a table.
+    /// Compute every safety measure of every obstacle at every step.
     Metrics(metrics::Metrics),
-    /// A window of a scene in words.
+    /// Describe a scene in words.
     Describe(describe::Describe),
-    /// The messages as they would be sent to a model.
+    /// Print the messages that a model would receive.
     Prompt(prompt::PromptArguments),
-    /// The prompt templates: list, show, compare with the shipped ones, copy to change them.
+    /// List, show, compare, copy and choose prompt templates.
     Prompts(prompts::Prompts),
-    /// One verdict: by the built-in judge, or by a language model.
+    /// Ask a model, or the built-in judge, for one verdict.
     Ask(ask::Ask),
-    /// Which models can be asked, with what key, at what price, and how long still.
+    /// List models with their keys, prices and retirement dates.
     Models(models::Models),
-    /// Asks models about many scenarios, in many ways, and counts how often they are right; the built-in judge too.
+    /// Ask models about many scenarios and count correct answers.
     Evaluate(evaluate::Evaluate),
-    /// Batches that providers work off: list, collect their answers, cancel.
+    /// List, collect and cancel batches at providers.
     Batches(batches::Batches),
-    /// How often answers are right: runs of the store, or recorded answers beside the paper's tables.
+    /// Report the accuracy of stored or recorded answers.
     Report(report::ReportArguments),
-    /// What was asked and answered: the store of runs.
+    /// List, search and manage stored runs.
     Runs(runs::Runs),
-    /// What people made of answers side by side: wins and strengths of models and prompts.
+    /// Summarise ratings of answers compared side by side.
     Ratings(ratings::Ratings),
-    /// Plans the ego's motion and drives it through the recorded traffic, which does not react; how it ends.
+    /// Plan the ego's motion and simulate it in the recorded traffic.
     Plan(plan::PlanArguments),
-    /// Makes safe scenarios dangerous: one obstacle moves otherwise, physically possible and survivable.
+    /// Turn safe scenarios into dangerous but avoidable ones.
     Generate(generate::GenerateArguments),
-    /// Runs of the store as a file.
+    /// Write stored runs to a file.
     Export(export::Export),
-    /// Figures for papers: the map, measures over time, or the workbench, as SVG, PNG or GIF.
+    /// Draw maps, plots or the workbench as SVG, PNG or GIF.
     Render(render::Render),
-    /// Runs of another store, or the recorded answers of a published repository, into the store.
+    /// Import runs into the store.
     Import(import::Import),
-    /// The themes of the workbench, as they look in this terminal.
+    /// List and preview the themes of the workbench.
     Themes(themes_and_keys::Themes),
-    /// The keys of the workbench, and a keymap file to begin with.
+    /// List the keys of the workbench, or print a keymap file.
     Keys(themes_and_keys::Keys),
-    /// Whether everything is in order: terminal, files, store, models; and what to do where it is not.
+    /// Check terminal, files, store and models, and suggest fixes.
     Doctor(doctor::Doctor),
-    /// Completions for a shell.
+    /// Print completions for a shell.
     Completions(generated::Completions),
-    /// The manual page.
+    /// Print the manual page.
     Man,
-    /// A topic of the manual, or the options of a command.
+    /// Print a topic of the manual, or the help of a command.
     Help(help::Help),
 }
 
@@ -124,9 +126,18 @@ pub enum Command {
 #[must_use]
 pub fn arguments() -> Arguments {
     use clap::FromArgMatches;
-    let found = help::program().try_get_matches();
+    use clap::error::ContextKind;
+    let program = help::program();
+    let first = std::env::args_os().nth(1);
+    if let Some(failure) = first.and_then(|word| help::mistyped(&program, &word)) {
+        failure.say();
+        std::process::exit(failure.status.into());
+    }
+    let found = program.try_get_matches();
     let parsed = found.and_then(|found| Arguments::from_arg_matches(&found));
-    parsed.unwrap_or_else(|error| {
+    parsed.unwrap_or_else(|mut error| {
+        // It would advise to pass a mistyped option as a file: `-- -o`.
+        error.remove(ContextKind::Suggested);
         let said = error.render().to_string();
         let plain = said.replace("invalid digit found in string", NO_NUMBER);
         let plain = plain.replace("cannot parse integer from empty string", NO_NUMBER);
@@ -139,7 +150,7 @@ pub fn arguments() -> Arguments {
 }
 
 /// Said of a word where a number without decimals is needed.
-const NO_NUMBER: &str = "a whole number is needed";
+const NO_NUMBER: &str = "expected a whole number";
 
 /// Result of a command.
 pub type Outcome = Result<(), Failure>;

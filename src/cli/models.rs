@@ -6,20 +6,20 @@ use jiff::civil::Date;
 use serde_json::{Value, json};
 
 use super::open::configuration;
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, json, output};
 use crate::judge;
 use crate::llm::{Discovered, Environment, KeyState, ModelListing, Pricing, Registry, probe};
 
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
 pub struct Models {
-    /// A list of objects instead of a table.
+    /// Print JSON lines: one object a model.
     #[arg(long)]
     json: bool,
-    /// Do not look which servers run on this machine.
+    /// Do not look for servers on this machine.
     #[arg(long)]
     offline: bool,
-    /// Also models found on this machine whose names say that they answer no questions, such as embeddings.
+    /// Include local models that do not chat, such as embeddings.
     #[arg(long)]
     all: bool,
 }
@@ -51,7 +51,9 @@ pub fn run(arguments: &Models) -> Outcome {
     let shown: Vec<ModelListing> = shown.collect();
     let listed = [listed, shown].concat();
     if arguments.json {
-        output::json(&document(&listed, &found, today))
+        documents(&listed, &found, today)
+            .iter()
+            .try_for_each(output::json)
     } else {
         output::text(&output::visible(&table(&listed, &found, today)))
     }
@@ -70,8 +72,17 @@ fn new<'a>(
     found.iter().filter(move |d| !known.contains(&d.id))
 }
 
-fn document(listed: &[ModelListing], found: &[Discovered], today: Date) -> Value {
-    let reference = json!({"id": judge::MODEL, "built_in": true});
+fn documents(listed: &[ModelListing], found: &[Discovered], today: Date) -> Vec<Value> {
+    let reference = json!({
+        "model": judge::MODEL,
+        "built_in": true,
+        "dialect": null,
+        "key": {"state": "not needed", "source": null},
+        "usd_per_million_tokens": null,
+        "end": null,
+        "warning": null,
+        "running": false,
+    });
     let known = listed.iter().map(|model| {
         let (state, source) = match &model.key {
             KeyState::NotNeeded => ("not needed", None),
@@ -82,7 +93,8 @@ fn document(listed: &[ModelListing], found: &[Discovered], today: Date) -> Value
         let price = model.pricing.as_ref().map(price);
         let end = model.retirement.as_ref();
         json!({
-            "id": model.id,
+            "model": model.id,
+            "built_in": false,
             "dialect": model.dialect.name(),
             "key": {"state": state, "source": source},
             "usd_per_million_tokens": price,
@@ -96,7 +108,11 @@ fn document(listed: &[ModelListing], found: &[Discovered], today: Date) -> Value
             "running": is_found(model, found),
         })
     });
-    std::iter::once(reference).chain(known).collect()
+    let mut all: Vec<Value> = std::iter::once(reference).chain(known).collect();
+    for one in &mut all {
+        json::with_old_names(one, &[("id", "model")]);
+    }
+    all
 }
 
 /// A price with its source, and those of longer questions in it.
@@ -170,8 +186,7 @@ fn table(listed: &[ModelListing], found: &[Discovered], today: Date) -> String {
     }
     let mut text: String = output::table_lines(&rows, &[]).collect();
     if !sources.0.is_empty() {
-        text +=
-            "\nprices are what these places said on that day; yours in config.toml come first\n";
+        text += "\nprices in US dollars per million tokens, from these pages on that day; prices in config.toml override them\n";
     }
     for (i, source) in sources.0.iter().enumerate() {
         text += &format!("[{}] {source}\n", i + 1);

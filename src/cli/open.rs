@@ -8,19 +8,20 @@ use std::sync::Arc;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
-    EgoError, EgoSelection, Entry, EntryLocation, LibraryError, bundled, find, not_standard_input,
+    EgoError, EgoSelection, Entry, EntryLocation, bundled, find, not_standard_input,
 };
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
+use crate::system::{available, did_you_mean};
 use crate::verdict::Task;
 use crate::workflow::{OpenError, OpenRequest, OpenedScene, open};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArguments {
-    /// A CommonRoad file, or the name of a bundled scenario.
+    /// CommonRoad file or name of a bundled scenario; a unique prefix of the name is enough.
     file: PathBuf,
     #[command(flatten)]
     ego: EgoChoice,
@@ -29,11 +30,11 @@ pub struct ScenarioArguments {
 /// Who is the ego.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct EgoChoice {
-    /// Who is the ego: the id of an obstacle, or a file with a recorded trajectory, a log of Frenetix or a CommonRoad
-    /// solution [default: the file that lies with the scenario].
+    /// The ego: id of an obstacle, or file with a recorded trajectory, Frenetix log or CommonRoad solution [default:
+    /// the recording beside the scenario].
     #[arg(long, value_name = "ID|FILE", allow_negative_numbers = true)]
     ego: Option<PathBuf>,
-    /// The planning problem whose vehicle is the ego, where the file solves several.
+    /// Planning problem whose vehicle is the ego, if the file solves several.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     planning_problem: Option<i64>,
 }
@@ -54,7 +55,7 @@ impl EgoChoice {
         // A file that is called like a number is meant by `./7`.
         match wanted.to_str().and_then(|text| text.parse().ok()) {
             Some(_) if planning_problem.is_some() => Err(Failure::input(
-                "--planning-problem chooses among the egos of a file; --ego names an obstacle",
+                "--planning-problem chooses an ego of a file, and --ego names an obstacle; leave one out",
             )),
             Some(id) => Ok(EgoSelection::Obstacle(id)),
             None => {
@@ -80,25 +81,22 @@ impl ScenarioArguments {
 /// The entry that an argument means, if it is a file or the name of a bundled scenario.
 pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     not_standard_input(argument).map_err(Failure::input)?;
-    let entry = Entry::of_argument(argument);
-    if let EntryLocation::File(path) = &entry.place {
-        let shown = path.display();
-        match path.metadata() {
-            Ok(found) if found.is_dir() => {
-                return Err(Failure::input(format!(
-                    "{shown} is a folder; this command takes one scenario, `nearmiss metrics` takes folders"
-                )));
-            }
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                return Err(Failure::input(format!(
-                    "{shown}: no such file{}",
-                    instead(path)
-                )));
-            }
-            _ => {}
-        }
+    let entry = Entry::of_argument(&resolved(argument)?);
+    match &entry.place {
+        EntryLocation::File(path) if path.is_dir() => Err(Failure::input(format!(
+            "{} is a folder; this command takes one scenario. `inspect`, `metrics` and `evaluate` take folders",
+            path.display()
+        ))),
+        _ => Ok(entry),
     }
-    Ok(entry)
+}
+
+/// The paths that the workbench opens.
+///
+/// # Errors
+/// See [`resolved`].
+pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
+    arguments.paths.iter().map(|path| resolved(path)).collect()
 }
 
 /// Who shall be the ego in the workbench, checked as far as that needs no screen.
@@ -112,18 +110,21 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
     }
     if arguments.command.is_some() {
         return Err(Failure::input(
-            "--ego and --planning-problem before a command are those of the workbench; put them behind: \
+            "--ego and --planning-problem before a command apply to the workbench; put them after it: \
              nearmiss COMMAND FILE --ego ID|FILE",
         ));
     }
     let entries = match &arguments.paths[..] {
         [] => bundled(),
-        paths => find(paths).map_err(Failure::input)?.entries,
+        _ => {
+            find(&chosen_paths(arguments)?)
+                .map_err(Failure::input)?
+                .entries
+        }
     };
     let [entry] = &entries[..] else {
         return Err(Failure::input(format!(
-            "--ego and --planning-problem choose the ego of one scenario, and here are {}; name one file or bundled \
-             scenario",
+            "--ego and --planning-problem need one scenario, not {}; name one file or bundled scenario",
             entries.len()
         )));
     };
@@ -132,22 +133,64 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
     Ok(wanted)
 }
 
-/// The bundled scenario whose name is nearest to one that is not there, or all of them.
-fn instead(path: &Path) -> String {
+/// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.
+///
+/// # Errors
+/// There is no such file or scenario, with what was probably meant; or several scenarios begin so.
+pub fn resolved(argument: &Path) -> Result<PathBuf, Failure> {
+    let missing = matches!(argument.symlink_metadata(), Err(e) if e.kind() == ErrorKind::NotFound);
+    if !missing || argument == Path::new("-") {
+        return Ok(argument.to_path_buf());
+    }
     let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();
-    let said = path.to_string_lossy();
-    let likeness = |name: &String| strsim::normalized_damerau_levenshtein(name, &said);
-    let nearest = names
-        .iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    match nearest.filter(|name| likeness(name) >= LIKE) {
-        Some(name) => format!("; the bundled scenario that is called nearly so is {name}"),
-        None => format!("; the bundled scenarios are {}", names.join(", ")),
+    let said = argument.to_string_lossy();
+    let wanted = said.to_lowercase();
+    let begin = |name: &&String| !wanted.is_empty() && name.to_lowercase().starts_with(&wanted);
+    let found: Vec<&String> = names.iter().filter(begin).collect();
+    match &found[..] {
+        _ if names.iter().any(|name| *name == said) => Ok(argument.to_path_buf()),
+        [name] => Ok(PathBuf::from(name)),
+        [] => Err(Failure::input(format!(
+            "{}: no such file or bundled scenario{}",
+            argument.display(),
+            instead(argument, &names)
+        ))),
+        several => {
+            let first: Vec<&str> = several.iter().take(SUGGESTED).map(|n| n.as_str()).collect();
+            let more = several.len() - first.len();
+            let more = match more {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            Err(Failure::input(format!(
+                "{}: ambiguous; it begins {}{more}",
+                argument.display(),
+                first.join(", ")
+            )))
+        }
     }
 }
 
-/// Names at least this much alike, 0 to 1, are the same one mistyped: three or four letters of a bundled name.
-const LIKE: f64 = 0.8;
+/// Scenarios that are named where several begin alike.
+const SUGGESTED: usize = 3;
+
+/// What is called nearly like a path that does not exist: bundled scenarios, or files in its folder.
+fn instead(path: &Path, bundled: &[String]) -> String {
+    let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    else {
+        return did_you_mean(&path.to_string_lossy(), bundled.iter().map(String::as_str));
+    };
+    let files = folder.read_dir().into_iter().flatten().flatten();
+    let files = files.map(|file| file.file_name().to_string_lossy().into_owned());
+    let files: Vec<String> = files.take(MOST_FILES).collect();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    did_you_mean(&name, files.iter().map(String::as_str))
+}
+
+/// Files of a folder that are compared with a name.
+const MOST_FILES: usize = 10_000;
 
 /// More files that were passed over are not named each.
 const NAMED: usize = 20;
@@ -162,19 +205,12 @@ pub fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
 
 /// The scenarios at `paths`. What was passed over is said.
 pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
-    let found = find(paths).map_err(|error| {
-        let hint = match &error {
-            LibraryError::Io { path, source } if source.kind() == ErrorKind::NotFound => {
-                instead(path)
-            }
-            _ => String::new(),
-        };
-        Failure::input(format!("{error}{hint}"))
-    })?;
+    let paths = paths.iter().map(|path| resolved(path));
+    let found = find(&paths.collect::<Result<Vec<_>, _>>()?).map_err(Failure::input)?;
     let all = &found.passed_over;
     if (1..=NAMED).contains(&all.len()) {
         let count = found.passed_over_count().unwrap_or_default();
-        output::say(&format!("nearmiss: {count} passed over:"));
+        output::say(&format!("nearmiss: {count} skipped:"));
         all.iter().for_each(|one| output::say(&format!("  {one}")));
     } else if let Some(words) = found.passed_over_in_short() {
         output::say(&format!("nearmiss: {words}"));
@@ -273,8 +309,8 @@ fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
     let count = scenario.obstacles.len();
     (!ids.is_empty()).then(|| {
         format!(
-            "nearmiss: {}: {} of {count} obstacles ({}) have no usable shape and are left out of every measure and verdict; \
-             `nearmiss inspect` says why",
+            "nearmiss: {}: {} of {count} obstacles ignored in measures and verdicts, as they have no usable shape: {}; \
+             see `nearmiss inspect`",
             entry.display(),
             ids.len(),
             ids[..ids.len().min(12)].join(", ")
@@ -287,7 +323,7 @@ fn possible(scenario: &Scenario) -> String {
     let ids = scenario.possible_egos();
     let mut some: Vec<String> = ids.iter().take(8).map(i64::to_string).collect();
     if ids.len() > some.len() {
-        some.push("…, all of them: `nearmiss inspect`".into());
+        some.push("… (`nearmiss inspect` lists all)".into());
     }
     if some.is_empty() {
         return "none has a trajectory".into();
@@ -342,13 +378,14 @@ pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
 
 /// The name of a task.
 pub fn task(word: &str) -> Result<Task, String> {
-    let names = Task::ALL.map(Task::name).join(", ");
-    Task::parse(word).ok_or_else(|| format!("there are {names}"))
+    let known = || available(word, Task::ALL.map(Task::name));
+    Task::parse(word).ok_or_else(|| format!("unknown task{}", known()))
 }
 
 /// The name of a frame.
 pub fn frame(word: &str) -> Result<Frame, String> {
-    Frame::parse(word).ok_or_else(|| format!("there are {}", Frame::names()))
+    let known = || available(word, Frame::ALL.map(Frame::name));
+    Frame::parse(word).ok_or_else(|| format!("unknown frame{}", known()))
 }
 
 /// `cp,cot,icl`, `base` or `all`.

@@ -17,14 +17,14 @@ use crate::verdict::Task;
 pub struct QuestionArguments {
     #[command(flatten)]
     which: ScenarioArguments,
-    /// What is asked: one of the tasks that `nearmiss prompts` lists.
+    /// Task: collision, safety, attacker or trajectory.
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
-    /// How the scene is described: one of the task's frames [default: ego; metrics for the attacker; the
-    /// only one for the trajectory].
+    /// Frame of the description: ego, cartesian, metrics or trajectory [default: ego; metrics for attacker; trajectory
+    /// for trajectory].
     #[arg(long, value_parser = frame)]
     frame: Option<Frame>,
-    /// Prompting techniques: any of cp, cot, icl; base for none, all for all [default: what the template says,
+    /// Prompting techniques: cp, cot and icl, joined by commas; base for none, all for all [default: from the template,
     /// else all].
     #[arg(long, value_parser = techniques)]
     techniques: Option<Techniques>,
@@ -54,14 +54,16 @@ impl QuestionArguments {
         library.problems.iter().filter(usual).for_each(say);
         let settings = self.span.settings(self.techniques, config)?;
         let decided = settings.with(&chosen.front.defaults);
+        let thresholds = user_thresholds(folders)?;
+        let window = (self.span).window(&scene, &thresholds, Some(self.task), decided.history)?;
         let case = Case {
             name: entry.name,
             task: self.task,
             frame,
             techniques: decided.techniques,
-            window: self.span.window(&scene, Some(self.task), decided.history)?,
+            window,
             options: decided.options,
-            thresholds: Arc::new(user_thresholds(folders)?),
+            thresholds: Arc::new(thresholds),
             scene,
         };
         prepare(case, &library, None).map_err(|error| match &error {
@@ -76,7 +78,7 @@ impl QuestionArguments {
 pub struct PromptArguments {
     #[command(flatten)]
     asked: QuestionArguments,
-    /// The messages as a JSON array.
+    /// Print one JSON object: the messages, the template and its hash.
     #[arg(long)]
     json: bool,
 }
@@ -86,7 +88,19 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
     let (folders, config) = configuration()?;
     let question = arguments.asked.question(&folders, &config)?;
     if arguments.json {
-        return output::json(&question.messages());
+        let case = &question.case;
+        return output::json(&serde_json::json!({
+            "scenario": case.name,
+            "task": case.task.name(),
+            "frame": case.frame.name(),
+            "techniques": case.techniques.to_string(),
+            "window": [case.window.first(), case.window.last()],
+            "template": question.template,
+            "template_version": question.template_version,
+            "template_hash": question.template_hash,
+            "tokens": question.tokens(),
+            "messages": question.messages(),
+        }));
     }
     let prompt = &question.prompt;
     let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);

@@ -7,50 +7,54 @@ use serde_json::json;
 use similar::TextDiff;
 
 use super::open::configuration;
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, json, output};
 use crate::evaluation::validate;
 use crate::prompts::{Library, Origin, Problem, Template, choose_template, renamed, template_file};
 use crate::system;
 
 /// Arguments of `prompts`.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Prompts {
     #[command(subcommand)]
     what: Option<PromptsCommand>,
+    /// Print JSON lines: one object a template.
+    #[arg(long)]
+    json: bool,
 }
 
 /// What about the templates.
 #[derive(Debug, clap::Subcommand)]
 enum PromptsCommand {
-    /// Every template with task, frame, version, hash and origin, and what is wrong with yours [default].
+    /// List the templates with task, frame, version, hash, origin and errors; the default.
     List {
-        /// As JSON.
+        /// Print JSON lines: one object a template.
         #[arg(long)]
         json: bool,
     },
-    /// The text of a template or fragment, as it is in use.
+    /// Print the text of a template or fragment in use.
     Show {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
     },
-    /// The folder that your own templates are in.
+    /// Print the folder of your own templates.
     Path,
-    /// What your version of a template changes in the shipped one.
+    /// Compare your version of a template with the shipped one.
     Diff {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
     },
-    /// Copies a template into your folder, where you can change it; what is there is not touched.
+    /// Copy a template into your folder to change it; existing files are not replaced.
     Copy {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
-        /// Under another name, so that both can be used, and not in its place.
+        /// New name, so that both templates exist.
         #[arg(long = "as", value_name = "NEW")]
         new: Option<String>,
     },
-    /// Uses a template for its task and frame, of all those that there are for them; also in the workbench.
+    /// Use this template for its task and frame, in the workbench too.
     Use {
-        /// Its file name; `.md` may be left out.
+        /// File name; `.md` may be left out.
         name: String,
     },
 }
@@ -60,11 +64,9 @@ pub fn run(arguments: &Prompts) -> Outcome {
     let (folders, _) = configuration()?;
     let folder = folders.prompts();
     let library = validate(Library::load(Some(&folder)));
-    match arguments
-        .what
-        .as_ref()
-        .unwrap_or(&PromptsCommand::List { json: false })
-    {
+    match arguments.what.as_ref().unwrap_or(&PromptsCommand::List {
+        json: arguments.json,
+    }) {
         PromptsCommand::List { json } => list(&library, *json),
         PromptsCommand::Show { name } => output::text(&output::visible(known(&library, name)?.1)),
         PromptsCommand::Path => output::text(&format!("{}\n", folder.display())),
@@ -72,7 +74,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
         PromptsCommand::Copy { name, new: None } => {
             let (file, _) = known(&library, name)?;
             let shipped = Library::shipped(&file)
-                .ok_or_else(|| Failure::input(format!("{file} does not come with the program")))?;
+                .ok_or_else(|| Failure::input(format!("{file} is not a shipped template")))?;
             let path = folder.join(&file);
             write_new(&path, shipped)?;
             output::text(&format!("{}\n", path.display()))
@@ -85,7 +87,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
             let file = template_file(new).map_err(Failure::input)?;
             if Library::shipped(&file).is_some() {
                 return Err(Failure::input(format!(
-                    "{file} comes with the program, and yours would be used in its place; choose another name"
+                    "{file} is the name of a shipped template; choose another name"
                 )));
             }
             let path = folder.join(&file);
@@ -97,7 +99,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
             let front = &template.front;
             choose_template(&folder, &front.task, &front.frame, &file).map_err(Failure::input)?;
             output::say(&format!(
-                "{file} is used for the task {} in frame {}",
+                "{file} is now used for task {} in frame {}",
                 front.task, front.frame
             ));
             Ok(())
@@ -160,23 +162,37 @@ fn list(library: &Library, as_json: bool) -> Outcome {
     let problems: Vec<String> = library.problems.iter().map(ToString::to_string).collect();
     let templates = library.templates();
     if as_json {
-        let rows = templates.map(|(file, template, origin)| {
+        for (file, template, origin) in templates {
             let front = &template.front;
-            json!({
-                "file": file, "task": front.task, "frame": front.frame, "version": front.version,
-                "hash": library.hash(&template.source), "origin": place(origin), "in_use": library.in_use(file),
+            let mut line = json!({
+                "template": file,
+                "template_version": front.version,
+                "template_hash": library.hash(&template.source),
+                "task": front.task,
+                "frame": front.frame,
+                "origin": place(origin),
+                "in_use": library.in_use(file),
                 "summary": front.summary,
-            })
-        });
-        let rows: Vec<_> = rows.collect();
-        let broken = broken(library).map(|problem| {
-            json!({
-                "file": file_of(problem), "origin": problem.path.display().to_string(),
-                "message": problem.message,
-            })
-        });
-        let broken: Vec<_> = broken.collect();
-        output::json(&json!({ "templates": rows, "broken": broken, "problems": problems }))?;
+                "problem": null,
+            });
+            json::with_old_names(
+                &mut line,
+                &[
+                    ("file", "template"),
+                    ("version", "template_version"),
+                    ("hash", "template_hash"),
+                ],
+            );
+            output::json(&line)?;
+        }
+        for problem in &library.problems {
+            output::json(&json!({
+                "template": file_of(problem),
+                "origin": problem.path.display().to_string(),
+                "in_use": false,
+                "problem": problem.message,
+            }))?;
+        }
     } else {
         let titles = ["file", "task", "frame", "used", "version", "hash", "origin"];
         let mut rows = vec![titles.map(String::from)];
@@ -221,7 +237,7 @@ fn list(library: &Library, as_json: bool) -> Outcome {
     match problems.len() {
         0 => Ok(()),
         count => Err(Failure {
-            message: format!("{count} of your templates cannot be used as they are"),
+            message: format!("{count} of your templates cannot be used"),
             status: 1,
         }),
     }
@@ -231,7 +247,7 @@ fn diff(library: &Library, name: &str) -> Outcome {
     let (file, _) = known(library, name)?;
     let Some(shipped) = Library::shipped(&file) else {
         return Err(Failure::input(format!(
-            "{file} does not come with the program, so there is nothing to compare it with"
+            "{file} has no shipped version to compare with"
         )));
     };
     // Also a file that is broken and not in use has its differences.
@@ -275,7 +291,7 @@ fn write_new(path: &PathBuf, text: &str) -> Result<(), Failure> {
     let failed = |error: std::io::Error| {
         Failure::input(match error.kind() {
             std::io::ErrorKind::AlreadyExists => {
-                format!("{} is there already; nothing was written", path.display())
+                format!("{} exists; nothing was written", path.display())
             }
             _ => format!("{}: {}", path.display(), system::words(&error)),
         })

@@ -14,10 +14,10 @@ use crate::store::{Choice, Rating};
 pub struct Ratings {
     #[command(subcommand)]
     what: Option<RatingsCommand>,
-    /// Whose standing: that of models, or of ways of asking.
+    /// Compare models or prompts.
     #[arg(long, value_enum, default_value = "model")]
     by: RatingsQuery,
-    /// One JSON object a line.
+    /// Print JSON lines: one object a model or prompt.
     #[arg(long)]
     json: bool,
 }
@@ -26,19 +26,19 @@ pub struct Ratings {
 enum RatingsQuery {
     /// Models.
     Model,
-    /// Ways of asking: frame and techniques.
+    /// Prompts: frame and techniques.
     Prompt,
 }
 
 #[derive(Debug, clap::Subcommand)]
 enum RatingsCommand {
-    /// Every rating, as a file or on standard output.
+    /// Export every rating.
     Export(Export),
 }
 
 #[derive(Debug, clap::Args)]
 struct Export {
-    /// How they are written [default: as the ending of FILE says, else jsonl].
+    /// Format [default: from the file name, else jsonl].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -47,9 +47,9 @@ struct Export {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// One JSON object a line, a rating each.
+    /// JSON lines: one object a rating.
     Jsonl,
-    /// Comma-separated, with a header, a row an answer; control characters are shown as symbols.
+    /// CSV with a header, one row an answer; control characters become symbols.
     Csv,
 }
 
@@ -78,7 +78,7 @@ fn summary(arguments: &Ratings) -> Outcome {
         output::text(&output::visible(&table(&standings)))?;
     }
     match (&standings.without, ratings.is_empty()) {
-        (_, true) => output::say("there are no ratings; B in the workbench makes some"),
+        (_, true) => output::say("no ratings yet; rate answers in the blind mode of the workbench"),
         (Some(why), _) => output::say(&format!("no strengths: {why}")),
         (None, _) => {}
     }

@@ -20,37 +20,37 @@ pub struct Runs {
 
 #[derive(Debug, clap::Subcommand)]
 enum RunsCommand {
-    /// The newest runs, newest first; the same as `runs` alone.
+    /// List runs, newest first; the default.
     List(List),
-    /// Everything about one run; its messages with --json.
+    /// Show one run; with --json also its messages.
     Show {
-        /// Its number.
+        /// Number of the run.
         id: i64,
-        /// As one line of JSON, the same as a line of an export.
+        /// Print one JSON object, as in an export.
         #[arg(long)]
         json: bool,
     },
-    /// Runs with all these words in scenario, answer, reasoning, justification or notes.
+    /// Find runs that have all these words in scenario, answer, reasoning, justification or notes.
     Search {
-        /// Words, or beginnings of words.
+        /// Words or their beginnings.
         #[arg(required = true)]
         words: Vec<String>,
         #[command(flatten)]
         list: List,
     },
-    /// Runs no longer listed, nor used as answers; `restore` brings them back.
+    /// Delete runs: they are neither listed nor reused; `restore` undoes it.
     Delete(Ids),
-    /// Deleted runs back again.
+    /// Restore deleted runs.
     Restore(Ids),
-    /// Runs that cannot be deleted.
+    /// Pin runs, which protects them from deletion.
     Pin(Ids),
-    /// Pinned runs as all others.
+    /// Unpin runs.
     Unpin(Ids),
-    /// Your words about a run; they are searched too.
+    /// Set the note of a run; searches find it.
     Note {
-        /// Its number.
+        /// Number of the run.
         id: i64,
-        /// What to write, in place of what is there.
+        /// Text that replaces the note; '' removes it.
         words: String,
     },
 }
@@ -59,17 +59,17 @@ enum RunsCommand {
 struct List {
     #[command(flatten)]
     filters: Filters,
-    /// At most so many.
+    /// Maximum number of runs.
     #[arg(short = 'n', long, value_name = "N", default_value_t = 100)]
     most: usize,
-    /// One JSON object a line.
+    /// Print JSON lines: one object a run.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, clap::Args)]
 struct Ids {
-    /// Their numbers.
+    /// Numbers of the runs.
     #[arg(required = true)]
     ids: Vec<i64>,
 }
@@ -132,11 +132,11 @@ impl Change {
     fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::Delete => (
-                "deleted; `nearmiss runs restore` takes that back",
-                "was deleted already",
+                "deleted; `nearmiss runs restore` undoes it",
+                "already deleted",
             ),
             Self::Restore => ("restored", "was not deleted"),
-            Self::Pin => ("pinned", "was pinned already"),
+            Self::Pin => ("pinned", "already pinned"),
             Self::Unpin => ("no longer pinned", "was not pinned"),
         }
     }
@@ -159,16 +159,14 @@ fn each(store: &Store, ids: &Ids, change: Change) -> Outcome {
 fn note(store: &Store, id: RunId, words: &str) -> Outcome {
     let run = known(store, id)?;
     if run.notes == words {
-        output::say(&format!(
-            "run {id}: the note is this already; nothing changed"
-        ));
+        output::say(&format!("run {id}: the note is the same; nothing changed"));
         return Ok(());
     }
     store.note(id, words).map_err(Failure::input)?;
     output::say(&match (run.notes.is_empty(), words.is_empty()) {
-        (_, true) => format!("run {id}: the note is taken off"),
+        (_, true) => format!("run {id}: note removed"),
         (true, false) => format!("run {id}: noted"),
-        (false, false) => format!("run {id}: noted, in place of: {}", run.notes),
+        (false, false) => format!("run {id}: note replaced; it was: {}", run.notes),
     });
     Ok(())
 }
@@ -188,13 +186,13 @@ fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
     }
     output::text(&list::table(&found))?;
     output::say(&match found.len() {
-        0 if searched => "no run has all these words, or the filters leave it out".into(),
-        0 => "no run fits".into(),
+        0 if searched => "no matching runs".into(),
+        0 => "no matching runs".into(),
         _ => list::sum(&found),
     });
     if found.len() == wanted.most && wanted.most > 0 {
         output::say(&format!(
-            "the newest {}; -n N shows more, filters fewer",
+            "showing the newest {}; -n N shows more",
             wanted.most
         ));
     }
@@ -233,7 +231,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
     row("task", Some(question.task.name().into()));
     let asked = || format!("{} · {}", question.frame, question.techniques);
     row(
-        "how",
+        "asked with",
         Some(judge::how(&question.model).map_or_else(asked, String::from)),
     );
     row("template", TemplateVersion::described(&question.template()));
@@ -278,7 +276,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
         None => Some(match most {
             Some(0.0) => "0 US dollars (nothing was sent)".into(),
             Some(most) => format!(
-                "at most {most:.6} US dollars (the server did not state its tokens; worked out from estimated tokens, the limit of the answer and prices)"
+                "at most {most:.6} US dollars (no token counts from the server; computed from estimated tokens, the token limit and prices)"
             ),
             None => {
                 let returned = ending.model_returned.as_deref();

@@ -1,8 +1,10 @@
 //! The steps of a scene to look at, and how to describe them.
 
 use super::Failure;
+use super::at::{At, worst_step};
 use crate::description::Form;
 use crate::evaluation::Settings;
+use crate::metrics::Thresholds;
 use crate::prompts::{MOST_DECIMALS, Techniques};
 use crate::scenario::{Scene, Window};
 use crate::settings::Config;
@@ -11,29 +13,30 @@ use crate::verdict::Task;
 /// Which steps are looked at, and how they are described.
 #[derive(Debug, clap::Args)]
 pub struct Span {
-    /// Last step of the window [default: the last step; for the safety task two steps before it].
-    #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
-    at: Option<i64>,
-    /// Steps in the window [default: what the template says, else 10].
+    /// End of the window: a time step (32), seconds (3.2s), or worst: the first contact, else the first step of the
+    /// lowest risk score [default: the last step; two steps earlier for the safety task].
+    #[arg(long, value_name = "STEP|SECONDS|worst", allow_negative_numbers = true)]
+    at: Option<At>,
+    /// Steps in the window [default: from the template, else 10].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
     history: Option<u32>,
-    /// Only every so many steps are described, the last one always [default: what the template says, else 1].
+    /// Describe every Nth step, and always the last [default: from the template, else 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     stride: Option<u32>,
-    /// Obstacles farther from the ego are left out, metres [default: what the template says, else 30].
+    /// Leave out obstacles farther from the ego than this, metres [default: from the template, else 30].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     radius: Option<f64>,
-    /// Decimals of metres, m/s and m/s²; radians get one more [default: what the template says, else 2].
+    /// Decimals of metres, m/s and m/s²; radians get one more [default: from the template, else 2].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MOST_DECIMALS as i64))]
     precision: Option<u8>,
-    /// Sentences or a table: prose or compact [default: what the template says, else prose].
+    /// Wording: prose (sentences) or compact (a table) [default: from the template, else prose].
     #[arg(long, value_parser = form)]
     form: Option<Form>,
-    /// Say of bodies that touch that they do: the direction reads Contact. That is the answer to the collision task;
-    /// without it gaps and times tell it [default: what the template says, else no].
+    /// Name contact between bodies in the description. This gives away the answer to the collision task; without it
+    /// only gaps and times show it [default: from the template, else no].
     #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
     contact: Option<bool>,
-    /// The one obstacle that is described; the trajectory frame needs it.
+    /// Describe only this obstacle; the trajectory frame needs it.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     obstacle: Option<i64>,
 }
@@ -42,7 +45,7 @@ pub struct Span {
 pub fn history(word: &str) -> Result<u32, String> {
     match word.parse() {
         Ok(steps @ 1..=100_000) => Ok(steps),
-        _ => Err("a window has 1 to 100000 steps".into()),
+        _ => Err("expected 1 to 100000 steps".into()),
     }
 }
 
@@ -57,28 +60,31 @@ impl Span {
         }
     }
 
+    /// Whether the end of the window is left to the program.
+    pub fn is_default_end(&self) -> bool {
+        self.at.is_none()
+    }
+
     /// The window in a scene, of so many steps.
     pub fn window(
         &self,
         scene: &Scene,
+        thresholds: &Thresholds,
         task: Option<Task>,
         history: usize,
     ) -> Result<Window, Failure> {
         let steps = scene.steps();
-        if let Some(at) = self.at.filter(|at| !steps.contains(at)) {
-            return Err(Failure::input(format!(
-                "--at {at}: the ego is recorded from step {} to {}",
-                steps.start,
-                steps.end - 1
-            )));
-        }
+        let worst = || worst_step(scene, thresholds);
+        let at = self
+            .at
+            .map(|at| at.step(&steps, scene.scenario.dt(), worst));
         // The paper's safety inference looks at a window that ends two steps before the last one.
         let back = if task == Some(Task::Safety) {
             Window::AFTER_SAFETY
         } else {
             0
         };
-        let last = self.at.unwrap_or(steps.end - 1 - back);
+        let last = at.transpose()?.unwrap_or(steps.end - 1 - back);
         Ok(Window::ending_at(scene, last, history))
     }
 
@@ -112,11 +118,11 @@ fn yes(word: &str) -> Result<bool, String> {
     match word {
         "yes" | "true" => Ok(true),
         "no" | "false" => Ok(false),
-        _ => Err("there are yes and no".into()),
+        _ => Err("expected yes or no".into()),
     }
 }
 
 /// `prose` or `compact`.
 fn form(word: &str) -> Result<Form, String> {
-    Form::parse(word).ok_or_else(|| "there are prose and compact".into())
+    Form::parse(word).ok_or_else(|| "expected prose or compact".into())
 }

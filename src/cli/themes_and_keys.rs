@@ -2,30 +2,38 @@
 
 use std::path::Path;
 
+use serde_json::json;
+
 use super::{Failure, Outcome, output};
 use crate::render::ScreenPainter;
-use crate::settings::Folders;
-use crate::system::Terminal;
+use crate::settings::{Folders, ThemeFile};
+use crate::system::{KeyBinding, Terminal, available};
 
 /// Arguments of `themes`.
 #[derive(Debug, clap::Args)]
 pub struct Themes {
-    /// Everything about this theme [default: a list of all].
+    /// Theme to show in detail [default: list all].
     name: Option<String>,
-    /// How many colours the preview has [default: as many as the terminal, none in a pipe].
+    /// Colour depth of the preview [default: that of the terminal, none in a pipe].
     #[arg(long, value_name = "COLOURS", value_parser = ["true", "256", "16", "none"])]
     depth: Option<String>,
+    /// Print JSON lines: one object a theme.
+    #[arg(long, conflicts_with = "depth")]
+    json: bool,
 }
 
 /// Arguments of `keys`.
 #[derive(Debug, clap::Args)]
 pub struct Keys {
-    /// Print a keymap.toml with all keys, to begin with.
+    /// Print a keymap.toml with all keys to start from.
     #[arg(long)]
     print: bool,
-    /// The keys of this preset, whatever keymap.toml says.
+    /// Use this preset and ignore keymap.toml.
     #[arg(long, value_name = "NAME", value_parser = ["default", "vim"])]
     preset: Option<String>,
+    /// Print JSON lines: one object an action.
+    #[arg(long, conflicts_with = "print")]
+    json: bool,
 }
 
 /// See [`Workbench::themes`].
@@ -33,6 +41,9 @@ pub type ThemePainter = fn(Option<&str>, &Path, Option<&str>) -> Result<String, 
 
 /// See [`Workbench::keys`].
 pub type KeyPrinter = fn(&Path, Option<&str>, bool) -> Result<String, Vec<String>>;
+
+/// See [`Workbench::key_bindings`].
+pub type KeyReader = fn(&Path, Option<&str>) -> Result<Vec<KeyBinding>, Vec<String>>;
 
 /// See [`Workbench::theme_mistakes`].
 pub type ThemeCheck = fn(&str, &Path) -> Vec<String>;
@@ -43,6 +54,8 @@ pub struct Workbench {
     pub themes: ThemePainter,
     /// The keys of the user's keymap file, or of the preset of this name; as a file if so wished, else as a table.
     pub keys: KeyPrinter,
+    /// The same for programs.
+    pub key_bindings: KeyReader,
     /// Errors of the theme of this name, and of all in the user's folder.
     pub theme_mistakes: ThemeCheck,
     /// Detects the terminal's capabilities.
@@ -55,18 +68,48 @@ pub struct Workbench {
 pub fn themes(arguments: &Themes, workbench: &Workbench) -> Outcome {
     use std::io::IsTerminal;
     let folders = Folders::find().map_err(Failure::input)?;
+    if arguments.json {
+        return theme_lines(arguments.name.as_deref(), &folders.themes());
+    }
     let piped = (!std::io::stdout().is_terminal()).then_some("plain");
     let depth = arguments.depth.as_deref().or(piped);
     let text = (workbench.themes)(arguments.name.as_deref(), &folders.themes(), depth);
     output::text(&text.map_err(Failure::input)?)
 }
 
+/// Every theme, or the one of this name, as JSON lines.
+fn theme_lines(name: Option<&str>, folder: &Path) -> Outcome {
+    let mut all = ThemeFile::all(folder);
+    if let Some(name) = name {
+        let names: Vec<String> = all.iter().map(|theme| theme.name.clone()).collect();
+        all.retain(|theme| theme.name == name);
+        if all.is_empty() {
+            let meant = available(name, names.iter().map(String::as_str));
+            return Err(Failure::input(format!("no theme `{name}`{meant}")));
+        }
+    }
+    all.iter().try_for_each(|named| {
+        output::json(&json!({
+            "theme": named.name,
+            "origin": named.file.as_deref().unwrap_or("shipped"),
+            "dark": named.theme.as_ref().ok().map(|theme| theme.dark),
+            "problem": named.theme.as_ref().err().map(|mistakes| mistakes.join("; ")),
+        }))
+    })
+}
+
 /// Runs `keys`.
 pub fn keys(arguments: &Keys, workbench: &Workbench) -> Outcome {
     let folders = Folders::find().map_err(Failure::input)?;
     let preset = arguments.preset.as_deref();
-    match (workbench.keys)(&folders.keymap(), preset, arguments.print) {
-        Ok(text) => output::text(&text),
+    let written = match arguments.json {
+        true => (workbench.key_bindings)(&folders.keymap(), preset)
+            .map(|bindings| bindings.iter().try_for_each(output::json)),
+        false => (workbench.keys)(&folders.keymap(), preset, arguments.print)
+            .map(|text| output::text(&text)),
+    };
+    match written {
+        Ok(outcome) => outcome,
         Err(mut mistakes) => {
             let last = mistakes.pop().unwrap_or_default();
             for mistake in mistakes {

@@ -40,13 +40,12 @@ pub fn without_terminal(paths: &[PathBuf], ego: &EgoSelection) -> Outcome {
         found(paths)?
     };
     output::say(&format!(
-        "nearmiss: {}, so the workbench cannot open. These commands work without one: \
-         {} (see `nearmiss --help`).\n\
-         The verdicts of the built-in judge, {}, on the collision task:",
+        "nearmiss: {}: the workbench cannot open. These commands work without it: {} (see `nearmiss --help`).\n\
+         Verdicts of the built-in judge, {}, on the collision task:",
         if dumb() {
             "this terminal cannot move its cursor (TERM=dumb)"
         } else {
-            "there is no terminal here"
+            "no terminal here"
         },
         commands().join(", "),
         judge::MODEL

@@ -55,6 +55,8 @@ topics! {
         "Configuration and data folders, every key of config.toml";
     command_line, "command-line", "command-line.md", ["completions", "man"],
         "Input, output, exit status, interruption, crashes";
+    json, "json", "json.md", [],
+        "JSON of every command: one vocabulary of keys, versions, schemas";
     glossary, "glossary", "glossary.md", [],
         "The terms of the field, a sentence each";
 }

@@ -51,8 +51,8 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     let justification = justification(scene, &criterion, &past, &found);
     let mut reasoning = format!(
         "Seen: {} to {}; the ego is {}. Nothing later is used, and no goal.\n\nPrediction: positions and headings of the \
-         last steps give speed, acceleration and turn; everyone goes on along each lane ahead or with its present turn, \
-         with accelerations that fade and may be other than seen. Probability: the weights of the predicted motions of \
+         last steps give speed, acceleration and turn; all road users continue along each lane ahead or \
+         keep their present turn; accelerations fade and vary. Probability: the weights of the predicted motions of \
          both whose real bodies touch. Critical: at least {:.2} within {:.1} s.\n\n",
         moment(scene, window.first()),
         moment(scene, past.now()),
@@ -181,9 +181,9 @@ fn justification(
     } = criterion;
     let at = moment(scene, past.now());
     if past.ego().is_none() {
-        return format!("At {at} the recording of the ego has a gap: nothing can be predicted.");
+        return format!("At {at}, the recording of the ego has a gap: no prediction is possible.");
     }
-    let rule = format!("critical is {threshold:.2} within {horizon:.1} s");
+    let rule = format!("critical: {threshold:.2} or more");
     match found.first() {
         Some(Finding {
             critical, prospect, ..
@@ -196,8 +196,8 @@ fn justification(
                     )
                 } else {
                     format!(
-                        "At {at}, contact with obstacle {} within {horizon:.1} s has probability {}, in {time:.2} s if it \
-                         comes to it; {rule}.",
+                        "At {at}, the probability of contact with obstacle {} within {horizon:.1} s is {} ({rule}), median time \
+                         {time:.2} s.",
                         prospect.id,
                         probability(prospect.probability),
                     )
@@ -208,14 +208,14 @@ fn justification(
                 .max_by(|a, b| a.prospect.probability.total_cmp(&b.prospect.probability));
             match most.map(|f| &f.prospect).filter(|p| p.probability > 0.0) {
                 Some(p) => format!(
-                    "At {at}, the most probable contact, with obstacle {}, has probability {}; {rule}.",
+                    "At {at}, the most probable contact within {horizon:.1} s is with obstacle {}: probability {} ({rule}).",
                     p.id,
                     probability(p.probability),
                 ),
-                None => format!("At {at}, no predicted motions touch; {rule}."),
+                None => format!("At {at}, no predicted motions touch within {horizon:.1} s."),
             }
         }
-        None => format!("At {at}, no other road user is there."),
+        None => format!("At {at}, there is no other road user."),
     }
 }
 

@@ -326,16 +326,21 @@ impl Provider {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RegistryError {
     /// The id is not `provider/model`.
-    #[error("`{0}` is not a model id; write provider/model, e.g. openai/gpt-4o")]
-    NotAnId(String),
+    #[error("`{id}` is not a model id; write provider/model, e.g. openai/gpt-4o{meant}")]
+    NotAnId {
+        /// The words given.
+        id: String,
+        /// Models that they may mean, as a question.
+        meant: String,
+    },
     /// No provider has this name.
     #[error(
-        "no provider `{name}`; there are {known}, and the built-in reference/geometry; add [provider.{name}] with base_url to config.toml, or pass --base-url"
+        "no provider `{name}`{known}; `nearmiss models` lists models; for your own server add [provider.{name}] with base_url to config.toml, or pass --base-url"
     )]
     NoProvider {
         /// The name asked for.
         name: String,
-        /// Those that exist.
+        /// What is probably meant, or those that exist.
         known: String,
     },
     /// A provider's entry is not right.

@@ -11,6 +11,7 @@ use super::limits::Limits;
 use super::price::{PriceEntry, Prices};
 use super::provider::{PriceLine, Provider, RegistryError, StringOrList};
 use super::quirks::StatedQuirks;
+use crate::system::{available, did_you_mean};
 
 /// The providers.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -62,6 +63,29 @@ impl Registry {
         Ok(())
     }
 
+    /// The models in the table of providers, as `provider/model`.
+    fn listed(&self) -> Vec<String> {
+        let of = |(name, provider): (&String, &Provider)| {
+            let models = provider.models.iter().flatten().filter(|m| m.listed);
+            let ids: Vec<String> = models.map(|m| format!("{name}/{}", m.name)).collect();
+            ids
+        };
+        self.providers.iter().flat_map(of).collect()
+    }
+
+    /// What an id probably means that is in the table of no provider, though its provider has one; else nothing. Such a
+    /// model may exist all the same.
+    #[must_use]
+    pub fn unlisted(&self, id: &str) -> Option<String> {
+        let (name, model) = split(id)?;
+        let provider = self.providers.get(name)?;
+        if provider.models.as_ref()?.is_empty() || provider.entries(model).next().is_some() {
+            return None;
+        }
+        let meant = did_you_mean(id, self.listed().iter().map(String::as_str));
+        (!meant.is_empty()).then(|| format!("not among the listed models{meant}"))
+    }
+
     /// The endpoint of a model and the server's name for it. A missing key is no error yet: the endpoint reports it
     /// when used, as a stored answer needs none.
     ///
@@ -72,15 +96,17 @@ impl Registry {
         id: &str,
         environment: &Environment,
     ) -> Result<(Endpoint, String), RegistryError> {
-        let (name, model) = split(id)?;
+        let (name, model) = split(id).ok_or_else(|| RegistryError::NotAnId {
+            id: id.to_string(),
+            meant: did_you_mean(id, self.listed().iter().map(String::as_str)),
+        })?;
         if let Some(why) = self.broken.get(name) {
             return Err(why.clone());
         }
         let Some(provider) = self.providers.get(name) else {
-            let known: Vec<&str> = self.providers.keys().map(String::as_str).collect();
             return Err(RegistryError::NoProvider {
                 name: name.to_string(),
-                known: known.join(", "),
+                known: available(name, self.providers.keys().map(String::as_str)),
             });
         };
         let mut endpoint = provider.endpoint(name, model, environment)?;
@@ -191,13 +217,9 @@ impl Provider {
 }
 
 /// Provider and model of an id.
-fn split(id: &str) -> Result<(&str, &str), RegistryError> {
-    match id.split_once('/') {
-        Some((provider, model)) if !provider.is_empty() && !model.is_empty() => {
-            Ok((provider, model))
-        }
-        _ => Err(RegistryError::NotAnId(id.to_string())),
-    }
+fn split(id: &str) -> Option<(&str, &str)> {
+    let (provider, model) = id.split_once('/')?;
+    (!provider.is_empty() && !model.is_empty()).then_some((provider, model))
 }
 
 #[cfg(test)]

@@ -55,8 +55,13 @@ fn ids_become_endpoints() {
         ("http://127.0.0.1:9", "a/b")
     );
     let error = |id| registry.resolve(id, &nothing()).unwrap_err();
-    assert!(matches!(error("gpt-4o"), RegistryError::NotAnId(_)));
+    assert!(matches!(error("gpt-4o"), RegistryError::NotAnId { .. }));
     assert!(matches!(error("x/y"), RegistryError::NoProvider { .. }));
+    let words = error("opnai/gpt-4o").to_string();
+    assert!(words.contains("did you mean openai?"), "{words}");
+    let meant = registry.unlisted("openai/gpt-4oo").unwrap();
+    assert!(meant.contains("openai/gpt-4o"), "{meant}");
+    assert_eq!(registry.unlisted("lab/anything"), None);
     let moved = variables(&[("OPENAI_BASE_URL", "http://b"), ("OPENAI_API_KEY", "key")]);
     let (endpoint, _) = registry.resolve("openai/a", &moved).unwrap();
     assert_eq!(endpoint.base_url, "http://b");

@@ -1,6 +1,7 @@
 //! Headline numbers that distinguish scenes in a list.
 
-use super::Series;
+use super::{Context, MEASURES, Series, Thresholds};
+use crate::scenario::Scene;
 
 /// A smallest value: how much, when, who.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +33,24 @@ impl Headline {
             distance: nearest(series, "distance"),
             ttc: nearest(series, "ttc"),
             risk: nearest(series, "risk"),
+        }
+    }
+
+    /// The same, measured in a scene.
+    #[must_use]
+    pub fn compute(scene: &Scene, thresholds: &Thresholds) -> Self {
+        let wanted = ["distance", "ttc", "risk"];
+        let measures = MEASURES.iter().filter(|m| wanted.contains(&m.id));
+        let context = Context::under(scene, thresholds);
+        Self::from_series(&Series::from_context(&context, measures.collect()))
+    }
+
+    /// The worst moment: the first contact; without one, the first step of the lowest risk score.
+    #[must_use]
+    pub fn worst(&self) -> Option<Nearest> {
+        match self.collides() {
+            true => self.distance,
+            false => self.risk.or(self.distance),
         }
     }
 

@@ -38,7 +38,7 @@ impl Techniques {
                 "icl" => techniques.icl = true,
                 _ => {
                     return Err(format!(
-                        "`{word}` is not a technique; there are cp, cot and icl, and base or all for none or all of them"
+                        "unknown technique `{word}`; expected cp, cot, icl, base or all"
                     ));
                 }
             }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::Color;
 use crate::settings::{AUTO, NamedTheme, ThemeColor, ThemeFile};
+use crate::system::did_you_mean;
 
 /// A colour for every role.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,7 +102,8 @@ impl Palette {
             },
             None if name == "paper" => Ok(PAPER),
             None => Err(format!(
-                "no theme `{name}` for pictures; available: {} and files in {}",
+                "no theme `{name}` for pictures{}; available: {} and files in {}",
+                did_you_mean(name, Self::names()),
                 Self::names().join(", "),
                 folder.display()
             )),

@@ -1,23 +1,33 @@
 //! Runs as JSON, one object each: complete, and identical when read back.
 
 use serde::Deserialize;
-use serde::de::Error as _;
 use serde_json::{Map, Value};
 
 use super::{Origin, Run, RunState};
+use crate::system::did_you_mean;
 use crate::verdict::Task;
 
 /// Why a line is not a valid run.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// It is not JSON of this form.
-    #[error("this is no run: {0}")]
+    #[error("not a run: {0}")]
     Form(#[from] serde_json::Error),
+    /// It has a field that runs do not have.
+    #[error("unknown field `{name}`{meant}; the fields are {known}")]
+    Field {
+        /// The field.
+        name: String,
+        /// What it probably means, as a question.
+        meant: String,
+        /// All fields.
+        known: String,
+    },
     /// It was written by a newer program.
-    #[error("this run has form {0}, this program knows {FORM}; use a newer nearmiss")]
+    #[error("the run has format {0}, and this version reads up to {FORM}; update nearmiss")]
     Newer(u32),
     /// A word that is not known.
-    #[error("{field} `{word}` is not known")]
+    #[error("unknown {field} `{word}`")]
     Word {
         /// Which field.
         field: &'static str,
@@ -25,10 +35,10 @@ pub enum RecordError {
         word: String,
     },
     /// The key is not the one of the request.
-    #[error("the key does not belong to the request: the line was changed")]
+    #[error("the key does not match the request: the line was changed")]
     Key,
     /// The answer is still arriving in another program.
-    #[error("the answer was still arriving when it was exported")]
+    #[error("the answer was still streaming when it was exported")]
     Running,
 }
 
@@ -56,7 +66,12 @@ impl Run {
                 fields[name] = document;
             }
         }
-        let mut record = Map::from_iter([("nearmiss_run".to_string(), FORM.into())]);
+        let seconds = fields["duration_ms"].as_f64().map(|ms| ms / 1e3);
+        let mut record = Map::from_iter([
+            ("nearmiss_run".to_string(), FORM.into()),
+            ("run".to_string(), fields["id"].clone()),
+            ("seconds".to_string(), seconds.into()),
+        ]);
         record.extend(
             FIELDS
                 .split(' ')
@@ -80,10 +95,20 @@ impl Run {
             return Err(RecordError::Newer(form.nearmiss_run));
         }
         let mut record: Map<String, Value> = serde_json::from_str(line)?;
-        record.remove("nearmiss_run");
-        let known = |name: &str| FIELDS.split(' ').any(|field| field == name);
+        for name in ["schema_version", "nearmiss_run", "seconds"] {
+            record.remove(name);
+        }
+        // What a later version may have as the only name of the number.
+        if let Some(run) = record.remove("run") {
+            record.entry("id").or_insert(run);
+        }
+        let known = |name: &str| FIELDS.split_whitespace().any(|field| field == name);
         if let Some(name) = record.keys().find(|name| !known(name)) {
-            return Err(serde_json::Error::custom(format!("unknown field `{name}`")).into());
+            return Err(RecordError::Field {
+                meant: did_you_mean(name, FIELDS.split_whitespace()),
+                name: name.clone(),
+                known: FIELDS.split_whitespace().collect::<Vec<_>>().join(", "),
+            });
         }
         check_word(&record, "origin", |word| Origin::parse(word).is_some())?;
         check_word(&record, "state", |word| RunState::parse(word).is_some())?;

@@ -99,16 +99,6 @@ pub fn toml_mistake(text: &str, error: &Error) -> Mistake {
     }
 }
 
-/// The one of the known words that a mistyped one probably means.
-#[must_use]
-pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let likeness = |other: &str| strsim::jaro(word, other);
-    let best = known
-        .into_iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    best.filter(|known| likeness(known) > 0.75)
-}
-
 /// A value as the file has it.
 #[must_use]
 pub fn shown_value(value: &DeValue<'_>) -> String {
@@ -165,11 +155,5 @@ mod tests {
         assert_eq!(lines.line(&["provider", "c", "key_env"]), None);
         assert_eq!(lines.line(&["theme"]), None);
         assert_eq!(KeyLines::new("= =").line(&["theme"]), None);
-    }
-
-    #[test]
-    fn a_word_is_near_or_nothing_is() {
-        assert_eq!(nearest("modell", ["mouse", "model"]), Some("model"));
-        assert_eq!(nearest("qwrtz", ["mouse", "model"]), None);
     }
 }

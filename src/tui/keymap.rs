@@ -14,7 +14,7 @@ pub use chord::Chord;
 pub use line::{edit_line, first_line};
 pub use lookup::{KeyMeaning, Keymap, Preset};
 pub use positions::latin;
-pub use print::{as_file, as_table};
+pub use print::{as_bindings, as_file, as_table};
 
 /// A key with its modifiers. Shifted letters are capitals with `shift` off, unless named `shift-x`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -31,4 +31,4 @@ mod widgets;
 
 pub use run::{RunResult, run};
 pub use screenshot::screen;
-pub use shell::{keys, terminal_here, theme_mistakes, themes};
+pub use shell::{key_bindings, keys, terminal_here, theme_mistakes, themes};

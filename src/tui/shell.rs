@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::keymap::{Keymap, Preset, as_file, as_table};
+use super::keymap::{Keymap, Preset, as_bindings, as_file, as_table};
 use super::layout::SMALLEST;
 use super::model::Glyphs;
 use super::theme::{ColorDepth, Theme, preview};
 use super::{background, terminal};
-use crate::system::Terminal;
+use crate::system::{KeyBinding, Terminal};
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal or of `depth`:
 /// `true`, `256`, `16` or `none`, and plain text for `plain`. The user's themes are in `folder`.
@@ -37,6 +37,18 @@ pub fn keys(file: &Path, preset: Option<&str>, print: bool) -> Result<String, Ve
         None => Keymap::load(file)?,
     };
     Ok(if print { as_file(&map) } else { as_table(&map) })
+}
+
+/// The same as data, one action each.
+///
+/// # Errors
+/// As [`keys`].
+pub fn key_bindings(file: &Path, preset: Option<&str>) -> Result<Vec<KeyBinding>, Vec<String>> {
+    let map = match preset.and_then(Preset::parse) {
+        Some(preset) => Keymap::from_preset(preset),
+        None => Keymap::load(file)?,
+    };
+    Ok(as_bindings(&map))
 }
 
 /// Errors of the theme `chosen` and of every theme in the user's `folder`, with file, line and key.

@@ -15,6 +15,7 @@ use ratatui::text::Line;
 
 use super::user_file::{all_visible, first};
 use crate::settings::{self, NamedTheme, ThemeColor, ThemeFile};
+use crate::system::did_you_mean;
 
 pub use crate::settings::{AUTO, ROLES};
 pub use color::components;
@@ -55,7 +56,8 @@ impl Theme {
     fn unknown(name: &str, folder: &Path) -> String {
         let names: Vec<&str> = ThemeFile::pairs().chain(ThemeFile::shipped()).collect();
         format!(
-            "no theme `{name}`; available: {} and files in {}",
+            "no theme `{name}`{}; available: {} and files in {}",
+            did_you_mean(name, names.iter().copied()),
             names.join(", "),
             folder.display()
         )

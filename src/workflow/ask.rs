@@ -60,10 +60,12 @@ impl Models {
         Ok(judge)
     }
 
-    /// A warning that the provider retires or has retired a model.
+    /// A warning that a model is retired or will be, or is probably mistyped.
     #[must_use]
-    pub fn retirement_warning(&self, id: &str, today: Date) -> Option<String> {
-        self.registry.retirement(id)?.warning(today)
+    pub fn warning(&self, id: &str, today: Date) -> Option<String> {
+        let retirement = self.registry.retirement(id);
+        let retired = retirement.and_then(|end| end.warning(today));
+        retired.or_else(|| self.registry.unlisted(id))
     }
 
     /// The providers.

@@ -143,7 +143,7 @@ async fn what_is_done_to_runs_is_said() {
     run(&home, &["ask", CUT_IN]).status(0);
     for (arguments, words) in [
         (&["pin", "1"][..], "run 1: pinned"),
-        (&["pin", "1"], "was pinned already; nothing changed"),
+        (&["pin", "1"], "already pinned; nothing changed"),
         (&["unpin", "1"], "no longer pinned"),
         (&["restore", "1"], "was not deleted; nothing changed"),
         (&["delete", "1"], "run 1: deleted; `nearmiss runs restore`"),
@@ -157,7 +157,7 @@ async fn what_is_done_to_runs_is_said() {
             .says(&[words]);
     }
     let ended = run(&home, &["runs", "show", "one"]).status(2);
-    let ended = ended.says(&["'one'", "a whole number is needed"]);
+    let ended = ended.says(&["'one'", "expected a whole number"]);
     assert!(!ended.stderr.contains("digit"), "{}", ended.stderr);
     let counted = home.rows("SELECT sum(is_dangerous) AS n, count(*) AS all_of_them FROM answers");
     assert_eq!(counted[0]["n"].as_deref(), Some("0"));

@@ -122,7 +122,7 @@ async fn what_cannot_be_added_is_said() {
     ];
     run(&home, &zero).status(2).says(&[
         "--concurrency",
-        "a whole number of requests is needed, 1 at least",
+        "expected a whole number of requests, at least 1",
     ]);
 }
 

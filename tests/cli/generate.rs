@@ -34,7 +34,8 @@ fn a_variant_is_written_that_passes_the_gate_and_opens_again() {
         "candidates",
         "rejected",
     ];
-    assert_eq!(keys[..9], first);
+    assert_eq!(keys[0], "schema_version");
+    assert_eq!(keys[1..10], first);
     let outcome = said["outcome"].as_str().unwrap();
     let effective = matches!(outcome, "collision" | "near_miss");
     assert_eq!(ended.status, Some(i32::from(!effective)), "{outcome}");

@@ -53,7 +53,9 @@ fn every_topic_is_printed_and_listed() {
     assert_eq!(listed, known);
     for topic in TOPICS {
         let printed = home.run(&["help", topic.name]).status(0);
-        assert_eq!(printed.stdout, topic.text, "{}", topic.name);
+        // Behind the text of `json` come its schemas.
+        assert!(printed.stdout.starts_with(topic.text), "{}", topic.name);
+        assert!(topic.name == "json" || printed.stdout == topic.text);
         assert!(topic.text.starts_with("# ") && topic.text.ends_with('\n'));
         assert!(topic.text.lines().count() <= 200, "{} is long", topic.name);
         assert!(

@@ -218,7 +218,7 @@ fn nothing_is_written_over_a_scenario_or_twice() {
         ),
         (
             &["a.xml", "-o", "none/"],
-            "-o none/: there is no such folder; make it first",
+            "-o none/: no such folder; make it first",
         ),
         (
             &["a.xml", "-o", "none/x.csv"],
@@ -320,10 +320,10 @@ fn a_collision_is_a_finding() {
     assert!(said["ego_side"].is_string() && said["other_side"].is_string());
     assert_eq!((&said["steps"], &said["cycles"]), (&0.into(), &0.into()));
     assert!(said["median_cycle_ms"].is_null());
-    assert_eq!(said["note"], "they touch at the start already");
+    assert_eq!(said["note"], "contact at the start");
     let table = home.run(&["plan", "stands.xml"]).status(1).stdout;
     let row = table.lines().nth(1).unwrap();
-    assert!(row.ends_with("(they touch at the start already)"), "{row}");
+    assert!(row.ends_with("(contact at the start)"), "{row}");
 }
 
 #[test]
@@ -375,9 +375,9 @@ fn drives_that_end_where_they_start_say_so() {
         (&said["outcome"], &said["steps"]),
         (&"goal".into(), &0.into())
     );
-    assert_eq!(said["note"], "the goal holds at the start already");
+    assert_eq!(said["note"], "the goal is reached at the start");
     let table = home.run(&["plan", "there.xml"]).status(0).stdout;
-    assert!(table.contains("(the goal holds at the start already)"));
+    assert!(table.contains("(the goal is reached at the start)"));
 }
 
 #[test]

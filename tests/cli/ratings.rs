@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::support::program::Home;
 
-fn rate(store: &Store, choice: Choice) {
+pub fn rate(store: &Store, choice: Choice) {
     let answer = |model: &str, prompt: &str, reason: Option<&str>| RatedAnswer {
         run: None,
         model: model.into(),
@@ -33,9 +33,7 @@ fn rate(store: &Store, choice: Choice) {
 #[test]
 fn ratings_are_summed_up_and_exported() {
     let home = Home::new();
-    home.run(&["ratings"])
-        .status(0)
-        .says(&["there are no ratings"]);
+    home.run(&["ratings"]).status(0).says(&["no ratings yet"]);
     let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
     rate(&store, Choice::Best(0));
     home.run(&["ratings"])

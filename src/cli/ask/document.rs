@@ -1,61 +1,69 @@
 //! The answer of `ask` as one JSON line.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::{past, words};
-use crate::cli::{cost, time};
-use crate::evaluation::{Answer, Case, Judge, JudgeOutcome};
+use crate::cli::{cost, json, time};
+use crate::evaluation::{Answer, Case, Judge, JudgeOutcome, Question};
 use crate::judge;
 use crate::verdict::Task;
 
 /// The verdict, its cost and where it is stored; the same keys with or without a verdict.
-pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
-    let mut value = match &answer.judged {
-        JudgeOutcome::Verdict(parsed) => {
-            json!(parsed.verdict)
-        }
-        JudgeOutcome::Other(reading) => json!(reading.said),
-        JudgeOutcome::Missing(missing) => json!({
-            "verdict": null,
-            "problem": words::missing(missing),
-            "answer": answer.text,
-            "reasoning": answer.reasoning,
-        }),
+pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> Value {
+    let case = &question.case;
+    let (verdict, problem) = match &answer.judged {
+        JudgeOutcome::Verdict(parsed) => (json!(parsed.verdict), None),
+        JudgeOutcome::Other(reading) => (json!(reading.said), None),
+        JudgeOutcome::Missing(missing) => (Value::Null, Some(words::missing(missing))),
     };
-    let how = match &answer.judged {
-        JudgeOutcome::Missing(_) => None,
-        _ if answer.repairs().is_empty() => Some("strict"),
-        _ => Some("repaired"),
+    let dangerous = match &answer.judged {
+        JudgeOutcome::Verdict(parsed) => Some(parsed.verdict.dangerous),
+        _ => None,
     };
-    value["how"] = json!(how);
-    value["repaired"] = json!(answer.repairs());
-    if let Some(why) = answer.cut_off() {
-        value["cut_off"] = json!(why);
-    }
-    value["run"] = json!(answer.run.map(|run| run.0));
+    let reading = match (&problem, answer.repairs().is_empty()) {
+        (Some(_), _) => None,
+        (None, true) => Some("strict"),
+        (None, false) => Some("repaired"),
+    };
     let consumed = &answer.consumed;
-    value["usage"] = json!({
+    let (cost_usd, price_source) = match (consumed.cost_usd, past::worked_out(answer, judge)) {
+        (Some(usd), _) => (Some(usd), answer.price_source.clone()),
+        (None, _) if answer.model == judge::MODEL => (Some(0.0), Some("built in".into())),
+        (None, Some((usd, how))) => (Some(usd), Some(how)),
+        (None, None) => (None, None),
+    };
+    let returned = answer.model_returned.as_deref();
+    let mut value = json!({
+        "run": answer.run.map(|run| run.0),
+        "scenario": case.name,
+        "task": case.task.name(),
+        "frame": case.frame.name(),
+        "techniques": case.techniques.to_string(),
+        "window": answer.window,
+        "template": question.template,
+        "template_hash": question.template_hash,
+        "model": answer.model,
+        "model_returned": returned,
+        "dangerous": dangerous,
+        "verdict": verdict,
+        "reading": reading,
+        "repaired": answer.repairs(),
+        "cut_off": answer.cut_off(),
+        "problem": problem,
+        "answer": answer.text,
+        "reasoning": answer.reasoning,
         "input_tokens": consumed.input_tokens,
         "output_tokens": consumed.output_tokens,
         "reasoning_tokens": consumed.reasoning_tokens,
         "cached_tokens": consumed.cached_tokens,
+        "cost_usd": cost_usd,
+        "price_source": price_source,
+        "cost_unknown": cost_usd
+            .is_none()
+            .then(|| cost::unknown(consumed, &answer.model, returned)),
+        "stored": null,
+        "prediction": null,
     });
-    let returned = answer.model_returned.as_deref();
-    let worked_out = past::worked_out(answer, judge);
-    value["cost"] = match consumed.cost_usd {
-        Some(usd) => json!({"usd": usd, "source": answer.price_source}),
-        None if answer.model == judge::MODEL => json!({"usd": 0, "source": "built in"}),
-        None => match worked_out {
-            Some((usd, how)) => json!({"usd": usd, "source": how}),
-            None => {
-                json!({"usd": null, "unknown": cost::unknown(consumed, &answer.model, returned)})
-            }
-        },
-    };
-    value["model"] = json!(answer.model);
-    if let Some(returned) = &answer.model_returned {
-        value["model_returned"] = json!(returned);
-    }
     if let (Some(past), Some(run)) = (&answer.past, answer.run) {
         value["stored"] = json!({
             "run": run.0,
@@ -68,7 +76,30 @@ pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
     if answer.model == judge::MODEL && case.task == Task::Safety {
         value["prediction"] = prediction(case);
     }
+    add_old_keys(&mut value, &verdict);
     value
+}
+
+/// Keys of the form before `schema_version`.
+fn add_old_keys(value: &mut Value, verdict: &Value) {
+    for (name, said) in verdict.as_object().into_iter().flatten() {
+        if value.get(name).is_none() {
+            value[name] = said.clone();
+        }
+    }
+    json::with_old_names(value, &[("how", "reading")]);
+    let tokens = [
+        "input_tokens",
+        "output_tokens",
+        "reasoning_tokens",
+        "cached_tokens",
+    ];
+    let usage = tokens.map(|name| (name.to_string(), value[name].clone()));
+    value["usage"] = usage.into_iter().collect::<Map<_, _>>().into();
+    value["cost"] = match &value["cost_unknown"] {
+        Value::Null => json!({"usd": value["cost_usd"], "source": value["price_source"]}),
+        why => json!({"usd": null, "unknown": why}),
+    };
 }
 
 /// The basis of the built-in judge's verdict on safety.

@@ -42,6 +42,6 @@ pub(super) fn worked_out(answer: &Answer, judge: &Judge) -> Option<(f64, String)
     let provider = &model.endpoint.name;
     Some((
         usd,
-        format!("worked out now: the run's tokens times the prices of {provider}{origin}"),
+        format!("computed now: tokens of the run times prices of {provider}{origin}"),
     ))
 }

@@ -45,7 +45,7 @@ impl AnswerPrinter {
                 self.say(&format!("nearmiss: {}", output::visible(&note)))
             }
             Event::Awaiting(run) => self.say(&format!(
-                "nearmiss: another program is asking the same, as run {run}; waiting for its answer"
+                "nearmiss: another program is asking the same question (run {run}); waiting for its answer"
             )),
             Event::Chunk(Chunk::Retrying { attempt, wait, why }) if self.on => {
                 let why = output::visible(&why);

@@ -13,7 +13,7 @@ pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
     let path = folders.config_file();
     let shown = path.display();
     let (config, mistakes) = super::usable(Config::read(&path));
-    let todo = "commands stop, and the workbench uses the defaults, until that is mended";
+    let todo = "commands stop and the workbench uses the defaults until this is fixed";
     let each = mistakes.into_iter();
     let mut said: Vec<Finding> = each
         .map(|mistake| Finding::problem("config", mistake, todo))
@@ -21,7 +21,7 @@ pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
     if said.is_empty() {
         let words = match path.exists() {
             true => format!("{shown} is right; `nearmiss --print-config` shows what is in force"),
-            false => format!("the defaults: there is no {shown}"),
+            false => format!("defaults (no {shown})"),
         };
         said.push(Finding::ok("config", words));
     }
@@ -38,7 +38,7 @@ pub fn look(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Fi
         Err(failure) => Finding::problem(
             "thresholds",
             failure.message,
-            "mend that, or move the file away",
+            "fix it or move the file away",
         ),
         Ok(_) => own_or_shipped(
             "thresholds",
@@ -52,7 +52,7 @@ pub fn look(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Fi
         found.push(Finding::problem(
             "tags",
             error,
-            "mend that, or move the file away",
+            "fix it or move the file away",
         ));
     }
     found
@@ -110,7 +110,7 @@ fn keys(folders: &Folders, workbench: &Workbench) -> Vec<Finding> {
     match (workbench.keys)(&path, None, false) {
         Ok(_) => vec![own_or_shipped("keys", &path, "the default keys")],
         Err(mistakes) => {
-            let todo = "the default keys are in use until that is mended";
+            let todo = "the default keys are in use until this is fixed";
             let each = mistakes.into_iter();
             each.map(|mistake| Finding::problem("keys", mistake, todo))
                 .collect()
@@ -121,11 +121,11 @@ fn keys(folders: &Folders, workbench: &Workbench) -> Vec<Finding> {
 fn prompts(folders: &Folders) -> Vec<Finding> {
     let library = Library::load(Some(&folders.prompts()));
     if library.problems.is_empty() {
-        let words = "every template can be used; `nearmiss prompts` lists them";
+        let words = "all templates are valid; `nearmiss prompts` lists them";
         return vec![Finding::ok("prompts", words)];
     }
     let problems = library.problems.iter();
-    let todo = "mend that, or move the file away; `nearmiss prompts` lists what is in use";
+    let todo = "fix it or move the file away; `nearmiss prompts` lists what is in use";
     problems
         .map(|problem| Finding::problem("prompts", problem.to_string(), todo))
         .collect()
@@ -135,12 +135,9 @@ fn themes(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Find
     let chosen = config.theme.as_deref().unwrap_or("auto");
     let mistakes = (workbench.theme_mistakes)(chosen, &folders.themes());
     if mistakes.is_empty() {
-        return vec![Finding::ok(
-            "themes",
-            format!("`{chosen}` is chosen and can be used"),
-        )];
+        return vec![Finding::ok("themes", format!("`{chosen}` is valid"))];
     }
-    let todo = "mend that, or choose another theme; `nearmiss themes` lists them";
+    let todo = "fix it or choose another theme; `nearmiss themes` lists them";
     let each = mistakes.into_iter();
     each.map(|mistake| Finding::problem("themes", mistake, todo))
         .collect()

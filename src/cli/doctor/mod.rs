@@ -13,10 +13,10 @@ use crate::settings::{Config, Folders};
 /// Arguments of `doctor`.
 #[derive(Debug, clap::Args)]
 pub struct Doctor {
-    /// One JSON object instead of lines.
+    /// Print one JSON object.
     #[arg(long)]
     json: bool,
-    /// Ask every provider whose key is there for its list of models, too; without it nothing leaves this machine.
+    /// Also ask every provider with a key for its list of models; without it nothing leaves this machine.
     #[arg(long)]
     online: bool,
 }

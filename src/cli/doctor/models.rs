@@ -15,7 +15,7 @@ pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Find
     let registry = match Registry::new(&config.providers) {
         Ok(registry) => registry,
         Err(error) => {
-            let todo = "mend that; the built-in providers are not asked until then";
+            let todo = "fix it; until then built-in providers are not used";
             return Ok(vec![Finding::problem(AREA, error.to_string(), todo)]);
         }
     };
@@ -56,7 +56,7 @@ fn line(reached: &ProviderStatus, chosen: bool, online: bool) -> Finding {
     let key = match &reached.key {
         KeyState::NotNeeded => "no key needed".to_string(),
         KeyState::Present(source) => format!("key in {source}"),
-        KeyState::Command(command) => format!("key from {command}, which was not run"),
+        KeyState::Command(command) => format!("key from {command} (not run)"),
         KeyState::Missing(names) => {
             let words = format!("{place}: no key in {names}");
             return match wanted {
@@ -67,41 +67,38 @@ fn line(reached: &ProviderStatus, chosen: bool, online: bool) -> Finding {
     };
     let words = |what: &str| format!("{place}: {key}; {what}");
     match &reached.reach {
-        Reachability::Serves(models) => Finding::ok(
-            AREA,
-            words(&format!("it answers and lists {models} models")),
-        ),
+        Reachability::Serves(models) => {
+            Finding::ok(AREA, words(&format!("reachable, lists {models} models")))
+        }
         Reachability::Refused(status) => Finding::problem(
             AREA,
-            words(&format!("it refuses the key (status {status})")),
-            "get a new key, or take this one away",
+            words(&format!("rejects the key (status {status})")),
+            "get a new key, or remove this one",
         ),
-        Reachability::Answers(None) => Finding::ok(AREA, words("it answers, and lists no models")),
+        Reachability::Answers(None) => Finding::ok(AREA, words("reachable, lists no models")),
         Reachability::Answers(Some(status)) => Finding::warning(
             AREA,
-            words(&format!(
-                "it answers with status {status} where it should list its models"
-            )),
-            "look whether the address is right and the service in order",
+            words(&format!("cannot list its models: status {status}")),
+            "check the address and the status of the service",
         ),
         Reachability::Silent(_) if here && !chosen => {
             Finding::ok(AREA, words("nothing runs there"))
         }
         Reachability::Silent(why) if here => Finding::warning(
             AREA,
-            words(&format!("nothing runs there ({why})")),
-            "start the server whose model is asked first",
+            words(&format!("not running ({why})")),
+            "start the server before you ask its models",
         ),
         Reachability::Silent(why) => Finding::warning(
             AREA,
-            words(&format!("it cannot be reached: {why}")),
-            "look at the network, the address and the proxy",
+            words(&format!("unreachable: {why}")),
+            "check network, address and proxy",
         ),
         Reachability::Wrong(why) => {
-            Finding::problem(AREA, why.clone(), "mend the address or the key")
+            Finding::problem(AREA, why.clone(), "fix the address or the key")
         }
         Reachability::NotAsked if online => Finding::ok(AREA, words("not asked")),
-        Reachability::NotAsked => Finding::ok(AREA, words("not asked; --online does")),
+        Reachability::NotAsked => Finding::ok(AREA, words("not checked; use --online")),
     }
 }
 

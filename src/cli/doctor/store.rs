@@ -13,7 +13,7 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
     let health = match Health::inspect(&path) {
         Ok(Some(health)) => health,
         Ok(None) => {
-            let words = format!("there is no {shown} yet; the first question makes it");
+            let words = format!("no {shown} yet; the first question creates it");
             return vec![Finding::ok(AREA, words)];
         }
         Err(error) => return vec![Finding::problem(AREA, format!("{shown}: {error}"), other)],
@@ -24,7 +24,7 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
         std::cmp::Ordering::Greater => Finding::problem(
             AREA,
             format!("{shown} has version {version}, this program knows {known}"),
-            "use a newer nearmiss, or set NEARMISS_DATA to another folder",
+            "update nearmiss, or set NEARMISS_DATA to another folder",
         ),
         std::cmp::Ordering::Less => Finding::ok(
             AREA,
@@ -42,7 +42,7 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
         }
     });
     if health.damage.is_empty() {
-        found.push(Finding::ok(AREA, "the quick check finds nothing wrong"));
+        found.push(Finding::ok(AREA, "quick check passed"));
     }
     for line in &health.damage {
         let todo = format!("`nearmiss export -o FILE` saves what can be read; then {other}");
@@ -52,13 +52,13 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
         None => Finding::ok(AREA, "it can be written"),
         Some(why) if why.contains("locked") || why.contains("busy") => Finding::warning(
             AREA,
-            format!("another program is writing ({why})"),
-            "runs are kept as soon as that is done",
+            format!("locked by another program ({why})"),
+            "runs are stored once it is done",
         ),
         Some(why) => Finding::problem(
             AREA,
-            format!("it cannot be written: {why}"),
-            "runs are not kept; make it writable, or set NEARMISS_DATA to another folder",
+            format!("not writable: {why}"),
+            "runs are not stored; make it writable, or set NEARMISS_DATA to another folder",
         ),
     });
     found

@@ -36,7 +36,7 @@ fn kind(term: Option<String>) -> Finding {
         None => Finding::warning(
             AREA,
             "TERM is not set",
-            "set it as your terminal's manual says",
+            "set it as the manual of your terminal says",
         ),
     }
 }
@@ -54,8 +54,8 @@ fn size(terminal: &Terminal) -> Finding {
         Some((c, r)) => Finding::ok(AREA, format!("{c} columns and {r} rows")),
         None => Finding::warning(
             AREA,
-            "standard output is no terminal, so its size and background are not known",
-            "run this in the terminal that you mean",
+            "standard output is not a terminal: size and background unknown",
+            "run `nearmiss doctor` in that terminal",
         ),
     }
 }
@@ -68,12 +68,12 @@ fn colours(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Findin
     match terminal.colours {
         "true" => Finding::ok(AREA, format!("all colours ({why})")),
         "none" if said("NO_COLOR").is_some() => {
-            Finding::ok(AREA, format!("no colours, as wished ({why})"))
+            Finding::ok(AREA, format!("colours disabled ({why})"))
         }
         "none" => Finding::warning(
             AREA,
             format!("no colours ({why})"),
-            "everything can be read without; if the terminal has some, set TERM to what it is",
+            "colours are never the only sign; if the terminal has colours, set TERM accordingly",
         ),
         few => Finding::warning(
             AREA,
@@ -104,7 +104,7 @@ fn background(terminal: &Terminal) -> Finding {
         Some(false) => Finding::ok(AREA, "the background is light"),
         None => Finding::warning(
             AREA,
-            "the terminal does not tell its background, which is taken for dark",
+            "unknown background, assumed dark",
             "set `theme = \"light\"` in config.toml if it is light",
         ),
     }

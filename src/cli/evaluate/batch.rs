@@ -32,66 +32,65 @@ use super::truth::{say_each, truth_source};
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Language models (any of these makes it a batch, which is stored)")]
 pub struct Options {
-    /// From where scenes are described, separated by commas [default: ego].
+    /// Frames of the description, separated by commas [default: ego].
     #[arg(long, value_delimiter = ',', value_name = "FRAME", value_parser = frame)]
     pub frame: Vec<Frame>,
-    /// Prompting techniques, separated by commas: base, cp, cot, icl, all, or several at once such as cp+cot
-    /// [default: all].
+    /// Prompting techniques, separated by commas: base, cp, cot, icl, all, or combinations such as cp+cot [default:
+    /// all].
     #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", value_parser = techniques)]
     pub techniques: Vec<Techniques>,
-    /// Answers to each request; of a batch that is resumed, as many as there shall be then [default: 1].
+    /// Answers per request; with --resume the new total [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub samples: Option<u32>,
-    /// Ask about changed scenes, too: rotate:DEGREES, mirror, move:X,Y (metres), renumber:SEED; separated by
-    /// semicolons or spaces, as move has a comma, or said several times. The table is of the scenes as they are, a
-    /// second one tells which answers changed.
+    /// Also ask about transformed scenes: rotate:DEGREES, mirror, move:X,Y (metres), renumber:SEED. Separate several by
+    /// semicolons or spaces, or repeat the option. The first table is about the original scenes, the second shows which
+    /// answers changed.
     #[arg(long, value_name = "CHANGES", value_parser = changes)]
     pub transform: Vec<Changes>,
-    /// Sampling temperature, 0 to 2 [default: the template's, else the server's].
+    /// Sampling temperature, 0 to 2 [default: from the template, else the server's].
     #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
     pub temperature: Option<f64>,
-    /// Most tokens of an answer [default: the server's].
+    /// Maximum number of tokens in an answer [default: the server's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_tokens: Option<u32>,
-    /// How much the models are to reason: off, low, medium or high [default: the server's].
+    /// Reasoning effort: off, low, medium or high [default: the server's].
     #[arg(long, value_parser = effort)]
     pub effort: Option<Effort>,
-    /// Requests that are on their way to each provider at once [default: `concurrency` in config.toml].
+    /// Concurrent requests per provider [default: `concurrency` in config.toml].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_once)]
     pub concurrency: Option<NonZeroU32>,
-    /// The most that this run may cost, US dollars; needs prices and a limit of tokens [default: `budget` in
-    /// config.toml].
+    /// Maximum cost of this run in US dollars; needs known prices and a token limit [default: `budget` in config.toml].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     pub budget: Option<f64>,
-    /// Address of the server of all models, instead of their providers' own.
+    /// Address of one server for all models, in place of the providers' own.
     #[arg(long, value_name = "URL")]
     pub base_url: Option<String>,
-    /// Only this part of the scenarios, such as 2/8: each belongs to one part, by its name.
+    /// Only this part of the scenarios, such as 2/8; the name decides the part.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Hand the questions to the providers as batches (OpenAI, Anthropic, Gemini): answered within a day, at half the
+    /// Submit the questions through the batch APIs of OpenAI, Anthropic and Gemini: answers within a day, at half the
     /// price. `nearmiss batches collect` fetches the answers, `--resume` counts them.
     #[arg(long, conflicts_with_all = ["dry_run", "concurrency"])]
     pub batch: bool,
-    /// Say what would be asked, how many tokens that is and what it costs at most; send nothing.
+    /// Print what would be asked, its tokens and its maximum cost; send nothing.
     #[arg(long)]
     pub dry_run: bool,
-    /// The table of the batch as one line of JSON; what the built-in judge alone comes to by lead is `--format json`.
-    #[arg(long)]
+    /// The same as --format json.
+    #[arg(long, conflicts_with = "format")]
     pub json: bool,
-    /// Go on with a batch, by its name such as b7, or with the last one.
+    /// Resume a batch by its name, such as b7, or the last one.
     #[arg(long, value_name = "ID|last", conflicts_with = "horizon")]
     pub resume: Option<Resumed>,
-    /// Ask only those questions of the batch that have no answer because asking failed or the answer was cut off.
+    /// Ask only questions that failed or whose answer was cut off.
     #[arg(long, conflicts_with_all = ["add_model", "add_techniques", "add_lead", "add_transform", "samples"])]
     pub retry_failed: bool,
-    /// Ask these models, too, separated by commas.
+    /// Add these models to a resumed batch, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     pub add_model: Vec<String>,
-    /// Ask with these techniques, too, separated by commas.
+    /// Add these techniques to a resumed batch, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", value_parser = techniques)]
     pub add_techniques: Vec<Techniques>,
-    /// Ask the safety task with these leads, too, separated by commas; see --lead.
+    /// Add these leads of the safety task to a resumed batch, separated by commas; see --lead.
     #[arg(
         long,
         value_delimiter = ',',
@@ -99,17 +98,17 @@ pub struct Options {
         allow_negative_numbers = true
     )]
     pub add_lead: Vec<Lead>,
-    /// Ask about these changed scenes, too; see --transform.
+    /// Add these transformed scenes to a resumed batch; see --transform.
     #[arg(long, value_name = "CHANGES", value_parser = changes)]
     pub add_transform: Vec<Changes>,
-    /// The batches in the store and how far they are.
-    #[arg(long, exclusive = true)]
+    /// List the stored batches and their progress; with --json, one object a line.
+    #[arg(long, conflicts_with_all = ["paths", "model", "task", "resume", "dry_run", "format", "truth", "batch"])]
     pub list: bool,
 }
 
 fn at_once(text: &str) -> Result<NonZeroU32, String> {
     text.parse()
-        .map_err(|_| "a whole number of requests is needed, 1 at least".to_string())
+        .map_err(|_| "expected a whole number of requests, at least 1".to_string())
 }
 
 /// Changes of scenes that were said together.
@@ -124,7 +123,7 @@ fn changes(text: &str) -> Result<Changes, String> {
         change.map_err(|error| format!("{error}; several are separated by semicolons or spaces"))
     });
     match changes.collect::<Result<Vec<_>, _>>()? {
-        none if none.is_empty() => Err("a change such as mirror is needed".into()),
+        none if none.is_empty() => Err("expected a transform such as mirror".into()),
         changes => Ok(Changes(changes)),
     }
 }
@@ -175,7 +174,6 @@ impl Options {
             || self.shard.is_some()
             || self.dry_run
             || self.batch
-            || self.json
             || self.resume.is_some()
             || self.list
     }
@@ -184,7 +182,7 @@ impl Options {
 /// Runs what is no evaluation of the built-in judge alone.
 pub fn run(arguments: &Evaluate) -> Outcome {
     if arguments.batch.list {
-        return listed::list();
+        return listed::list(arguments.batch.json);
     }
     match arguments.batch.resume {
         Some(which) => {
@@ -204,13 +202,13 @@ fn begin(arguments: &Evaluate) -> Outcome {
     };
     if options.retry_failed || added.any() {
         return Err(Failure::input(
-            "--retry-failed and all of --add-… need a batch to resume: --resume ID names it",
+            "--retry-failed and --add-… need a batch: --resume ID",
         ));
     }
     let secret = |url: &String| Endpoint::new("", url.as_str()).has_secret_address();
     if options.base_url.as_ref().is_some_and(secret) {
         return Err(Failure::input(
-            "--base-url holds a password or a key, and would be kept with the batch; set it as base_url of the provider in config.toml, or give the key as key_env",
+            "--base-url contains a password or key, which the batch would store; set base_url of the provider in config.toml, or name the key with key_env",
         ));
     }
     let context = BatchContext::new()?;
@@ -228,7 +226,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
     let plan = plan.map_err(Failure::input)?;
     say_each(&plan.doubts);
     if let (Some(shard), 0) = (options.shard, plan.scenarios()) {
-        output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
+        output::say(&format!("nearmiss: no scenario in part {shard}"));
         return match json(arguments) {
             true => output::json(&Rows::from_scored(&[]).document(None)),
             false => Ok(()),
@@ -244,7 +242,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
     let dry_run = dry_run::make(plan, &judges, &context.store)?;
     if dry_run.items.is_empty() && options.resume.is_none() {
         return Err(Failure::input(format!(
-            "none of {} has a label; the truth is: {}",
+            "no label for any of {}; ground truth: {}",
             super::number(plan.scenarios(), "scenario"),
             plan.spec.truth.words()
         )));
@@ -266,7 +264,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
         csv: arguments.format == Format::Csv,
     };
     if plan.scenarios() == 0 {
-        output::say(&format!("nearmiss: {id}: there is nothing to ask"));
+        output::say(&format!("nearmiss: {id}: nothing to ask"));
         return running::show(context, id, table);
     }
     let run = Arc::new(BatchRun::new(
@@ -281,7 +279,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
 
 /// Whether the table is to be JSON.
 pub fn json(arguments: &Evaluate) -> bool {
-    arguments.batch.json || arguments.format == Format::Json
+    arguments.format() == Format::Json
 }
 
 fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failure> {
@@ -298,7 +296,7 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
     }
     if models.is_empty() {
         return Err(Failure::input(
-            "who shall be asked? --model provider/model,…, or `model` in config.toml; `nearmiss models` lists them",
+            "no model given: use --model provider/model,… or set `model` in config.toml; `nearmiss models` lists models",
         ));
     }
     models.dedup();

@@ -13,7 +13,7 @@ use crate::workflow::batch::BuiltInAnswers;
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
     if truth.is_geometry() {
         return Err(Failure::input(
-            "--task collision needs --truth CSV or layout: the exact geometry is what the built-in judge itself answers",
+            "--task collision needs --truth CSV or layout: the exact geometry is the answer of the built-in judge itself",
         ));
     }
     let answers = built_in(truth, entries, |entry, case| {
@@ -68,7 +68,7 @@ fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) 
         }
     }
     let other = rows.iter().filter(|row| row.differs());
-    match arguments.format {
+    match arguments.format() {
         Format::Table => {
             let mut text = format!(
                 "collision task: {}, {}\ntruth: {}\n\n{:<20} precision {}  recall {}  F1 {}  \

@@ -78,11 +78,11 @@ impl BatchContext {
         for id in models {
             if id.starts_with("reference/") && id != judge::MODEL {
                 return Err(Failure::input(format!(
-                    "--model {id}: it answers no questions; beside language models there is {}",
+                    "--model {id}: not available in a batch; of the built-in models only {} is",
                     judge::MODEL
                 )));
             }
-            if let Some(warning) = known.retirement_warning(id, today) {
+            if let Some(warning) = known.warning(id, today) {
                 output::say(&format!("nearmiss: {id}: {warning}"));
             }
             let mut judge = known.judge(id).map_err(Failure::input)?;

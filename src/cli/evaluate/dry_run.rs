@@ -26,7 +26,7 @@ pub fn make(plan: &BatchPlan, judges: &Judges, store: &Store) -> Result<DryRun, 
     say_each(&dry_run.doubts);
     if !dry_run.unlabelled.is_empty() {
         output::say(&format!(
-            "nearmiss: left out, as their ground truth is unknown: {}",
+            "nearmiss: skipped, no ground truth: {}",
             super::some(&dry_run.unlabelled)
         ));
     }
@@ -43,7 +43,7 @@ pub fn line(dry_run: &DryRun) -> String {
         estimate.price()
     );
     if estimate.free > 0 {
-        words.push_str(&format!("; {} for the built-in judge", estimate.free));
+        words.push_str(&format!("; {} by the built-in judge", estimate.free));
     }
     if estimate.stored > 0 {
         let stored = super::number(count(estimate.stored), "answer");
@@ -81,6 +81,7 @@ pub fn write(
             "why": unaskable.collect::<Vec<_>>(),
             "left_out": dry_run.unlabelled,
             "tokens": estimate.tokens,
+            "most_usd": estimate.usd,
             "usd": estimate.usd,
             "budget": budget.map(|(usd, _)| usd),
             "within_budget": budget.and_then(|(_, within)| within),
@@ -108,10 +109,8 @@ pub fn write(
     if let Some((usd, within)) = budget {
         let words = match within {
             Some(true) => "enough for all",
-            Some(false) => {
-                "less than that: questions that could cost more than what is left stay open, for --resume"
-            }
-            None => "whether it is enough for all cannot be told",
+            Some(false) => "too little: questions that could exceed it stay open for --resume",
+            None => "may not be enough: some prices or limits are unknown",
         };
         text.push_str(&format!("budget           {usd} USD, {words}\n"));
     }

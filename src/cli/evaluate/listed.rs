@@ -1,14 +1,22 @@
 //! Lists stored batches with their progress and contents.
 
+use serde_json::{Value, json};
+
 use super::{number, some};
 use crate::cli::filters::store_to_read;
 use crate::cli::{Failure, Outcome, output, time};
 use crate::evaluation::batch::{Matrix, Spec};
+use crate::store::{Batch, Progress};
 use crate::verdict::Task;
 
 /// Lists the batches.
-pub fn list() -> Outcome {
+pub fn list(as_json: bool) -> Outcome {
     let batches = store_to_read()?.batches().map_err(Failure::input)?;
+    if as_json {
+        return batches
+            .iter()
+            .try_for_each(|(batch, progress)| output::json(&document(batch, progress)));
+    }
     let mut text = String::new();
     for (batch, progress) in &batches {
         let spec = Spec::from_json(&batch.spec);
@@ -59,9 +67,44 @@ pub fn list() -> Outcome {
         }
     }
     if batches.is_empty() {
-        output::say("nearmiss: there is no batch yet");
+        output::say("nearmiss: no batches yet; `nearmiss evaluate FOLDER --model …` starts one");
     }
     output::text(&output::visible(&text))
+}
+
+/// A batch for programs: its progress, and what it asks; `problem` where that cannot be read.
+fn document(batch: &Batch, progress: &Progress) -> Value {
+    let mut value = json!({
+        "batch": batch.id.to_string(),
+        "created_at": time::rfc3339(batch.created_ms),
+        "shard": batch.shard,
+        "questions": progress.all(),
+        "answered": progress.answered,
+        "failed": progress.failed,
+        "truncated": progress.truncated,
+        "unaskable": progress.unaskable,
+        "scenarios": progress.scenarios,
+    });
+    let spec = match Spec::from_json(&batch.spec) {
+        Ok(spec) => spec,
+        Err(error) => {
+            value["problem"] = error.to_string().into();
+            return value;
+        }
+    };
+    let matrix = &spec.matrix;
+    let words = |all: &mut dyn Iterator<Item = String>| Value::from_iter(all);
+    let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
+    value["tasks"] = words(&mut matrix.tasks.iter().map(|task| task.name().into()));
+    value["frames"] = words(&mut matrix.frames.iter().map(|frame| frame.name().into()));
+    value["techniques"] = words(&mut matrix.techniques.iter().map(ToString::to_string));
+    value["models"] = json!(matrix.models);
+    value["samples"] = json!(matrix.samples);
+    value["leads"] = words(&mut leads.map(ToString::to_string));
+    value["transforms"] = words(&mut matrix.transforms.iter().map(ToString::to_string));
+    value["paths"] = words(&mut spec.paths.iter().map(|path| path.display().to_string()));
+    value["truth"] = spec.truth.words().into();
+    value
 }
 
 /// The leads of a matrix, and its changes of scenes.
@@ -69,7 +112,7 @@ fn varied(matrix: &Matrix) -> String {
     let mut text = String::new();
     if matrix.more_leads.is_empty() && matrix.tasks.contains(&Task::Safety) {
         match matrix.request.lead {
-            None => text.push_str(" · to the end of recordings"),
+            None => text.push_str(" · windows at the end of recordings"),
             Some(lead) => text.push_str(&format!(" · lead {lead}")),
         }
     }

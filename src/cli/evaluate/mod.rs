@@ -16,6 +16,7 @@ mod varied;
 use std::path::PathBuf;
 
 use super::open::{doubts, found, not_opened, task};
+use super::output::counted as number;
 use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
@@ -29,28 +30,27 @@ use truth::{Truth, truth};
 /// Arguments of `evaluate`.
 #[derive(Debug, clap::Args)]
 pub struct Evaluate {
-    /// CommonRoad files or folders, or names of bundled scenarios; each with its recorded ego.
+    /// CommonRoad files, folders or names of bundled scenarios, each with its recorded ego.
     #[arg(required_unless_present_any = ["resume", "list"])]
     paths: Vec<PathBuf>,
-    /// Who is evaluated, separated by commas: language models as provider/model; reference/geometry and, in the safety
-    /// task, what it is compared with, reference/constant-velocity and reference/constant-acceleration [default: all
-    /// built-in ones that answer the task].
+    /// Models to evaluate, separated by commas: provider/model, reference/geometry; for the safety task also the
+    /// baselines reference/constant-velocity and reference/constant-acceleration [default: all built-in ones for the
+    /// task].
     #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     model: Vec<String>,
-    /// What is asked: safety or collision, of language models both, separated by commas [default: safety].
+    /// Task: safety or collision; language models take both, separated by commas [default: safety].
     #[arg(long, value_delimiter = ',', value_parser = task)]
     task: Vec<Task>,
-    /// What is true: `auto` for the exact geometry of the whole recordings, `layout` for the folders
-    /// collision_scenarios and normal_scenarios with their annotations, or CSV files with the columns `scenario` and
-    /// `label` (or `obstacle_id`, `none` where no obstacle collides), separated by commas [default: auto; for
-    /// language models layout where there are such folders].
+    /// Ground truth: `auto` is the exact geometry of the recordings; `layout` reads the folders collision_scenarios and
+    /// normal_scenarios with their annotations; CSV files have the columns `scenario` and `label` (or `obstacle_id`,
+    /// with `none` for no collision), separated by commas [default: auto; for language models layout if these folders
+    /// exist].
     #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout")]
     truth: Vec<PathBuf>,
-    /// Where the windows of collisions end: seconds before the first overlap of the bodies, or `end` for two steps
-    /// before the last recorded one; safe scenarios then have their first window [default: end,0.2,0.5,1,1.5,2;
-    /// language models are by default asked about windows that end two steps before the end of every recording, safe
-    /// ones too, as the paper's scripts had it]. They are asked the safety task once with each lead; the table is of
-    /// the first, a second one of all.
+    /// End of the windows on collisions: seconds before the first overlap of the bodies, or `end` for two steps before
+    /// the last recorded step. Safe scenarios then use their first window [default: end,0.2,0.5,1,1.5,2; for language
+    /// models every window, safe ones too, ends two steps before the last step, as in the paper]. Language models
+    /// answer the safety task once per lead: the first table shows the first lead, the second all of them.
     #[arg(
         long,
         value_delimiter = ',',
@@ -58,17 +58,17 @@ pub struct Evaluate {
         allow_negative_numbers = true
     )]
     lead: Vec<Lead>,
-    /// Horizons of what the judge is compared with, seconds up to 10; its own is fixed.
+    /// Horizons of the baselines in seconds, at most 10; that of the judge is fixed.
     #[arg(long, value_delimiter = ',', default_value = "1,1.5,2", value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
     horizon: Vec<f64>,
-    /// Steps in a window [default: 10; for language models what the template says].
+    /// Steps in the window [default: 10; for language models from the template].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
     history: Option<u32>,
-    /// Obstacles farther from the ego are left out, metres [default: 30; for language models what the template says].
+    /// Leave out obstacles farther from the ego than this, metres [default: 30; for language models from the template].
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
-    /// How the result is written. JSON and CSV have the rows of the table: of the built-in judge by lead, of a batch
-    /// by way of asking.
+    /// Format of the result. JSON and CSV hold the rows of the table: by lead for the built-in judge, by prompt
+    /// configuration for a batch.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
     #[command(flatten)]
@@ -76,6 +76,14 @@ pub struct Evaluate {
 }
 
 impl Evaluate {
+    /// How the result is written.
+    fn format(&self) -> Format {
+        match self.batch.json {
+            true => Format::Json,
+            false => self.format,
+        }
+    }
+
     /// The tasks.
     fn tasks(&self) -> Vec<Task> {
         match self.task.is_empty() {
@@ -101,7 +109,7 @@ enum Format {
 fn between(text: &str, most: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= most => Ok(value),
-        _ => Err(format!("a number above 0 and up to {most} is needed")),
+        _ => Err(format!("expected a number above 0, at most {most}")),
     }
 }
 
@@ -131,7 +139,7 @@ pub fn run(arguments: &Evaluate) -> Outcome {
 
 fn no_verdicts(task: Task) -> Failure {
     Failure::input(format!(
-        "--task {}: it has no yes or no that could be right; collision and safety can be evaluated",
+        "--task {} cannot be evaluated: it has no yes or no; use collision or safety",
         task.name()
     ))
 }
@@ -153,7 +161,7 @@ fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failur
         let more = Candidate::named(name, &arguments.horizon).filter(|_| known.contains(&name));
         let Some(more) = more else {
             return Err(Failure::input(format!(
-                "--model {name}: for the {} task it must be one of {}",
+                "--model {name}: the {} task takes {}",
                 task.name(),
                 known.join(", "),
             )));
@@ -196,20 +204,12 @@ fn built_in<T: Send>(
     drop(progress);
     if !answers.without_ego.is_empty() {
         output::say(&format!(
-            "nearmiss: {} no recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",
-            have(answers.without_ego.len()),
+            "nearmiss: {} without a recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",
+            number(answers.without_ego.len(), "scenario"),
             some(&answers.without_ego),
         ));
     }
     Ok(answers)
-}
-
-/// `1 scenario has`, `2 scenarios have`.
-fn have(count: usize) -> String {
-    match count {
-        1 => "1 scenario has".into(),
-        _ => format!("{count} scenarios have"),
-    }
 }
 
 /// The first few names, and how many more there are.
@@ -236,26 +236,17 @@ fn outcome<T>(answers: &BuiltInAnswers<T>) -> Outcome {
     if answers.failed > 0 {
         reasons.push(format!("{} could not be opened", answers.failed));
     }
-    let has = |count: usize| if count == 1 { "has" } else { "have" };
     if without > 0 {
-        reasons.push(format!("{without} {} no recorded ego", has(without)));
+        reasons.push(format!("{without} without a recorded ego"));
     }
     if unlabelled > 0 {
-        let (has, some) = (has(unlabelled), some(&answers.unlabelled));
-        reasons.push(format!("{unlabelled} {has} no label ({some})"));
+        let some = some(&answers.unlabelled);
+        reasons.push(format!("{unlabelled} without a label ({some})"));
     }
     Err(Failure {
-        message: format!("of {}, {}", number(all, "scenario"), reasons.join(", and ")),
+        message: format!("of {}, {}", number(all, "scenario"), reasons.join(", ")),
         status: if answers.judged.is_empty() { 2 } else { 1 },
     })
-}
-
-/// A count with its noun.
-fn number(count: usize, thing: &str) -> String {
-    match count {
-        1 => format!("1 {thing}"),
-        _ => format!("{count} {thing}s"),
-    }
 }
 
 /// With three decimals, or a dash where there is no value.

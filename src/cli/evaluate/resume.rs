@@ -65,7 +65,7 @@ fn say_truth(relabelling: &Relabelling, source: &TruthSource, dry_run: bool) {
     }
     if !unlabelled.is_empty() {
         output::say(&output::visible(&format!(
-            "nearmiss: {batch}: it says nothing about {}: {}; their answers are neither right nor wrong",
+            "nearmiss: {batch}: no label for {}: {}; their answers are not scored",
             number(unlabelled.len(), "scenario"),
             some(unlabelled)
         )));
@@ -103,10 +103,10 @@ pub fn all_stays(arguments: &Evaluate) -> Outcome {
         return Ok(());
     };
     let instead = match instead {
-        "" => "they cannot be added; begin a new batch, without --resume".to_string(),
-        option => format!("{option} adds to it; for others begin a new batch, without --resume"),
+        "" => "start a new batch without --resume".to_string(),
+        option => format!("use {option} to add some, or start a new batch without --resume"),
     };
     Err(Failure::input(format!(
-        "--resume keeps the scenarios and settings of the batch, so {what} cannot be given: {instead}"
+        "--resume keeps the scenarios and settings of the batch, so {what} is not allowed: {instead}"
     )))
 }

@@ -50,7 +50,7 @@ pub fn ask(
     let (items, with_providers) = run.items(dry_run).map_err(Failure::input)?;
     if with_providers > 0 {
         output::say(&format!(
-            "nearmiss: {with_providers} of them with a provider: `nearmiss batches collect` fetches their answers"
+            "nearmiss: {with_providers} of them submitted to providers: `nearmiss batches collect` fetches the answers"
         ));
     }
     for batch in context.store.provider_batches().map_err(Failure::input)? {
@@ -67,9 +67,7 @@ pub fn ask(
     };
     let Some(paused) = runtime.block_on(until_interrupted(run, items))? else {
         return Err(Failure {
-            message: format!(
-                "interrupted; `nearmiss evaluate --resume {id}` resumes it, and asks again what had no answer yet"
-            ),
+            message: format!("interrupted; `nearmiss evaluate --resume {id}` continues it"),
             status: INTERRUPTED,
         });
     };
@@ -82,7 +80,7 @@ pub fn ask(
 /// Who was not asked further, and why.
 fn words(paused: &PausedModel) -> String {
     let after = match paused.after {
-        1 => "after one question that it refused".to_string(),
+        1 => "after one rejected question".to_string(),
         after => format!("after {after} questions in a row without an answer"),
     };
     let open = super::number(paused.open, "question");
@@ -143,7 +141,7 @@ fn unanswered(context: &BatchContext, id: BatchId) -> Outcome {
     };
     Err(Failure {
         message: format!(
-            "of {}{askable}, {} without a whole answer; {again}",
+            "of {}{askable}, {} without a complete answer; {again}",
             super::number(items.len() - never.len(), "question"),
             open.len()
         ),
@@ -189,7 +187,7 @@ async fn until_interrupted(
         () = signal() => {}
     }
     run.control.stop();
-    output::say("nearmiss: interrupted; answers that arrive within a moment are kept");
+    output::say("nearmiss: interrupted; waiting briefly for answers on their way");
     tokio::select! {
         done = &mut all => done.map(|_| None).map_err(Failure::input),
         () = tokio::time::sleep(GRACE) => Ok(None),

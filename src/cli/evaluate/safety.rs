@@ -33,7 +33,7 @@ pub(super) fn run(
     if !answers.judged.is_empty() {
         let of_each = answers.judged.iter_mut().map(|(_, of)| std::mem::take(of));
         let rows = rows(&setting, of_each);
-        match arguments.format {
+        match arguments.format() {
             Format::Table => output::text(&table(&setting, truth, &answers, &rows))?,
             Format::Csv => output::csv(cells(&setting, &rows))?,
             Format::Json => output::json(&document(&setting, truth, &answers, &rows))?,
@@ -112,17 +112,15 @@ const BLOCKS: [Block; 4] = [
     ("F1", |c| c.said.f1()),
     ("precision", |c| c.said.precision()),
     ("recall", |c| c.said.recall()),
-    ("F1, naming who collides", |c| c.named.f1()),
+    ("F1, right obstacle", |c| c.named.f1()),
 ];
 
 fn table(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> String {
     let mut text = format!(
-        "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
-         collision, ending so many seconds before the bodies first\noverlap (end: two steps before the last recorded \
-         one); of a safe scenario, its first steps at every lead\na yes counts whomever it names; naming who collides: as language models are counted, a yes to a collision\n\
-         whose obstacle is known has to name it as the danger, else it is a no\n\
-         s: horizon of the prediction, seconds; p ≥: probability \
-         of contact within it from which on it is critical\n",
+        "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; collisions end the given seconds before the \
+         first overlap\n(end: two steps before the last recorded step), safe scenarios at their first window\nF1: any yes \
+         counts; right obstacle: a yes to a collision must name its obstacle, as for language models\ns: horizon in \
+         seconds; p ≥: probability of contact from which on a window is critical\n",
         number(answers.collisions(), "collision"),
         number(answers.safe(), "safe scenario"),
         truth.words(),
@@ -172,8 +170,8 @@ fn table(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> St
             count(Confusion::negatives),
         ));
         text.push_str(&format!(
-            "\nfalse alarms over all {} of the safe scenarios ({:.1} min)\nshare: of these windows, called critical; \
-             a minute: alarms a minute, where critical windows\nless than {} s apart are one alarm\n{:<32}{:>5}{:>6}  share  a minute\n",
+            "\nfalse alarms over all {} of the safe scenarios ({:.1} min)\nshare: fraction of windows called critical; \
+             per min: alarms per minute (critical windows less\nthan {} s apart are one alarm)\n{:<32}{:>5}{:>6}  share   per min\n",
             number(first.alarms.windows as usize, "window"),
             first.alarms.seconds / 60.0,
             Alarms::APART,
@@ -291,6 +289,7 @@ fn document(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) ->
         .collect();
     json!({
         "task": "safety",
+        "windows": "collisions end at the lead, safe scenarios at their first window",
         "truth": truth.json(),
         "history": setting.history,
         "radius": setting.radius,

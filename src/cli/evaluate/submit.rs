@@ -35,7 +35,7 @@ pub fn submit(runtime: &Runtime, run: &BatchRun, items: Vec<Item>) -> Result<Lef
             words.push_str(&format!("; the store has {stored}"));
         }
         if taken.taken > 0 {
-            words.push_str(&format!("; {} are being asked already", taken.taken));
+            words.push_str(&format!("; {} already running", taken.taken));
         }
         output::say(&format!("nearmiss: {words}"));
         for note in &taken.notes {

@@ -77,6 +77,7 @@ impl Rows {
                 .map(|name| ((*name).to_string(), all[*name].clone()))
                 .collect();
             object.insert("label".into(), json!(half.name()));
+            object.insert("techniques".into(), all["techniques"].clone());
             object
         })
     }

@@ -30,7 +30,7 @@ impl Truth {
     /// Describes the ground truth for people.
     pub fn words(&self) -> String {
         match self.is_geometry() {
-            true => "exact geometry of the whole recordings: real bodies that overlap at a recorded step".into(),
+            true => "exact geometry of the recordings: bodies overlap at a recorded step".into(),
             false => output::visible(&self.source.words()),
         }
     }
@@ -78,7 +78,7 @@ pub fn say_each(doubts: &[String]) {
     }
     if doubts.len() > NAMED {
         let more = doubts.len() - NAMED;
-        output::say(&format!("nearmiss: {more} more of this kind"));
+        output::say(&format!("nearmiss: {more} more like this"));
     }
 }
 

@@ -62,7 +62,7 @@ impl Varied {
         let width = width.unwrap_or(0).max("model".len());
         let mut text = String::new();
         if !self.0.invariance.is_empty() {
-            text += "\nthe same scenes changed, which changes nothing about them; flips: yes became no, or no yes\n";
+            text += "\ntransformed scenes, whose answer should stay the same; flips: the verdict changed\n";
             let widths = [5, 5, 6, 13, 7, 6, 10].map(Right);
             let columns = [&way_columns(width)[..], &[Left(20)], &widths].concat();
             text += &output::line(" ", &columns, &[&WAY[..], &CHANGED].concat());
@@ -93,7 +93,7 @@ impl Varied {
             text.push('\n');
         }
         if !self.0.leads.is_empty() {
-            text += "\nscenarios that collide, by seconds from the end of the window to the collision\n";
+            text += "\ncollisions, by seconds from the end of the window to the collision\n";
             let widths = [6, 5, 8, 6, 13, 9, 6, 13, 12, 8, 6, 9].map(Right);
             let columns = [&way_columns(width)[..], &widths].concat();
             text += &output::line(" ", &columns, &[&WAY[..], &LEADS].concat());

@@ -15,10 +15,10 @@ use super::{Failure, Outcome};
 pub struct Export {
     #[command(flatten)]
     filters: Filters,
-    /// Runs with all these words in scenario, answer, reasoning, justification or notes.
+    /// Only runs that have all these words in scenario, answer, reasoning, justification or notes.
     #[arg(long, value_name = "WORDS")]
     words: Option<String>,
-    /// How the runs are written [default: as the ending of FILE says, else jsonl].
+    /// Format [default: from the file name, else jsonl].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -27,11 +27,11 @@ pub struct Export {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// One JSON object a line: complete, `nearmiss import` reads it.
+    /// JSON lines: one complete run a line; `nearmiss import` reads it.
     Jsonl,
-    /// Comma-separated, with a header; control characters are shown as symbols.
+    /// CSV with a header; control characters become symbols.
     Csv,
-    /// Apache Parquet; into a file only.
+    /// Apache Parquet; needs a file.
     Parquet,
 }
 

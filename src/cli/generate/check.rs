@@ -16,7 +16,7 @@ const ROUNDING: f64 = 5e-5;
 pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
     let [entry] = entries else {
         return Err(Failure::input(format!(
-            "--check holds a variant against one scenario, and {} are given",
+            "--check compares a variant with one scenario, not {}",
             entries.len()
         )));
     };
@@ -56,7 +56,7 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
             match &one.verdict {
                 Ok(passed) => {
                     words.push_str(&format!(
-                        "obstacle {id}, changed from step {}: passes; {} steps held against the limits, {} left as recorded, at most {:.0} % of the friction circle\n",
+                        "obstacle {id}, changed from step {}: passes; {} steps checked, {} left as recorded, at most {:.0} % of the friction circle\n",
                         one.from,
                         passed.steps,
                         passed.exempt,

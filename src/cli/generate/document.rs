@@ -97,14 +97,14 @@ pub fn said(authored: &Authored) -> Vec<String> {
     let proposal = authored.choice.proposal.as_ref();
     let choice = proposal.and_then(|p| p.refused.as_ref()).map(|why| {
         format!(
-            "the choice of the attacker was refused: {why}; taken by: {}",
+            "attacker rejected: {why}; chosen instead by: {}",
             authored.choice.by.name()
         )
     });
     let refused = authored.declined.iter().map(|d| {
         let why = d.refusals.first().map(ToString::to_string);
         format!(
-            "answer {}, try {}: refused: {}",
+            "answer {}, try {}: rejected: {}",
             d.source.sample + 1,
             d.source.retry + 1,
             why.unwrap_or_default()

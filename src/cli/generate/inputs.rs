@@ -46,7 +46,7 @@ pub fn originals(mut entries: Vec<Entry>, paths: &[PathBuf]) -> Result<Vec<Entry
     }
     if entries.is_empty() {
         return Err(Failure::input(format!(
-            "there is nothing but variants that nearmiss has made ({words}); one that is named as a file is taken as an original"
+            "all scenarios are variants made by nearmiss ({words}); name a file to use it as an original"
         )));
     }
     let (count, are) = match variants.len() {
@@ -54,7 +54,7 @@ pub fn originals(mut entries: Vec<Entry>, paths: &[PathBuf]) -> Result<Vec<Entry
         n => (format!("{n} variants"), "are"),
     };
     output::say(&format!(
-        "nearmiss: {count} of earlier runs {are} not attacked again: {words}; one that is named as a file is"
+        "nearmiss: {count} of earlier runs {are} skipped: {words}; name a file to use it as an original"
     ));
     Ok(entries)
 }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// The outcome of a scenario of which nothing was made.
+/// The outcome of a scenario without a variant.
 pub const NONE: &str = "none";
 
 /// A line with its figures.

@@ -36,63 +36,63 @@ use variant::GenerateJob;
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: collision and near_miss (lowest risk score of the attacker 1 at most), with the ego planning anew against the
-changed traffic; no_effect; none where no motion got through the gate.
-Exit status: 0 every scenario has a collision or a near miss; 1 some have none, or could not be attacked, or --check finds
-something; 2 usage or input error; 130 interrupted, with the files that were written.")]
+Outcomes: collision, near_miss (lowest risk score of the attacker at most 1), no_effect, none (no motion passed the \
+gate). The ego replans against the changed traffic.\n\
+Exit status: 0 every scenario has a collision or a near miss; 1 some have neither, could not be attacked, or --check \
+finds an error; 2 usage or input error; 130 interrupted.")]
 pub struct GenerateArguments {
-    /// Scenario files, or folders with them.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Who thinks of the attack: `search` needs no model and no key; or provider/model.
+    /// Source of the attack: `search`, which needs no model or key, or provider/model.
     #[arg(long, default_value = SEARCH)]
     model: String,
-    /// Where the model's server is, in place of the provider's usual place.
+    /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// Motions that a model is asked for, each in a conversation of its own.
+    /// Motions to request from the model, each in its own conversation.
     #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1000))]
     samples: u32,
-    /// How often, at most, a refused motion goes back to the model with what the gate says.
+    /// Maximum number of times that a rejected motion goes back to the model with the reasons.
     #[arg(long, value_name = "K", default_value_t = RETRIES, value_parser = clap::value_parser!(u32).range(0..=100))]
     retries: u32,
-    /// Generate nothing where the model's choice of the attacker cannot be taken, instead of taking the nearest.
+    /// Generate nothing if the model names an attacker that is not possible; without it the nearest one attacks.
     #[arg(long)]
     obey: bool,
-    /// Ask the model in any case, even where the store has its answer.
+    /// Ask the model even if the store has its answer.
     #[arg(long)]
     fresh: bool,
-    /// The most that all answers together may cost, US dollars.
+    /// Maximum total cost of all answers in US dollars.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
-    /// Only this obstacle may attack.
+    /// Let only this obstacle attack.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     attacker: Option<i64>,
-    /// Motions that are tried in a scenario, at most.
+    /// Maximum number of motions tried per scenario.
     #[arg(long, value_name = "N", default_value_t = Effort::default().candidates, value_parser = count)]
     candidates: usize,
-    /// Another seed finds other attacks; the same one the same.
+    /// Seed of the search; the same seed finds the same attacks.
     #[arg(long, value_name = "N", default_value_t = Effort::default().seed)]
     seed: u64,
-    /// Reaction time (s) of the good driver who has to survive it.
+    /// Reaction time in seconds with which a good driver must be able to avoid the attack.
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = reaction_time)]
     survive: f64,
     #[command(flatten)]
     how: PlanOptions,
-    /// One line of JSON a scenario.
+    /// Print JSON lines: one object a scenario.
     #[arg(long)]
     json: bool,
-    /// Folder for variants, egos, solutions, ways out and what is known of each; it is made if it is not there.
+    /// Folder for the variants with their egos, solutions, certificates and manifests; created if missing.
     #[arg(short = 'o', long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Go on with what lies in the folder of -o: no scenario is attacked of which there is a variant made with the same
-    /// settings; what its papers say counts instead. A report of an earlier run is replaced.
+    /// Continue in the folder of -o: keep variants made with the same settings and count them from their manifests. An
+    /// earlier report is replaced.
     #[arg(long, requires = "output", conflicts_with_all = ["fresh", "check"])]
     resume: bool,
-    /// Writes the figures of all scenarios together, as JSON.
+    /// Write a summary of all scenarios as JSON.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Generates nothing: holds this variant, made by whomever, against the one scenario that is given.
+    /// Generate nothing; check this variant, from any source, against the one given scenario.
     #[arg(long, value_name = "VARIANT", conflicts_with_all = ["output", "report", "attacker"])]
     check: Option<PathBuf>,
 }
@@ -108,14 +108,14 @@ fn reaction_time(word: &str) -> Result<f64, String> {
     let known = DELAYS.into_iter().find(|delay| Some(*delay) == said);
     known.ok_or_else(|| {
         let known = DELAYS.map(|delay| format!("{delay:.1}"));
-        format!("one of {} is needed", known.join(", "))
+        format!("expected one of {}", known.join(", "))
     })
 }
 
 fn count(word: &str) -> Result<usize, String> {
     match word.parse() {
         Ok(n) if (1..=100_000).contains(&n) => Ok(n),
-        _ => Err("a number from 1 to 100000 is needed".into()),
+        _ => Err("expected a number from 1 to 100000".into()),
     }
 }
 

@@ -90,51 +90,49 @@ impl EarlierRun {
 fn read(path: &Path) -> Result<FileKind, String> {
     let bytes = system::read_file(path, system::LARGEST).map_err(|e| system::words(&e))?;
     let papers: Value =
-        serde_json::from_slice(&bytes).map_err(|e| format!("no papers of a variant: {e}"))?;
+        serde_json::from_slice(&bytes).map_err(|e| format!("not a manifest of a variant: {e}"))?;
     if says_report(&papers) {
         return Ok(FileKind::Report);
     }
     let word = |value: &Value, what: &str| match value.as_str() {
         Some(word) => Ok(word.to_owned()),
-        None => Err(format!("no papers of a variant: {what} is not in it")),
+        None => Err(format!("not a manifest of a variant: {what} is missing")),
     };
     let original = word(&papers["original"]["sha256"], "original.sha256")?;
     let id = word(&papers["benchmark_id"], "benchmark_id")?;
     let made = &papers["made"];
     if made.is_null() {
-        return Err("it does not say with which settings it was made".into());
+        return Err("its settings are missing".into());
     }
     let folder = path.parent().unwrap_or(Path::new("."));
     let beside = |key: &str| file_beside(folder, &word(&papers[key], key)?);
     let (scenario, ego) = (beside("variant")?, beside("ego")?);
     let hashes = papers["sha256"].as_object();
-    let hashes = hashes.ok_or("no papers of a variant: sha256 is not in it")?;
+    let hashes = hashes.ok_or("not a manifest of a variant: sha256 is missing")?;
     if [&scenario, &ego]
         .iter()
         .any(|path| !hashes.contains_key(&file_name(path)))
     {
-        return Err("no papers of a variant: sha256 does not have its files".into());
+        return Err("not a manifest of a variant: sha256 lacks its files".into());
     }
     for (name, hash) in hashes {
         is_as_it_was(&file_beside(folder, name)?, word(hash, "sha256")?.as_str())?;
     }
     let mut line = made["line"].clone();
     if !line.is_object() {
-        return Err("no papers of a variant: made.line is not in it".into());
+        return Err("not a manifest of a variant: made.line is missing".into());
     }
     line["rejected"] = papers["rejected"].clone();
     line["taken_over"] = true.into();
     document::place(&mut line, &id, &scenario, &ego);
-    let line =
-        Line::from_document(line).map_err(|e| format!("no papers of a variant: made.line: {e}"))?;
+    let line = Line::from_document(line)
+        .map_err(|e| format!("not a manifest of a variant: made.line: {e}"))?;
     if line.figures.outcome == OutcomeName::None {
-        return Err("no papers of a variant: nothing was made".into());
+        return Err("not a manifest of a variant: nothing was made".into());
     }
     let stopped = line.figures.model.as_ref();
     if let Some(why) = stopped.and_then(|model| model.stopped.as_ref()) {
-        return Err(format!(
-            "the model did not get to the end of its work: {why}"
-        ));
+        return Err(format!("the model stopped early: {why}"));
     }
     Ok(FileKind::Papers(Box::new(Papers {
         original,
@@ -147,7 +145,7 @@ fn read(path: &Path) -> Result<FileKind, String> {
 fn file_beside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     match Path::new(name).file_name() {
         Some(file) if file == name => Ok(folder.join(name)),
-        _ => Err(format!("this is not the name of a file: {name}")),
+        _ => Err(format!("not a file name: {name}")),
     }
 }
 
@@ -163,7 +161,7 @@ fn is_as_it_was(path: &Path, hash: &str) -> Result<(), String> {
     let bytes = bytes.map_err(|e| named(&system::words(&e)))?;
     match ContentHash::digest(&bytes).to_string() == hash {
         true => Ok(()),
-        false => Err(named("it was changed after it was made")),
+        false => Err(named("it was changed after generation")),
     }
 }
 
@@ -178,7 +176,7 @@ pub fn is_report(path: &Path) -> Result<(), String> {
     match serde_json::from_slice(&bytes) {
         Ok(document) if says_report(&document) => Ok(()),
         _ => Err(named(
-            "it exists, is no report of `nearmiss generate`, and was left as it is; name another file".into(),
+            "it exists and is not a report of `nearmiss generate`; name another file".into(),
         )),
     }
 }

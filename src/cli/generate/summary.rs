@@ -44,10 +44,7 @@ pub struct Summary {
 }
 
 /// How a drive ends that is no collision, and no good either.
-const ASTRAY: [(&str, &str); 2] = [
-    ("off_road", "off the road"),
-    ("infeasible", "with nothing that it can drive"),
-];
+const ASTRAY: [(&str, &str); 2] = [("off_road", "off the road"), ("infeasible", "infeasible")];
 
 impl Summary {
     /// Starts a summary of this many scenarios.
@@ -114,15 +111,12 @@ impl Summary {
             (self.collisions, "collision"),
             (self.near_misses, "near miss"),
             (self.no_effect, "without effect"),
-            (self.none, "of which nothing was made"),
-            (self.missed + self.unfit, "that could not be attacked"),
+            (self.none, "without a variant"),
+            (self.missed + self.unfit, "not attackable"),
         ];
         let counts = counts.iter().filter(|(n, _)| *n > 0);
         let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
-        let scenarios = match self.done() {
-            1 => "1 scenario".into(),
-            n => format!("{n} scenarios"),
-        };
+        let scenarios = output::counted(self.done(), "scenario");
         let mut text = format!("{scenarios}: {}\n", counts.join(", "));
         if let (Some(before), Some(after)) = (mean(&self.before), mean(&self.after)) {
             text.push_str(&format!(
@@ -134,7 +128,7 @@ impl Summary {
             let late = self.avoidable.iter();
             let late: Vec<String> = late.map(|(delay, n)| format!("{n} at {delay} s")).collect();
             text.push_str(&format!(
-                "of the {effective} with an effect a good driver avoids, reacting late: {}\n",
+                "avoidable by a good driver with this reaction time (of {effective}): {}\n",
                 late.join(", ")
             ));
         }
@@ -145,26 +139,26 @@ impl Summary {
         let astray: Vec<String> = astray.collect();
         if !astray.is_empty() {
             text.push_str(&format!(
-                "the ego fails without a collision: {}\n",
+                "ego fails without a collision: {}\n",
                 astray.join(", ")
             ));
         }
         if self.unsafe_before > 0 {
             text.push_str(&format!(
-                "not safe as recorded (a collision, or a risk score of 1 or below): {} of the originals\n",
+                "not safe as recorded (collision, or risk score of 1 or below): {} originals\n",
                 self.unsafe_before
             ));
         }
         if self.taken_over > 0 {
             text.push_str(&format!(
-                "{} taken over from an earlier run, {} made now\n",
+                "{} reused from an earlier run, {} new\n",
                 self.taken_over,
                 self.generated - self.taken_over
             ));
         }
         let refused: usize = self.refused.values().sum();
         text.push_str(&format!(
-            "{} motions tried, {refused} refused\n",
+            "{} motions tried, {refused} rejected\n",
             self.candidates
         ));
         let kinds: Vec<String> = self.kinds.iter().map(|(k, n)| format!("{n} {k}")).collect();
@@ -186,17 +180,15 @@ impl Summary {
         let sent = self.requests.saturating_sub(self.stored);
         let cost = match self.unpriced {
             0 => format!("{:.4} USD", self.usd),
-            n if n >= self.requests => "at a price that is not known".into(),
+            n if n >= self.requests => "price unknown".into(),
             n => format!(
-                "{:.4} USD, and {n} answers whose price is not known",
+                "{:.4} USD, plus {n} answers without a known price",
                 self.usd
             ),
         };
         let stored = match self.stored {
             0 => String::new(),
-            n => format!(
-                ", {n} answers from the store (their tokens and price are counted, and were paid before)"
-            ),
+            n => format!(", {n} answers from the store (counted here, paid before)"),
         };
         format!("{sent} requests{stored}; {} tokens, {cost}\n", self.tokens)
     }
@@ -250,7 +242,7 @@ impl Summary {
         let mut document = self.document();
         document["interrupted"] = interrupted.into();
         document["asked_for"] = self.all.into();
-        let text = format!("{}\n", output::escaped(&document.to_string()));
+        let text = output::json_line(&document)?;
         file.write_all(text.as_bytes())
             .map_err(|e| Failure::system(path.display(), &e))?;
         file.finish().map_err(Failure::input)

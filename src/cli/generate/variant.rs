@@ -81,7 +81,7 @@ impl Generated {
     /// Why nothing was tried, where nothing was, and that the original is not safe, where it is not.
     pub fn note(&self) -> Option<String> {
         if let Some(collision) = self.workshop.unsafe_already() {
-            return Some(format!("not safe as it is: the ego touches {collision}"));
+            return Some(format!("not safe as recorded: the ego touches {collision}"));
         }
         let mut notes = Vec::new();
         let made = &self.made;
@@ -91,7 +91,7 @@ impl Generated {
         let lowest = self.workshop.closed.baseline().lowest();
         if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
             notes.push(format!(
-                "not safe as it is: the lowest risk score is {lowest} already"
+                "not safe as recorded: the lowest risk score is {lowest}"
             ));
         }
         let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());
@@ -120,7 +120,7 @@ impl Generated {
 /// That the steps do not see all.
 fn between(step: i64) -> String {
     format!(
-        "between steps {step} and {} the ego is touched, at neither of them",
+        "contact between steps {step} and {}, at neither of them",
         step + 1
     )
 }

@@ -28,7 +28,9 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         match unreadable {
             n if n <= NAMED => output::say(&format!("nearmiss: {shown}:{number}: {why}")),
             n if n == NAMED + 1 => {
-                output::say(&format!("nearmiss: {shown}: further ones are counted only"));
+                output::say(&format!(
+                    "nearmiss: {shown}: further errors are only counted"
+                ));
             }
             _ => {}
         }
@@ -42,12 +44,12 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
             break;
         }
         if line.len() as u64 == LONGEST && line.last() != Some(&b'\n') {
-            complain(number, "the line is too long to be a run");
+            complain(number, "the line is too long for a run");
             reader.skip_until(b'\n').map_err(wrong)?;
             continue;
         }
         let Ok(text) = std::str::from_utf8(&line) else {
-            complain(number, "this is not UTF-8");
+            complain(number, "not UTF-8");
             continue;
         };
         // Some editors begin a file with byte order marks.

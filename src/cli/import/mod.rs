@@ -14,11 +14,11 @@ use super::{Failure, Outcome, output};
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// Files that `nearmiss export` wrote as JSONL; stores of other machines, runs.sqlite, with their batches;
-    /// folders laid out as the repository of "From Words to Collisions".
+    /// JSONL files of `nearmiss export`; stores of other machines (runs.sqlite); folders laid out as the repository of
+    /// "From Words to Collisions".
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// What was imported as one line of JSON.
+    /// Print the counts as one JSON object.
     #[arg(long)]
     json: bool,
 }
@@ -38,7 +38,7 @@ pub fn run(arguments: &Import) -> Outcome {
         let ending = path.extension().map(|e| e.to_ascii_lowercase());
         if path.is_file() && ending.is_some_and(|e| e == "csv" || e == "parquet") {
             return Err(Failure::input(format!(
-                "{}: only JSONL can be imported, as `nearmiss export -o runs.jsonl` writes it",
+                "{}: only JSONL can be imported; `nearmiss export -o runs.jsonl` writes it",
                 path.display()
             )));
         }

@@ -30,7 +30,7 @@ pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     if problems.len() > NAMED {
         let more = problems.len() - NAMED;
         output::say(&format!(
-            "nearmiss: {}: {more} more of this kind",
+            "nearmiss: {}: {more} more like this",
             root.display()
         ));
     }
@@ -46,7 +46,7 @@ pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     let loose = runs.iter().filter(without).count();
     if loose > 0 {
         output::say(&format!(
-            "nearmiss: {loose} answers are tied to their scenarios by name alone, as no file of that name is below {}",
+            "nearmiss: {loose} answers are linked to scenarios by name only: no such files below {}",
             root.display()
         ));
     }

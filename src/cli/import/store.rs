@@ -27,14 +27,14 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     counts.already_there += merged.already_there;
     if merged.running > 0 {
         output::say(&format!(
-            "nearmiss: {}: {} answers are still arriving there and were left out; import it again when they are whole",
+            "nearmiss: {}: {} answers are still streaming there and were skipped; import it again when they are complete",
             path.display(),
             merged.running
         ));
     }
     if merged.batches + merged.united > 0 {
         output::say(&format!(
-            "nearmiss: {}: {} new {}, {} united with what was here; `nearmiss evaluate --list`",
+            "nearmiss: {}: {} new {}, {} merged; `nearmiss evaluate --list` lists them",
             path.display(),
             merged.batches,
             if merged.batches == 1 {

@@ -4,13 +4,19 @@ use serde_json::{Value, json};
 
 use super::{obstacles, planning, road, traffic};
 use crate::cli::routes;
-use crate::formats::EgoError;
+use crate::formats::{EgoError, Entry};
 use crate::scenario::{Ego, Scenario, benchmark_id};
 
-pub fn document(scenario: &Scenario, of_ego: &Result<Option<Ego>, EgoError>) -> Value {
+pub fn document(
+    entry: &Entry,
+    scenario: &Scenario,
+    of_ego: &Result<Option<Ego>, EgoError>,
+) -> Value {
     let (header, network) = (&scenario.header, &scenario.network);
     let references = traffic::References::from_network(network);
     json!({
+        "scenario": entry.name,
+        "file": entry.display(),
         "benchmark_id": benchmark_id::normalized(&header.benchmark_id),
         "benchmark_id_as_written": header.benchmark_id,
         "version": header.version,

@@ -1,6 +1,7 @@
 //! `nearmiss inspect`: prints the contents and the problems of a scenario or solution.
 
 mod document;
+mod folder;
 mod obstacles;
 mod planning;
 mod road;
@@ -19,9 +20,9 @@ use crate::formats::{EgoSelection, EntryLocation};
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
 pub struct Inspect {
-    /// A CommonRoad scenario or solution, or the name of a bundled scenario.
+    /// CommonRoad scenario or solution, name of a bundled scenario, or folder.
     file: PathBuf,
-    /// Everything that was read, as JSON.
+    /// Print everything that was read as one JSON object; of a folder, one summary a line.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -30,14 +31,23 @@ pub struct Inspect {
 
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    let entry = open::entry(&arguments.file)?;
     let wanted = arguments.ego.wanted()?;
+    if arguments.file.is_dir() {
+        if wanted != EgoSelection::Beside {
+            return Err(Failure::input(format!(
+                "{} is a folder; --ego needs one scenario",
+                arguments.file.display()
+            )));
+        }
+        return folder::run(&arguments.file, arguments.json);
+    }
+    let entry = open::entry(&arguments.file)?;
     if let EntryLocation::File(path) = &entry.place
         && root_of_file(path) == Root::Solution
     {
         if wanted != EgoSelection::Beside {
             return Err(Failure::input(format!(
-                "{0}: this is a solution, and --ego chooses an ego of a scenario; name the scenario, and this with --ego {0}",
+                "{0} is a solution; name its scenario instead, with --ego {0}",
                 path.display()
             )));
         }
@@ -46,7 +56,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
     let scenario = entry.read().map_err(Failure::input)?;
     let ego = wanted.resolve(&entry, &scenario);
     if arguments.json {
-        output::json(&document::document(&scenario, &ego))?;
+        output::json(&document::document(&entry, &scenario, &ego))?;
     } else {
         output::text(&summary::summary(&entry, &scenario, &ego))?;
     }

@@ -111,6 +111,7 @@ fn time_step(path: &Path, scenario: &str) -> Option<f64> {
 
 fn document(solution: &Solution) -> Value {
     json!({
+        "scenario": solution.scenario_id,
         "benchmark_id": solution.benchmark_id(),
         "scenario_id": solution.scenario_id,
         "version": solution.version,

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Format, Metrics, Rows, measured};
-use crate::cli::{Failure, Outcome, output};
+use crate::cli::{Failure, Outcome, json, output};
 use crate::metrics::{Danger, MEASURES, SCENE_MEASURES, Threshold, Thresholds};
 
 /// One measure.
@@ -17,14 +17,17 @@ struct Line<'a> {
 }
 
 /// Prints the list.
-pub(super) fn run(arguments: &Metrics, format: Format) -> Outcome {
+pub(super) fn run(arguments: &Metrics, format: Option<Format>) -> Outcome {
     let (rows, thresholds) = measured(arguments)?;
     let lines = lines(rows, &thresholds)?;
-    match (arguments.format, format) {
-        (None, _) => output::text(&output::visible(&table(&lines))),
-        (Some(_), Format::Csv) => csv(&lines),
-        (Some(_), Format::Json) => output::json(&lines.iter().map(Line::json).collect::<Vec<_>>()),
-        (Some(_), Format::Parquet) => Err(Failure::input("--list is written as csv or json")),
+    match format {
+        None => output::text(&output::visible(&table(&lines))),
+        Some(Format::Csv) => csv(&lines),
+        Some(Format::Json) => lines
+            .iter()
+            .map(Line::json)
+            .try_for_each(|l| output::json(&l)),
+        Some(Format::Parquet) => Err(Failure::input("--list is written as csv or json")),
     }
 }
 
@@ -98,14 +101,16 @@ impl Line<'_> {
                 "source": t.source,
             })
         });
-        json!({
-            "id": self.id,
+        let mut value = json!({
+            "measure": self.id,
             "name": self.name,
             "unit": self.unit,
             "dangerous": direction(self.danger),
             "thresholds": thresholds.collect::<Vec<_>>(),
             "source": self.source,
-        })
+        });
+        json::with_old_names(&mut value, &[("id", "measure")]);
+        value
     }
 }
 

@@ -26,45 +26,48 @@ use crate::settings::Folders;
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]
 pub struct Metrics {
-    /// CommonRoad files or folders, or names of bundled scenarios.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required_unless_present = "list")]
     paths: Vec<PathBuf>,
-    /// The measures instead of their values: id, unit, which values are dangerous, thresholds, name and source of each.
-    /// With --scene those of whole scenes; with --format csv or json for programs.
+    /// List the measures instead: id, unit, dangerous direction, thresholds, name and source. With --scene, list the
+    /// measures of whole scenes.
     #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego", "planning_problem"])]
     list: bool,
     #[command(flatten)]
     ego: EgoChoice,
-    /// How the measures are defined.
+    /// Definition of the measures.
     #[arg(long, value_enum, default_value = "exact")]
     convention: Convention,
-    /// Measures of the whole scene instead, of the ego against everyone together: a row a step.
+    /// Measure the whole scene: the ego against all obstacles together, one row a step.
     #[arg(long, conflicts_with = "radius")]
     scene: bool,
-    /// A TOML file of risk levels and limits, over the shipped ones and instead of `thresholds.toml` in the
-    /// configuration folder. The paper's convention has its own, which nothing changes.
+    /// TOML file of risk levels and limits. It replaces `thresholds.toml` in the configuration folder and overrides the
+    /// shipped values. The paper convention ignores it.
     #[arg(long, value_name = "FILE")]
     thresholds: Option<PathBuf>,
-    /// Rows of obstacles whose centre is farther than this from the ego's are left out, metres (the paper: 30).
+    /// Leave out obstacles whose centre is farther than this from that of the ego, metres (30 in the paper).
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
-    /// After the other columns, for each that may lack a value one that says why: MEASURE_reason.
+    /// Add a column MEASURE_reason for each measure: why a value is missing.
     #[arg(long)]
     reasons: bool,
-    /// How the table is written [default: as the ending of FILE says, else csv].
+    /// Format of the table [default: from the file name, else csv].
     #[arg(long, value_enum)]
     format: Option<Format>,
+    /// The same as --format json.
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
     #[command(flatten)]
     output: OutputFile,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// Comma-separated, with a header.
+    /// CSV with a header.
     Csv,
-    /// One JSON object a line.
+    /// JSON lines: one object a row.
     Json,
-    /// Apache Parquet, with units and sources as metadata; into a file only.
+    /// Apache Parquet with units and sources as metadata; needs a file.
     Parquet,
 }
 
@@ -85,7 +88,7 @@ impl Format {
             && asked != named
         {
             return Err(Failure::input(format!(
-                "--format {} does not go with the name {}, which is that of {}; leave --format out or name another file",
+                "--format {} contradicts the file name {} ({}); drop --format or rename the file",
                 asked.of_table().name(),
                 file.display(),
                 named.of_table().name()
@@ -108,8 +111,8 @@ impl Format {
 enum Convention {
     /// Real bodies, exact geometry, every measure.
     Exact,
-    /// The numbers of the tables that the paper published, with their defects: boxes of one size that never turn,
-    /// headings of 0 at standstill, accelerations along the axes of the map.
+    /// The published tables of the paper with their defects: boxes of one size that never turn, headings of 0 at
+    /// standstill, accelerations along the axes of the map.
     Paper,
 }
 
@@ -165,7 +168,7 @@ fn measured(arguments: &Metrics) -> Result<(Rows, Thresholds), Failure> {
     if arguments.convention == Convention::Paper {
         if arguments.scene {
             return Err(Failure::input(
-                "--scene does not go with --convention paper, which has no measures of whole scenes; leave one out",
+                "--scene and --convention paper exclude each other: the paper has no measures of whole scenes",
             ));
         }
         if arguments.thresholds.is_some() {
@@ -194,12 +197,17 @@ fn radius(word: &str) -> Result<f64, String> {
     let metres = word.parse::<f64>().ok();
     metres
         .filter(|m| m.is_finite() && *m > 0.0)
-        .ok_or_else(|| "a positive number of metres is needed".into())
+        .ok_or_else(|| "expected a positive number of metres".into())
 }
 
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     let mut table = Table::new("measures", rows.columns());
+    table.json_keys = &[
+        ("step", "timestep"),
+        ("obstacle", "obstacle_id"),
+        ("risk_score", "risk"),
+    ];
     let columns = table.columns.iter();
     let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
     table.metadata = vec![
@@ -223,9 +231,10 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
 /// Runs `metrics`.
 pub fn run(arguments: &Metrics) -> Outcome {
     let file = arguments.output.file();
-    let format = Format::chosen(arguments.format, file)?;
+    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
+    let format = Format::chosen(asked, file)?;
     if arguments.list {
-        return list::run(arguments, format);
+        return list::run(arguments, asked);
     }
     let format = format.of_table();
     format.check(file)?;
@@ -245,9 +254,10 @@ pub fn run(arguments: &Metrics) -> Outcome {
         target: Some(arguments.output.begin()?),
         writer: None,
         failed: 0,
+        last: None,
     };
     if let Some(said) = plan.thresholds.file() {
-        output::say(&format!("nearmiss: measured with the thresholds of {said}"));
+        output::say(&format!("nearmiss: thresholds from {said}"));
     }
     let progress = Progress::new(entries.len(), "scenarios", file.is_some());
     let mut written = Ok(());
@@ -258,7 +268,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         |(doubts, rows)| {
             progress.suspend(|| {
                 doubts.iter().for_each(|doubt| output::say(doubt));
-                if let Err(failure) = &rows {
+                if let (Err(failure), 2..) = (&rows, entries.len()) {
                     failure.say();
                 }
             });
@@ -284,6 +294,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
     match job.failed {
         0 => Ok(()),
+        1 if entries.len() == 1 => Err(job.last.unwrap_or_else(|| Failure::input("no scenario"))),
         failed if failed == entries.len() => Err(Failure::input("no scenario could be measured")),
         failed => Err(Failure {
             message: format!(
@@ -316,13 +327,19 @@ struct Job<'a> {
     target: Option<Target>,
     writer: Option<TableWriter>,
     failed: usize,
+    /// Why the last of these could not be measured.
+    last: Option<Failure>,
 }
 
 impl Job<'_> {
     fn take(&mut self, rows: Result<Encoded, Failure>) -> io::Result<()> {
-        let Ok(rows) = rows else {
-            self.failed += 1;
-            return Ok(());
+        let rows = match rows {
+            Ok(rows) => rows,
+            Err(failure) => {
+                self.failed += 1;
+                self.last = Some(failure);
+                return Ok(());
+            }
         };
         if let Some(target) = self.target.take() {
             let Plan { format, table, .. } = self.plan;

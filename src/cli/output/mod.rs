@@ -8,7 +8,7 @@ mod writer;
 
 use std::io::{self, Write};
 
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, json};
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use target::{OutputFile, Target, file_of, format_of, format_of_name, refused, written};
 pub use text::{Align, line, lines as table_lines};
@@ -42,14 +42,15 @@ pub fn lines(words: &str) {
     words.trim_end().lines().for_each(say);
 }
 
-/// Writes one JSON document on one line.
+/// Writes one JSON object on one line, with the version of its form.
 pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     text(&json_line(value)?)
 }
 
-/// One JSON document as a line that no terminal obeys.
+/// One JSON object as a line that no terminal obeys, with the version of its form.
 pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
-    let mut line = escaped(&serde_json::to_string(value).map_err(Failure::input)?);
+    let value = serde_json::to_value(value).map_err(Failure::input)?;
+    let mut line = escaped(&json::versioned(value).to_string());
     line.push('\n');
     Ok(line)
 }
@@ -60,6 +61,15 @@ where
     R: IntoIterator<Item: AsRef<str>>,
 {
     text(&String::from_utf8_lossy(&text::csv(records)))
+}
+
+/// A count with its noun: `1 run`, `2 runs`.
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
 }
 
 /// Text from outside with its control characters shown instead of obeyed.

@@ -149,6 +149,8 @@ pub struct Table {
     pub metadata: Vec<(&'static str, String)>,
     /// Rows that are kept in memory before they are written as a row group of Parquet.
     pub group: usize,
+    /// Keys that JSON has for columns of other names, beside those: pairs of the key and the column.
+    pub json_keys: &'static [(&'static str, &'static str)],
 }
 
 impl Table {
@@ -159,6 +161,7 @@ impl Table {
             reasons: Vec::new(),
             metadata: Vec::new(),
             group: 65_536,
+            json_keys: &[],
         }
     }
 

@@ -9,10 +9,10 @@ use crate::system::{NewFile, SaveError};
 /// The file that a command writes, on the command line.
 #[derive(Debug, clap::Args)]
 pub struct OutputFile {
-    /// A file to write to, instead of standard output, which is - too.
+    /// File to write; - is standard output, which is the default.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace the file if it is there already.
+    /// Replace an existing file.
     #[arg(long, requires = "output")]
     overwrite: bool,
 }

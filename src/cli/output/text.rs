@@ -4,6 +4,7 @@ use serde_json::{Map, Value};
 
 use super::table::{Cell, Row, Table};
 use super::visible;
+use crate::cli::json;
 
 /// The header of a CSV table.
 pub fn csv_header(table: &Table) -> Vec<u8> {
@@ -46,7 +47,8 @@ pub fn json_rows(table: &Table, rows: &[Row]) -> Vec<u8> {
             };
             (column.name.to_string(), value)
         });
-        let object = Value::Object(cells.collect::<Map<_, _>>());
+        let mut object = json::versioned(Value::Object(cells.collect::<Map<_, _>>()));
+        json::with_old_names(&mut object, table.json_keys);
         text += &object.to_string();
         text.push('\n');
     }

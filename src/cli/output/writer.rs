@@ -32,9 +32,7 @@ impl Format {
     /// Refuses what a terminal or a pipe cannot take.
     pub fn check(self, file: Option<&Path>) -> Outcome {
         match (self, file) {
-            (Self::Parquet, None) => Err(Failure::input(
-                "Parquet is not for terminals and pipes: name a file with -o FILE",
-            )),
+            (Self::Parquet, None) => Err(Failure::input("Parquet needs a file: -o FILE")),
             _ => Ok(()),
         }
     }

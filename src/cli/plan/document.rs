@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::driven::DrivenScenario;
-use crate::cli::output;
+use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
 use crate::simulation::{ContactSide, Cycle, Outcome};
@@ -18,9 +18,9 @@ pub fn document(driven: &DrivenScenario) -> Value {
         _ => None,
     };
     let states = &driven.drive.states;
-    json!({
+    let mut value = json!({
         "outcome": driven.outcome().name(),
-        "collided_with": collision.map(|c| c.with),
+        "collision_with": collision.map(|c| c.with),
         "steps": driven.steps(),
         "cycles": driven.drive.cycles.len(),
         "median_cycle_ms": ms.map(|(median, _)| thousandths(median)),
@@ -42,7 +42,9 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "other_side": collision.map(|c| ContactSide::name(c.other)),
         "largest_deceleration": thousandths(driven.largest_deceleration()),
         "note": driven.note(),
-    })
+    });
+    json::with_old_names(&mut value, &[("collided_with", "collision_with")]);
+    value
 }
 
 /// A scenario that was not driven, and why, on one line.

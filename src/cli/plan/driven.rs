@@ -78,11 +78,11 @@ impl DrivenScenario {
         if self.steps() == 0 {
             return Some(
                 match self.outcome() {
-                    Outcome::Goal(_) => "the goal holds at the start already",
-                    Outcome::Collision(_) => "they touch at the start already",
-                    Outcome::Timeout => "the goal's time is over at the start already",
-                    Outcome::OffRoad => "off the road at the start already",
-                    Outcome::Infeasible => "the vehicle cannot be driven from the start",
+                    Outcome::Goal(_) => "the goal is reached at the start",
+                    Outcome::Collision(_) => "contact at the start",
+                    Outcome::Timeout => "the time of the goal is over at the start",
+                    Outcome::OffRoad => "off the road at the start",
+                    Outcome::Infeasible => "infeasible from the start",
                 }
                 .into(),
             );
@@ -92,7 +92,7 @@ impl DrivenScenario {
         let (last, _) = self.drive.states.last()?;
         (*self.outcome() == Outcome::Timeout && *last < deadline).then(|| {
             format!(
-                "ended after {MOST_DRIVEN} steps, the most that are driven; the goal's time goes on until step {deadline}"
+                "stopped after {MOST_DRIVEN} steps, the maximum; the time of the goal ends at step {deadline}"
             )
         })
     }

@@ -17,27 +17,27 @@ use crate::scenario::VehicleModel;
 /// What to write.
 #[derive(Debug, clap::Args)]
 pub struct Files {
-    /// The ego's motion as CSV, the columns of `ego_trajectory.csv`: a file, - for standard output, or a folder that
-    /// exists, in which NAME/ego_trajectory.csv is made; several scenarios need a folder. Positions are the centre of
-    /// the vehicle.
+    /// Write the ego's motion as CSV with the columns of `ego_trajectory.csv`: to a file, to standard output (-), or to
+    /// NAME/ego_trajectory.csv in an existing folder. Several scenarios need a folder. Positions are the centre of the
+    /// vehicle.
     #[arg(short, long, value_name = "FILE|FOLDER")]
     output: Option<PathBuf>,
-    /// Write each scenario into the folder of -o, too, as NAME/NAME.xml: `nearmiss FOLDER` then opens it with this ego.
-    /// Not into a folder that the scenarios are read from.
+    /// Also write each scenario to the folder of -o as NAME/NAME.xml; `nearmiss FOLDER` then opens it with this ego.
+    /// The folder must not be one that scenarios are read from.
     #[arg(long, requires = "output")]
     with_scenario: bool,
-    /// The ego's motion as a CommonRoad solution: a file, or a folder that exists, in which
-    /// solution_KS2_SM1_NAME_2020a.xml is made. As in other solutions, positions are the centre of the vehicle, which
-    /// is what CommonRoad's collision check takes them for; the KS model's own reference point is the rear axle.
+    /// Write the ego's motion as a CommonRoad solution: to a file, or to solution_KS2_SM1_NAME_2020a.xml in an existing
+    /// folder. Positions are the centre of the vehicle, as CommonRoad's collision check expects; the reference point of
+    /// the KS model itself is the rear axle.
     #[arg(long, value_name = "FILE|FOLDER")]
     solution: Option<PathBuf>,
-    /// The states in the solution: of the kinematic single-track model, or of a point mass.
+    /// Vehicle model of the solution: kinematic single-track (KS) or point mass (PM) [default: KS].
     #[arg(long, value_name = "MODEL", value_parser = ["KS", "PM"], default_value = "KS", ignore_case = true)]
     solution_model: String,
-    /// Every planning cycle as a line of JSON: candidates, why they were rejected, cost, the chosen states.
+    /// Write JSON lines, one a planning cycle: candidates, rejections, cost and the chosen states.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     overwrite: bool,
 }
@@ -99,7 +99,7 @@ impl Files {
         }
         if self.with_scenario && !self.output.as_ref().is_some_and(|path| path.is_dir()) {
             return Err(Failure::input(
-                "--with-scenario needs a folder that exists: -o FOLDER",
+                "--with-scenario needs an existing folder: -o FOLDER",
             ));
         }
         if (self.output.is_some() || self.solution.is_some())

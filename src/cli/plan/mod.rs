@@ -30,17 +30,16 @@ use table::Table;
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: goal, collision (with whom, and which side of either body), timeout, off_road, infeasible.
-Exit status: 0 all drives end at the goal or out of time; 1 some end otherwise, or some scenarios could not be planned;
-2 usage or input error; 130 interrupted, with the part of the table that was done.")]
+Outcomes: goal, collision (with the obstacle and the side of either body), timeout, off_road, infeasible.\n\
+Exit status: 0 all drives reach the goal or run out of time; 1 some end otherwise or could not be planned; \
+2 usage or input error; 130 interrupted.")]
 pub struct PlanArguments {
-    /// CommonRoad files or folders, or names of bundled scenarios.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: options::PlanOptions,
-    /// One JSON object a scenario, each on a line of its own, instead of the table; one that could not be planned has
-    /// `error`.
+    /// Print JSON lines: one object a scenario; `error` if it could not be planned.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -51,7 +50,7 @@ pub struct PlanArguments {
 pub fn run(arguments: &PlanArguments) -> Outcome {
     if arguments.files.to_stdout() && arguments.json {
         return Err(Failure::input(
-            "-o - and --json would both write to standard output; name a file for one of them",
+            "-o - and --json both write to standard output; name a file for -o",
         ));
     }
     let (_, config) = configuration()?;
@@ -144,14 +143,18 @@ impl Job<'_> {
         let driven = match driven {
             Ok(driven) => driven,
             Err(error) => {
-                match error {
-                    PlanError::NothingToPlan(_) => self.missed.finding += 1,
-                    _ => self.missed.input += 1,
-                }
-                output::say(&format!("nearmiss: {error}"));
+                let is_finding = matches!(error, PlanError::NothingToPlan(_));
                 if self.arguments.json {
                     self.line(&document::missing(entry, &error))?;
                 }
+                if self.entries.len() == 1 && !is_finding {
+                    return Err(Failure::input(error));
+                }
+                match is_finding {
+                    true => self.missed.finding += 1,
+                    false => self.missed.input += 1,
+                }
+                output::say(&format!("nearmiss: {error}"));
                 return Ok(self.next_one());
             }
         };
@@ -188,8 +191,8 @@ impl Job<'_> {
     }
 
     fn line(&mut self, value: &serde_json::Value) -> Result<(), Failure> {
-        let line = output::escaped(&value.to_string());
-        self.show(&format!("{line}\n"))
+        let line = output::json_line(value)?;
+        self.show(&line)
     }
 
     /// Writes to standard output at once; where that is taken by the ego, to standard error.
@@ -225,7 +228,7 @@ impl Job<'_> {
         if interrupted {
             return Err(Failure {
                 message: format!(
-                    "interrupted after {done} of {all} scenarios; what was written of these stays"
+                    "interrupted after {done} of {all} scenarios; their files are kept"
                 ),
                 status: INTERRUPTED,
             });
@@ -233,10 +236,9 @@ impl Job<'_> {
         let finding = |message| Err(Failure { message, status: 1 });
         match (harmed, missed) {
             (0, 0) => Ok(()),
-            _ if self.missed.input == all => Err(Failure::input(match all {
-                1 => "the scenario could not be planned".into(),
-                _ => format!("none of the {all} scenarios could be planned"),
-            })),
+            _ if self.missed.input == all => Err(Failure::input(format!(
+                "none of the {all} scenarios could be planned"
+            ))),
             (0, n) => finding(format!("{n} of {all} scenarios could not be planned")),
             (n, 0) => finding(format!(
                 "{n} of {all} drives ended in a collision, off the road or infeasible"

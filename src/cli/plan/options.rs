@@ -10,21 +10,20 @@ use crate::simulation::Settings;
 /// How to plan.
 #[derive(Debug, clap::Args)]
 pub struct PlanOptions {
-    /// What the planner is told of the others' future: their recorded one (an oracle), straight on, or along their
-    /// lanes [default: `prediction` in config.toml, else lane].
+    /// Prediction of the other road users: recorded (an oracle), constant-velocity or lane [default: `prediction` in
+    /// config.toml, else lane].
     #[arg(long, value_name = "KIND", value_parser = ["recorded", "constant-velocity", "lane"])]
     prediction: Option<String>,
-    /// The planning problem that is solved [default: that of the recorded ego, else the first of each scenario].
+    /// Planning problem to solve [default: that of the recorded ego, else the first of each scenario].
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     pub planning_problem: Option<i64>,
-    /// Steps that are driven of a plan before the next one is made, at most those of the horizon [default: `replan` in
-    /// config.toml, else 1].
+    /// Steps driven before the next plan, at most the horizon [default: `replan` in config.toml, else 1].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = |word: &str| value("replan", word))]
     replan: Option<Value>,
-    /// How far ahead is planned, seconds [default: `horizon` in config.toml, else 4].
+    /// Planning horizon in seconds [default: `horizon` in config.toml, else 4].
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = |word: &str| value("horizon", word))]
     horizon: Option<Value>,
-    /// The vehicle: 1 Ford Escort, 2 BMW 320i, 3 VW Vanagon, 4 truck [default: `vehicle` in config.toml, else 2].
+    /// Vehicle: 1 Ford Escort, 2 BMW 320i, 3 VW Vanagon, 4 truck [default: `vehicle` in config.toml, else 2].
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, value_parser = |word: &str| value("vehicle", word))]
     vehicle: Option<Value>,
 }

@@ -14,7 +14,7 @@ pub fn named_rightly(flag: &str, path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::input(format!(
-        "{flag} {text}: there is no such folder; make it first"
+        "{flag} {text}: no such folder; make it first"
     )))
 }
 

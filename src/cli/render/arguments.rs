@@ -3,44 +3,47 @@
 use std::path::PathBuf;
 
 use crate::cli::Failure;
+use crate::cli::at::At;
 use crate::cli::open::EgoChoice;
 use crate::metrics::{MEASURES, Measure, measure};
 use crate::render::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
+use crate::system::available;
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
 pub struct Render {
-    /// CommonRoad files or folders, or names of bundled scenarios.
+    /// CommonRoad files, folders or names of bundled scenarios.
     #[arg(required = true)]
     pub paths: Vec<PathBuf>,
     #[command(flatten)]
     pub ego: EgoChoice,
-    /// The time steps that are drawn, separated by commas [default: the first one of the smallest distance].
+    /// Moments to draw, separated by commas: time steps (32), seconds (3.2s), or worst: the first contact, else the
+    /// first step of the lowest risk score [default: the first step of the smallest distance].
     #[arg(
         long,
-        value_name = "STEP",
+        value_name = "STEP|SECONDS|worst",
         value_delimiter = ',',
         allow_negative_numbers = true,
         conflicts_with = "all"
     )]
-    pub at: Vec<i64>,
-    /// Every time step: an animation as GIF, numbered files as SVG or PNG.
+    pub at: Vec<At>,
+    /// Draw every time step: an animation as GIF, numbered files as SVG or PNG.
     #[arg(long)]
     pub all: bool,
     /// What is drawn.
     #[arg(long, value_enum, default_value = "map")]
     pub what: RenderContent,
-    /// Which part of the map, in metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego,60].
+    /// Part of the map, metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego,60].
     #[arg(long, value_name = "VIEW", value_parser = MapExtent::parse, allow_hyphen_values = true)]
     pub view: Option<MapExtent>,
-    /// What a variant of `nearmiss generate` was made of, a CommonRoad file or the name of a bundled scenario: drawn is
-    /// the attacker's motion before the change, too [default: looked for where the variant's papers say].
+    /// Original of a variant of `nearmiss generate`, a CommonRoad file or name of a bundled scenario; its attacker's
+    /// motion is drawn too [default: from the manifest of the variant].
     #[arg(long, value_name = "FILE")]
     pub original: Option<PathBuf>,
-    /// Turn the map so that the ego drives upwards.
+    /// Rotate the map so that the ego drives upwards.
     #[arg(long)]
     pub rotate: bool,
-    /// Obstacles that are pointed out, and plotted [default: the nearest one at its nearest].
+    /// Obstacles to highlight and plot [default: the nearest one at its smallest distance].
     #[arg(
         long,
         value_name = "ID",
@@ -48,28 +51,28 @@ pub struct Render {
         allow_negative_numbers = true
     )]
     pub obstacle: Vec<i64>,
-    /// Measures that are plotted over time; `nearmiss metrics --list` names them [default: distance].
+    /// Measures to plot; `nearmiss metrics --list` lists them [default: distance].
     #[arg(long, value_name = "MEASURE", value_delimiter = ',', value_parser = named_measure)]
     pub plot: Vec<&'static Measure>,
-    /// Width and height: 85x60 or 85x60mm, 800x600px, or only a width; of a screen columns and rows [default: 85mm
-    /// wide].
+    /// Width and height: 85x60 or 85x60mm, 800x600px, or only a width; columns and rows for --what screen [default:
+    /// 85mm wide].
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Size>,
-    /// Colours: paper (for print), dark, light, contrast, colorblind, or a theme of yours [default: paper; of a
-    /// screen yours].
+    /// Theme: paper (for print), dark, light, contrast, colorblind, or one of yours [default: paper; for --what screen
+    /// yours].
     #[arg(long, value_name = "NAME")]
     pub theme: Option<String>,
-    /// Pixels of an inch in PNG and GIF [default: 300; 150 of GIF; 96 where the size is in pixels].
+    /// Pixels per inch of PNG and GIF [default: 300; 150 for GIF; 96 if the size is in pixels].
     #[arg(long, value_name = "N", value_parser = dpi)]
     pub dpi: Option<f64>,
-    /// The file to write, .svg, .png or .gif, or a folder; several steps are numbered. A folder is made where --format
-    /// is said and there are several pictures [default: SVG on standard output].
+    /// File to write (.svg, .png or .gif) or folder; several steps are numbered. With --format and several pictures the
+    /// folder is created [default: SVG on standard output].
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
-    /// svg, png or gif, where the name of the file does not say it.
+    /// Format: svg, png or gif [default: from the file name].
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     pub format: Option<Format>,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     pub overwrite: bool,
 }
@@ -81,7 +84,7 @@ pub enum RenderContent {
     Map,
     /// Measures over time.
     Plot,
-    /// The map, and measures over time below it.
+    /// Map with measures over time below.
     Both,
     /// The workbench in the terminal.
     Screen,
@@ -110,7 +113,7 @@ const MILLIMETRES: std::ops::RangeInclusive<f64> = 10.0..=2000.0;
 
 fn size(text: &str) -> Result<Size, String> {
     let wrong = || {
-        "a size is WIDTHxHEIGHT in millimetres (85x60, 85x60mm) or pixels (800x600px), or only a width; 10 to 2000 mm"
+        "expected WIDTHxHEIGHT in millimetres (85x60, 85x60mm) or pixels (800x600px), or only a width; 10 to 2000 mm"
             .to_string()
     };
     let (numbers, unit) = match (text.strip_suffix("mm"), text.strip_suffix("px")) {
@@ -147,19 +150,19 @@ fn size(text: &str) -> Result<Size, String> {
 
 fn named_measure(id: &str) -> Result<&'static Measure, String> {
     measure(id).ok_or_else(|| {
-        let ids: Vec<&str> = MEASURES.iter().map(|m| m.id).collect();
-        format!("no measure `{id}`; there are {}", ids.join(", "))
+        let known = available(id, MEASURES.iter().map(|m| m.id));
+        format!("unknown measure{known}; `nearmiss metrics --list` lists them")
     })
 }
 
 fn format(name: &str) -> Result<Format, String> {
-    Format::parse(name).ok_or_else(|| "there are svg, png and gif".into())
+    Format::parse(name).ok_or_else(|| "expected svg, png or gif".into())
 }
 
 fn dpi(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok();
     let allowed = number.filter(|n| (10.0..=2400.0).contains(n));
-    allowed.ok_or_else(|| "10 to 2400 pixels of an inch".into())
+    allowed.ok_or_else(|| "expected 10 to 2400 pixels per inch".into())
 }
 
 impl Render {
@@ -169,17 +172,17 @@ impl Render {
         let unit = self.size.map(|s| s.unit);
         let no_map = matches!(self.what, RenderContent::Plot | RenderContent::Screen);
         let wrong = if screen && matches!(unit, Some(Unit::Millimetres | Unit::Pixels)) {
-            "the size of a screen is in columns and rows: --size 160x45"
+            "--what screen takes columns and rows: --size 160x45"
         } else if screen && self.size.is_some_and(|s| !s.is_cells()) {
-            "the size of a screen is whole columns and rows, 80x24 to 1000x1000"
+            "--what screen takes whole columns and rows, 80x24 to 1000x1000"
         } else if screen && (self.obstacle.len() > 1 || self.plot.len() > 1) {
-            "a screen shows one --obstacle as picked and one measure as --plot"
+            "--what screen takes one --obstacle and one --plot measure"
         } else if no_map && self.view.is_some() {
-            "--view is about the map, and --what does not ask for one"
+            "--view needs a map: --what map or both"
         } else if no_map && self.rotate {
-            "--rotate is about the map, and --what does not ask for one"
+            "--rotate needs a map: --what map or both"
         } else if no_map && self.original.is_some() {
-            "--original is about the map, and --what does not ask for one"
+            "--original needs a map: --what map or both"
         } else if self.what == RenderContent::Map && !self.plot.is_empty() {
             "--plot needs --what plot or --what both"
         } else {
@@ -235,9 +238,7 @@ impl Render {
     /// Pixels of an inch.
     pub fn dpi(&self, format: Format) -> Result<f64, Failure> {
         if let (Some(_), Format::Svg) = (self.dpi, format) {
-            return Err(Failure::input(
-                "--dpi is about pixels, and SVG has none; leave it out, or write PNG or GIF",
-            ));
+            return Err(Failure::input("--dpi needs PNG or GIF: SVG has no pixels"));
         }
         let pixels = self.size.is_some_and(|s| s.unit == Unit::Pixels);
         Ok(match self.dpi {

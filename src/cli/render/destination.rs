@@ -69,7 +69,7 @@ impl Destination {
         };
         if format == Format::Gif && steps < 2 {
             return Err(Failure::input(
-                "GIF is for animations: --all, or several steps with --at",
+                "GIF needs several pictures: --all, or several moments with --at",
             ));
         }
         let target = Self {
@@ -80,11 +80,11 @@ impl Destination {
         match &target.place {
             Place::Folder(_) => target.without_clash(entries),
             _ if entries.len() > 1 => Err(Failure::input(format!(
-                "pictures of {} scenarios go into a folder: -o FOLDER, with --format where there is none yet",
+                "pictures of {} scenarios need a folder: -o FOLDER, with --format if it does not exist yet",
                 entries.len()
             ))),
             Place::Stdout if steps > 1 && format != Format::Gif => Err(Failure::input(
-                "several pictures go into files: -o FOLDER, or -o NAME.svg or NAME.png, which are numbered then",
+                "several pictures need files: -o FOLDER, or -o NAME.svg or NAME.png, which are numbered",
             )),
             _ => Ok(target),
         }

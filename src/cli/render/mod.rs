@@ -11,6 +11,7 @@ use arguments::RenderContent;
 use destination::Destination;
 use original::Original;
 
+use super::at::worst_step;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, user_thresholds};
 use super::parallel::in_order;
@@ -22,6 +23,7 @@ use crate::render::{
     Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenRequest,
     Subject, animate,
 };
+use crate::scenario::Scene;
 
 /// Everything that holds for all scenarios of a call.
 struct Job<'a> {
@@ -81,7 +83,7 @@ const MOST_PICTURES: i64 = 20_000;
 
 fn stopped() -> Failure {
     Failure {
-        message: "interrupted; pictures that were whole are kept".into(),
+        message: "interrupted; finished pictures are kept".into(),
         status: INTERRUPTED,
     }
 }
@@ -89,10 +91,20 @@ fn stopped() -> Failure {
 /// No ego is planned unless asked for; a note says that a picture has no ego.
 fn without_ego(entry: &Entry) {
     output::say(&format!(
-        "nearmiss: {}: drawn without an ego, as none lies beside it; --ego ID|FILE chooses one, `nearmiss plan -o` \
-         makes one",
+        "nearmiss: {}: drawn without an ego: no recording beside it; choose one with --ego ID|FILE, or make one with \
+         `nearmiss plan -o`",
         entry.display()
     ));
+}
+
+/// The steps of a scenario that can be drawn.
+struct Timeline<'a> {
+    steps: std::ops::Range<i64>,
+    /// Seconds between them.
+    dt: f64,
+    /// The step that is drawn unless another is named.
+    telling: i64,
+    scene: Option<&'a Scene>,
 }
 
 impl Job<'_> {
@@ -148,14 +160,20 @@ impl Job<'_> {
         if let Some(both) = both {
             figure = figure.with_variation(both);
         }
-        let steps = self.steps(entry, figure.steps(), figure.telling_step())?;
+        let timeline = Timeline {
+            steps: figure.steps(),
+            dt: subject.scenario.dt(),
+            telling: figure.telling_step(),
+            scene: opened.as_ref().map(|(scene, _)| &**scene),
+        };
+        let steps = self.steps(entry, &timeline)?;
         self.write(entry, &steps, subject.scenario.dt(), |step| {
             Ok(figure.at(step))
         })?;
         // Not before: where nothing is drawn, nothing is drawn without something.
         if let Some(why) = missing {
             output::say(&format!(
-                "nearmiss: {}: drawn without the motion before the change: {why}",
+                "nearmiss: {}: drawn without the original motion: {why}",
                 entry.display()
             ));
         }
@@ -170,33 +188,29 @@ impl Job<'_> {
     }
 
     /// The steps that are drawn.
-    fn steps(
-        &self,
-        entry: &Entry,
-        all: std::ops::Range<i64>,
-        telling: i64,
-    ) -> Result<Vec<i64>, Failure> {
-        if let Some(wrong) = self.arguments.at.iter().find(|at| !all.contains(at)) {
-            return Err(Failure::input(format!(
-                "--at {wrong}: {} has the steps {} to {}",
-                entry.display(),
-                all.start,
-                all.end - 1
-            )));
-        }
+    fn steps(&self, entry: &Entry, timeline: &Timeline<'_>) -> Result<Vec<i64>, Failure> {
+        let all = timeline.steps.clone();
+        let worst = || worst_step(timeline.scene?, &self.thresholds);
+        let at = self.arguments.at.iter();
+        let at = at.map(|at| at.step(&all, timeline.dt, worst));
+        let at = at.collect::<Result<Vec<i64>, Failure>>();
+        let at = at.map_err(|failure| Failure {
+            message: format!("{}: {}", entry.display(), failure.message),
+            ..failure
+        })?;
         let count = all.end.saturating_sub(all.start);
         if self.arguments.all && count > MOST_PICTURES {
             return Err(Failure::input(format!(
-                "{}: {count} time steps, from {} to {}, and at most {MOST_PICTURES} are drawn at once; --at names some",
+                "{}: {count} time steps ({} to {}), and at most {MOST_PICTURES} can be drawn at once; choose some with --at",
                 entry.display(),
                 all.start,
                 all.end - 1
             )));
         }
-        Ok(match (&self.arguments.at[..], self.arguments.all) {
+        Ok(match (at.is_empty(), self.arguments.all) {
             (_, true) => all.collect(),
-            ([], false) => vec![telling],
-            (at, false) => at.to_vec(),
+            (true, false) => vec![timeline.telling],
+            (false, false) => at,
         })
     }
 
@@ -212,14 +226,18 @@ impl Job<'_> {
         };
         let (_, telling) = (self.painter)(&wanted(None)).map_err(Failure::input)?;
         let scenario = entry.read().map_err(Failure::input)?;
-        let all = match self.open(entry)? {
-            Some((scene, _)) => scene.steps(),
-            None => {
-                without_ego(entry);
-                scenario.steps()
-            }
+        let opened = self.open(entry)?;
+        let scene = opened.as_ref().map(|(scene, _)| &**scene);
+        if scene.is_none() {
+            without_ego(entry);
+        }
+        let timeline = Timeline {
+            steps: scene.map_or_else(|| scenario.steps(), Scene::steps),
+            dt: scenario.dt(),
+            telling,
+            scene,
         };
-        let steps = self.steps(entry, all, telling)?;
+        let steps = self.steps(entry, &timeline)?;
         self.write(entry, &steps, scenario.dt(), |step| {
             let (screen, _) = (self.painter)(&wanted(Some(step)))?;
             Ok(screen.picture(Provenance {

@@ -66,7 +66,7 @@ impl Original {
         };
         let papers = about.ok_or_else(|| {
             Failure::input(format!(
-                "--original: {} is no variant with the papers of `nearmiss generate` (NAME.json) beside it",
+                "--original: {} has no manifest of `nearmiss generate` (NAME.json) beside it",
                 variant.display()
             ))
         })?;

@@ -17,20 +17,19 @@ use crate::store::Filter;
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 pub struct ReportArguments {
-    /// A folder laid out as the repository of "From Words to Collisions": its recorded answers, instead of the runs of
-    /// the store.
+    /// Folder with recorded answers, laid out as the repository of "From Words to Collisions"; replaces the runs of the
+    /// store.
     #[arg(conflicts_with = "paper")]
     folder: Option<PathBuf>,
-    /// The recorded answers in such a folder, beside Tables I to IV of the paper and beside the built-in judge.
+    /// Compare the recorded answers in such a folder with Tables I to IV of the paper and with the built-in judge.
     #[arg(long, value_name = "FOLDER")]
     paper: Option<PathBuf>,
     #[command(flatten)]
     filters: Filters,
-    /// What is true: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch` for the truth of the
-    /// batch that an answer is of; folders with scenarios and their recorded egos, or with annotations; `auto` for the
-    /// exact geometry of bundled scenarios and the built-in judge's stored verdicts on collisions. Separated by commas:
-    /// CSV files count first, then `batch`, then folders and `auto` in their order.
-    /// [default: batch,auto]
+    /// Ground truth, separated by commas: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch`
+    /// for the truth of each batch; folders with scenarios and recorded egos, or with annotations; `auto` for the exact
+    /// geometry of bundled scenarios and the stored verdicts of the built-in judge on collisions. CSV files count
+    /// first, then `batch`, then folders and `auto` in their order. [default: batch,auto]
     #[arg(
         long,
         value_delimiter = ',',
@@ -38,23 +37,23 @@ pub struct ReportArguments {
         conflicts_with_all = ["folder", "paper"]
     )]
     truth: Vec<PathBuf>,
-    /// Read the stored answers again, with the parser of this version.
+    /// Parse the stored answers again with this version.
     #[arg(long, conflicts_with_all = ["folder", "paper"])]
     reread: bool,
-    /// How the report is written [default: as the ending of FILE says, else md].
+    /// Format of the report [default: from the file name, else md].
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// The same as --format json.
     #[arg(long, conflicts_with = "format")]
     json: bool,
-    /// A file to write to, instead of standard output, which is - too.
+    /// File to write; - is standard output, which is the default.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// A CSV file for the pairs of ways and McNemar's test between them, one line each; the other formats have them
-    /// in the report, too.
+    /// CSV file for McNemar's test between pairs of prompt configurations, one row a pair; other formats have them in
+    /// the report.
     #[arg(long, value_name = "FILE")]
     pairs: Option<PathBuf>,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     overwrite: bool,
 }
@@ -65,11 +64,11 @@ enum Format {
     Md,
     /// LaTeX tables with the rules of booktabs.
     Latex,
-    /// One line a cell, nothing rounded; --pairs has McNemar's test.
+    /// CSV: one row a cell, unrounded; --pairs has McNemar's test.
     Csv,
-    /// Every number, as one line of JSON.
+    /// One JSON object with every number.
     Json,
-    /// One file with tables and figures that needs nothing else.
+    /// One self-contained file with tables and figures.
     Html,
 }
 
@@ -105,13 +104,11 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     }
     let to_files = arguments.output.is_some() || arguments.pairs.is_some();
     if arguments.overwrite && !to_files {
-        return Err(Failure::input(
-            "--overwrite replaces a file; -o FILE or --pairs FILE names it",
-        ));
+        return Err(Failure::input("--overwrite needs -o FILE or --pairs FILE"));
     }
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {
         return Err(Failure::input(
-            "--pairs: the report itself is written there; name another file",
+            "--pairs: the report itself goes there; name another file",
         ));
     }
     let (made, lost) = match (&arguments.paper, &arguments.folder) {
@@ -129,9 +126,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     let pairs = pairs.transpose()?;
     target.save(text.as_bytes())?;
     if format == Format::Csv && !made.report().varied.is_empty() {
-        output::say(
-            "nearmiss: the tables of changed scenes and leads are not in this table; the other formats have them",
-        );
+        output::say("nearmiss: CSV has no tables of transforms and leads; the other formats do");
     }
     match pairs {
         None => made.hint_at_pairs(format),
@@ -145,10 +140,10 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     match lost {
         0 => Ok(()),
         1 => Err(finding(
-            "1 file could not be read, and is not in the report".into(),
+            "1 file could not be read and is missing from the report".into(),
         )),
         n => Err(finding(format!(
-            "{n} files could not be read, and are not in the report"
+            "{n} files could not be read and are missing from the report"
         ))),
     }
 }
@@ -191,14 +186,14 @@ impl AnyReport {
                     Self::Report(report) => report.json(),
                     Self::Paper(paper) => paper.json(),
                 };
-                output::escaped(&json.to_string()) + "\n"
+                output::json_line(&json)?
             }
         })
     }
 
     fn document(&self) -> Document {
         match self {
-            Self::Report(report) => report.document("How often answers are right"),
+            Self::Report(report) => report.document("Accuracy of answers"),
             Self::Paper(paper) => paper.document(),
         }
     }

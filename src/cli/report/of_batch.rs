@@ -17,7 +17,7 @@ use crate::store::{BatchId, Item, Store};
 pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
     let Some(batch) = store.batch(id).map_err(Failure::input)? else {
         return Err(Failure::input(format!(
-            "there is no batch {id}; `nearmiss evaluate --list` lists them"
+            "no batch {id}; `nearmiss evaluate --list` lists batches"
         )));
     };
     let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;

@@ -31,8 +31,8 @@ const NAMED: usize = 20;
 fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
     if !paper::is_laid_out(folder) {
         let what = match folder.is_dir() {
-            true => "no recorded answers are in it",
-            false => "there is no such folder",
+            true => "it has no recorded answers",
+            false => "no such folder",
         };
         return Err(Failure::input(format!(
             "{}: {what}; a folder of recorded answers has `Results/output_validation` or \

@@ -40,7 +40,7 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
     if runs.is_empty() {
         return Err(finding(
-            "no run fits; `nearmiss runs` lists those that there are, `nearmiss report FOLDER` reports recorded answers"
+            "no matching runs; `nearmiss runs` lists all, `nearmiss report FOLDER` reports recorded answers"
                 .into(),
         ));
     }
@@ -55,18 +55,18 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
         output::say(&format!("nearmiss: {notice}"));
     }
     if stored.scored.is_empty() {
-        return Err(finding("none of the runs can be counted".into()));
+        return Err(finding("none of the runs can be scored".into()));
     }
     let words = truth::words(&sources, &stored, &store)?;
     let mut notes = vec![format!(
-        "{} runs of the store. Truth: {words}.",
-        stored.scored.len()
+        "{} of the store. Truth: {words}.",
+        output::counted(stored.scored.len(), "run")
     )];
     notes.extend(notices);
     if !stored.scored.iter().any(|one| one.reference.is_some()) {
         notes.push(
-            "There is no agreement with the built-in judge: no run of reference/geometry asks the same question; \
-             `nearmiss report --batch ID` works it out for a batch."
+            "No agreement with the built-in judge: no run of reference/geometry has the same question; \
+             `nearmiss report --batch ID` computes it for a batch."
                 .into(),
         );
     }
@@ -87,32 +87,30 @@ fn notices(stored: &Stored) -> Vec<String> {
         (stored.unfinished, "running, cancelled or interrupted"),
         (
             stored.asked_again,
-            "in whose place another answer to the same question counts",
+            "replaced by a newer answer to the same question",
         ),
         (stored.other_tasks, "of tasks without a yes or no"),
         (
             stored.unknown_ways,
-            "asked with a frame or techniques that this version does not know",
+            "with a frame or techniques unknown to this version",
         ),
         (
             stored.other_leads,
-            "at other leads than the first one of their batch, which are other questions; `nearmiss evaluate --resume \
-             ID` tells about them",
+            "at further leads of their batch; `nearmiss evaluate --resume ID` shows them",
         ),
         (
             stored.changed,
-            "about changed scenes, which are other questions; `nearmiss evaluate --resume ID` tells about them",
+            "about transformed scenes; `nearmiss evaluate --resume ID` shows them",
         ),
     ];
     let left_out = left_out.into_iter().filter(|(count, _)| *count > 0);
     let mut notices: Vec<String> = left_out
-        .map(|(count, what)| format!("left out: {count} {what}"))
+        .map(|(count, what)| format!("skipped: {count} {what}"))
         .collect();
     if stored.several_windows > 0 {
         notices.push(format!(
-            "about {} scenarios the safety task was asked with several windows, and the answers to all are counted \
-             together; --batch ID reports those of one",
-            stored.several_windows
+            "{}: several windows of the safety task are counted together; --batch ID reports one batch",
+            output::counted(stored.several_windows as usize, "scenario")
         ));
     }
     if !stored.unlabelled.is_empty() {
@@ -127,8 +125,8 @@ fn notices(stored: &Stored) -> Vec<String> {
             false => "",
         };
         notices.push(format!(
-            "the truth of {} scenarios is unknown ({}{more}); --truth names labels or a folder with the scenarios",
-            stored.unlabelled.len(),
+            "no ground truth for {} ({}{more}); add labels or a folder of scenarios with --truth",
+            output::counted(stored.unlabelled.len(), "scenario"),
             some.join(", ")
         ));
     }

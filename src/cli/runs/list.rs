@@ -6,7 +6,16 @@ use crate::store::Summary;
 use crate::verdict::Task;
 
 const TITLES: [&str; 10] = [
-    "run", "asked", "says", "scenario", "model", "task", "frame", "how", "cost [$]", "",
+    "run",
+    "asked",
+    "verdict",
+    "scenario",
+    "model",
+    "task",
+    "frame",
+    "techniques",
+    "cost [$]",
+    "",
 ];
 
 /// The table, with a line of titles; nothing where there are no runs.
@@ -97,23 +106,19 @@ pub(super) fn sum(runs: &[Summary]) -> String {
     let broken: Vec<f64> = priceless().filter_map(|run| run.most_usd).collect();
     let broken: Vec<f64> = broken.into_iter().filter(|usd| *usd > 0.0).collect();
     let unknown = priceless().filter(|run| run.most_usd.is_none() && !costs_nothing(run));
-    let mut text = format!("{}: {known:.6} US dollars", counted(runs.len()));
+    let mut text = format!(
+        "{}: {known:.6} US dollars",
+        output::counted(runs.len(), "run")
+    );
     if !broken.is_empty() {
         let most: f64 = broken.iter().sum();
-        text += &format!("; {} broke off, at most {most:.6} more", broken.len());
+        text += &format!("; {} interrupted, at most {most:.6} more", broken.len());
     }
     match unknown.count() {
         0 => {}
-        n => text += &format!("; of {n} the cost is unknown"),
+        n => text += &format!("; cost of {n} unknown"),
     }
     text
-}
-
-fn counted(runs: usize) -> String {
-    match runs {
-        1 => "1 run".into(),
-        n => format!("{n} runs"),
-    }
 }
 
 #[cfg(test)]

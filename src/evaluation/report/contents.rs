@@ -159,7 +159,7 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
         titles.push("No truth");
     }
     titles.extend(["Precision", "Recall", "Specificity", "Accuracy", "F1"]);
-    let mut filled = WayTable::new(task, cells, ("How often answers are right", ""), &titles);
+    let mut filled = WayTable::new(task, cells, ("Accuracy of answers", ""), &titles);
     filled.table.notes = vec![methods::counts(), methods::intervals()];
     for cell in cells {
         let c = &cell.confusion;

@@ -37,6 +37,8 @@ pub(crate) fn way(way: &PromptConfig) -> Map<String, Value> {
     let fields = [
         ("task", json!(way.task.name())),
         ("frame", json!(way.frame.map(|f| f.name()))),
+        ("techniques", json!(way.techniques.map(|t| t.to_string()))),
+        // The name of before `schema_version`.
         ("technique", json!(way.techniques.map(technique))),
         ("model", json!(way.model)),
         ("template", json!(way.template.as_ref().map(|t| &t.name))),

@@ -1,6 +1,7 @@
 //! Prints the keymap to the shell: as a table, or as a starter file.
 
 use super::Keymap;
+use crate::system::KeyBinding;
 use crate::tui::action::{ACTIONS, Entry, Scope};
 
 /// Where, name, keys and a sentence of every action, in columns.
@@ -29,6 +30,21 @@ pub fn as_table(map: &Keymap) -> String {
         }
     }
     text
+}
+
+/// Every action with its keys.
+#[must_use]
+pub fn as_bindings(map: &Keymap) -> Vec<KeyBinding> {
+    let of = |(scope, name, _): (Scope, &'static str, _)| {
+        let entries = ACTIONS.iter().filter(move |entry| entry.scope == scope);
+        entries.map(move |entry| KeyBinding {
+            scope: name,
+            action: entry.id,
+            keys: map.keys(entry).map(super::Chord::name).collect(),
+            summary: entry.doc,
+        })
+    };
+    Scope::ALL.into_iter().flat_map(of).collect()
 }
 
 /// A `keymap.toml` with all keys as they are.

@@ -74,16 +74,7 @@ fn go_to_nearest(
 }
 
 fn go_to_worst(model: &mut Model) {
-    let contact = model
-        .opened
-        .as_ref()
-        .and_then(|o| o.headline.as_ref())
-        .is_some_and(|h| h.collides());
-    if contact {
-        go_to_nearest(model, |h| h.distance);
-    } else {
-        go_to_nearest(model, |h| h.risk);
-    }
+    go_to_nearest(model, |h| h.worst());
 }
 
 /// Moves to the end of the task's default window, unless the user went to another step.

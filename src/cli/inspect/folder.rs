@@ -1,0 +1,129 @@
+//! `nearmiss inspect` of a folder: a line for each scenario.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json};
+
+use crate::cli::open::{found, not_opened};
+use crate::cli::parallel::in_order;
+use crate::cli::{Failure, Outcome, output};
+use crate::formats::{EgoSelection, Entry};
+use crate::scenario::Severity;
+use crate::workflow::{OpenRequest, OpenedScene, open};
+
+/// Titles of the columns.
+const TITLES: [&str; 7] = [
+    "scenario",
+    "obstacles",
+    "lanelets",
+    "steps",
+    "seconds",
+    "ego",
+    "problems",
+];
+
+/// Prints a line for each scenario in a folder or below; one that cannot be read is said and counted.
+pub fn run(folder: &Path, as_json: bool) -> Outcome {
+    let entries = found(&[PathBuf::from(folder)])?;
+    let mut rows = vec![TITLES.map(String::from)];
+    let (mut failed, mut written) = (0, Ok(()));
+    in_order(
+        entries.len(),
+        &Arc::new(AtomicBool::new(false)),
+        |i| opened(&entries[i]).map(|scene| Line::new(&entries[i], &scene)),
+        |line| {
+            match line {
+                Ok(line) if as_json => written = output::json(&line.document()),
+                Ok(line) => rows.push(line.cells()),
+                Err(failure) => {
+                    failed += 1;
+                    failure.say();
+                }
+            }
+            match written {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            }
+        },
+    );
+    written?;
+    if !as_json && rows.len() > 1 {
+        output::text(&output::table_lines(&rows, &[1, 2, 3, 4, 6]).collect::<String>())?;
+    }
+    match failed {
+        0 => Ok(()),
+        _ => Err(Failure {
+            message: format!("{failed} of {} scenarios could not be read", entries.len()),
+            status: if failed == entries.len() { 2 } else { 1 },
+        }),
+    }
+}
+
+fn opened(entry: &Entry) -> Result<OpenedScene, Failure> {
+    let request = OpenRequest {
+        entry,
+        ego: &EgoSelection::Beside,
+        transform: None,
+        strict: false,
+    };
+    open(&request).map_err(not_opened)
+}
+
+/// What is said of a scenario.
+struct Line {
+    scenario: String,
+    file: String,
+    obstacles: usize,
+    lanelets: usize,
+    steps: i64,
+    seconds: f64,
+    ego: bool,
+    problems: usize,
+}
+
+impl Line {
+    fn new(entry: &Entry, opened: &OpenedScene) -> Self {
+        let scenario = &opened.scenario;
+        let steps = scenario.steps();
+        let last = (steps.end - 1 - steps.start).max(0);
+        let diagnostics = scenario.diagnostics.iter();
+        Self {
+            scenario: entry.name.clone(),
+            file: entry.display(),
+            obstacles: scenario.obstacles.len(),
+            lanelets: scenario.network.lanelets.len(),
+            steps: steps.end - steps.start,
+            seconds: last as f64 * scenario.dt(),
+            ego: opened.scene.is_ok(),
+            problems: diagnostics.filter(|d| d.severity != Severity::Note).count(),
+        }
+    }
+
+    fn cells(&self) -> [String; 7] {
+        [
+            self.scenario.clone(),
+            self.obstacles.to_string(),
+            self.lanelets.to_string(),
+            self.steps.to_string(),
+            format!("{:.1}", self.seconds),
+            if self.ego { "recorded" } else { "-" }.into(),
+            self.problems.to_string(),
+        ]
+    }
+
+    fn document(&self) -> Value {
+        json!({
+            "scenario": self.scenario,
+            "file": self.file,
+            "obstacles": self.obstacles,
+            "lanelets": self.lanelets,
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "ego": self.ego,
+            "problems": self.problems,
+        })
+    }
+}

@@ -1,0 +1,209 @@
+//! JSON of every command: what is printed fits the schema that `nearmiss help json --schema` prints.
+
+use std::collections::BTreeSet;
+
+use nearmiss::store::Choice;
+use serde_json::Value;
+
+use super::CUT_IN;
+use super::ratings::rate;
+use super::support::program::Home;
+
+const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
+
+/// Outputs that need what a test here has not: a provider with batches.
+const ELSEWHERE: [&str; 1] = ["batches"];
+
+/// A home with a few runs, ratings, a variant, a solution and a log.
+fn furnished() -> Home {
+    let home = Home::new();
+    home.run(&["ask", BRAKING]).status(0);
+    let store = nearmiss::store::Store::open(&home.data().join("runs.sqlite")).unwrap();
+    rate(&store, Choice::Best(0));
+    home.write(
+        "labels.csv",
+        format!("scenario,label\n{BRAKING},collision\n{CUT_IN},safe\n"),
+    );
+    let made = [
+        "generate",
+        CUT_IN,
+        "--candidates",
+        "40",
+        "--report",
+        "report.json",
+        "-o",
+        "variants",
+    ];
+    home.run(&made);
+    let planned = [
+        "plan",
+        CUT_IN,
+        "--log",
+        "log.json",
+        "--solution",
+        "solution.xml",
+    ];
+    home.run(&planned);
+    home.run(&["export", "-o", "runs.jsonl"]).status(0);
+    home
+}
+
+fn read(home: &Home, file: &str) -> String {
+    std::fs::read_to_string(home.files().join(file)).unwrap()
+}
+
+/// Each output with its text: what a command prints, or a file that it writes.
+fn outputs(home: &Home) -> Vec<(&'static str, String)> {
+    let variants = std::fs::read_dir(home.files().join("variants")).unwrap();
+    let mut files = variants.map(|entry| entry.unwrap().path());
+    let variant = files.find(|path| path.extension().is_some_and(|x| x == "xml"));
+    let variant = variant.expect("a variant was made");
+    let batch = [
+        "evaluate",
+        CUT_IN,
+        BRAKING,
+        "--model",
+        "reference/geometry",
+        "--samples",
+        "1",
+    ];
+    let with = |more: &[&'static str]| [&batch[..], more].concat();
+    let labels = ["--task", "collision", "--truth", "labels.csv", "--json"];
+    let commands: Vec<(&str, Vec<&str>)> = vec![
+        ("ask", vec!["ask", BRAKING, "--json"]),
+        (
+            "ask",
+            vec![
+                "ask", BRAKING, "--task", "safety", "--at", "worst", "--json",
+            ],
+        ),
+        (
+            "check",
+            vec![
+                "generate",
+                CUT_IN,
+                "--json",
+                "--check",
+                variant.to_str().unwrap(),
+            ],
+        ),
+        ("describe", vec!["describe", BRAKING, "--json"]),
+        ("doctor", vec!["doctor", "--json"]),
+        (
+            "evaluate-safety",
+            vec!["evaluate", CUT_IN, BRAKING, "--json"],
+        ),
+        (
+            "evaluate-collision",
+            [&["evaluate", CUT_IN, BRAKING], &labels[..]].concat(),
+        ),
+        ("evaluate-dry-run", with(&["--dry-run", "--json"])),
+        ("evaluate", with(&["--json"])),
+        (
+            "evaluate",
+            with(&["--lead", "0.5,1", "--transform", "mirror", "--json"]),
+        ),
+        ("evaluate-list", vec!["evaluate", "--list", "--json"]),
+        (
+            "generate",
+            vec!["generate", CUT_IN, "--candidates", "10", "--json"],
+        ),
+        ("import", vec!["import", "runs.jsonl", "--json"]),
+        ("inspect", vec!["inspect", CUT_IN, "--json"]),
+        ("inspect-folder", vec!["inspect", "variants", "--json"]),
+        (
+            "inspect-solution",
+            vec!["inspect", "solution.xml", "--json"],
+        ),
+        ("keys", vec!["keys", "--json"]),
+        ("metrics", vec!["metrics", CUT_IN, "--json"]),
+        ("metrics", vec!["metrics", CUT_IN, "--scene", "--json"]),
+        (
+            "metrics",
+            vec!["metrics", CUT_IN, "--convention", "paper", "--json"],
+        ),
+        ("metrics-list", vec!["metrics", "--list", "--json"]),
+        ("models", vec!["models", "--offline", "--json"]),
+        ("plan", vec!["plan", CUT_IN, "--json"]),
+        ("prompt", vec!["prompt", CUT_IN, "--json"]),
+        ("prompts", vec!["prompts", "--json"]),
+        ("rating", vec!["ratings", "export"]),
+        ("ratings", vec!["ratings", "--json"]),
+        ("report", vec!["report", "--json"]),
+        ("run", vec!["runs", "show", "1", "--json"]),
+        ("run", vec!["export"]),
+        ("runs", vec!["runs", "--json"]),
+        ("themes", vec!["themes", "--json"]),
+    ];
+    let mut all: Vec<(&str, String)> = commands
+        .into_iter()
+        .map(|(name, arguments)| (name, home.run(&arguments).stdout))
+        .collect();
+    all.push(("plan-log", read(home, "log.json")));
+    all.push(("generate-report", read(home, "report.json")));
+    all
+}
+
+#[test]
+fn every_output_fits_its_schema() {
+    let home = furnished();
+    let mut seen = BTreeSet::from(ELSEWHERE);
+    for (name, text) in outputs(&home) {
+        seen.insert(name);
+        let schema = home
+            .run(&["help", "json", "--schema", name])
+            .status(0)
+            .stdout;
+        let schema: Value = serde_json::from_str(&schema).unwrap();
+        let validator = jsonschema::validator_for(&schema).unwrap();
+        assert!(!text.is_empty(), "{name} prints nothing");
+        for line in text.lines() {
+            let value: Value = serde_json::from_str(line).unwrap();
+            assert!(line.starts_with("{\"schema_version\":1,"), "{name}: {line}");
+            if let Err(error) = validator.validate(&value) {
+                panic!("{name}: {error} at {}\n{line}", error.instance_path());
+            }
+        }
+    }
+    let help = home.run(&["help", "json"]).status(0).stdout;
+    let (_, listed) = help.split_once("## Outputs").unwrap();
+    let (listed, keys) = listed.split_once("## Keys").unwrap();
+    let first = |line: &str| line.split_whitespace().next().map(str::to_string);
+    let listed: BTreeSet<String> = listed.lines().filter_map(first).collect();
+    let seen: BTreeSet<String> = seen.into_iter().map(str::to_string).collect();
+    assert_eq!(
+        listed, seen,
+        "an output without a test, or without a schema"
+    );
+    for key in [
+        "scenario",
+        "techniques",
+        "risk_score",
+        "step",
+        "cost_usd",
+        "template_hash",
+    ] {
+        assert!(keys.contains(&format!("    {key} ")), "{key}");
+    }
+    home.run(&["help", "json", "--schema", "evaluat"])
+        .status(2)
+        .says(&["did you mean evaluate"]);
+}
+
+#[test]
+fn evaluate_has_one_table_whatever_the_option_is_called() {
+    let home = Home::new();
+    let paths = ["evaluate", CUT_IN, BRAKING];
+    for more in [
+        &[][..],
+        &["--model", "reference/geometry", "--frame", "ego"],
+    ] {
+        let said = |option: &[&str]| home.run(&[&paths, more, option].concat()).json();
+        let (mut short, mut long) = (said(&["--json"]), said(&["--format", "json"]));
+        for value in [&mut short, &mut long] {
+            // Another batch of the same questions.
+            value["batch"] = Value::Null;
+        }
+        assert_eq!(short, long);
+    }
+}
