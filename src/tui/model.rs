@@ -40,7 +40,7 @@ pub use compare::{
     BlindMode, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
     PendingRating, REASONS, shuffle,
 };
-pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
+pub use editor::{Change, Editor, Find, HEAVY, next, rows, width_of};
 pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
 pub use jobs::{Job, JobKind, JobState, Jobs};
@@ -60,7 +60,7 @@ pub use picker::{
 pub use planner::{Driver, RunningDrive, forecast_words};
 pub use plot::{Drives, Plot};
 pub use prices::Prices;
-pub use prompt::{EntryLine, PromptPane, PromptView};
+pub use prompt::{EntryLine, PromptPane, PromptView, diff_of};
 pub use results::{ResultsDrawn, ResultsView};
 pub use sizes::{Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};

@@ -7,7 +7,7 @@ use super::super::message::runs::{Batch, BatchAnswer, Counts};
 use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model};
 use super::super::screens::batch::BatchScreen;
-use super::{actions, jobs};
+use super::{actions, editing, jobs};
 use crate::description::Frame;
 use crate::evaluation::batch::RequestSettings;
 use crate::judge;
@@ -34,9 +34,7 @@ pub fn mark(model: &mut Model) {
 pub fn propose(model: &mut Model) -> Vec<Effect> {
     let entries = model.marks.chosen(&model.list);
     let asked = model.model.clone();
-    let error = model.prompt.error.clone();
-    if let Some(error) = error.filter(|_| asked != judge::MODEL) {
-        model.complain(format!("the template cannot be used: {error}"));
+    if asked != judge::MODEL && editing::show_error(model) {
         return Vec::new();
     }
     if entries.is_empty() {
