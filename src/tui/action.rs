@@ -164,6 +164,14 @@ pub enum Action {
     PasteCopied,
     SelectAll,
     Accept,
+    CompareVersions,
+    FirstVersion,
+    SecondVersion,
+    SwapVersions,
+    ChangeVersion,
+    AskVersions,
+    OpenVersions,
+    NextChange,
 }
 
 impl Action {
@@ -199,6 +207,8 @@ pub enum Scope {
     Jobs,
     /// On the screen of results.
     Results,
+    /// On the screen of two versions of a prompt.
+    Versions,
     /// In the template editor, where keys write and nothing else holds.
     Editor,
     /// On the screen of answers side by side, which has keys for everything itself.
@@ -207,7 +217,7 @@ pub enum Scope {
 
 impl Scope {
     /// Every scope with its name in keymap files and its description.
-    pub const ALL: [(Self, &'static str, &'static str); 10] = [
+    pub const ALL: [(Self, &'static str, &'static str); 11] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
@@ -216,6 +226,11 @@ impl Scope {
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
         (Self::Results, "results", "on the screen of results"),
+        (
+            Self::Versions,
+            "versions",
+            "on the screen of two prompt versions",
+        ),
         (Self::Editor, "editor", "in the template editor"),
         (
             Self::Compare,
@@ -236,7 +251,12 @@ impl Scope {
     pub fn is_own(self) -> bool {
         matches!(
             self,
-            Self::History | Self::Jobs | Self::Results | Self::Editor | Self::Compare
+            Self::History
+                | Self::Jobs
+                | Self::Results
+                | Self::Versions
+                | Self::Editor
+                | Self::Compare
         )
     }
 }

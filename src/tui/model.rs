@@ -27,6 +27,7 @@ mod rollout_cache;
 mod sizes;
 mod timeline;
 mod values;
+mod versions;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -65,6 +66,7 @@ pub use results::{ResultsDrawn, ResultsView};
 pub use sizes::{Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
+pub use versions::{PromptVersion, VersionKind, VersionsView};
 
 use super::action::Scope;
 use super::clock::Clock;
@@ -173,6 +175,8 @@ pub struct Model {
     pub jobs: Jobs,
     /// Results of all stored answers.
     pub results: ResultsView,
+    /// Two versions of the prompt over many scenarios.
+    pub versions: VersionsView,
     /// How long the program has been running; the loop sets it.
     pub uptime: Duration,
     /// Screens over the main screen.
@@ -251,6 +255,7 @@ impl Model {
             card: None,
             jobs: Jobs::default(),
             results: ResultsView::default(),
+            versions: VersionsView::default(),
             uptime: Duration::ZERO,
             screens: Screens::default(),
             toasts: Vec::new(),

@@ -221,4 +221,19 @@ table! {
     SavePicture, Compare, "picture", ["o"], 0, "picture", "Save a picture of the screen, the map or the plot.";
     Help, Compare, "help", ["?", "f1"], 14, "help", "All keys.";
     Quit, Compare, "quit", ["q", "ctrl-q"], 0, "quit", "Leave the program.";
+    CompareVersions, Global, "compare-versions", ["space a b"], 0, "compare prompts", "Compare two versions of the prompt over the marked or listed scenarios: answers, truth, tokens and cost.";
+    CompareVersions, Editor, "compare-versions", ["alt-c", "f7"], 4, "compare", "Compare the draft with another version of the prompt over the marked or listed scenarios.";
+    Up, Versions, "up", ["up", "k"], 0, "up", "The scenario above.";
+    Down, Versions, "down", ["down", "j"], 0, "down", "The scenario below.";
+    PageUp, Versions, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";
+    PageDown, Versions, "page-down", ["pagedown", "ctrl-d"], 0, "page down", "A page down.";
+    Top, Versions, "top", ["g", "home"], 0, "first", "The first scenario.";
+    Bottom, Versions, "bottom", ["shift-g", "end"], 0, "last", "The last scenario.";
+    OpenVersions, Versions, "open-versions", ["enter"], 1, "side by side", "Open the scenario with both answers side by side.";
+    AskVersions, Versions, "ask-versions", ["r"], 2, "ask missing", "Ask for the missing answers; the cost is shown first.";
+    NextChange, Versions, "next-change", ["n"], 3, "next change", "Go to the next scenario whose answers differ.";
+    FirstVersion, Versions, "first-version", ["a"], 4, "choose A", "Choose version A.";
+    SecondVersion, Versions, "second-version", ["b"], 4, "choose B", "Choose version B.";
+    SwapVersions, Versions, "swap-versions", ["s"], 5, "swap", "Swap the two versions.";
+    ChangeVersion, Versions, "reread-versions", ["shift-r"], 0, "reread", "Look up the stored answers again.";
 }

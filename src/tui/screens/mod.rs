@@ -23,6 +23,7 @@ pub mod templates;
 pub mod themes;
 pub mod values;
 pub mod variant;
+pub mod versions;
 
 use std::any::Any;
 use std::fmt::Debug;

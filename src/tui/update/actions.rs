@@ -7,7 +7,7 @@ use super::super::screens;
 use super::super::session::restore;
 use super::{
     answers, batch, claims, clock, compare, editing, jobs, list, map, obstacles, open_current,
-    panes, planning, plot, rating, screens as on_screen, task, timeline,
+    panes, planning, plot, rating, screens as on_screen, task, timeline, versions,
 };
 use crate::scenario::EgoSource;
 
@@ -96,6 +96,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
+        CompareVersions => return versions::open(model),
+        ChangeVersion | AskVersions | OpenVersions | FirstVersion | SecondVersion
+        | SwapVersions | NextChange => return versions::perform(model, action),
         CancelJob | CancelAllJobs => return jobs::perform(model, action),
         // The others open a screen, or are done by the one on top.
         _ => {}

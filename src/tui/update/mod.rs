@@ -27,6 +27,7 @@ mod screens;
 mod task;
 mod timeline;
 mod values;
+mod versions;
 
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
@@ -57,6 +58,9 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     settle(model);
     effects.extend(request_missing(model));
     jobs::note_requested(model, &effects);
+    let more = versions::follow(model);
+    jobs::note_requested(model, &more);
+    effects.extend(more);
     effects.extend(restore::remember(model));
     effects
 }
@@ -126,6 +130,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
                 }
                 timeline::arrived(model);
                 compare::arrived(model);
+                versions::arrived(model);
             }
             Vec::new()
         }
