@@ -172,6 +172,8 @@ pub enum Action {
     AskVersions,
     OpenVersions,
     NextChange,
+    RawAnswer,
+    UnfoldJson,
 }
 
 impl Action {

@@ -22,6 +22,7 @@ mod plot;
 mod prices;
 mod prompt;
 mod question;
+mod reading;
 mod results;
 mod rollout_cache;
 mod sizes;
@@ -62,6 +63,7 @@ pub use planner::{Driver, RunningDrive, forecast_words};
 pub use plot::{Drives, Plot};
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView, diff_of};
+pub use reading::ReadingView;
 pub use results::{ResultsDrawn, ResultsView};
 pub use sizes::{Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
@@ -153,6 +155,8 @@ pub struct Model {
     pub library: Library,
     /// The answers.
     pub answers: Answers,
+    /// How answers are read.
+    pub reading: ReadingView,
     /// Claims of answers about obstacles.
     pub claims: Claims,
     /// Answers side by side on the whole screen.
@@ -241,6 +245,7 @@ impl Model {
             prompt: PromptPane::new(config.editor),
             library,
             answers: Answers::default(),
+            reading: ReadingView::default(),
             claims: Claims::default(),
             compare: Compare::default(),
             model: config

@@ -236,4 +236,6 @@ table! {
     SecondVersion, Versions, "second-version", ["b"], 4, "choose B", "Choose version B.";
     SwapVersions, Versions, "swap-versions", ["s"], 5, "swap", "Swap the two versions.";
     ChangeVersion, Versions, "reread-versions", ["shift-r"], 0, "reread", "Look up the stored answers again.";
+    RawAnswer, Global, "raw-answer", ["space a m"], 0, "raw", "Show answers as they were sent, or with their Markdown rendered.";
+    UnfoldJson, Global, "unfold-json", ["space a j"], 0, "JSON", "Unfold the JSON of answers, or fold it to one line.";
 }

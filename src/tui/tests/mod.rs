@@ -47,4 +47,5 @@ mod timeline;
 mod typing;
 mod unasked;
 mod values;
+mod versions;
 mod written;

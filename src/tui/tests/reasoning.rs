@@ -67,7 +67,7 @@ fn an_answer_without_reasoning_needs_no_line() {
 fn what_is_waited_for_is_said_until_something_comes() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    let on_its_way = "the question is on its way…";
+    let on_its_way = "question sent, waiting for the answer…";
     assert!(place(&pane(&bench), "waiting 0 s").is_some());
     assert!(place(&pane(&bench), on_its_way).is_some());
     bench.send(events::piece(id, Event::Awaiting(RunId(7))));

@@ -96,6 +96,19 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
+        RawAnswer => {
+            model.reading.raw = !model.reading.raw;
+            model.say(match model.reading.raw {
+                true => "answers as sent",
+                false => "answers rendered as Markdown",
+            });
+        }
+        UnfoldJson => {
+            model.reading.unfold = !model.reading.unfold;
+            if model.reading.raw {
+                model.say("raw answers are never folded");
+            }
+        }
         CompareVersions => return versions::open(model),
         ChangeVersion | AskVersions | OpenVersions | FirstVersion | SecondVersion
         | SwapVersions | NextChange => return versions::perform(model, action),
@@ -238,6 +251,7 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
         Pane::Prompt => model.prompt.scroll = top,
         Pane::Verdict => model.answers.verdict_top = top,
         Pane::Reasoning => {
+            model.note_scrolled();
             // At the end of a text that still arrives, the end is followed again.
             let running = model.answers.column().is_some_and(Column::is_running);
             let follow = running && top == last;

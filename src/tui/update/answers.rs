@@ -140,6 +140,7 @@ pub fn on_update(model: &mut Model, id: JobId, update: Update<Event, Box<Answer>
         Update::Progress(event) => arrived(model, id, event),
         Update::Ended(result) => {
             let name = list::name_of(model, id);
+            model.end_stream(id);
             answered(model, id, result);
             return name.map_or_else(Vec::new, |name| list::recount(model, &name));
         }

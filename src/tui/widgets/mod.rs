@@ -8,6 +8,7 @@ pub mod highlight;
 pub mod hints;
 pub mod lines;
 pub mod long_text;
+pub mod markdown;
 pub mod picker;
 pub mod row;
 pub mod scroll;
