@@ -30,7 +30,7 @@ fn a_session_from_the_first_frame_to_the_shell() {
     session.see("X 301 contact");
     session.press("r");
     session.see("kept as run 1");
-    session.press("t");
+    session.press(" at");
     session.see("verdict · safety");
     session.press("/merge\r");
     session.see("ZAM_Merge-1_1_T-1 · 8 obstacles");

@@ -3,8 +3,12 @@
 //! Key bindings, footer, help and palette are generated from it.
 
 mod default_keys;
+mod groups;
+mod synonyms;
 
 pub use default_keys::ACTIONS;
+pub use groups::title_of;
+pub use synonyms::synonyms_of;
 
 /// A user action, described in [`ACTIONS`].
 #[allow(missing_docs, reason = "the table has a sentence for each")]
@@ -47,6 +51,10 @@ pub enum Action {
     Slower,
     MinimumStep,
     CollisionStep,
+    ContactStep,
+    PlaceBack,
+    PlaceForward,
+    PaneMain,
     NextDisagreement,
     Loop,
     HeatStrips,
@@ -172,6 +180,7 @@ pub enum Action {
     AskVersions,
     OpenVersions,
     NextChange,
+    SavedViews,
     RawAnswer,
     UnfoldJson,
 }
@@ -201,6 +210,8 @@ pub enum Scope {
     Map,
     /// In panes with text.
     Text,
+    /// On the plot.
+    Plot,
     /// In a window over the others.
     Window,
     /// In the history of runs.
@@ -219,11 +230,12 @@ pub enum Scope {
 
 impl Scope {
     /// Every scope with its name in keymap files and its description.
-    pub const ALL: [(Self, &'static str, &'static str); 11] = [
+    pub const ALL: [(Self, &'static str, &'static str); 12] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
         (Self::Text, "text", "in prompt, verdict and reasoning"),
+        (Self::Plot, "plot", "on the plot"),
         (Self::Window, "window", "in a window"),
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
@@ -264,7 +276,8 @@ impl Scope {
 }
 
 /// Global actions that work even on full screens.
-pub const EVEN_THERE: [Action; 7] = [
+pub const EVEN_THERE: [Action; 8] = [
+    Action::Quit,
     Action::Help,
     Action::Palette,
     Action::Cancel,

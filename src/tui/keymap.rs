@@ -4,6 +4,7 @@ mod chord;
 mod file;
 mod line;
 mod lookup;
+mod moved;
 mod positions;
 mod print;
 
@@ -188,6 +189,12 @@ impl Key {
         })
     }
 
+    /// The digit that the key writes.
+    #[must_use]
+    pub fn digit(&self) -> Option<u32> {
+        self.writes()?.to_digit(10)
+    }
+
     /// The character that the key writes into a text, if it writes one.
     #[must_use]
     pub fn writes(&self) -> Option<char> {
@@ -211,7 +218,7 @@ impl std::fmt::Display for Key {
             }
         }
         match self.code {
-            Code::Char(' ') => f.write_str("space"),
+            Code::Char(' ') => f.write_str("Space"),
             Code::Char(c) => write!(f, "{c}"),
             Code::Function(n) => write!(f, "F{n}"),
             Code::Up => f.write_str("↑"),

@@ -10,6 +10,7 @@ mod generation;
 mod history;
 mod jobs;
 mod judgements;
+mod jump_list;
 mod last_frame;
 mod list;
 mod look;
@@ -47,8 +48,11 @@ pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use judgements::Judgements;
+pub use jump_list::{JumpList, Place};
 pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, Readings};
-pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
+pub use list::{
+    Filtering, Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest,
+};
 pub use look::{Glyphs, Look, themes_shown};
 pub use map::{
     Detail, End, Foreseen, Foresight, Future, Layers, Measurement, On, PathRequest, Tape, Tools,
@@ -70,11 +74,11 @@ pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 pub use versions::{PromptVersion, VersionKind, VersionsView};
 
-use super::action::Scope;
+use super::action::{Action, EVEN_THERE, Scope};
 use super::clock::Clock;
 use super::loaded::{Opened, Source};
 use super::message::{JobId, OpenId};
-use super::screens::Screens;
+use super::screens::{self, Screen, Screens};
 use super::session::SessionState;
 use super::theme::Theme;
 use crate::description::Frame;
@@ -109,6 +113,8 @@ pub struct Model {
     pub open_error: Option<String>,
     /// The current time step.
     pub clock: Clock,
+    /// Places that jumps left.
+    pub jumps: JumpList,
     /// The pane that has the keys.
     pub focus: Pane,
     /// Whether the pane that has the keys is shown alone.
@@ -222,6 +228,7 @@ impl Model {
             source: None,
             open_error: None,
             clock: Clock::new(0..1, 0.1),
+            jumps: JumpList::default(),
             focus: Pane::Scenarios,
             zoomed: false,
             camera: Camera::default(),
@@ -321,6 +328,14 @@ impl Model {
             None if self.compare.open => Scope::Compare,
             None => self.focus.scope(),
         }
+    }
+
+    /// Whether the screens that are open let an action through that none of them has a use for: a window leaves what
+    /// is below it alone, and other windows open over it.
+    #[must_use]
+    pub fn takes(&self, action: Action) -> bool {
+        let scope = self.screens.top().map(Screen::scope);
+        scope.is_none_or(Scope::is_own) || EVEN_THERE.contains(&action) || screens::opens(action)
     }
 
     /// Whether time has to pass: something plays, or a message fades.

@@ -74,11 +74,11 @@ fn every_mistake_of_a_keymap_is_named() {
     let path = home.config().join("keymap.toml");
     home.write(
         path,
-        "[global]\nplay = \"x\"\nquitt = \"q\"\nhelp = \"hyper-h\"\n",
+        "[global]\nplay = \"f5\"\nquitt = \"q\"\nhelp = \"hyper-h\"\nworst = \"f5\"\n",
     );
     let ended = home.run(&["keys"]).status(2);
     for words in [
-        "keymap.toml:2: global.play: `x` is also the key of global.worst",
+        "keymap.toml:5: global.worst: `f5` is also the key of global.play in line 2",
         "keymap.toml:3: global.quitt is no action; did you mean quit?",
         "keymap.toml:4: global.help: `hyper-h` is no key",
     ] {

@@ -56,7 +56,7 @@ fn begin(home: &Home, server: &Server) {
     ];
     let mut session = Session::start_with(120, 40, &environment, &[]);
     session.see("The body of car 301 overlaps");
-    session.press("A");
+    session.press(" aa");
     session.see("8, 1 at once");
     session.press("\r");
     let begun = Instant::now();

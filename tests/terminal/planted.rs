@@ -9,33 +9,33 @@ use super::support::program::Home;
 /// Keys that lead through the views, and back to the main screen.
 const WAYS: [&str; 28] = [
     "?",
-    "i",
-    "V",
+    " oi",
+    " ov",
     ":",
     "m",
     "\x14",
-    "p",
-    "s",
-    "#",
-    "L",
-    "I",
-    "X",
-    "o",
-    "J",
-    "A",
-    "C",
-    "B",
+    " pm",
+    " ls",
+    " lt",
+    " ml",
+    " od",
+    " os",
+    " op",
+    " oj",
+    " aa",
+    " oc",
+    " ob",
     "\x12",
-    "vz",
-    "vz",
-    "vz",
-    "vz",
+    " avz",
+    " avz",
+    " avz",
+    " avz",
     "e\x06",
     ":templates\r",
-    "S",
-    "S",
+    " lg",
+    " lg",
     "/PWN",
-    "t",
+    " at",
 ];
 
 #[test]
@@ -71,7 +71,7 @@ fn nothing_planted_reaches_the_terminal() {
         // The files that cannot be read.
         session.press("j");
         settle(&mut session);
-        session.press("i");
+        session.press(" oi");
         settle(&mut session);
         session.press("\x1b");
         settle(&mut session);

@@ -47,6 +47,7 @@ impl Keymap {
         let table = file.table().unwrap_or_default();
         let mut map = Self::from_preset(preset(&mut file, &table));
         change(&mut file, &mut map, &table);
+        give_way(&mut map);
         for collision in collisions(&map) {
             let words = collision.words(&file);
             file.mistake(&collision.said.unwrap_or_default(), words);
@@ -54,6 +55,41 @@ impl Keymap {
         file.checked(name).map_err(all_visible)?;
         Ok(map)
     }
+}
+
+/// Bindings of the preset give way to those of the file that they cannot stand beside; a note says which menus that
+/// hides.
+fn give_way(map: &mut Keymap) {
+    let theirs = map.bindings.iter().filter(|b| b.said.is_some());
+    let theirs: Vec<Binding> = theirs.cloned().collect();
+    let hidden_by = |binding: &Binding| {
+        let mut theirs = theirs.iter();
+        let hides = |b: &&Binding| conflict(b, binding);
+        (binding.said.is_none())
+            .then(|| theirs.find(hides))
+            .flatten()
+    };
+    for prefix in ["space", "g", "ctrl-w"] {
+        let in_menu = |b: &&Binding| b.keys.name().starts_with(&format!("{prefix} "));
+        let hides = map.bindings.iter().filter(in_menu).find_map(hidden_by);
+        if let Some(by) = hides.filter(|by| by.keys.name() == prefix) {
+            let entry = by.entry();
+            map.notes.push(format!(
+                "keymap.toml binds `{prefix}` to {}.{}, which hides the menu behind `{prefix}`; remove that line to \
+                 get the menu",
+                entry.scope.name(),
+                entry.id
+            ));
+        }
+    }
+    let all = std::mem::take(&mut map.bindings);
+    map.bindings = all.into_iter().filter(|b| hidden_by(b).is_none()).collect();
+}
+
+/// Whether a key can be pressed that would mean both.
+fn conflict(a: &Binding, b: &Binding) -> bool {
+    let same = a.keys == b.keys || a.keys.begins(&b.keys) || b.keys.begins(&a.keys);
+    same && a.entry().meets(b.entry())
 }
 
 fn preset(file: &mut TomlText<'_>, table: &DeTable<'_>) -> Preset {
@@ -178,15 +214,9 @@ impl Collision {
         let entry = self.binding.entry();
         let other = self.other.entry();
         let (keys, theirs) = (self.binding.keys.name(), self.other.keys.name());
-        let whose = match &self.other.said {
-            Some(span) => format!(
-                "{}.{} in line {}",
-                other.scope.name(),
-                other.id,
-                file.line(span)
-            ),
-            None => format!("{}.{} of the preset", other.scope.name(), other.id),
-        };
+        // Bindings of the preset have given way.
+        let line = self.other.said.as_ref().map_or(0, |span| file.line(span));
+        let whose = format!("{}.{} in line {line}", other.scope.name(), other.id);
         let what = if keys == theirs {
             format!("is also the key of {whose}")
         } else if self.binding.keys.begins(&self.other.keys) {
@@ -209,8 +239,7 @@ pub fn collisions(map: &Keymap) -> Vec<Collision> {
     let mut found = Vec::new();
     for (i, a) in map.bindings.iter().enumerate() {
         for b in &map.bindings[i + 1..] {
-            let same = a.keys == b.keys || a.keys.begins(&b.keys) || b.keys.begins(&a.keys);
-            if !same || !a.entry().meets(b.entry()) {
+            if !conflict(a, b) {
                 continue;
             }
             // Told where the file says it; of two lines of the file, at the later one.
@@ -301,20 +330,12 @@ mod tests {
     fn collisions_say_with_what() {
         for (text, words) in [
             (
-                "[global]\nplay = \"x\"\n",
-                "keymap.toml:2: global.play: `x` is also the key of global.worst of the preset; give worst other keys",
-            ),
-            (
                 "[global]\nplay = \"f5\"\nworst = \"f5\"\n",
-                "keymap.toml:3: global.worst: `f5` is also the key of global.play in line 2",
+                "keymap.toml:3: global.worst: `f5` is also the key of global.play in line 2; give play other keys",
             ),
             (
-                "[scenarios]\ntop = \"x g\"\n",
-                "keymap.toml:2: scenarios.top: `x g` begins with `x`, the key of global.worst of the preset",
-            ),
-            (
-                "[global]\nplay = \"ctrl-w\"\n",
-                "keymap.toml:2: global.play: `ctrl-w` is the beginning of `ctrl-w w`",
+                "[global]\nplay = \"f5 a\"\nworst = \"f5\"\n",
+                "keymap.toml:3: global.worst: `f5` is the beginning of `f5 a`, the key of global.play in line 2",
             ),
             (
                 "[global]\nplay = [\"f5\", \"f5\"]\n",
@@ -330,5 +351,33 @@ mod tests {
         }
         // Where two places never meet, keys do not either.
         assert!(Keymap::parse("f", "[map]\npan-left = \"f6\"\n[text]\ntop = \"f6\"\n").is_ok());
+    }
+
+    #[test]
+    fn keys_of_a_file_win_over_those_of_the_preset() {
+        // As `nearmiss keys --print` wrote them before there were menus.
+        let text = "[global]\nplay = [\"space\"]\nresults = [\"%\"]\ncp = [\"1\"]\n[text]\ntop = [\"g\"]\n";
+        let map = Keymap::parse("keymap.toml", text).unwrap();
+        let means = |names: &str, scope| map.meaning(&Chord::parse(names).unwrap().0, scope);
+        for (names, action) in [
+            ("space", Action::Play),
+            ("%", Action::Results),
+            ("1", Action::ToggleCp),
+            ("g", Action::Top),
+        ] {
+            let meaning = means(names, Scope::Text);
+            assert_eq!(meaning, KeyMeaning::Action(action), "{names}");
+        }
+        assert_eq!(means("space o h", Scope::Map), KeyMeaning::Nothing);
+        // An action whose chord is gone is in the palette.
+        assert_eq!(map.key_of(Action::Values), ": values");
+        assert_eq!(map.notes.len(), 2, "{:?}", map.notes);
+        assert!(map.notes[0].contains("`space` to global.play"));
+        // A key of the preset does not stand in the way of one of the file.
+        let map = Keymap::parse("keymap.toml", "[global]\nplay = \"x\"\n").unwrap();
+        let x = map.meaning(&Chord::parse("x").unwrap().0, Scope::Map);
+        assert_eq!(x, KeyMeaning::Action(Action::Play));
+        assert_eq!(map.key_of(Action::CollisionStep), "g w");
+        assert!(map.notes.is_empty());
     }
 }

@@ -1,7 +1,7 @@
 //! The live keymap: which keys trigger which action in which context. Footer, help, palette and which-key read it.
 
 use super::{Chord, Key, file};
-use crate::tui::action::{ACTIONS, Action, Entry, Scope};
+use crate::tui::action::{ACTIONS, Action, Entry, Scope, title_of};
 
 /// A set of keys to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +49,8 @@ pub struct Keymap {
     pub preset: Preset,
     /// In the order of the table of actions, the first key of an action first.
     pub(super) bindings: Vec<Binding>,
+    /// What the user should know of the keymap file, such as a menu that its keys hide.
+    pub notes: Vec<String>,
 }
 
 /// Meaning of a key sequence.
@@ -67,8 +69,10 @@ pub enum KeyMeaning {
 pub struct NextKey {
     /// The key.
     pub key: Key,
-    /// Its effect, in a sentence; `None` if more keys follow.
-    pub doc: Option<&'static str>,
+    /// Its effect, in a word or two, or the title of the menu behind it.
+    pub words: &'static str,
+    /// Whether more keys follow.
+    pub leads_on: bool,
 }
 
 impl Binding {
@@ -85,6 +89,7 @@ impl Keymap {
         let mut map = Self {
             preset,
             bindings: Vec::new(),
+            notes: Vec::new(),
         };
         for (place, entry) in ACTIONS.iter().enumerate() {
             // A test reads every key of the table.
@@ -136,20 +141,37 @@ impl Keymap {
         }
     }
 
-    /// Possible continuations of these keys, in the order of the action table.
+    /// Possible continuations of these keys to actions that work, menus after single keys, otherwise in the order of
+    /// the action table. An action with several keys here has the first of them.
     #[must_use]
-    pub fn following(&self, keys: &[Key], scope: Scope) -> Vec<NextKey> {
+    pub fn following(
+        &self,
+        keys: &[Key],
+        scope: Scope,
+        works: impl Fn(&Entry) -> bool,
+    ) -> Vec<NextKey> {
         let mut all: Vec<NextKey> = Vec::new();
-        for binding in self.beginning(keys, scope) {
+        let mut seen = Vec::new();
+        for binding in self.beginning(keys, scope).filter(|b| works(b.entry())) {
             let rest = &binding.keys.0[keys.len()..];
-            if all.iter().any(|f| f.key == rest[0]) {
+            let ends = rest.len() == 1;
+            if all.iter().any(|f| f.key == rest[0]) || (ends && seen.contains(&binding.place)) {
                 continue;
             }
+            if ends {
+                seen.push(binding.place);
+            }
+            let title = title_of(&binding.keys.0[..=keys.len()]);
             all.push(NextKey {
                 key: rest[0],
-                doc: (rest.len() == 1).then_some(binding.entry().doc),
+                words: match ends {
+                    true => binding.entry().short,
+                    false => title.unwrap_or("more"),
+                },
+                leads_on: !ends,
             });
         }
+        all.sort_by_key(|next| next.leads_on);
         all
     }
 
@@ -244,7 +266,7 @@ mod tests {
 
     #[test]
     fn prefixes_are_told_from_keys() {
-        let map = Keymap::from_preset(Preset::Vim);
+        let map = Keymap::from_preset(Preset::Default);
         let g = keys("g");
         assert_eq!(map.meaning(&g, Scope::Scenarios), KeyMeaning::Prefix);
         assert_eq!(
@@ -256,22 +278,22 @@ mod tests {
             map.meaning(&keys("g x"), Scope::Scenarios),
             KeyMeaning::Nothing
         );
-        let after = map.following(&g, Scope::Scenarios);
-        assert!(
-            after
-                .iter()
-                .any(|f| f.key == g[0] && f.doc == Some("The first scenario."))
-        );
-        let texts = map.following(&g, Scope::Text);
-        assert!(texts.iter().all(|f| f.doc != Some("The first scenario.")));
-        let next = map.following(&keys("ctrl-w"), Scope::Map);
-        assert!(next.iter().any(|f| f.key.name() == "w"), "{next:?}");
+        let after = map.following(&g, Scope::Scenarios, |_| true);
+        assert!(after.iter().any(|f| f.key == g[0] && f.words == "top"));
+        let there = map.following(&g, Scope::Map, |_| true);
+        assert!(there.iter().all(|f| f.words != "top"));
+        let menu = map.following(&keys("space"), Scope::Map, |_| true);
+        let open = menu.iter().find(|f| f.key.name() == "o").unwrap();
+        assert_eq!((open.words, open.leads_on), ("open", true));
+        let none = map.following(&keys("space"), Scope::Map, |_| false);
+        assert!(none.is_empty(), "{none:?}");
     }
 
     #[test]
     fn what_has_no_key_is_in_the_palette() {
-        let map = Keymap::from_preset(Preset::Default);
+        let map = Keymap::parse("keymap.toml", "[global]\nread-thresholds = []\n").unwrap();
         assert_eq!(map.key_of(Action::Help), "?");
         assert_eq!(map.key_of(Action::ReadThresholds), ": read-thresholds");
+        assert_eq!(map.key_of(Action::Results), "Space o r");
     }
 }

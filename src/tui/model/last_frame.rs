@@ -95,7 +95,11 @@ impl Extent {
 
     /// The first line after an action that scrolls, by so many lines a page.
     pub fn scrolled(self, action: Action, page: usize) -> usize {
-        let by = action.lines(page.cast_signed());
+        self.moved(action.lines(page.cast_signed()))
+    }
+
+    /// The first line so many lines further down.
+    pub fn moved(self, by: isize) -> usize {
         self.top.saturating_add_signed(by).min(self.last_top())
     }
 }

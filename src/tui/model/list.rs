@@ -9,10 +9,11 @@ mod row;
 mod terms;
 #[cfg(test)]
 mod tests;
+mod view;
 
 use std::collections::{BTreeMap, HashSet};
 
-pub use filter::{Filter, Matching};
+pub use filter::{Filter, Filtering, Matching};
 pub use group::{Group, Grouping};
 pub use order::Order;
 pub use row::{Row, nearest};
@@ -22,7 +23,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::metrics::Measure;
-use crate::settings::Tags;
+use crate::settings::{SavedViews, Tags};
 use crate::tui::loaded::Facts;
 use crate::tui::message::Effect;
 
@@ -49,8 +50,8 @@ pub struct List {
     pub read: Filter,
     /// The opened one, as a place in `rows`.
     pub opened: Option<usize>,
-    /// Whether the filter is being typed.
-    pub filtering: bool,
+    /// The filter is being typed, and what to go back to.
+    pub filtering: Option<Filtering>,
     /// By what it is sorted.
     pub order: Order,
     /// Whether the order is turned around.
@@ -59,6 +60,10 @@ pub struct List {
     pub grouping: Grouping,
     /// The user's own tags.
     pub tags: Tags,
+    /// Saved views of it.
+    pub views: SavedViews,
+    /// The view that is to be shown.
+    pub chosen_view: Option<String>,
     /// Names of groups that are shut.
     shut: HashSet<String>,
     /// Whether what arrived changes what is shown.
@@ -152,7 +157,7 @@ impl List {
     /// Selects the scenario at a place; a filter that hides it goes.
     pub fn show(&mut self, place: usize) {
         if !self.visible.contains(&place) {
-            self.filtering = false;
+            self.filtering = None;
             self.set_filter(String::new());
         }
         self.select(place);

@@ -23,6 +23,10 @@ pub struct Look {
     pub keymap: Keymap,
     /// Keys of a chord that were pressed so far.
     pub pending: Vec<Key>,
+    /// The digits that were typed before a motion so far.
+    pub count: Option<u32>,
+    /// The count of the action that is being performed.
+    pub repeat: Option<u32>,
     /// The name of the theme that is chosen; `auto` for dark or light.
     pub chosen: String,
     /// The themes that can be chosen, in all colours.
@@ -46,6 +50,8 @@ impl Default for Look {
         Self {
             keymap: Keymap::from_preset(Preset::Default),
             pending: Vec::new(),
+            count: None,
+            repeat: None,
             chosen: AUTO.into(),
             themes: Vec::new(),
             depth: ColorDepth::True,
@@ -106,6 +112,27 @@ impl Look {
             Some(Err(mistakes)) => Err(crate::tui::user_file::first(mistakes)),
             None => Err(format!("there is no theme `{name}` any more")),
         }
+    }
+
+    /// How often the motion that is being performed is repeated.
+    #[must_use]
+    pub fn times(&self) -> i64 {
+        self.repeat.map_or(1, i64::from)
+    }
+
+    /// How far the action that is being performed moves a list, lines down, where a page has so many.
+    #[must_use]
+    pub fn lines(&self, action: Action, page: isize) -> isize {
+        let times = isize::try_from(self.times()).unwrap_or(1);
+        action.lines(page).saturating_mul(times)
+    }
+
+    /// The line that a count names for going to the top or the bottom, from 0.
+    #[must_use]
+    pub fn line(&self, action: Action) -> Option<usize> {
+        let goes = matches!(action, Action::Top | Action::Bottom);
+        let line = self.repeat.filter(|_| goes)?.saturating_sub(1);
+        usize::try_from(line).ok()
     }
 
     /// The key of an action, for a sentence.

@@ -1,6 +1,6 @@
 //! The panes of the main screen, and keyboard focus.
 
-use crate::tui::action::Scope;
+use crate::tui::action::{Action, Scope};
 
 /// The panes of the main screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -46,6 +46,73 @@ impl Pane {
         }
     }
 
+    /// The actions everywhere that belong to it.
+    #[must_use]
+    pub fn actions(self) -> &'static [Action] {
+        use Action::*;
+        match self {
+            Self::Scenarios => &[
+                Filter,
+                SortScenarios,
+                TurnOrder,
+                GroupScenarios,
+                EditTags,
+                MarkScenario,
+                UnmarkScenarios,
+                AskMarked,
+            ],
+            Self::Map | Self::Timeline => &[
+                ZoomIn,
+                ZoomOut,
+                Follow,
+                EgoUp,
+                FitMap,
+                NextObstacle,
+                PreviousObstacle,
+                Layers,
+                NextPaths,
+                TakeTape,
+            ],
+            Self::Prompt => &[
+                Edit,
+                PromptView,
+                ToggleTask,
+                ToggleFrame,
+                ToggleCp,
+                ToggleCot,
+                ToggleIcl,
+                ChooseTemplate,
+                ResetTemplate,
+                OutsideEditor,
+            ],
+            Self::Verdict => &[
+                Compare,
+                CompareScreen,
+                BlindMode,
+                PreviousAnswer,
+                NextAnswer,
+                CloseAnswer,
+            ],
+            Self::Reasoning => &[
+                NextClaim,
+                PreviousClaim,
+                PreviousAnswer,
+                NextAnswer,
+                CompareScreen,
+                Copy,
+            ],
+            Self::Plot => &[
+                PlotMeasure,
+                MinimumStep,
+                Mark,
+                NextObstacle,
+                PreviousObstacle,
+                PlotDrives,
+                HeatStrips,
+            ],
+        }
+    }
+
     /// The scope of its keys.
     #[must_use]
     pub fn scope(self) -> Scope {
@@ -53,7 +120,8 @@ impl Pane {
             Self::Scenarios => Scope::Scenarios,
             Self::Map => Scope::Map,
             Self::Prompt | Self::Reasoning | Self::Verdict => Scope::Text,
-            Self::Timeline | Self::Plot => Scope::Global,
+            Self::Plot => Scope::Plot,
+            Self::Timeline => Scope::Global,
         }
     }
 }

@@ -6,7 +6,7 @@ use nucleo_matcher::{Config, Matcher};
 use super::{Model, Order};
 use crate::judge;
 use crate::metrics::{Danger, MEASURES, Measure};
-use crate::tui::action::{ACTIONS, Entry};
+use crate::tui::action::{ACTIONS, Entry, synonyms_of};
 
 /// A line to type into and a selection below it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -17,14 +17,31 @@ pub struct Picker {
     pub selected: usize,
 }
 
-/// The actions that a palette shows, the best match first; who types a whole name means that one.
+/// The actions that a palette shows, the best match first: names before words that mean the same, these before
+/// sentences.
 #[must_use]
 pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
-    let texts = ACTIONS.iter().map(|e| format!("{} {}", e.id, e.doc));
+    let texts = ACTIONS
+        .iter()
+        .map(|e| format!("{} {} {}", e.id, synonyms_of(e.action), e.doc));
     let shown = matching(&picker.text, texts);
     let mut shown: Vec<&Entry> = shown.into_iter().map(|i| &ACTIONS[i]).collect();
-    let typed = picker.text.trim();
-    shown.sort_by_key(|entry| entry.id != typed);
+    let typed = picker.text.trim().to_lowercase();
+    let rank = |entry: &Entry| {
+        let words = || {
+            let words = synonyms_of(entry.action).split(' ');
+            words.chain(entry.id.split('-'))
+        };
+        match typed.as_str() {
+            "" => 0,
+            typed if entry.id == typed => 0,
+            typed if entry.id.starts_with(typed) => 1,
+            typed if words().any(|word| word == typed) => 2,
+            typed if words().any(|word| word.starts_with(typed)) => 3,
+            _ => 4,
+        }
+    };
+    shown.sort_by_key(|entry| rank(entry));
     shown
 }
 

@@ -27,6 +27,23 @@ impl Model {
         }
     }
 
+    /// Shows answers as they were sent, or rendered again.
+    pub fn toggle_raw(&mut self) {
+        self.reading.raw = !self.reading.raw;
+        self.say(match self.reading.raw {
+            true => "answers as sent",
+            false => "answers rendered as Markdown",
+        });
+    }
+
+    /// Unfolds the JSON of answers, or folds it again.
+    pub fn toggle_json(&mut self) {
+        self.reading.unfold = !self.reading.unfold;
+        if self.reading.raw {
+            self.say("raw answers are never folded");
+        }
+    }
+
     /// Notes that the reader scrolls the shown answer.
     pub fn note_scrolled(&mut self) {
         let column = self.answers.column().filter(|c| c.is_running());

@@ -66,6 +66,9 @@ pub fn prepare(
     };
     let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
     model.look = look;
+    for note in model.look.keymap.notes.clone() {
+        model.tell(note);
+    }
     model.compare.person = model.config.person();
     model.driver.forecast = model.config.planning(default_planning()).forecast;
     // The seed need not be secret: no one has to predict the order of answers.

@@ -40,9 +40,11 @@ impl Screen for AboutScreen {
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
-        let (key, _) = hints::close(model);
-        let close = (key, "or another key closes".into());
-        vec![hints::scroll(model), hints::page(model), close]
+        vec![
+            hints::scroll(model),
+            hints::page(model),
+            hints::close(model),
+        ]
     }
 }
 

@@ -23,10 +23,6 @@ use crate::verdict::Task;
 pub struct BatchScreen;
 
 impl Screen for BatchScreen {
-    fn ignores_other_keys(&self) -> bool {
-        true
-    }
-
     fn on_key(&mut self, model: &mut Model, key: Key) -> Option<Step> {
         match key.writes()? {
             'y' => Some(begin(model)),

@@ -1,4 +1,4 @@
-//! Help: all keys of the live keymap, with a filter.
+//! Help: the keys of the live keymap, those of the focused pane first, with a filter.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use super::{PAGE, Screen, Step};
-use crate::tui::action::{ACTIONS, Action, Scope};
-use crate::tui::keymap::{Code, Key, edit_line, first_line};
+use crate::tui::action::{ACTIONS, Action, Entry, Scope, synonyms_of, title_of};
+use crate::tui::keymap::{Chord, Code, Key, edit_line, first_line};
 use crate::tui::message::Effect;
 use crate::tui::model::{Model, TERMS};
 use crate::tui::widgets::hints::{Hint, fixed};
@@ -57,7 +57,7 @@ impl Screen for HelpScreen {
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let title = match self.typed.as_str() {
             "" => "keys · type to search · ↑↓ scroll · Esc closes".to_string(),
-            typed => format!("keys · {}▏· Esc closes", fit(typed, 30)),
+            typed => format!("keys · {}▏ · Esc closes", fit(typed, 30)),
         };
         let text = text(model, &self.typed, window::text_width(screen));
         let shown = (window::COLUMNS, self.scroll);
@@ -75,7 +75,7 @@ impl Screen for HelpScreen {
 }
 
 /// A part of the list: its title, and its keys or signs with what they mean.
-type Part = (&'static str, Vec<(String, String)>);
+type Part = (String, Vec<(String, String)>);
 
 fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
     let theme = &model.theme;
@@ -87,7 +87,7 @@ fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
     let width = widest.clamp(KEYS.0, KEYS.1);
     let mut text = Text::default();
     for (name, rows) in &parts {
-        text.push_line(Line::styled(*name, title));
+        text.push_line(Line::styled(name.clone(), title));
         for (keys, meaning) in rows {
             let mut label = format!("  {} ", pad(keys, width));
             let room = columns.saturating_sub(width + 3).max(10);
@@ -102,7 +102,7 @@ fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
         text.push_line("");
     }
     if parts.is_empty() {
-        let nothing = format!("nothing is called or does `{}`", fit(typed, 30));
+        let nothing = format!("no key or action matches `{}`", fit(typed, 30));
         text.push_line(Line::styled(nothing, Style::new().fg(theme.dim)));
     }
     text
@@ -116,36 +116,107 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
         typed.split_whitespace().all(|word| row.contains(word))
     };
     let mut parts: Vec<Part> = Vec::new();
-    let mut scopes = Scope::ALL.to_vec();
-    // Opened on a full screen, help lists that screen's keys first.
-    if let Some(own) = model.screens.iter().map(Screen::scope).find(|s| s.is_own()) {
-        scopes.sort_by_key(|(scope, ..)| *scope != own);
-    }
-    for (scope, _, name) in scopes {
+    let mut add = |title: String, entries: &mut dyn Iterator<Item = &Entry>| {
         let mut rows = Vec::new();
-        for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
+        for entry in entries {
             let keys = model.look.keymap.keys(entry).map(ToString::to_string);
             let keys = keys.collect::<Vec<_>>().join("  ");
             // Actions without keys are shown only when searched: the palette has them.
             let shown = !keys.is_empty() || !typed.is_empty();
-            if shown && matches(&format!("{keys} {} {}", entry.id, entry.doc)) {
+            let other = synonyms_of(entry.action);
+            if shown && matches(&format!("{keys} {} {} {other}", entry.id, entry.doc)) {
                 rows.push((keys, entry.doc.to_string()));
             }
         }
-        parts.push((name, rows));
+        parts.push((title, rows));
+    };
+    let here = here(model);
+    let of_scope = |scope: Scope| ACTIONS.iter().filter(move |entry| entry.scope == scope);
+    let in_pane = |entry: &Entry| entry.scope == Scope::Global && here.1.contains(&entry.action);
+    if here.0 != Scope::Global {
+        let words = Scope::ALL.iter().find(|(scope, ..)| *scope == here.0);
+        let words = words.map_or("", |(_, _, words)| words);
+        let pane = ACTIONS.iter().filter(|entry| in_pane(entry));
+        add(format!("here: {words}"), &mut of_scope(here.0).chain(pane));
     }
+    // Direct keys first, then the menus.
+    for (title, entries) in by_menu(model) {
+        let elsewhere = entries.into_iter().filter(|entry| !in_pane(entry));
+        add(title, &mut elsewhere.into_iter());
+    }
+    for (scope, _, words) in Scope::ALL {
+        if scope != Scope::Global && scope != here.0 {
+            add(words.to_string(), &mut of_scope(scope));
+        }
+    }
+    let rules = rules(model).into_iter();
+    let rules: Vec<_> = rules
+        .filter(|(keys, words)| matches(&format!("{keys} {words}")))
+        .collect();
+    parts.insert(1.min(parts.len()), ("always".into(), rules));
     let terms = TERMS
         .iter()
         .filter(|(term, words)| matches(&format!("{term} {words}")));
     let terms = terms.map(|(term, words)| ((*term).to_string(), (*words).to_string()));
-    parts.push(("in the filter, beside words", terms.collect()));
+    parts.push(("in the filter, beside words".into(), terms.collect()));
     let signs = SIGNS
         .iter()
         .filter(|(sign, words)| matches(&format!("{sign} {words}")));
     let signs = signs.map(|(sign, words)| ((*sign).to_string(), (*words).to_string()));
-    parts.push(("signs", signs.collect()));
+    parts.push(("signs".into(), signs.collect()));
     parts.retain(|(_, rows)| !rows.is_empty());
     parts
+}
+
+/// The scope of the screen or pane that help was opened on, and the global actions that belong to it.
+fn here(model: &Model) -> (Scope, &'static [Action]) {
+    let mut below = model.screens.iter().map(Screen::scope);
+    if let Some(own) = below.find(|scope| scope.is_own()) {
+        return (own, &[]);
+    }
+    if model.compare.open {
+        return (Scope::Compare, &[]);
+    }
+    (model.focus.scope(), model.focus.actions())
+}
+
+/// The global actions by the menu of their first key, those with a key of their own first.
+fn by_menu(model: &Model) -> Vec<(String, Vec<&'static Entry>)> {
+    let mut menus: Vec<(String, Vec<&'static Entry>)> = vec![("everywhere".into(), Vec::new())];
+    for entry in ACTIONS.iter().filter(|entry| entry.scope == Scope::Global) {
+        let chord = model.look.keymap.keys(entry).next();
+        let prefix = chord.map_or(&[][..], |chord| &chord.0[..chord.0.len() - 1]);
+        let title = match title_of(prefix) {
+            Some(title) => format!("{} · {title}", Chord(prefix.to_vec())),
+            None => "everywhere".into(),
+        };
+        match menus.iter_mut().find(|(there, _)| *there == title) {
+            Some((_, entries)) => entries.push(entry),
+            None => menus.push((title, vec![entry])),
+        }
+    }
+    menus
+}
+
+/// What some keys do wherever they are pressed.
+fn rules(model: &Model) -> Vec<(String, String)> {
+    let key = |action| model.look.key(action);
+    let rows = [
+        (
+            key(Action::Cancel),
+            "closes the innermost thing that is open, or cancels what runs",
+        ),
+        (
+            key(Action::Quit),
+            "closes the window that is open; without one, quits (in a line of text, it is typed)",
+        ),
+        ("Enter".to_string(), "does the main thing of the pane"),
+        (
+            "2 to 9999".to_string(),
+            "before a motion: so many times, as in 10j, 5 →, 3n; before g g: that line",
+        ),
+    ];
+    rows.map(|(keys, words)| (keys, words.to_string())).into()
 }
 
 const SIGNS: [(&str, &str); 8] = [

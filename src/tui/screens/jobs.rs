@@ -36,8 +36,10 @@ impl Screen for JobsScreen {
         let last = model.jobs.all.len().saturating_sub(1);
         let selected = &mut model.jobs.selected;
         match action {
-            Action::Up => *selected = selected.saturating_sub(1),
-            Action::Down => *selected = (*selected + 1).min(last),
+            Action::Up | Action::Down => {
+                let by = model.look.lines(action, 1);
+                *selected = selected.saturating_add_signed(by).min(last);
+            }
             Action::Cancel | Action::TaskList => return Step::close(),
             Action::ShowJob => return show_runs(model),
             _ => return Step::Ignored,

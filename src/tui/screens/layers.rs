@@ -27,8 +27,7 @@ impl Screen for LayersScreen {
         match action {
             Action::Up => self.selected = self.selected.saturating_sub(1),
             Action::Down => self.selected = (self.selected + 1).min(Layers::COUNT - 1),
-            // The key that plays switches, too.
-            Action::Accept | Action::Play => model.map.layers.switch(self.selected),
+            Action::Accept => model.map.layers.switch(self.selected),
             _ => return Step::Ignored,
         }
         Step::stay()

@@ -17,6 +17,7 @@ pub mod palette;
 pub mod picker;
 pub mod pictures;
 pub mod results;
+pub mod saved_views;
 pub mod source;
 pub mod tags;
 pub mod templates;
@@ -43,11 +44,6 @@ pub trait Screen: Any + Debug + Send {
     /// Where its keys are looked up.
     fn scope(&self) -> Scope {
         Scope::Window
-    }
-
-    /// Whether keys that mean nothing to it leave it open; they close a window.
-    fn ignores_other_keys(&self) -> bool {
-        self.scope().is_own()
     }
 
     /// A key that is typed or answers a question; `None` for one that is looked up in the keymap.
@@ -252,6 +248,33 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
     Some(Vec::new())
 }
 
+/// Whether an action opens a screen wherever it is performed.
+#[must_use]
+pub fn opens(action: Action) -> bool {
+    use Action::*;
+    matches!(
+        action,
+        Help | About
+            | Values
+            | Details
+            | PlannerCycle
+            | VariantPanel
+            | Layers
+            | Palette
+            | PickTheme
+            | ChooseModel
+            | PlotMeasure
+            | SortScenarios
+            | SavePicture
+            | ChooseTemplate
+            | EditTags
+            | Source
+            | History
+            | TaskList
+            | Results
+    )
+}
+
 /// An action on a screen; windows of text scroll by themselves.
 pub fn act(screen: &mut dyn Screen, model: &mut Model, action: Action) -> Step {
     let step = screen.on_action(model, action);
@@ -266,18 +289,18 @@ pub fn act(screen: &mut dyn Screen, model: &mut Model, action: Action) -> Step {
 
 fn scrolls(action: Action) -> bool {
     use Action::*;
-    matches!(action, Up | Down | PageUp | PageDown | Play | Top | Bottom)
+    matches!(action, Up | Down | PageUp | PageDown | Top | Bottom)
 }
 
 fn scrolled(scroll: usize, action: Action, model: &Model) -> usize {
+    let last = model.drawn.window_end();
+    if let Some(line) = model.look.line(action) {
+        return line.min(last);
+    }
     match action {
-        Action::Up => scroll.saturating_sub(1),
-        Action::Down => scroll + 1,
-        Action::PageUp => scroll.saturating_sub(PAGE),
         Action::Top => 0,
-        Action::Bottom => model.drawn.window_end(),
-        // Where nothing plays in sight, the key of it turns the page.
-        _ => scroll + PAGE,
+        Action::Bottom => last,
+        _ => scroll.saturating_add_signed(model.look.lines(action, PAGE.cast_signed())),
     }
 }
 
@@ -297,6 +320,7 @@ fn moves_scene(action: Action) -> bool {
             | LastStep
             | MinimumStep
             | CollisionStep
+            | ContactStep
             | NextObstacle
             | PreviousObstacle
     )

@@ -102,7 +102,7 @@ fn c_asks_a_second_model_beside_the_first() {
     assert_eq!(bench.model.answers.shown, ShownAnswer::Column(0));
     bench.press("[");
     assert_eq!(bench.model.answers.shown, ShownAnswer::Reference);
-    bench.press("] d");
+    bench.press("] space a x");
     assert_eq!(bench.model.answers.columns.len(), 1);
 }
 
@@ -269,7 +269,7 @@ fn stored_answers_come_back_with_their_scenario_ego_and_task() {
         "the newest of each model"
     );
     assert!(bench.frame(120, 40).contains("yes ="));
-    bench.press("n shift-e");
+    bench.press("n space e t");
     assert!(
         bench.model.answers.columns.is_empty(),
         "answers about the other ego are put away"
@@ -279,7 +279,7 @@ fn stored_answers_come_back_with_their_scenario_ego_and_task() {
 #[test]
 fn an_answer_is_compared_with_the_truth_of_its_own_question() {
     let mut bench = asking();
-    bench.press("t x left r");
+    bench.press("space a t x left r");
     let (id, _) = bench.asked();
     bench.send(events::answered(
         id,
@@ -332,7 +332,7 @@ fn the_verdict_is_scrolled_apart_from_the_reasoning() {
     bench.press("shift-g");
     assert!(bench.model.answers.verdict_top > 0);
     assert_eq!(bench.model.answers.scroll, reasoning);
-    bench.press("g");
+    bench.press("g g");
     assert_eq!(bench.model.answers.verdict_top, 0);
 }
 

@@ -118,7 +118,7 @@ impl Whole {
             model.list.found && model.opened.is_some()
         })
         .await;
-        self.press("shift-a");
+        self.press("space a a");
         let counted = |model: &Model| model.card.as_ref().is_some_and(|card| card.is_counted());
         self.until("counted", counted).await;
     }
@@ -211,7 +211,7 @@ async fn every_scenario_is_asked_about_once_and_the_store_answers_the_second_tim
         (8, usd)
     );
     // And the history has them, under the name of their batch.
-    whole.press("shift-j");
+    whole.press("space o j");
     whole.model.jobs.selected = 1;
     whole.press("enter");
     whole
@@ -235,7 +235,7 @@ async fn so_many_at_once_and_what_was_not_begun_is_not_asked_after_a_cancel() {
     }
     tokio::time::sleep(Duration::from_millis(200)).await;
     assert_eq!(server.requests().len(), 3, "the bound holds");
-    whole.press("shift-j x");
+    whole.press("space o j x");
     assert_eq!(whole.state(), JobState::Stopping);
     whole.press("x");
     whole.over().await;

@@ -13,7 +13,7 @@ use crate::verdict::Task;
 fn the_safety_task_begins_at_the_end_of_its_usual_window() {
     let mut bench = Bench::bundled();
     let last = bench.model.scene().unwrap().last_step();
-    bench.press("t");
+    bench.press("space a t");
     assert_eq!(bench.model.clock.step(), last - 2);
     let frame = bench.frame(120, 40);
     assert!(!frame.contains("-step window"), "{frame}");
@@ -22,7 +22,7 @@ fn the_safety_task_begins_at_the_end_of_its_usual_window() {
     assert_eq!(bench.model.clock.step(), last - 2, "the next scenario too");
 
     let mut bench = Bench::bundled();
-    bench.press("right right right t");
+    bench.press("right right right space a t");
     assert_eq!(
         bench.model.clock.step(),
         3,
@@ -31,14 +31,14 @@ fn the_safety_task_begins_at_the_end_of_its_usual_window() {
     assert!(bench.frame(80, 24).contains("4-step window"));
     bench.press("home");
     assert!(bench.frame(80, 24).contains("1-step window "));
-    bench.press("t");
+    bench.press("space a t");
     assert!(!bench.frame(80, 24).contains("-step window"), "it has none");
 }
 
 #[test]
 fn what_an_answer_about_another_window_is_held_against_is_shown() {
     let mut bench = Bench::bundled();
-    bench.press("t");
+    bench.press("space a t");
     let window = bench.model.window().unwrap();
     let mut said = answer("lab/small", true, 301);
     said.window = Some((window.first(), window.last()));
@@ -132,7 +132,7 @@ fn the_switches_lead_to_the_answers_that_were_asked_in_that_way() {
         (column.model.clone(), column.how.clone())
     };
     assert_eq!(shown(&bench), ("lab/a".into(), "ego · cp+cot+icl".into()));
-    bench.press("f");
+    bench.press("space a f");
     let cartesian = "cartesian · cp+cot+icl";
     assert_eq!(shown(&bench), ("lab/a".into(), cartesian.into()));
     let first = &columns(&bench)[..2];
@@ -140,11 +140,11 @@ fn the_switches_lead_to_the_answers_that_were_asked_in_that_way() {
     let frame = bench.frame(80, 24);
     assert!(frame.contains(" cart"), "{frame}");
     // Nothing was asked so: what is shown stays.
-    bench.press("1");
+    bench.press("space a c");
     assert_eq!(shown(&bench), ("lab/a".into(), cartesian.into()));
-    bench.press("1");
+    bench.press("space a c");
     bench.model.answers.show(ShownAnswer::Reference);
-    bench.press("f f f");
+    bench.press("space a f space a f space a f");
     assert_eq!(bench.model.frame.name(), "cartesian");
     assert_eq!(shown(&bench).1, cartesian);
 }
@@ -155,7 +155,7 @@ fn what_arrives_stays_shown_while_the_next_question_is_made() {
     bench.model.model = "lab/small".into();
     bench.press("r");
     let (id, _) = bench.asked();
-    bench.press("f");
+    bench.press("space a f");
     assert_eq!(bench.model.answers.column().unwrap().ask, Some(id));
 }
 
@@ -185,7 +185,7 @@ fn a_retry_takes_the_place_of_what_failed() {
     failed.judged = JudgeOutcome::Missing(MissingVerdict::NoAnswer("refused".into()));
     bench.send(events::answered(third, Ok(Box::new(failed))));
     assert_eq!(bench.model.answers.columns.len(), 1);
-    bench.press("1 r");
+    bench.press("space a c r");
     assert_eq!(
         bench.model.answers.columns.len(),
         2,
@@ -220,7 +220,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
     let mut bench = Bench::bundled();
     let mut tasks = Vec::new();
     for _ in 0..4 {
-        bench.press("t");
+        bench.press("space a t");
         tasks.push(bench.model.task);
         assert!(
             bench.model.prompt.question.is_some(),
@@ -241,7 +241,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
             Task::Collision
         ]
     );
-    bench.press("t t r");
+    bench.press("space a t space a t r");
     assert!(
         bench
             .model
@@ -283,7 +283,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
     ] {
         assert!(frame.contains(words), "{words}\n{frame}");
     }
-    bench.press("t");
+    bench.press("space a t");
     give(
         &mut bench,
         ParsedAnswer::Trajectory(NewMotion {

@@ -114,7 +114,7 @@ pub(super) fn labelled() -> (Fixture, BatchId, RunId) {
 #[test]
 fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     let (mut kept, batch, _) = labelled();
-    press(&mut kept, "%");
+    press(&mut kept, "space o r");
     let results = &kept.bench.model.results;
     let plain = Some(AnswerSet::Batch(batch, BatchPart::Plain));
     assert_eq!(results.counting, plain);
@@ -151,7 +151,7 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
 #[test]
 fn what_is_counted_can_be_chosen() {
     let (mut kept, batch, _) = labelled();
-    press(&mut kept, "% b");
+    press(&mut kept, "space o r b");
     let offers: Vec<String> = kept
         .bench
         .model
@@ -200,7 +200,7 @@ fn what_is_counted_can_be_chosen() {
     };
     assert_eq!(of(FIRST), of(&format!("{FIRST} [mirror]")));
     // What was chosen stays, also after the screen was closed.
-    press(&mut kept, "esc %");
+    press(&mut kept, "esc space o r");
     assert_eq!(
         kept.bench.model.results.counting,
         Some(AnswerSet::Everything)
@@ -210,7 +210,7 @@ fn what_is_counted_can_be_chosen() {
 #[test]
 fn an_answer_about_a_changed_scene_opens_it_changed() {
     let (mut kept, _, run) = labelled();
-    press(&mut kept, "% b j enter enter enter");
+    press(&mut kept, "space o r b j enter enter enter");
     let model = &kept.bench.model;
     let opened = model.opened.as_ref().unwrap();
     assert_eq!(opened.name, format!("{FIRST} [mirror]"));
@@ -228,18 +228,18 @@ fn an_answer_about_a_changed_scene_opens_it_changed() {
     assert!(frame.contains("[mirror]"), "{frame}");
     // Another ego leaves it changed; the way back is named.
     let picked = kept.bench.model.picked.unwrap();
-    press(&mut kept, "shift-e");
+    press(&mut kept, "space e t");
     let opened = kept.bench.model.opened.as_ref().unwrap();
     assert_eq!(
         (opened.change, opened.scene.as_ref().unwrap().ego.id),
         (Some(Transform::Mirror), picked)
     );
-    press(&mut kept, "backspace");
+    press(&mut kept, "space e r");
     assert_eq!(
         kept.bench.model.opened.as_ref().unwrap().change,
         Some(Transform::Mirror)
     );
-    press(&mut kept, "backspace");
+    press(&mut kept, "space e r");
     let opened = kept.bench.model.opened.as_ref().unwrap();
     assert_eq!((opened.name.as_str(), opened.change), (FIRST, None));
 }
@@ -248,7 +248,7 @@ fn an_answer_about_a_changed_scene_opens_it_changed() {
 fn a_batch_that_is_gone_is_said() {
     let mut kept = four();
     kept.bench.model.results.chosen = Some(AnswerSet::Batch(BatchId(7), BatchPart::Plain));
-    press(&mut kept, "esc %");
+    press(&mut kept, "esc space o r");
     let error = kept.bench.model.results.error.clone().unwrap();
     assert!(error.contains("no batch b7"), "{error}");
     assert!(!kept.bench.model.results.reading);
@@ -258,7 +258,7 @@ fn a_batch_that_is_gone_is_said() {
 fn what_is_known_is_shown_while_the_judge_is_at_work() {
     let mut kept = four();
     press(&mut kept, "esc");
-    kept.bench.press("%");
+    kept.bench.press("space o r");
     let Some(Effect::Results(ask)) = kept.bench.effects.pop() else {
         panic!("the store is to be read");
     };
@@ -308,7 +308,7 @@ fn mouse(kept: &mut Fixture, mouse: Mouse) {
 fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
     let (mut kept, batch, _) = labelled();
     kept.add("ZAM_Lost-1_1_T-1", "lab/large", true, "something is near");
-    press(&mut kept, "% b shift-g enter");
+    press(&mut kept, "space o r b shift-g enter");
     kept.bench.model.results.selected = 0;
     let small = find(&kept, "lab/small");
     let head = find(&kept, "open unp");
@@ -391,7 +391,7 @@ fn how_a_batch_looks_in_every_theme() {
     for size @ (columns, rows) in [(80, 24), (200, 60)] {
         let mut kept = techniques();
         kept.bench.model.size = size;
-        press(&mut kept, "% j right right");
+        press(&mut kept, "space o r j right right");
         let text = seen_in_every_theme("a batch", &mut kept.bench, size, true);
         insta::assert_snapshot!(format!("results_of_a_batch_at_{columns}_by_{rows}"), text);
     }

@@ -10,7 +10,7 @@ fn to(bench: &mut Bench, task: Task) {
         if bench.model.task == task {
             return;
         }
-        bench.press("t");
+        bench.press("space a t");
     }
     assert_eq!(bench.model.task, task);
 }
@@ -40,7 +40,7 @@ fn every_task_begins_in_its_usual_frame_and_window() {
 fn what_somebody_chose_stays() {
     let mut bench = Bench::bundled();
     to(&mut bench, Task::Safety);
-    bench.press("f");
+    bench.press("space a f");
     let chosen = bench.model.frame;
     assert_ne!(chosen, Frame::Ego);
     let pane = bench.model.focus;
@@ -49,7 +49,7 @@ fn what_somebody_chose_stays() {
     bench.model.focus = pane;
     let step = bench.model.clock.step();
     for _ in Task::ALL {
-        bench.press("t");
+        bench.press("space a t");
         assert_eq!(bench.model.clock.step(), step, "{:?}", bench.model.task);
     }
     assert_eq!(

@@ -381,7 +381,7 @@ fn editor_at_200_by_60() {
 #[test]
 fn source_at_80_by_24() {
     let mut bench = Bench::bundled();
-    bench.press("shift-x");
+    bench.press("space o s");
     let frame = bench.frame(80, 24);
     assert!(frame.contains("<dynamicObstacle id=\"301\">"), "{frame}");
     insta::assert_snapshot!(frame);
@@ -390,9 +390,9 @@ fn source_at_80_by_24() {
 #[test]
 fn source_at_200_by_60() {
     let mut bench = Bench::bundled();
-    bench.press("shift-x pagedown esc");
+    bench.press("space o s pagedown esc");
     assert!(bench.model.screens.is_empty());
-    bench.press("shift-x");
+    bench.press("space o s");
     insta::assert_snapshot!(bench.frame(200, 60));
 }
 

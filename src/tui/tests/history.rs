@@ -45,7 +45,7 @@ fn a_deletion_is_taken_back_and_the_one_before_it_too() {
     assert_eq!(kept.rows(), [3, 2, 1]);
     kept.press("u");
     assert!(!kept.deleted(RunId(3)) && !kept.deleted(RunId(2)));
-    kept.press("g p d");
+    kept.press("g g p d");
     let top = RunId(kept.rows()[0]);
     assert!(kept.store.run(top).unwrap().unwrap().pinned && !kept.deleted(top));
     // Another process pinned the next one meanwhile: it comes back, with a message.
@@ -189,7 +189,7 @@ fn only_a_stretch_of_a_long_list_is_at_hand() {
     let rows = kept.rows();
     assert!(rows.len() <= 600 && rows.is_sorted_by(|a, b| a > b));
     assert_eq!(kept.bench.model.history.current(), Some(RunId(1)));
-    kept.press("g");
+    kept.press("g g");
     assert_eq!(kept.bench.model.history.current(), Some(RunId(1500)));
     kept.press("shift-g");
     assert_eq!(kept.bench.model.history.current(), Some(RunId(1)));

@@ -48,7 +48,7 @@ fn counts(looked: usize) -> Counts {
 fn asking() -> (Bench, JobId) {
     let mut bench = Bench::bundled();
     bench.model.model = "lab/small".into();
-    bench.press("shift-a");
+    bench.press("space a a");
     let (id, batch) = counted(&bench);
     assert_eq!(batch.entries.len(), 8);
     bench.send(Msg::Job(
@@ -91,7 +91,7 @@ fn marks_stay_whatever_the_filter() {
     bench.type_text("merge");
     bench.press("enter");
     assert!(bench.frame(120, 40).contains("1/8 * 2"));
-    bench.press("shift-a");
+    bench.press("space a a");
     let (_, batch) = counted(&bench);
     let names: Vec<_> = batch.entries.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(names, ["ZAM_HardBraking-1_1_T-1", "ZAM_CutIn-1_1_T-1"]);
@@ -105,7 +105,7 @@ fn marks_stay_whatever_the_filter() {
             || bench.frame(120, 40).contains("scenarios 7 * 1")
     );
     bench.perform("unmark-scenarios");
-    bench.press("shift-a");
+    bench.press("space a a");
     let listed = bench.model.list.visible.len();
     assert_eq!(counted(&bench).1.entries.len(), listed);
 }
@@ -114,7 +114,7 @@ fn marks_stay_whatever_the_filter() {
 fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
     let mut bench = Bench::bundled();
     bench.model.model = "lab/small".into();
-    bench.press("shift-a enter");
+    bench.press("space a a enter");
     let (id, _) = counted(&bench);
     assert_eq!(begun(&bench), None);
     bench.send(Msg::Job(
@@ -191,7 +191,7 @@ fn a_batch_ends_with_one_message() {
     assert_eq!(toast.kind, Notice::Error);
     let words = "lab/small on 8 scenarios: 2 agree, 1 differ, 5 failed; first: no answer: fault 3";
     assert_eq!(toast.text, words);
-    bench.press("shift-j");
+    bench.press("space o j");
     let list = bench.frame(120, 40);
     assert!(
         list.contains("done") && list.contains("8/8") && list.contains("$0.0300"),
@@ -210,7 +210,7 @@ fn cancelling_a_batch_begins_nothing_more_and_twice_ends_what_was_sent() {
         id,
         JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(true, true)))),
     ));
-    bench.press("shift-j x");
+    bench.press("space o j x");
     let stops = |bench: &Bench| {
         let stop = |e: &&Effect| matches!(e, Effect::Cancel(other) if *other == id);
         bench.effects.iter().filter(stop).count()
@@ -246,7 +246,7 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
     let mut paid = answer("lab/small", true, 301);
     paid.consumed.cost_usd = Some(0.5);
     bench.send(events::answered(first, Ok(Box::new(paid))));
-    bench.press("shift-j");
+    bench.press("space o j");
     let list = bench.frame(120, 40);
     for words in [
         "lab/small on ZAM_HardBraking",
@@ -276,7 +276,7 @@ fn surveys_and_rankings_are_listed_and_stopped() {
     let mut bench = Bench::bundled();
     bench.send(Msg::Surveyed(0, Err("x".into())));
     bench.send(Msg::Surveyed(0, Err("x".into())));
-    bench.press("shift-j");
+    bench.press("space o j");
     let list = bench.frame(120, 40);
     assert!(
         list.contains("1/8") && list.contains("the most dangerous moments"),
@@ -291,7 +291,7 @@ fn surveys_and_rankings_are_listed_and_stopped() {
     }
     assert_eq!(bench.model.jobs.all[0].state, JobState::Done(String::new()));
     for size in [(80, 24), (120, 40), (300, 90)] {
-        bench.press("shift-j");
+        bench.press("space o j");
         bench.frame(size.0, size.1);
     }
 }
@@ -317,7 +317,7 @@ fn an_answer_of_the_store_costs_nothing() {
 fn the_card_at_80_by_24() {
     let mut bench = Bench::bundled();
     bench.model.model = "lab/small".into();
-    bench.press("shift-a");
+    bench.press("space a a");
     let (id, _) = counted(&bench);
     bench.send(Msg::Job(
         id,
@@ -334,7 +334,7 @@ fn tasks_at_80_by_24() {
         JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(true, true)))),
     ));
     bench.model.toasts.clear();
-    bench.press("shift-j");
+    bench.press("space o j");
     insta::assert_snapshot!(bench.frame(80, 24));
 }
 

@@ -34,7 +34,7 @@ fn drafts_are_kept_within_a_second_of_typing() {
     // A draft of a template that is not in the editor any longer is kept too.
     bench.effects.clear();
     bench.type_text("Again. ");
-    bench.press("esc f");
+    bench.press("esc space a f");
     bench.effects.clear();
     bench.press("e x esc");
     let files: Vec<&str> = kept(&bench).into_iter().map(|(file, _)| file).collect();
@@ -149,7 +149,7 @@ fn the_difference_to_the_shipped_template_has_signs() {
     let mut bench = with(Keys::Plain);
     bench.press("ctrl-g 1 0 enter");
     bench.type_text("Mine. ");
-    bench.press("esc v v");
+    bench.press("esc space a v space a v");
     assert_eq!(bench.model.prompt.view, PromptView::Diff);
     bench.model.zoomed = true;
     let frame = bench.frame(200, 60);

@@ -89,7 +89,7 @@ fn at_200_by_60() {
 #[test]
 fn grouped_at_80_by_24() {
     let mut bench = surveyed();
-    bench.press("shift-s shift-s shift-s shift-s g enter");
+    bench.press("space l g space l g space l g space l g g g enter");
     bench.model.toasts.clear();
     insta::assert_snapshot!(bench.frame(80, 24));
 }
@@ -146,14 +146,14 @@ fn a_wrong_term_is_said_in_the_list() {
 #[test]
 fn groups_go_round_and_the_mouse_shuts_them() {
     let mut bench = surveyed();
-    bench.press("shift-s");
+    bench.press("space l g");
     assert_eq!(bench.model.list.grouping, Grouping::Country);
     let frame = bench.frame(120, 40);
     let row = frame.lines().position(|l| l.contains("- ZAM (8)")).unwrap();
     let at = Position::new(6, u16::try_from(row).unwrap());
     bench.send(Msg::Mouse(Mouse::Press(at)));
     assert!(bench.frame(120, 40).contains("+ ZAM (8)"));
-    bench.press("enter shift-s shift-s shift-s shift-s");
+    bench.press("enter space l g space l g space l g space l g");
     assert_eq!(bench.model.list.grouping, Grouping::None);
 }
 
@@ -176,7 +176,7 @@ fn a_click_meets_the_row_below_filter_and_heads() {
 #[test]
 fn tags_are_typed_kept_and_found() {
     let mut bench = surveyed();
-    bench.press("#");
+    bench.press("space l t");
     assert!(bench.model.screens.is_top::<TagsScreen>());
     bench.type_text("odd #later");
     let frame = bench.frame(120, 40);
@@ -192,7 +192,7 @@ fn tags_are_typed_kept_and_found() {
     bench.press("/");
     bench.type_text("tag:later");
     assert_eq!(bench.model.list.visible, [0]);
-    bench.press("enter #");
+    bench.press("enter space l t");
     assert!(bench.frame(120, 40).contains("# odd later"));
     bench.press("esc");
     bench.send(Msg::Tags(Err("tags.toml: line 2".into())));
@@ -204,7 +204,7 @@ fn tags_are_typed_kept_and_found() {
 fn sorting_by_the_same_again_turns_it_around() {
     let mut bench = surveyed();
     for words in [" by obstacles", " by obstacles, reversed"] {
-        bench.press("s");
+        bench.press("space l s");
         bench.type_text("obstacles");
         bench.press("enter");
         let frame = bench.frame(200, 60);
@@ -217,7 +217,7 @@ fn sorting_by_the_same_again_turns_it_around() {
         .map(|&p| list.rows[p].facts().unwrap().obstacles);
     assert!(counts.is_sorted());
     let ranked = |e: &Effect| matches!(e, Effect::Rank(..));
-    bench.press("s");
+    bench.press("space l s");
     bench.type_text("risk");
     bench.press("enter");
     assert!(

@@ -24,11 +24,11 @@ fn arrows_step_and_stop_at_the_ends() {
 #[test]
 fn space_plays_in_real_time() {
     let mut bench = Bench::bundled();
-    bench.press("space");
+    bench.press("p");
     assert!(bench.model.moves());
     bench.send(Msg::Passed(Duration::from_millis(320)));
     assert_eq!(bench.model.clock.step(), 3);
-    bench.press("space");
+    bench.press("p");
     bench.send(Msg::Passed(Duration::from_secs(9)));
     assert_eq!(bench.model.clock.step(), 3, "paused");
 }
@@ -73,7 +73,7 @@ fn the_filter_narrows_as_one_types_and_opens_the_best_match() {
 #[test]
 fn the_safety_task_follows_the_step() {
     let mut bench = Bench::bundled();
-    bench.press("t home");
+    bench.press("space a t home");
     assert_eq!(bench.model.task, Task::Safety);
     assert!(
         !bench
@@ -118,9 +118,9 @@ fn the_map_zooms_pans_follows_and_fits() {
     bench.model.focus = Pane::Map;
     bench.press("l k");
     assert!(!bench.model.camera.follow);
-    bench.press("w");
+    bench.press("space m f");
     assert!(bench.model.camera.follow);
-    bench.press("a");
+    bench.press("space m a");
     assert!(bench.model.camera.cell > before.cell && !bench.model.camera.follow);
 }
 
@@ -223,13 +223,13 @@ fn it_can_be_left() {
 #[test]
 fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
     let mut bench = Bench::empty();
-    bench.press("shift-e");
+    bench.press("space e t");
     assert!(bench.frame(80, 24).contains(" no scenario is open"));
     bench.press("r");
     assert_eq!(bench.model.toasts.len(), 1, "the newest alone");
     bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
     assert!(bench.model.toasts.is_empty(), "it is not true any longer");
-    bench.press("d");
+    bench.press("space a x");
     let frame = bench.frame(80, 24);
     let (above, last) = frame.rsplit_once('\n').unwrap();
     assert!(last.contains("the built-in judge stays"), "{frame}");

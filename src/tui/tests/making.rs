@@ -47,7 +47,7 @@ pub fn open(name: &str) -> Bench {
 /// One that was made dangerous.
 fn dangerous() -> Bench {
     let mut bench = open("rightturn");
-    bench.press("!");
+    bench.press("space g g");
     arrive(&mut bench);
     assert!(bench.model.variant().is_some(), "{}", said(&bench));
     bench
@@ -73,7 +73,7 @@ fn hash(bench: &Bench) -> ContentHash {
 #[test]
 fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
     let mut bench = open("rightturn");
-    bench.press("!");
+    bench.press("space g g");
     let (id, wish) = asked(&bench).pop().unwrap();
     assert_eq!((wish.only, wish.seed), (None, 1));
     assert_eq!(wish.forecast, bench.model.driver.forecast);
@@ -141,7 +141,7 @@ fn original_and_variant_take_turns_and_both_can_be_left() {
         obstacle.motion_at(step).unwrap().pose.position
     };
     let changed = place(&bench);
-    bench.press("U");
+    bench.press("space g o");
     assert!(!shown(&bench).changed);
     assert_eq!(hash(&bench), made(&bench).original());
     assert_eq!(bench.model.clock.step(), step, "the clock stays");
@@ -154,34 +154,34 @@ fn original_and_variant_take_turns_and_both_can_be_left() {
         assert!(frame.contains(&words), "{words}\n{frame}");
     }
     assert!(!frame.contains("attacker "), "{frame}");
-    bench.press("U");
+    bench.press("space g o");
     assert!(shown(&bench).changed && hash(&bench) == variant);
     // What the planner is told belongs to the variant.
-    bench.press("F");
+    bench.press("space e f");
     assert!(said(&bench).contains("was made for what this planner was told"));
     assert!(bench.model.driver.under_way.is_none());
 
-    bench.press("backspace");
+    bench.press("space e r");
     assert!(bench.model.variant().is_none() && bench.model.planned().is_none());
     assert_eq!(bench.model.plot.drives, None);
-    bench.press("K");
+    bench.press("space g v");
     assert!(bench.model.screens.is_empty());
-    bench.press("!");
+    bench.press("space g g");
     assert_eq!(asked(&bench).len(), 1, "it is shown again, not made again");
     assert!(shown(&bench).changed);
-    bench.press("!");
+    bench.press("space g g");
     let (_, wish) = asked(&bench).pop().unwrap();
     assert_eq!((asked(&bench).len(), wish.seed), (2, 2), "the next seed");
     bench.press("esc esc down up");
     assert!(bench.model.variant().is_none());
-    bench.press("U");
+    bench.press("space g o");
     assert!(shown(&bench).changed, "it is kept");
 }
 
 #[test]
 fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     let mut bench = open("rightturn");
-    bench.press("! esc");
+    bench.press("space g g esc");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (1, 1));
     assert!(bench.model.maker.under_way.is_none());
     let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
@@ -201,36 +201,39 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     assert!(bench.model.variant().is_none());
     assert!(matches!(state(&bench), JobState::Cancelled(_)));
     assert!(!bench.frame(200, 60).contains("stopping …"));
-    bench.press("! !");
+    bench.press("space g g space g g");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (2, 2));
-    bench.press("! J x esc");
+    bench.press("space g g space o j x esc");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (3, 3));
     bench.press("/");
     for _ in 0..9 {
-        bench.press("backspace");
+        bench.press("space e r");
     }
-    bench.press("enter ! down");
+    bench.press("enter space g g down");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (4, 4));
 }
 
 #[test]
 fn that_nothing_is_found_or_can_be_tried_is_said() {
     let mut bench = open("rightturn");
-    bench.press("!");
+    bench.press("space g g");
     let (id, _) = asked(&bench).pop().unwrap();
     let words = "nothing dangerous was found for any obstacle with seed 1";
     let nothing = GenerationOutcome::Nothing(words.into());
     bench.send(events::generated(id, Ok(nothing)));
-    assert_eq!(said(&bench), format!("{words}; ! tries another seed"));
+    assert_eq!(
+        said(&bench),
+        format!("{words}; Space g g tries another seed")
+    );
     assert!(bench.model.maker.under_way.is_none());
-    bench.press("!");
+    bench.press("space g g");
     let (id, wish) = asked(&bench).pop().unwrap();
     assert_eq!(wish.seed, 2);
     let why = "no way leads from the start to the goal";
     bench.send(events::generated(id, Err(why.into())));
     assert_eq!(said(&bench), format!("no variant was made: {why}"));
-    bench.press("U");
-    assert!(said(&bench).contains("no variant was made; !"));
+    bench.press("space g o");
+    assert!(said(&bench).contains("no variant was made; Space g g"));
     bench.perform("save-variant");
     assert!(said(&bench).starts_with("nothing to write: "));
 
@@ -239,7 +242,7 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     scenario.planning_problems.clear();
     opened.scenario = scenario.into();
     bench.model.opened = Some(Box::new(opened));
-    bench.press("!");
+    bench.press("space g g");
     assert_eq!(asked(&bench).len(), 2);
     assert!(said(&bench).contains("no planning problem"));
 }
@@ -258,16 +261,16 @@ fn the_picked_obstacle_attacks_if_it_can() {
         .find(|o| o.role == ObstacleRole::Static)
         .map(|o| o.id);
     bench.model.picked = None;
-    bench.press("@");
+    bench.press("space g a");
     assert!(said(&bench).contains("pick the attacker first"));
     if let Some(parked) = parked {
         bench.model.picked = Some(parked);
-        bench.press("@");
+        bench.press("space g a");
         assert!(said(&bench).contains("does not move by itself"));
     }
     assert!(asked(&bench).is_empty());
     bench.model.picked = Some(moving);
-    bench.press("@");
+    bench.press("space g a");
     let (_, wish) = asked(&bench).pop().unwrap();
     assert_eq!(wish.only, Some(moving));
 }
@@ -275,7 +278,7 @@ fn the_picked_obstacle_attacks_if_it_can() {
 #[test]
 fn the_panel_tells_everything_and_follows_the_clock() {
     let mut bench = dangerous();
-    bench.press("K");
+    bench.press("space g v");
     assert!(bench.model.screens.is_top::<VariantScreen>());
     let effect = &made(&bench).effect;
     let attacker = effect.attacker;
@@ -304,10 +307,14 @@ fn the_panel_tells_everything_and_follows_the_clock() {
     let panel = bench.frame(200, 60);
     assert!(panel.contains("as recorded until here"), "{panel}");
     assert!(panel.contains("apart      0"), "{panel}");
-    bench.press("U");
+    bench.press("space g o");
     assert!(!shown(&bench).changed);
-    assert!(bench.frame(200, 60).contains("the original; U the variant"));
-    bench.press("K");
+    assert!(
+        bench
+            .frame(200, 60)
+            .contains("the original; Space g o the variant")
+    );
+    bench.press("space g v");
     assert!(bench.model.screens.is_empty());
 }
 
@@ -356,7 +363,7 @@ fn it_is_written_and_nothing_is_written_over() {
     assert_ne!(again, words);
     assert_eq!(count(), 2 * first);
     bench.send(Msg::VariantSaved(made.clone(), Ok(words)));
-    bench.press("K");
+    bench.press("space g v");
     assert!(bench.frame(200, 60).contains("the variant is kept"));
     assert!(bench.model.maker.files(&made).is_some());
     let nowhere = folder.path().join("none");
@@ -370,14 +377,14 @@ fn a_variant_at_both_sizes() {
         let mut bench = open("rightturn");
         bench.send(Msg::Resize(columns, rows));
         bench.frame(columns, rows);
-        bench.press("!");
+        bench.press("space g g");
         arrive(&mut bench);
         bench.model.toasts.clear();
         bench.press("tab");
         bench.model.map.layers.planner = false;
         let at = format!("at_{columns}_by_{rows}");
         insta::assert_snapshot!(format!("both_motions_{at}"), bench.frame(columns, rows));
-        bench.press("K");
+        bench.press("space g v");
         insta::assert_snapshot!(format!("the_variant_{at}"), bench.frame(columns, rows));
     }
 }

@@ -248,7 +248,7 @@ fn layers_are_switched_one_by_one() {
     insta::assert_snapshot!(bench.frame(80, 24));
     bench.press("down enter down enter");
     assert!(!bench.model.map.layers.signs && !bench.model.map.layers.lights);
-    bench.press("enter down down space");
+    bench.press("enter down down enter");
     assert!(bench.model.map.layers.lights);
     assert_eq!(bench.model.map.layers.paths, Foreseen::Picked);
     bench.press("esc");

@@ -9,7 +9,7 @@ fn shown(name: &str, columns: u16, rows: u16) -> Bench {
     let mut bench = open(name);
     bench.send(crate::tui::message::Msg::Resize(columns, rows));
     bench.frame(columns, rows);
-    bench.press("!");
+    bench.press("space g g");
     arrive(&mut bench);
     bench.model.toasts.clear();
     bench
@@ -30,7 +30,7 @@ fn the_header_says_what_the_variant_leads_to_before_how_would_be_asked() {
     let narrow = header(&mut bench, 80);
     assert!(narrow.contains(&words), "{narrow}");
     assert!(header(&mut bench, 200).contains("cp+cot+icl"));
-    bench.press("U");
+    bench.press("space g o");
     let original = header(&mut bench, 80);
     assert!(
         original.contains("original · goal reached · "),
@@ -71,7 +71,7 @@ fn who_has_a_variant_needs_no_way_to_a_first_verdict() {
     let mut bench = open("rightturn");
     bench.model.recall.hint = true;
     assert!(bench.frame(80, 24).contains("three keys"));
-    bench.press("!");
+    bench.press("space g g");
     arrive(&mut bench);
     for (columns, rows) in [(80, 24), (200, 60)] {
         let frame = bench.frame(columns, rows);

@@ -66,13 +66,13 @@ fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
     std::fs::write(folder.path().join("a.xml"), "").unwrap();
     std::fs::write(folder.path().join("b\u{1b}[31m.xml"), [0x1f, 0x8b, 8]).unwrap();
     let mut bench = Bench::bundled();
-    assert!(!bench.frame(120, 40).contains("passed over"));
+    assert!(!bench.frame(120, 40).contains("skipped"));
     let found = crate::formats::find(&[folder.path().to_path_buf()]).unwrap();
     bench.send(Msg::Found(Ok(found)));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("scenarios 1 "), "{frame}");
-    assert!(frame.contains(" 2 passed over · i "), "{frame}");
-    bench.press("i");
+    assert!(frame.contains(" 2 skipped: Space o i "), "{frame}");
+    bench.press("space o i");
     let told = bench.frame(120, 60);
     for words in ["is not in the list", "a.xml (empty)", "gzip; unpack it"] {
         assert!(told.contains(words), "{words}: {told}");
@@ -92,7 +92,7 @@ fn nothing_found_is_said() {
 fn an_obstacle_can_be_the_ego_and_the_recorded_one_comes_back() {
     let mut bench = Bench::bundled();
     let recorded = bench.model.scene().unwrap().ego.id;
-    bench.press("n shift-e");
+    bench.press("n space e t");
     let taken = bench.model.scene().unwrap().ego.id;
     assert_ne!(taken, recorded);
     assert!(bench.frame(120, 40).contains(&format!("{taken} as ego")));
@@ -113,14 +113,14 @@ fn a_chosen_file_is_shown_as_the_source_of_the_ego_and_comes_back() {
         path: path.clone(),
         planning_problem: None,
     };
-    bench.press("n shift-e");
+    bench.press("n space e t");
     assert!(bench.frame(160, 45).contains("as ego"));
     bench.press(":");
     bench.type_text("recorded-ego");
     bench.press("enter");
     assert_eq!(bench.model.scene().unwrap().ego.id, 77);
     assert!(bench.frame(160, 45).contains("ego recorded in mine.csv"));
-    bench.press("i");
+    bench.press("space o i");
     let folder = folder.path().display().to_string();
     assert!(
         bench.frame(200, 45).contains(&folder),
@@ -154,7 +154,7 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
             .text
             .contains("take it as ego")
     );
-    bench.press("n shift-e");
+    bench.press("n space e t");
     assert!(bench.model.scene().is_some());
 }
 
@@ -176,12 +176,12 @@ fn what_cannot_be_the_ego_changes_nothing_but_is_said() {
         .iter();
     let parked = parked.map(|o| o.id).max().unwrap();
     bench.model.picked = Some(parked + 1_000);
-    bench.press("shift-e");
+    bench.press("space e t");
     assert_eq!(bench.model.opened.as_ref().unwrap().name, name);
     assert_eq!(bench.model.clock.step(), step);
     assert_eq!(bench.model.toasts.last().unwrap().kind, Notice::Error);
     bench.model.picked = Some(302);
-    bench.press("shift-e");
+    bench.press("space e t");
     assert_eq!(
         bench.model.clock.step(),
         step,
@@ -198,8 +198,8 @@ fn what_reading_assumed_is_shown_and_counted() {
     std::fs::write(&path, text).unwrap();
     let mut bench = Bench::empty();
     bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
-    assert!(bench.frame(160, 45).contains("! 3 warnings (i)"));
-    bench.press("i");
+    assert!(bench.frame(160, 45).contains("! 3 warnings (Space o i)"));
+    bench.press("space o i");
     let frame = bench.frame(160, 45);
     for words in [
         "someone",
@@ -209,7 +209,7 @@ fn what_reading_assumed_is_shown_and_counted() {
     ] {
         assert!(frame.contains(words), "{words}: {frame}");
     }
-    bench.press("i");
+    bench.press("q");
     assert!(bench.model.screens.is_empty());
 }
 
@@ -225,7 +225,7 @@ fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
             .to_string();
         row.split('┃').nth(1).unwrap().trim_end().to_string()
     };
-    bench.press("backspace");
+    bench.press("space e r");
     assert!(bench.frame(80, 24).contains("no obstacle is the ego"));
     let risk = crate::tui::loaded::Facts {
         obstacles: 9,
@@ -235,20 +235,20 @@ fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
     bench.send(Msg::Surveyed(0, Ok(risk)));
     let recorded = badge(&bench);
     assert!(recorded.ends_with("0X"), "{recorded}");
-    bench.press("shift-e");
+    bench.press("space e t");
     let taken = bench.model.taken.unwrap();
     let frame = bench.frame(80, 24);
     assert!(
         frame.starts_with(&format!(" nearmiss {taken} as ego · ")),
         "{frame}"
     );
-    assert!(frame.contains("Backspace goes back"), "{frame}");
+    assert!(frame.contains("Space e r goes back"), "{frame}");
     assert_ne!(badge(&bench), recorded, "the list is about the same ego");
     bench.press("right");
     let hints = bench.frame(80, 24);
     let hints = hints.lines().last().unwrap();
-    assert!(hints.starts_with(" Backspace recorded ego"), "{hints}");
-    bench.press("backspace");
+    assert!(hints.starts_with(" Space e r recorded ego"), "{hints}");
+    bench.press("space e r");
     assert_eq!(bench.model.taken, None);
     assert_eq!(badge(&bench), recorded);
     assert!(!bench.frame(80, 24).contains("recorded ego"));

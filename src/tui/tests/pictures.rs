@@ -25,7 +25,7 @@ fn o_offers_what_has_the_keys_first() {
         (Pane::Scenarios, PictureKind::Screen),
     ] {
         bench.model.focus = pane;
-        bench.press("o enter");
+        bench.press("space o p enter");
         assert_eq!(asked(&mut bench).kind, kind);
     }
 }
@@ -37,7 +37,7 @@ fn a_picture_is_of_what_is_seen_now() {
     bench.press("x");
     bench.model.focus = Pane::Map;
     bench.model.camera.cell = 0.5;
-    bench.press("o");
+    bench.press("space o p");
     bench.type_text("animated");
     bench.press("enter");
     let job = asked(&mut bench);
@@ -62,7 +62,7 @@ fn where_it_is_or_why_not_is_said() {
 #[test]
 fn without_a_scenario_there_is_nothing_to_draw() {
     let mut bench = Bench::empty();
-    bench.press("o");
+    bench.press("space o p");
     assert!(bench.model.screens.is_empty());
 }
 
@@ -71,7 +71,7 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     let mut bench = Bench::bundled();
     bench.press("/");
     bench.type_text("rightturn");
-    bench.press("enter !");
+    bench.press("enter space g g");
     let Some(Effect::Start(id, JobRequest::Generate(wish))) = bench.effects.pop() else {
         panic!("nothing was searched for");
     };
@@ -81,7 +81,7 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     let folder = tempfile::tempdir().unwrap();
     bench.model.config.pictures = Some(folder.path().into());
     let drawn = |bench: &mut Bench| {
-        bench.press("o");
+        bench.press("space o p");
         bench.type_text("svg");
         bench.press("enter");
         let job = asked(bench);
@@ -94,7 +94,7 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     let svg = drawn(&mut bench);
     assert!(svg.contains(&recorded) && !svg.contains(&changed), "{svg}");
     assert!(svg.contains("as recorded and as changed"));
-    bench.press("U");
+    bench.press("space g o");
     let svg = drawn(&mut bench);
     assert!(svg.contains(&changed) && !svg.contains(&recorded), "{svg}");
     bench.model.map.layers.variant = false;

@@ -33,7 +33,7 @@ fn arrive(bench: &mut Bench) {
 /// The first bundled scenario, its ego planned.
 fn driven() -> Bench {
     let mut bench = Bench::bundled();
-    bench.press("W");
+    bench.press("space e p");
     arrive(&mut bench);
     bench
 }
@@ -59,13 +59,13 @@ fn a_planned_ego_is_there_again_when_its_scenario_is() {
     assert!(said(&bench).starts_with("the planned ego again: "));
     assert_eq!(begun(&bench), 1, "nothing is planned anew");
     // Who took it off finds the recorded one, and gets the drive back without planning.
-    bench.press("backspace down up");
+    bench.press("space e r down up");
     assert_eq!(outcome_and_ego(&bench), None);
-    bench.press("W");
+    bench.press("space e p");
     assert_eq!(outcome_and_ego(&bench), Some(ego));
     assert_eq!(begun(&bench), 1);
     // An obstacle that is taken as the ego is the ego.
-    bench.press("n E");
+    bench.press("n space e t");
     assert!(bench.model.taken.is_some() && bench.model.planned().is_none());
     bench.press("down up");
     assert_eq!(outcome_and_ego(&bench), None);
@@ -74,7 +74,7 @@ fn a_planned_ego_is_there_again_when_its_scenario_is() {
 #[test]
 fn every_forecast_has_a_drive_of_its_own() {
     let mut bench = driven();
-    bench.press("F");
+    bench.press("space e f");
     arrive(&mut bench);
     assert_eq!(begun(&bench), 2);
     bench.press("down up");
@@ -84,9 +84,9 @@ fn every_forecast_has_a_drive_of_its_own() {
         Forecast::ConstantVelocity,
         "the one that was shown"
     );
-    bench.press("F");
+    bench.press("space e f");
     arrive(&mut bench);
-    bench.press("F");
+    bench.press("space e f");
     assert_eq!(begun(&bench), 3, "along the lanes was driven before");
     assert_eq!(bench.model.planned().unwrap().forecast, Forecast::Lane);
 }
@@ -122,7 +122,7 @@ fn the_list_shows_the_values_of_the_ego_that_is_shown() {
     assert!(shown.contains(" planned "), "{shown}");
     let distance = format!("{:.2}", headline.distance.unwrap().value);
     assert!(shown.contains(&distance), "{distance}: {shown}");
-    bench.press("backspace");
+    bench.press("space e r");
     let recorded = row(&bench);
     assert!(!recorded.contains(" planned "), "{recorded}");
     assert_ne!(shown.replace(" planned", "        "), recorded);
@@ -132,10 +132,10 @@ fn the_list_shows_the_values_of_the_ego_that_is_shown() {
 fn messages_stand_beside_the_panel() {
     let mut bench = Bench::bundled();
     bench.send(Msg::Resize(80, 24));
-    bench.press("W");
+    bench.press("space e p");
     arrive(&mut bench);
     bench.model.toasts.clear();
-    bench.press("Y");
+    bench.press("space e w");
     let clear = bench.frame(80, 24);
     bench
         .model
@@ -158,7 +158,7 @@ fn where_nothing_can_be_planned_every_key_says_why_and_what_to_do() {
     opened.scenario = scenario.into();
     bench.model.opened = Some(Box::new(opened));
     let forecast = bench.model.driver.forecast;
-    for key in ["W", "F", "Y", "O"] {
+    for key in ["space e p", "space e f", "space e w", "space p d"] {
         bench.model.toasts.clear();
         bench.press(key);
         let words = said(&bench);
@@ -176,7 +176,7 @@ fn where_nothing_can_be_planned_every_key_says_why_and_what_to_do() {
 fn regions_that_are_not_avoided_are_told() {
     let mut bench = driven();
     bench.model.toasts.clear();
-    bench.press("Y");
+    bench.press("space e w");
     assert!(!bench.frame(200, 60).contains("not seen"));
     let opened = bench.model.opened.as_mut().unwrap();
     let mut scenario = (*opened.scenario).clone();
@@ -240,12 +240,8 @@ fn both_files_hold_the_drive_and_nothing_is_written_over() {
 fn the_panel_says_where_the_drive_is() {
     let mut bench = driven();
     bench.model.toasts.clear();
-    bench.press("Y");
-    assert!(
-        bench
-            .frame(200, 60)
-            .contains("until you quit; : save-drive")
-    );
+    bench.press("space e w");
+    assert!(bench.frame(200, 60).contains("until you quit; Space e s"));
     bench.perform("save-drive");
     assert!(bench.model.screens.is_top::<CycleScreen>());
     let asked = bench.effects.iter().rev().find_map(|effect| match effect {

@@ -49,7 +49,7 @@ fn driven(name: &str) -> Bench {
     let mut bench = Bench::bundled();
     bench.press("/");
     bench.type_text(name);
-    bench.press("enter W");
+    bench.press("enter space e p");
     arrive(&mut bench);
     bench
 }
@@ -82,7 +82,7 @@ fn passes(bench: &mut Bench, ms: u64) {
 fn a_key_lets_the_planner_drive_and_another_goes_back() {
     let mut bench = Bench::bundled();
     let before = bench.model.scene().unwrap().ego.to_string();
-    bench.press("W");
+    bench.press("space e p");
     let (id, _, forecast) = asked(&bench);
     assert_eq!(forecast, Forecast::Lane);
     bench.send(Msg::Job(id, JobEvent::Plan(Update::Progress((7, 100)))));
@@ -102,7 +102,7 @@ fn a_key_lets_the_planner_drive_and_another_goes_back() {
     assert!(frame.contains("goes back to the recorded ego"), "{frame}");
     let job = bench.model.jobs.all.last().unwrap();
     assert_eq!(job.state, JobState::Done(planned.outcome.to_string()));
-    bench.press("backspace");
+    bench.press("space e r");
     assert_eq!(bench.model.scene().unwrap().ego.to_string(), before);
     assert!(bench.model.planned().is_none());
     assert!(!bench.frame(200, 60).contains("ego planned"));
@@ -111,16 +111,16 @@ fn a_key_lets_the_planner_drive_and_another_goes_back() {
 #[test]
 fn what_is_under_way_can_be_stopped_and_ends_when_something_else_opens() {
     let mut bench = Bench::bundled();
-    bench.press("W W");
+    bench.press("space e p space e p");
     assert_eq!((begun(&bench), stopped(&bench)), (1, 1));
     assert!(bench.model.driver.under_way.is_none());
-    bench.press("W J x esc");
+    bench.press("space e p space o j x esc");
     assert_eq!((begun(&bench), stopped(&bench)), (2, 2));
     assert!(matches!(
         bench.model.jobs.all.last().unwrap().state,
         JobState::Cancelled(_)
     ));
-    bench.press("W down");
+    bench.press("space e p down");
     assert_eq!((begun(&bench), stopped(&bench)), (3, 3));
     // What still arrives of it is dropped.
     let name = bench.model.opened.as_ref().unwrap().name.clone();
@@ -132,9 +132,9 @@ fn what_is_under_way_can_be_stopped_and_ends_when_something_else_opens() {
 #[test]
 fn another_forecast_drives_anew_and_the_same_one_does_not() {
     let mut bench = driven("cutin");
-    bench.press("W");
+    bench.press("space e p");
     assert_eq!(begun(&bench), 1, "it would be the same drive");
-    bench.press("F");
+    bench.press("space e f");
     assert_eq!(asked(&bench).2, Forecast::ConstantVelocity);
     arrive(&mut bench);
     let planned = bench.model.planned().unwrap();
@@ -175,11 +175,11 @@ fn who_does_not_want_a_planned_ego_gets_none_and_a_failure_is_told_once() {
     let mut bench = Bench::bundled();
     without_ego(&mut bench);
     passes(&mut bench, 700);
-    bench.press("W");
+    bench.press("space e p");
     passes(&mut bench, 900);
     passes(&mut bench, 900);
     assert_eq!((begun(&bench), stopped(&bench)), (1, 1));
-    bench.press("W");
+    bench.press("space e p");
     let (id, ..) = asked(&bench);
     let why = "no way leads from the start to the goal";
     bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(Err(why.into())))));
@@ -208,7 +208,7 @@ fn without_a_planning_problem_it_says_so() {
     scenario.planning_problems.clear();
     opened.scenario = scenario.into();
     bench.model.opened = Some(Box::new(opened));
-    bench.press("W");
+    bench.press("space e p");
     assert_eq!(begun(&bench), 0, "{}", entry.name);
     let said = &bench.model.toasts.last().unwrap().text;
     assert!(said.contains("no planning problem"), "{said}");
@@ -244,7 +244,7 @@ fn stepping_goes_through_the_cycles() {
         assert!(off < 1e-6, "the choice begins where the ego is: {off}");
     }
     bench.model.clock.go(first + 5);
-    bench.press("Y");
+    bench.press("space e w");
     assert!(bench.model.screens.is_top::<CycleScreen>());
     let panel = bench.frame(200, 60);
     assert!(panel.contains(&format!("step {}", first + 5)), "{panel}");
@@ -258,7 +258,7 @@ fn stepping_goes_through_the_cycles() {
             .frame(200, 60)
             .contains(&format!("step {}", first + 6))
     );
-    bench.press("Y");
+    bench.press("space e w");
     assert!(bench.model.screens.is_empty());
 }
 
@@ -283,19 +283,19 @@ fn the_layer_can_be_switched_off() {
 #[test]
 fn the_plot_compares_both_egos() {
     let mut bench = driven("cutin");
-    bench.press("O");
+    bench.press("space p d");
     assert_eq!(bench.model.plot.drives, Some(Drives::Speed));
     let frame = bench.frame(200, 60);
     assert!(
         frame.contains("━planned ") && frame.contains("··recorded "),
         "{frame}"
     );
-    bench.press("O");
+    bench.press("space p d");
     let frame = bench.frame(200, 60);
     assert!(frame.contains("from planned to recorded ego"), "{frame}");
-    bench.press("O");
+    bench.press("space p d");
     assert_eq!(bench.model.plot.drives, None);
-    bench.press("backspace O");
+    bench.press("space e r space p d");
     assert_eq!(bench.model.plot.drives, None, "nothing was planned");
 }
 
@@ -340,13 +340,13 @@ fn a_cycle_at_both_sizes() {
         bench.frame(columns, rows);
         bench.press("/");
         bench.type_text("cutin");
-        bench.press("enter W");
+        bench.press("enter space e p");
         arrive(&mut bench);
         bench.model.toasts.clear();
         bench.model.clock.go(12);
-        bench.press("O");
+        bench.press("space p d");
         bench.model.toasts.clear();
-        bench.press("Y");
+        bench.press("space e w");
         insta::assert_snapshot!(
             format!("the_planner_at_{columns}_by_{rows}"),
             bench.frame(columns, rows)

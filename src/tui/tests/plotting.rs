@@ -6,19 +6,19 @@ use crate::tui::message::{Effect, Msg};
 #[test]
 fn any_measure_is_plotted_for_chosen_obstacles() {
     let mut bench = Bench::bundled();
-    bench.press("p");
+    bench.press("space p m");
     bench.type_text("ttc");
     bench.press("enter");
     assert_eq!(bench.model.plot.measure.id, "ttc");
     let picked = bench.model.picked.unwrap();
-    bench.press("b n b n");
+    bench.press("space p o n space p o n");
     assert_eq!(bench.model.plot.marked.len(), 2);
     assert_eq!(bench.model.plot.marked[0], picked);
     let frame = bench.frame(200, 60);
     for words in ["· picked", "critical 1.50 s", &format!("━{picked}")] {
         assert!(frame.contains(words), "{words}: {frame}");
     }
-    bench.press("shift-n b");
+    bench.press("shift-n space p o");
     assert_eq!(bench.model.plot.marked.len(), 1);
     bench.press("down");
     assert!(bench.model.plot.marked.is_empty(), "of another scenario");
@@ -29,7 +29,7 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
 fn the_list_is_sorted_by_a_measure() {
     let mut bench = Bench::bundled();
     let selected = bench.model.list.current();
-    bench.press("s");
+    bench.press("space l s");
     bench.type_text("headway");
     bench.press("enter");
     let asked = bench.effects.iter().find_map(|e| match e {
@@ -49,13 +49,13 @@ fn the_list_is_sorted_by_a_measure() {
     );
     assert_eq!(bench.model.list.current(), selected);
     assert!(bench.frame(200, 60).contains("0.25 "));
-    bench.press("s enter");
+    bench.press("space l s enter");
     assert_eq!(bench.model.list.visible[..3], [0, 1, 2]);
 }
 
 #[test]
 fn measures_to_choose_from_are_there_whole() {
-    for key in ["p", "s"] {
+    for key in ["space p m", "space l s"] {
         let mut bench = Bench::bundled();
         bench.press(key);
         let frame = bench.frame(200, 60);
@@ -92,9 +92,9 @@ fn plotted(bench: &Bench, columns: u16, rows: u16) -> String {
 #[test]
 fn axes_have_round_ends_and_units_and_marks_have_names() {
     let mut bench = Bench::bundled();
-    bench.press("p");
+    bench.press("space p m");
     bench.type_text("distance");
-    bench.press("enter b n b n");
+    bench.press("enter space p o n space p o n");
     for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
         let plot = plotted(&bench, columns, rows);
         assert!(plot.contains("6 s") && plot.contains(" m┤"), "{plot}");
@@ -114,7 +114,7 @@ fn axes_have_round_ends_and_units_and_marks_have_names() {
 #[test]
 fn a_threshold_that_is_far_away_is_an_arrow_with_its_value() {
     let mut bench = Bench::bundled();
-    bench.press("p");
+    bench.press("space p m");
     bench.type_text("ttc");
     bench.press("enter");
     assert_eq!(bench.model.plot.measure.id, "ttc");

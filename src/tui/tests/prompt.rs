@@ -19,11 +19,11 @@ fn switches_change_the_prompt() {
             && all.contains("Examples")
             && all.contains("step by step")
     );
-    bench.press("1 2 3");
+    bench.press("space a c space a h space a i");
     let base = rendered(&bench);
     assert!(!base.contains("How to grade risk") && !base.contains("## Examples"));
     assert!(!base.contains("Work step by step"));
-    bench.press("f");
+    bench.press("space a f");
     assert!(rendered(&bench).contains("coordinates of the map"));
     assert!(
         bench
@@ -35,10 +35,10 @@ fn switches_change_the_prompt() {
 #[test]
 fn v_shows_template_and_description() {
     let mut bench = Bench::bundled();
-    bench.press("v");
+    bench.press("space a v");
     assert_eq!(bench.model.prompt.view, PromptView::Template);
     assert!(bench.frame(120, 40).contains("name = \"collision-ego\""));
-    bench.press("v");
+    bench.press("space a v");
     assert!(bench.frame(120, 40).contains("Sizes: the ego is"));
 }
 
@@ -146,12 +146,12 @@ fn drafts_of_other_templates_are_kept() {
     let mut bench = Bench::bundled();
     bench.press("e ctrl-g 1 0 enter");
     bench.type_text("Draft. ");
-    bench.press("esc f");
+    bench.press("esc space a f");
     assert!(!rendered(&bench).contains("Draft."));
     // Round all the frames that the task has a template for.
-    bench.press("f");
+    bench.press("space a f");
     assert!(rendered(&bench).contains("described by safety measures"));
-    bench.press("f");
+    bench.press("space a f");
     assert!(rendered(&bench).contains("Draft."));
 }
 
@@ -250,8 +250,8 @@ fn techniques_are_the_templates_until_they_are_chosen() {
     bench.send(Msg::Reread(Library::load(Some(folder.path()))));
     assert_eq!(bench.model.techniques.to_string(), "cot");
     assert_eq!(rendered(&bench).matches("\nStep ").count(), 3);
-    bench.press("1");
+    bench.press("space a c");
     assert_eq!(bench.model.techniques.to_string(), "cp+cot");
-    bench.press("f");
+    bench.press("space a f");
     assert_eq!(bench.model.techniques.to_string(), "cp+cot");
 }

@@ -63,6 +63,13 @@ fn key_of_the_table() -> impl Strategy<Value = Vec<Key>> {
     select(all)
 }
 
+/// Keys after the digits of a count.
+fn counted(count: u32, keys: Vec<Key>) -> Vec<Key> {
+    let digits = count.to_string();
+    let digits = digits.chars().map(|c| Key::plain(Code::Char(c)));
+    digits.chain(keys).collect()
+}
+
 fn any_key() -> impl Strategy<Value = Vec<Key>> {
     let codes = [
         Code::Up,
@@ -130,6 +137,7 @@ fn input() -> impl Strategy<Value = Input> {
     let names: Vec<&'static str> = ACTIONS.iter().map(|entry| entry.id).collect();
     prop_oneof![
         40 => key_of_the_table().prop_map(Input::Keys),
+        6 => (1..10_000u32, key_of_the_table()).prop_map(|(count, keys)| Input::Keys(counted(count, keys))),
         14 => any_key().prop_map(Input::Keys),
         4 => text().prop_map(|text| Input::Keys(text.chars().map(|c| Key::plain(Code::Char(c))).collect())),
         8 => select(names).prop_map(Input::Named),

@@ -20,7 +20,7 @@ fn sent(bench: &Bench) -> Vec<(Choice, usize, Option<i64>)> {
 
 #[test]
 fn answers_are_rated_anew_while_they_stand_there() {
-    for open in ["shift-c", "shift-b"] {
+    for open in ["space o c", "space o b"] {
         let mut bench = sized(two(), 120, 40);
         bench.press(open);
         let round = bench.model.compare.round;
@@ -51,12 +51,12 @@ fn answers_are_rated_anew_while_they_stand_there() {
 #[test]
 fn a_rating_waits_for_the_one_before_it_and_other_answers_have_their_own() {
     let mut bench = sized(two(), 120, 40);
-    bench.press("shift-c");
+    bench.press("space o c");
     let round = bench.model.compare.round;
     bench.press("1 2 t");
     assert_eq!(sent(&bench), [(Choice::Best(0), 0, None)]);
     // Meanwhile other answers stand there; nothing was made of them yet.
-    bench.press("esc shift-c");
+    bench.press("esc space o c");
     bench.send(Msg::Rated(round, Ok(4)));
     assert_eq!(sent(&bench)[1..], [(Choice::Tie, 0, Some(4))]);
     bench.send(Msg::Rated(round, Ok(4)));

@@ -63,7 +63,7 @@ pub(super) fn four() -> Fixture {
         "something is near",
     );
     kept.add(FIRST, "lab/large", false, "there is room to brake");
-    press(&mut kept, "%");
+    press(&mut kept, "space o r");
     kept
 }
 
@@ -90,7 +90,7 @@ fn answers_are_held_against_the_judge_and_what_it_does_not_know_stays_open() {
     // The judge's own run counts as the truth, and is no row.
     let judged = large[2] == 1;
     kept.add(FIRST, crate::judge::MODEL, !judged, "I changed my mind");
-    press(&mut kept, "esc %");
+    press(&mut kept, "esc space o r");
     assert_eq!(kept.bench.model.results.rows.len(), 2);
     assert_eq!(counts(&kept, 0)[2] == 1, !judged);
 }
@@ -132,7 +132,7 @@ fn from_a_cell_to_its_answers_to_the_scenario_and_back() {
     assert!(model.screens.is_empty());
     assert_eq!(model.opened.as_ref().unwrap().name, FIRST);
     assert_eq!(model.answers.column().unwrap().model, "lab/small");
-    press(&mut kept, "% esc");
+    press(&mut kept, "space o r esc");
     assert!(kept.bench.model.screens.is_empty());
 }
 
@@ -158,7 +158,7 @@ fn the_palette_has_it_and_an_empty_store_says_what_to_do() {
     assert!(frame.contains("no model has been asked yet"), "{frame}");
     let mut bench = Bench::bundled();
     bench.model.look.keymap = Keymap::from_preset(Preset::Vim);
-    bench.press("%");
+    bench.press("space o r");
     assert!(bench.model.screens.is_top::<ResultsScreen>());
     assert_eq!(bench.model.screens.iter().count(), 1);
 }

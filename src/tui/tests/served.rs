@@ -57,7 +57,7 @@ impl Whole {
             model.opening.is_none() && opened.is_some_and(|o| o.name.contains("RightTurn"))
         };
         self.until("the right turn", open).await;
-        self.press("&");
+        self.press("space g m");
     }
 
     async fn end(&mut self) -> JobState {
@@ -121,7 +121,7 @@ async fn what_is_cancelled_is_closed_and_written_down() {
     assert_eq!(whole.states(), ["cancelled"]);
     assert!(whole.model.variant().is_none() && !whole.model.jobs.is_stopping(JobKind::Generate));
     // Who leaves in the middle of it pays for nothing that is not written down.
-    whole.press("&");
+    whole.press("space g m");
     whole.until("a question", asked).await;
     whole.tasks.finish().await;
     assert!(
@@ -165,7 +165,7 @@ async fn that_nothing_can_be_asked_is_said() {
     );
     assert!(server.requests().is_empty());
     whole.model.model = "nobody/knows".into();
-    whole.press("&");
+    whole.press("space g m");
     let state = whole.end().await;
     assert!(
         matches!(&state, JobState::Failed(why) if why.contains("nobody")),

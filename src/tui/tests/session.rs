@@ -38,8 +38,8 @@ fn keeping(mut bench: Bench) -> Bench {
 fn the_workbench_comes_back_as_it_was_left() {
     let mut bench = keeping(Bench::bundled());
     bench.frame(200, 60);
-    bench.press("down down right right * t 1 2 n");
-    bench.press("+ + h shift-s");
+    bench.press("down down right right * space a t space a c space a h n");
+    bench.press("+ + h space l g");
     bench.model.config.model = Some("lab/small".into());
     bench.model.plot.measure = crate::metrics::measure("ttc").unwrap();
     bench.model.map.layers.signs = false;
@@ -190,7 +190,7 @@ fn changes_are_kept_after_a_while_and_only_once() {
 #[test]
 fn an_ego_of_the_command_line_wins() {
     let mut bench = keeping(Bench::bundled());
-    bench.press("n shift-e");
+    bench.press("n space e t");
     let taken = bench.model.taken;
     assert!(taken.is_some());
     let left = kept(&mut bench).unwrap();

@@ -54,14 +54,14 @@ fn place_of(bench: &Bench, model: &str) -> usize {
 #[test]
 fn at_80_by_24() {
     let mut bench = sized(two(), 80, 24);
-    bench.press("shift-c");
+    bench.press("space o c");
     insta::assert_snapshot!(bench.frame(80, 24));
 }
 
 #[test]
 fn at_200_by_60() {
     let mut bench = sized(two(), 200, 60);
-    bench.press("shift-c");
+    bench.press("space o c");
     bench.model.compare.focus = place_of(&bench, "lab/walrus");
     bench.frame(200, 60);
     bench.press("n");
@@ -71,14 +71,14 @@ fn at_200_by_60() {
 #[test]
 fn blind_at_80_by_24() {
     let mut bench = sized(two(), 80, 24);
-    bench.press("shift-b");
+    bench.press("space o b");
     insta::assert_snapshot!(bench.frame(80, 24));
 }
 
 #[test]
 fn a_claim_picks_its_obstacle_and_its_step() {
     let mut bench = sized(two(), 120, 40);
-    bench.press("shift-c");
+    bench.press("space o c");
     bench.model.compare.focus = place_of(&bench, "lab/walrus");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("m≠"), "{frame}");
@@ -112,7 +112,7 @@ fn a_claim_picks_its_obstacle_and_its_step() {
 #[test]
 fn columns_scroll_together_or_alone() {
     let mut bench = sized(two(), 120, 40);
-    bench.press("shift-c");
+    bench.press("space o c");
     let (long, short) = (
         place_of(&bench, "lab/mammoth"),
         place_of(&bench, "lab/walrus"),
@@ -135,7 +135,7 @@ fn columns_scroll_together_or_alone() {
 fn what_arrives_is_followed_until_somebody_scrolls_up() {
     let mut bench = sized(asking(), 120, 40);
     let (id, _) = bench.asked();
-    bench.press("shift-c");
+    bench.press("space o c");
     let place = place_of(&bench, "lab/small");
     bench.model.compare.focus = place;
     let line = |n: usize| events::piece(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
@@ -170,7 +170,7 @@ fn agrees(frame: &str) -> bool {
 #[test]
 fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
     let mut bench = sized(two(), 120, 40);
-    bench.press("shift-b");
+    bench.press("space o b");
     bench.model.say("lab/walrus: done");
     let secrets = [
         "walrus",
@@ -225,7 +225,7 @@ fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
 fn blind_mode_goes_on_to_the_next_scenario() {
     let mut bench = sized(two(), 120, 40);
     let before = bench.model.opened.as_ref().unwrap().name.clone();
-    bench.press("shift-b t enter");
+    bench.press("space o b t enter");
     assert_ne!(bench.model.opened.as_ref().unwrap().name, before);
     assert!(bench.frame(120, 40).contains("no answers at hand"));
     let answers = ["lab/a", "lab/b", "lab/c"].map(|model| answer(model, true, 301));
@@ -253,7 +253,7 @@ fn stored_of_last(bench: &Bench) -> crate::tui::message::StoredOf {
 #[test]
 fn ratings_are_summed_up() {
     let mut bench = sized(two(), 120, 40);
-    bench.press("shift-c shift-s");
+    bench.press("space o c shift-s");
     assert!(matches!(bench.effects.last(), Some(Effect::ReadRatings)));
     let answer = |model: &str| RatedAnswer {
         run: None,
@@ -290,14 +290,19 @@ fn ratings_are_summed_up() {
             "{frame}"
         );
     }
-    bench.press("x");
+    bench.press("x n");
+    assert!(
+        bench.model.compare.ratings.is_some(),
+        "other keys leave it open"
+    );
+    bench.press("q");
     assert!(bench.model.compare.open && bench.model.compare.ratings.is_none());
 }
 
 #[test]
 fn no_size_and_no_key_does_harm() {
     let mut bench = two();
-    for open in ["shift-c", "shift-b"] {
+    for open in ["space o c", "space o b"] {
         bench.press(open);
         for (columns, rows) in [(80, 24), (81, 25), (109, 33), (300, 90), (10, 3)] {
             bench.send(Msg::Resize(columns, rows));
@@ -314,14 +319,14 @@ fn no_size_and_no_key_does_harm() {
         bench.model.compare.open = false;
     }
     let mut empty = Bench::empty();
-    empty.press("shift-c shift-b 1 n enter w s ctrl-c");
+    empty.press("space o c shift-b 1 n enter w s ctrl-c");
     empty.frame(80, 24);
 }
 
 #[test]
 fn the_palette_rates_nothing_that_is_not_on_the_screen() {
     let mut bench = sized(two(), 120, 40);
-    bench.press("shift-c esc d d");
+    bench.press("space o c esc space a x space a x");
     assert!(bench.model.answers.columns.is_empty());
     for name in ["tie", "all-wrong", "best-1", "mark-wrong"] {
         bench.perform(name);
@@ -335,7 +340,7 @@ fn the_palette_rates_nothing_that_is_not_on_the_screen() {
 fn answers_that_come_after_it_was_opened_stand_there_too() {
     let mut bench = sized(Bench::bundled(), 120, 40);
     let of = stored_of(&bench);
-    bench.press("shift-c");
+    bench.press("space o c");
     assert_eq!(bench.model.compare.shown, [ShownAnswer::Reference]);
     bench.send(Msg::Stored(of, vec![answer("lab/a", true, 301)]));
     assert_eq!(

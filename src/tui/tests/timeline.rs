@@ -35,30 +35,30 @@ fn strips_show_other_measures_and_none() {
         (Heat::Ttc, "bars: min ttc, full at 1.50 s"),
         (Heat::Distance, "bars: min distance"),
     ] {
-        bench.press("shift-h");
+        bench.press("space p h");
         assert_eq!(bench.model.heat, heat);
         let now = timeline(&bench, 200, 60);
         assert!(now[0].contains(words), "{now:#?}");
         assert!(!seen.contains(&now[1]), "other bars: {now:#?}");
         seen.push(now[1].clone());
     }
-    bench.press("p");
+    bench.press("space p m");
     bench.type_text("drac");
-    bench.press("enter shift-h");
+    bench.press("enter space p h");
     assert_eq!(bench.model.heat, Heat::Plotted);
     assert!(timeline(&bench, 200, 60)[1].contains("highest"));
-    bench.press("shift-h");
+    bench.press("space p h");
     assert_eq!(bench.model.heat, Heat::Off);
     let off = timeline(&bench, 200, 60).join("\n");
     assert!(!off.contains('█') && off.contains("marks"), "{off}");
-    bench.press("shift-h");
+    bench.press("space p h");
     assert_eq!(bench.model.heat, Heat::Risk);
 }
 
 #[test]
 fn the_minimum_of_the_plotted_measure_is_of_the_picked_obstacle_or_of_all() {
     let mut bench = Bench::bundled();
-    bench.press("p");
+    bench.press("space p m");
     bench.type_text("distance");
     bench.press("enter");
     let nearest = bench
@@ -71,7 +71,7 @@ fn the_minimum_of_the_plotted_measure_is_of_the_picked_obstacle_or_of_all() {
         .unwrap();
     let nearest = nearest.distance.unwrap();
     bench.model.picked = None;
-    bench.press("shift-m");
+    bench.press("g m");
     assert_eq!(bench.model.clock.step(), nearest.step);
     assert_eq!(bench.model.picked, Some(nearest.obstacle));
     let series = bench.model.plot.series.as_ref().unwrap();
@@ -88,7 +88,7 @@ fn the_minimum_of_the_plotted_measure_is_of_the_picked_obstacle_or_of_all() {
         .collect();
     let least = row.iter().copied().fold(f64::MAX, f64::min);
     bench.model.picked = Some(other);
-    bench.press("shift-m");
+    bench.press("g m");
     let series = bench.model.plot.series.as_ref().unwrap();
     let here = series
         .at("distance", other, bench.model.clock.step())
@@ -104,35 +104,35 @@ fn the_minimum_of_the_plotted_measure_is_of_the_picked_obstacle_or_of_all() {
             .text
             .contains("min distance")
     );
-    bench.press("p");
+    bench.press("space p m");
     bench.type_text("drac");
     bench.press("enter");
     bench.model.picked = None;
-    bench.press("shift-m");
+    bench.press("g m");
     assert!(bench.model.toasts.last().unwrap().text.contains("max drac"));
 }
 
 #[test]
 fn loops_go_round_everything_then_the_window() {
     let mut bench = Bench::bundled();
-    bench.press(";");
+    bench.press("space t l");
     assert_eq!(bench.model.clock.lap(), PlayRange::Whole);
     assert!(timeline(&bench, 120, 40)[0].contains("1× · loop"));
-    bench.press(";");
+    bench.press("space t l");
     let window = bench.model.window().unwrap();
     assert_eq!(
         bench.model.clock.lap(),
         PlayRange::Part(window.first(), window.last())
     );
     assert!(timeline(&bench, 200, 60)[0].contains("loop 51–60"));
-    bench.press("space");
+    bench.press("p");
     for _ in 0..40 {
         bench.send(Msg::Passed(std::time::Duration::from_millis(90)));
         let step = bench.model.clock.step();
         assert!((window.first()..=window.last()).contains(&step), "{step}");
     }
     assert!(bench.model.clock.playing);
-    bench.press(";");
+    bench.press("space t l");
     assert_eq!(bench.model.clock.lap(), PlayRange::Once);
 }
 
@@ -168,7 +168,7 @@ fn disagreements_are_marked_and_found_one_after_the_other() {
     let rows = timeline(&bench, 200, 60).join("\n");
     assert!(rows.matches('≠').count() >= 2, "{rows}");
     let model = |bench: &Bench| bench.model.answers.column().map(|c| c.model.clone());
-    bench.press("home shift-d");
+    bench.press("home g d");
     assert_eq!(
         (bench.model.clock.step(), model(&bench)),
         (30, Some("lab/wrong".into()))
@@ -182,22 +182,22 @@ fn disagreements_are_marked_and_found_one_after_the_other() {
             .text
             .starts_with("1 of 2: lab/wrong says no")
     );
-    bench.press("shift-d");
+    bench.press("g d");
     assert_eq!(
         (bench.model.clock.step(), model(&bench)),
         (50, Some("lab/wrong_too".into()))
     );
     // No other scenario of the list has one: from the first again.
-    bench.press("shift-d");
+    bench.press("g d");
     assert_eq!(bench.model.clock.step(), 30);
 }
 
 #[test]
 fn the_next_disagreement_may_be_in_another_scenario() {
     let mut bench = surveyed();
-    bench.press("g down down down");
+    bench.press("g g down down down");
     assert_eq!(bench.model.list.opened, Some(3));
-    bench.press("shift-d");
+    bench.press("g d");
     assert_eq!(bench.model.list.opened, Some(0), "the store has one there");
     assert_eq!(bench.model.list.current(), Some(0));
     assert!(bench.model.seek.is_some());
@@ -210,7 +210,7 @@ fn the_next_disagreement_may_be_in_another_scenario() {
 #[test]
 fn where_nothing_differs_it_is_said() {
     let mut bench = Bench::bundled();
-    bench.press("shift-d");
+    bench.press("g d");
     let words = &bench.model.toasts.last().unwrap().text;
     assert!(
         words.contains("no answer") && words.contains("8 scenarios are not read"),
@@ -238,7 +238,7 @@ fn an_answer_that_arrives_is_counted() {
 fn the_picture_at_200_by_60() {
     let mut bench = surveyed();
     with_stored(&mut bench);
-    bench.press("home shift-d shift-h");
+    bench.press("home g d space p h");
     bench.model.toasts.clear();
     insta::assert_snapshot!(timeline(&bench, 200, 60).join("\n"));
 }

@@ -37,7 +37,7 @@ fn two() -> (Fixture, [BatchId; 2]) {
 #[test]
 fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
     let (mut kept, [older, newer]) = two();
-    press(&mut kept, "%");
+    press(&mut kept, "space o r");
     let results = &kept.bench.model.results;
     assert_eq!(
         results.counting,
@@ -63,7 +63,7 @@ fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
     }
     kept.bench.model.results.choosing = None;
     kept.bench.model.results.chosen = Some(AnswerSet::Batch(newer, BatchPart::Plain));
-    press(&mut kept, "esc %");
+    press(&mut kept, "esc space o r");
     let results = &kept.bench.model.results;
     assert_eq!((results.rows.len(), results.unasked), (0, 1));
     let frame = kept.bench.frame(80, 24);
@@ -73,7 +73,7 @@ fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
 #[test]
 fn who_names_another_is_told_apart_from_who_says_no() {
     let (mut kept, ..) = labelled();
-    press(&mut kept, "%");
+    press(&mut kept, "space o r");
     let results = &kept.bench.model.results;
     assert_eq!(counts(&kept, 0)[2], 2, "both are false negatives");
     assert_eq!(results.rows[0].named_another(), 1);
@@ -98,7 +98,7 @@ fn who_names_another_is_told_apart_from_who_says_no() {
 #[test]
 fn the_help_on_this_screen_begins_with_its_keys() {
     let (mut kept, ..) = labelled();
-    press(&mut kept, "%");
+    press(&mut kept, "space o r");
     press(&mut kept, "?");
     let frame = kept.bench.frame(80, 24);
     let all = Scope::ALL.iter();

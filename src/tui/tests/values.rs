@@ -10,7 +10,7 @@ use crate::tui::message::{Computed, Effect, MeasureId, Msg};
 /// The first scenario shortly before its contact.
 fn looking() -> Bench {
     let mut bench = Bench::bundled();
-    bench.press("x left left left shift-v");
+    bench.press("x left left left space o v");
     bench
 }
 
@@ -92,7 +92,7 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
     let mut bench = Bench::bundled();
     bench.press("n n right");
     assert!(bench.model.values.asked.is_none());
-    bench.press("shift-v");
+    bench.press("space o v");
     let (id, _) = bench.model.values.asked.unwrap();
     bench.press("right left home");
     assert_eq!(
@@ -160,7 +160,7 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
         rows.collect::<Vec<_>>()
     };
     let plotted = row(&bench);
-    bench.press("s");
+    bench.press("space l s");
     bench.type_text("drac");
     bench.press("enter");
     bench.press(":");
@@ -189,11 +189,11 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
     ));
     let question = bench.model.prompt.question.as_ref().unwrap();
     assert!(question.prompt.user.contains("80") || question.prompt.system.contains("80"));
-    bench.press("p");
+    bench.press("space p m");
     bench.type_text("ttc");
     bench.press("enter");
     assert!(bench.frame(200, 60).contains("critical 0.20 s (yours)"));
-    bench.press("shift-v");
+    bench.press("space o v");
     let seen = pages(&mut bench, 120, 40);
     for words in [
         "mine/thresholds.toml",
@@ -225,7 +225,7 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
 #[test]
 fn an_obstacle_that_is_the_ego_stays_it_with_other_thresholds() {
     let mut bench = Bench::bundled();
-    bench.press("n shift-e");
+    bench.press("n space e t");
     let taken = bench.model.scene().unwrap().ego.id;
     bench.send(Msg::Thresholds(Ok(own())));
     assert_eq!(bench.model.scene().unwrap().ego.id, taken);
@@ -234,7 +234,7 @@ fn an_obstacle_that_is_the_ego_stays_it_with_other_thresholds() {
 #[test]
 fn without_an_ego_only_thresholds_are_shown() {
     let mut bench = Bench::empty();
-    bench.press("shift-v");
+    bench.press("space o v");
     let frame = bench.frame(100, 30);
     assert!(
         frame.contains("need an ego") && frame.contains("thresholds"),
@@ -259,7 +259,7 @@ fn nothing_is_cut_and_the_keys_that_work_are_told() {
         }
     }
     let mut bench = Bench::bundled();
-    for keys in ["?", "i"] {
+    for keys in ["?", "space o i"] {
         bench.press(keys);
         let frame = bench.frame(80, 24);
         let last = frame.lines().last().unwrap();
@@ -274,7 +274,7 @@ fn nothing_is_cut_and_the_keys_that_work_are_told() {
 #[test]
 fn thresholds_read_again_keep_what_was_picked_and_marked() {
     let mut bench = Bench::bundled();
-    bench.press("b n b right right");
+    bench.press("space p o n space p o right right");
     let kept = |bench: &Bench| {
         let model = &bench.model;
         (model.picked, model.plot.marked.clone(), model.clock.step())

@@ -202,7 +202,7 @@ fn made(bench: &Bench) -> &GeneratedVariant {
 #[test]
 fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     let mut bench = open();
-    bench.press("&");
+    bench.press("space g m");
     let (id, wish) = asked(&bench);
     let writer = wish.writer.as_ref().unwrap();
     assert_eq!(
@@ -278,16 +278,16 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     assert!(matches!(job(&bench).state, JobState::Done(_)));
     assert_eq!(bench.model.jobs.asking(), 0);
     // It is shown again, and then asked anew.
-    bench.press("backspace &");
+    bench.press("space e r space g m");
     assert!(count(&bench) == 1 && bench.model.variant().is_some());
-    bench.press("&");
+    bench.press("space g m");
     assert!(count(&bench) == 2 && asked(&bench).1.writer.unwrap().fresh);
 }
 
 #[test]
 fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     let mut bench = open();
-    bench.press("& esc");
+    bench.press("space g m esc");
     let stops = |e: &&Effect| matches!(e, Effect::Cancel(_));
     assert_eq!(bench.effects.iter().filter(stops).count(), 1);
     let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
@@ -298,15 +298,15 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     assert!(!bench.frame(80, 24).contains("stopping …"));
     assert_eq!(said(&bench.model), "stopped");
     // It had not said everything: the store may have half of it.
-    bench.press("&");
+    bench.press("space g m");
     let (id, wish) = asked(&bench);
     assert!(count(&bench) == 2 && !wish.writer.unwrap().fresh);
     bench.send(events::generated(id, Ok(unwritten("lab/small"))));
-    bench.press("&");
+    bench.press("space g m");
     assert!(asked(&bench).1.writer.unwrap().fresh);
     bench.press("esc");
     bench.model.model = "lab/large".into();
-    bench.press("&");
+    bench.press("space g m");
     assert!(!asked(&bench).1.writer.unwrap().fresh);
 }
 
@@ -318,11 +318,11 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
     assert_eq!(asked(&bench).1.only, Some(305));
     bench.press("esc");
     bench.model.model = crate::judge::MODEL.into();
-    bench.press("&");
+    bench.press("space g m");
     assert_eq!(count(&bench), 1);
     let words = said(&bench.model);
     assert!(
-        words.contains("m chooses a model, ! searches without one"),
+        words.contains("m chooses a model, Space g g searches without one"),
         "{words}"
     );
 }
@@ -330,14 +330,14 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
 #[test]
 fn what_came_to_nothing_can_be_read() {
     let mut bench = open();
-    bench.press("K");
+    bench.press("space g v");
     assert!(bench.model.screens.is_empty());
-    bench.press("&");
+    bench.press("space g m");
     let (id, _) = asked(&bench);
     let nothing = unwritten("lab/\u{1b}[31msmall");
     bench.send(events::generated(id, Ok(nothing)));
-    assert!(said(&bench.model).ends_with("K tells all"));
-    bench.press("K");
+    assert!(said(&bench.model).ends_with("Space g v tells all"));
+    bench.press("space g v");
     assert!(bench.model.screens.is_top::<VariantScreen>());
     let panel = bench.frame(200, 60);
     for words in [
@@ -357,11 +357,11 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         let mut bench = open();
         bench.send(Msg::Resize(columns, rows));
         bench.frame(columns, rows);
-        bench.press("&");
+        bench.press("space g m");
         let (id, wish) = asked(&bench);
         bench.send(events::generated(id, written(&wish)));
         bench.model.toasts.clear();
-        bench.press("tab K");
+        bench.press("tab space g v");
         bench.model.map.layers.planner = false;
         // On the small screen, from who could attack on.
         let down = if rows < 40 { 44 } else { 34 };

@@ -6,8 +6,9 @@ use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, 
 use super::super::screens;
 use super::super::session::restore;
 use super::{
-    answers, batch, claims, clock, compare, editing, jobs, list, map, obstacles, open_current,
-    panes, planning, plot, rating, screens as on_screen, task, timeline, versions,
+    answers, batch, claims, clock, compare, editing, filter, jobs, jumps, list, map, obstacles,
+    open_current, panes, planning, plot, rating, screens as on_screen, task, timeline, versions,
+    views,
 };
 use crate::scenario::EgoSource;
 
@@ -18,7 +19,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         return effects;
     }
     match action {
-        Quit => return leave(model),
+        Quit => return close_or_leave(model),
         Cancel => return cancel(model),
         Suspend => return vec![Effect::Suspend],
         Mouse => {
@@ -26,7 +27,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             let words = if model.mouse {
                 "mouse on"
             } else {
-                "mouse left to the terminal"
+                "mouse off: the terminal has it"
             };
             model.say(words);
             return vec![Effect::UseMouse(model.mouse)];
@@ -39,10 +40,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         WidenPane | NarrowPane | TallerPane | LowerPane => panes::resize(model, action),
         EvenPanes => panes::reset(model),
         FocusLeft | FocusDown | FocusUp | FocusRight => panes::go(model, action),
-        Filter => {
-            model.focus = Pane::Scenarios;
-            model.list.filtering = true;
-        }
+        Filter => filter::begin(model),
         Choose => return list::choose(model),
         GroupScenarios => list::group(model),
         TurnOrder => list::turn(model),
@@ -50,13 +48,17 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
         StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
-        | Slower | MinimumStep | CollisionStep | Loop => clock::clock(model, action),
+        | Slower | MinimumStep | CollisionStep | ContactStep | Loop => clock::clock(model, action),
+        PlaceBack => return jumps::go(model, true),
+        PlaceForward => return jumps::go(model, false),
+        PaneMain => return main_thing(model),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             move_map(model, action);
         }
         NextPaths => map::next_paths(model),
         TakeTape => map::tape(model),
-        SwapTape => map::swap_tape(model),
+        SwapTape if model.map.tape.is_some() => map::swap_tape(model),
+        SwapTape => return perform(model, Details),
         NextObstacle => obstacles::pick(model, 1),
         PreviousObstacle => obstacles::pick(model, -1),
         TakeAsEgo => return obstacles::take_as_ego(model),
@@ -81,8 +83,11 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         RereadTemplates => return vec![Effect::RereadTemplates],
         Run => return answers::ask(model, false),
         RunAnew => return answers::ask(model, true),
-        NextAnswer => model.answers.cycle(true),
-        PreviousAnswer => model.answers.cycle(false),
+        NextAnswer | PreviousAnswer => {
+            for _ in 0..model.look.times() {
+                model.answers.cycle(action == NextAnswer);
+            }
+        }
         CloseAnswer => return answers::close(model),
         NextClaim | PreviousClaim => {
             claims::read_on(model, action == NextClaim);
@@ -96,19 +101,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
-        RawAnswer => {
-            model.reading.raw = !model.reading.raw;
-            model.say(match model.reading.raw {
-                true => "answers as sent",
-                false => "answers rendered as Markdown",
-            });
-        }
-        UnfoldJson => {
-            model.reading.unfold = !model.reading.unfold;
-            if model.reading.raw {
-                model.say("raw answers are never folded");
-            }
-        }
+        SavedViews => return views::perform(model),
+        RawAnswer => model.toggle_raw(),
+        UnfoldJson => model.toggle_json(),
         CompareVersions => return versions::open(model),
         ChangeVersion | AskVersions | OpenVersions | FirstVersion | SecondVersion
         | SwapVersions | NextChange => return versions::perform(model, action),
@@ -131,14 +126,38 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if !aborted.is_empty() {
         return aborted;
     }
-    if model.prompt.editing || !model.screens.is_empty() || model.list.filtering {
+    if model.prompt.editing || !model.screens.is_empty() || model.list.filtering.is_some() {
         return cancel(model);
     }
     // An answer may have ended just as the user was about to cancel it.
     twice(model, "Ctrl-C again quits".into())
 }
 
-/// The key that quits: where something is paid for that has not arrived yet, it is asked again.
+/// The main thing of a pane with text, and of the plot.
+fn main_thing(model: &mut Model) -> Vec<Effect> {
+    let action = match model.focus {
+        Pane::Prompt => Action::Edit,
+        Pane::Verdict => Action::CompareScreen,
+        Pane::Reasoning => Action::NextClaim,
+        Pane::Plot => Action::PlotMeasure,
+        Pane::Scenarios => Action::Choose,
+        Pane::Map | Pane::Timeline => Action::Details,
+    };
+    perform(model, action)
+}
+
+/// The key that quits closes the window on top; without one it leaves.
+fn close_or_leave(model: &mut Model) -> Vec<Effect> {
+    if !model.screens.is_empty() {
+        return on_screen::close_top(model);
+    }
+    if model.compare.open {
+        return compare::perform(model, Action::Cancel);
+    }
+    leave(model)
+}
+
+/// The key that quits the program: where something is paid for that has not arrived yet, it is asked again.
 fn leave(model: &mut Model) -> Vec<Effect> {
     let running = model.jobs.asking();
     if running == 0 {
@@ -203,9 +222,8 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing {
         return editing::end(model);
     }
-    if model.list.filtering {
-        model.list.filtering = false;
-        return Vec::new();
+    if model.list.filtering.is_some() {
+        return filter::cancel(model);
     }
     if model.map.tape.take().is_some() {
         return Vec::new();
@@ -230,10 +248,15 @@ fn focus_next(model: &mut Model, by: usize) {
 }
 
 fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
-    if model.focus.scope() == Scope::Scenarios || model.list.filtering {
+    if model.focus.scope() == Scope::Scenarios {
         let page = model.drawn.extent(Pane::Scenarios).rows.max(2) - 1;
         let page = isize::try_from(page).unwrap_or(1);
-        model.list.move_by(action.lines(page));
+        if let Some(line) = model.look.line(action) {
+            let last = model.list.lines.len().saturating_sub(1);
+            model.list.selected = line.min(last);
+        } else {
+            model.list.move_by(model.look.lines(action, page));
+        }
         return open_current(model);
     }
     let pane = model.focus;
@@ -246,7 +269,9 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
     let extent = model.drawn.extent(pane);
     let last = extent.last_top();
     let page = extent.rows.saturating_sub(1).max(1);
-    let top = extent.scrolled(action, page);
+    let by = model.look.lines(action, page.cast_signed());
+    let line = model.look.line(action).map(|line| line.min(last));
+    let top = line.unwrap_or_else(|| extent.moved(by));
     match pane {
         Pane::Prompt => model.prompt.scroll = top,
         Pane::Verdict => model.answers.verdict_top = top,
@@ -261,7 +286,26 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
     }
 }
 
+/// Times that the map is moved at once at most: what is beyond is out of sight.
+const MOST_MOVES: i64 = 200;
+
 fn move_map(model: &mut Model, action: Action) {
+    let again = matches!(
+        action,
+        Action::ZoomIn
+            | Action::ZoomOut
+            | Action::PanLeft
+            | Action::PanRight
+            | Action::PanUp
+            | Action::PanDown
+    );
+    let times = if again { model.look.times() } else { 1 };
+    for _ in 0..times.min(MOST_MOVES) {
+        move_map_once(model, action);
+    }
+}
+
+fn move_map_once(model: &mut Model, action: Action) {
     if map::move_tape(model, action) {
         return;
     }

@@ -2,7 +2,7 @@
 
 use super::super::message::Computation;
 use super::super::model::{Column, Model, Pane, ShownAnswer};
-use super::clock;
+use super::{clock, jumps};
 
 /// Requests the claims of the complete answers on the screen, once for each.
 pub fn request(model: &mut Model) -> Vec<Computation> {
@@ -73,20 +73,23 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
             true if model.claims.is_known(document.key) => {
                 "no claims about obstacles were found in this answer"
             }
-            true => "the claims of this answer are being checked",
-            false => "the answer is still arriving",
+            true => "checking the claims of this answer…",
+            false => "the answer is still streaming",
         });
         return None;
     }
     let count = claims.len();
+    let times = usize::try_from(model.look.times()).unwrap_or(1);
+    let (first, more) = ((times - 1) % count, times % count);
     let place = match model.claims.picked_of(document.key) {
-        None if forward => 0,
-        None => count - 1,
-        Some(now) if forward => (now + 1) % count,
-        Some(now) => (now + count - 1) % count,
+        None if forward => first,
+        None => count - 1 - first,
+        Some(now) if forward => (now + more) % count,
+        Some(now) => (now + count - more) % count,
     };
     let claim = &claims[place];
     let (obstacle, step) = (claim.claim.obstacle, claim.step);
+    jumps::leave(model);
     model.picked = Some(obstacle);
     model.clock.playing = false;
     if model.clock.step() != step {

@@ -2,17 +2,21 @@
 
 use super::super::action::Action;
 use super::super::model::Model;
-use super::timeline;
+use super::{jumps, timeline};
 use crate::verdict::Task;
 
 /// Plays, or goes to another step.
 pub fn clock(model: &mut Model, action: Action) {
     let before = model.clock.step();
+    let times = model.look.times();
+    if leaves(action) {
+        jumps::leave(model);
+    }
     match action {
-        Action::StepForward => model.clock.advance(1),
-        Action::StepBack => model.clock.advance(-1),
-        Action::JumpForward => model.clock.advance(10),
-        Action::JumpBack => model.clock.advance(-10),
+        Action::StepForward => model.clock.advance(times),
+        Action::StepBack => model.clock.advance(-times),
+        Action::JumpForward => model.clock.advance(10 * times),
+        Action::JumpBack => model.clock.advance(-10 * times),
         Action::FirstStep => model.clock.go(i64::MIN),
         Action::LastStep => model.clock.go(i64::MAX),
         Action::Play => model.clock.toggle(),
@@ -20,6 +24,7 @@ pub fn clock(model: &mut Model, action: Action) {
         Action::Slower => model.clock.change_speed(false),
         Action::MinimumStep => timeline::go_to_minimum(model),
         Action::Loop => timeline::turn_round(model),
+        Action::ContactStep => go_to_contact(model),
         _ => go_to_worst(model),
     }
     if !matches!(
@@ -30,6 +35,23 @@ pub fn clock(model: &mut Model, action: Action) {
     }
     if model.clock.step() != before {
         stepped(model);
+    }
+}
+
+/// Whether an action jumps away from a place that the list of jumps should have.
+fn leaves(action: Action) -> bool {
+    use Action::{CollisionStep, ContactStep, FirstStep, LastStep, MinimumStep};
+    matches!(
+        action,
+        CollisionStep | ContactStep | FirstStep | LastStep | MinimumStep
+    )
+}
+
+fn go_to_contact(model: &mut Model) {
+    let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
+    match headline.map(crate::metrics::Headline::collides) {
+        Some(false) => model.say("no contact in this scenario"),
+        _ => go_to_nearest(model, |h| h.distance),
     }
 }
 

@@ -53,10 +53,13 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.compare.marking.is_some() {
         return rating::marking_key(model, key);
     }
-    if model.compare.ratings.take().is_some() {
-        return Vec::new();
-    }
     match keys::pressed(model, key, Scope::Compare) {
+        KeyEffect::Action(Action::Cancel | Action::Quit | Action::Ratings)
+            if model.compare.ratings.take().is_some() =>
+        {
+            Vec::new()
+        }
+        KeyEffect::Action(_) if model.compare.ratings.is_some() => Vec::new(),
         KeyEffect::Action(action) => perform(model, action),
         KeyEffect::Chord | KeyEffect::Nothing => Vec::new(),
     }
@@ -75,12 +78,12 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     let count = model.compare.shown.len().max(1);
     match action {
         Cancel if model.compare.ratings.take().is_some() => {}
-        Cancel | CompareScreen => {
+        Cancel | Quit | CompareScreen => {
             model.compare.open = false;
             model.compare.blind = None;
         }
         BlindMode => rating::toggle_blind(model),
-        Quit | SavePicture | Help => return actions::perform(model, action),
+        SavePicture | Help => return actions::perform(model, action),
         CompareLeft => model.compare.focus = (model.compare.focus + count - 1) % count,
         CompareRight => model.compare.focus = (model.compare.focus + 1) % count,
         Up | Down | PageUp | PageDown | Top | Bottom => scroll(model, action),

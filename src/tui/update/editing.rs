@@ -245,10 +245,8 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
         if signs > 0 {
             model.say(format!("{signs} control characters pasted as symbols"));
         }
-    } else if model.list.filtering {
-        let filter = format!("{}{}", model.list.filter, first_line(text));
-        model.list.set_filter(filter);
-        return super::open_current(model);
+    } else if model.list.filtering.is_some() {
+        return super::filter::paste(model, text);
     }
     Vec::new()
 }

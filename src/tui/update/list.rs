@@ -97,7 +97,7 @@ pub fn group(model: &mut Model) {
     let key = model.look.key(Action::Choose);
     model.say(match next.name() {
         "nothing" => "not grouped".to_string(),
-        name => format!("grouped by {name}; {key} on a group shuts it"),
+        name => format!("grouped by {name}; {key} on a group collapses it"),
     });
 }
 

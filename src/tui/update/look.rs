@@ -13,9 +13,12 @@ pub fn reloaded(model: &mut Model, what: Reloaded) {
         }
         Reloaded::Keymap(Ok(keymap)) => {
             if model.look.keymap != keymap {
+                let notes = keymap.notes.clone();
                 model.look.keymap = keymap;
                 model.look.pending.clear();
+                model.look.count = None;
                 model.say("the keys of keymap.toml are in use");
+                notes.into_iter().for_each(|note| model.tell(note));
             }
         }
         Reloaded::Keymap(Err(error)) => {

@@ -8,7 +8,9 @@ pub mod clock;
 mod compare;
 mod computed;
 mod editing;
+mod filter;
 mod jobs;
+mod jumps;
 mod keys;
 mod list;
 mod look;
@@ -28,14 +30,14 @@ mod task;
 mod timeline;
 mod values;
 mod versions;
+mod views;
 
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
 pub use opening::{open, open_current};
 use opening::{open_again, open_changed, opened, show_stored};
 
-use super::action::Action;
-use super::keymap::{Code, Key, edit_line};
+use super::keymap::{Code, Key};
 use super::message::{Effect, Msg};
 use super::model::{Model, Notice};
 use super::screens::{Screens, history, results, source};
@@ -100,6 +102,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Searched(ended) => list::searched(model, ended),
         Msg::Tags(tags) => {
             list::tags(model, tags);
+            Vec::new()
+        }
+        Msg::Views(views) => {
+            views::read(model, views);
             Vec::new()
         }
         Msg::Drawing => list::drawing(model),
@@ -203,6 +209,7 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     let begun = model.quit_within;
     let effects = other_key(model, key);
+    model.look.repeat = None;
     // Any other key cancels a pending quit.
     if model.quit_within == begun {
         model.quit_within = 0.0;
@@ -220,30 +227,10 @@ fn other_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.prompt.editing {
         return editing::on_key(model, key);
     }
-    if model.list.filtering {
-        return filter_key(model, key);
+    if model.list.filtering.is_some() {
+        return filter::on_key(model, key);
     }
     keys::on_key(model, key)
-}
-
-fn filter_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    let mut filter = model.list.filter.clone();
-    match key.code {
-        Code::Esc => {
-            model.list.filtering = false;
-            filter.clear();
-        }
-        Code::Enter | Code::Tab => model.list.filtering = false,
-        Code::Up => return actions::perform(model, Action::Up),
-        Code::Down => return actions::perform(model, Action::Down),
-        _ if edit_line(&mut filter, key) => {}
-        _ => return Vec::new(),
-    }
-    if filter == model.list.filter {
-        return Vec::new();
-    }
-    model.list.set_filter(filter);
-    open_current(model)
 }
 
 fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {

@@ -19,6 +19,7 @@ pub fn pick(model: &mut Model, by: isize) {
     let now = model
         .picked
         .and_then(|id| order.iter().position(|&o| o == id));
+    let by = by.saturating_mul(isize::try_from(model.look.times()).unwrap_or(1));
     let next = match now {
         Some(place) => (place.cast_signed() + by)
             .rem_euclid(order.len().cast_signed())

@@ -6,7 +6,7 @@ use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Notice, ShownAnswer, Values};
 use super::super::session::restore;
-use super::{actions, answers, clock, planning, reopen, timeline};
+use super::{actions, answers, clock, jumps, planning, reopen, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::scenario::Transform;
@@ -32,6 +32,9 @@ pub fn open_changed(
     ego: Option<i64>,
     change: Option<Transform>,
 ) -> Vec<Effect> {
+    if model.list.opened != Some(place) {
+        jumps::leave(model);
+    }
     let id = OpenId(model.new_id());
     model.opening = Some((id, ego));
     model.list.opened = Some(place);
@@ -118,6 +121,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     }
     model.refresh();
     reopen::opened(model, id);
+    jumps::opened(model, id);
     restore::opened(model);
     actions::load_stored(model).into_iter().collect()
 }

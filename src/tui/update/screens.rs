@@ -16,22 +16,40 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if let Some(step) = screen.on_key(model, key) {
         return take(model, Some(screen), step);
     }
-    let (scope, ignores_others) = (screen.scope(), screen.ignores_other_keys());
+    let scope = screen.scope();
     model.screens.put_back(screen);
     let action = match keys::pressed(model, key, scope) {
         KeyEffect::Action(action) => Some(action),
         KeyEffect::Chord => return Vec::new(),
         KeyEffect::Nothing => None,
     };
-    if let Some(effects) = action.and_then(|action| offer(model, action)) {
+    let Some(action) = action else {
+        return Vec::new();
+    };
+    if let Some(effects) = offer(model, action) {
         return effects;
     }
-    match action {
-        _ if !ignores_others => on_action(model, Action::Cancel),
-        Some(action) => actions::perform(model, action),
-        None => Vec::new(),
+    match model.takes(action) {
+        true => actions::perform(model, action),
+        false => Vec::new(),
     }
 }
+
+/// Closes the window on top, whatever is open inside it.
+pub fn close_top(model: &mut Model) -> Vec<Effect> {
+    let open = model.screens.iter().count();
+    let mut effects = Vec::new();
+    for _ in 0..LEVELS {
+        effects.extend(on_action(model, Action::Cancel));
+        if model.screens.iter().count() < open {
+            break;
+        }
+    }
+    effects
+}
+
+/// Levels inside a window, each of which Cancel closes.
+const LEVELS: usize = 5;
 
 /// An action while a screen is open; Cancel closes every screen that does nothing else of it.
 pub fn on_action(model: &mut Model, action: Action) -> Vec<Effect> {

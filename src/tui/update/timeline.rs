@@ -3,7 +3,7 @@
 use super::super::clock::PlayRange;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Disagreement, Heat, Line, Model, Seek, ShownAnswer};
-use super::{clock, open};
+use super::{clock, jumps, open};
 use crate::metrics::Series;
 
 /// Goes to the most dangerous value of the plotted measure: of the picked obstacle, where it has one, else of all.
@@ -155,6 +155,7 @@ pub fn opened(model: &mut Model, id: OpenId) {
 }
 
 fn show(model: &mut Model, at: Disagreement) {
+    jumps::leave(model);
     model.clock.playing = false;
     model.clock.go(at.step);
     model.answers.show(ShownAnswer::Column(at.column));

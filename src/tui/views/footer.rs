@@ -1,4 +1,4 @@
-//! The footer: keys that work in the current context, from the action table.
+//! The footer: the keys that work here and now, the most useful first.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -8,19 +8,22 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::settings::Keys;
 use crate::tui::action::{Action, Entry, Scope};
-use crate::tui::keymap::Chord;
-use crate::tui::model::{EntryLine, Model};
-use crate::tui::widgets::hints::{Hint, entries, fixed, hint_of, together};
+use crate::tui::keymap::{Chord, Code, Key, KeyMeaning};
+use crate::tui::model::{EntryLine, Model, Pane};
+use crate::tui::widgets::hints::{Hint, entries, fixed, hint_in, hint_of, pair, together};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
-    let mut left = usize::from(area.width);
+    let (hints, last) = hints(model);
+    let width = |(keys, words): &Hint| keys.width() + words.width() + 3;
+    let reserved: usize = last.iter().map(width).sum();
+    let mut left = usize::from(area.width).saturating_sub(reserved);
+    let shown = hints.into_iter().take_while(|hint| {
+        let fits = left.checked_sub(width(hint));
+        left = fits.unwrap_or(0);
+        fits.is_some()
+    });
     let mut line = Line::default();
-    for (keys, words) in hints(model) {
-        let width = keys.width() + words.width() + 3;
-        if width > left {
-            break;
-        }
-        left -= width;
+    for (keys, words) in shown.chain(last) {
         let key = Style::new()
             .fg(model.theme.accent)
             .add_modifier(Modifier::BOLD);
@@ -33,6 +36,202 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(line, area);
 }
 
+/// The hints, as many as fit, and those that always have their place at the end.
+fn hints(model: &Model) -> (Vec<Hint>, Vec<Hint>) {
+    if let Some(only) = of_mode(model) {
+        return (only, Vec::new());
+    }
+    let mut hints: Vec<Hint> = Vec::new();
+    if model.answers.is_running() {
+        hints.push((model.look.key(Action::Cancel), "cancel request".into()));
+    }
+    if model.taken.is_some() {
+        // The way back is needed only here.
+        hints.extend(hint_of(model, Action::RecordedEgo));
+    }
+    match model.clock.playing {
+        true => hints.extend(playing(model)),
+        false => hints.extend(of_pane(model)),
+    }
+    let last: Vec<Hint> = menu(model)
+        .into_iter()
+        .chain(hint_of(model, Action::Help))
+        .collect();
+    let rest = entries(Scope::Global).into_iter();
+    let rest = rest.filter(|entry| !(model.clock.playing && entry.action == Action::Play));
+    let rest = rest.filter_map(|entry| hint_in(model, entry.action, Scope::Global));
+    let mut rest = together(rest);
+    rest.retain(|hint| !hints.contains(hint) && !last.contains(hint));
+    hints.extend(rest);
+    (hints, last)
+}
+
+/// The hints of a mode that takes all keys.
+fn of_mode(model: &Model) -> Option<Vec<Hint>> {
+    if let Some(begun) = begun(model) {
+        return Some(begun);
+    }
+    if let Some(screen) = model.screens.top() {
+        return Some(screen.hints(model));
+    }
+    if model.compare.open {
+        return Some(comparing(model));
+    }
+    if model.prompt.editing {
+        return Some(editing(model));
+    }
+    let typed = [
+        ("type", "to filter"),
+        ("↑↓", "select"),
+        ("Enter", "keep"),
+        ("Esc", "cancel"),
+    ];
+    model.list.filtering.is_some().then(|| fixed(&typed))
+}
+
+/// A count or a chord that has begun.
+fn begun(model: &Model) -> Option<Vec<Hint>> {
+    let look = &model.look;
+    if look.count.is_none() && look.pending.is_empty() {
+        return None;
+    }
+    let count = look.count.map(|count| count.to_string());
+    let keys = (!look.pending.is_empty()).then(|| Chord(look.pending.clone()).to_string());
+    let words = match keys {
+        Some(_) => "…",
+        None => "times, or line: press a motion",
+    };
+    let begun: Vec<String> = count.into_iter().chain(keys).collect();
+    let cancel = (look.key(Action::Cancel), "cancel".to_string());
+    Some(vec![(begun.join(" "), words.into()), cancel])
+}
+
+/// The key that leads to everything else.
+fn menu(model: &Model) -> Option<Hint> {
+    let space = Key::plain(Code::Char(' '));
+    let keymap = &model.look.keymap;
+    let leads = keymap.meaning(&[space], model.scope()) == KeyMeaning::Prefix;
+    leads.then(|| (space.to_string(), "menu".into()))
+}
+
+fn playing(model: &Model) -> Vec<Hint> {
+    let mut hints = Vec::new();
+    if let Some((key, _)) = hint_of(model, Action::Play) {
+        hints.push((key, "pause".to_string()));
+    }
+    let speed = [Action::Slower, Action::Faster];
+    hints.push(pair(model, Scope::Global, speed, "speed"));
+    hints.extend(hint_of(model, Action::Loop));
+    hints
+}
+
+/// What the pane that has the keys can do.
+fn of_pane(model: &Model) -> Vec<Hint> {
+    let scope = model.focus.scope();
+    let one = |action, words: &str| {
+        let (key, short) = hint_in(model, action, scope)?;
+        Some((
+            key,
+            match words {
+                "" => short,
+                words => words.into(),
+            },
+        ))
+    };
+    let two = |scope, actions, words| {
+        let (keys, words) = pair(model, scope, actions, words);
+        (!keys.is_empty()).then_some((keys, words))
+    };
+    use Action::*;
+    let answers = two(Scope::Global, [PreviousAnswer, NextAnswer], "answer");
+    let claims = two(Scope::Global, [PreviousClaim, NextClaim], "claim");
+    let scroll = two(scope, [Up, Down], "scroll");
+    let hints = match model.focus {
+        Pane::Scenarios => vec![
+            one(Choose, ""),
+            one(Filter, ""),
+            one(MarkScenario, "mark"),
+            one(SortScenarios, ""),
+            one(AskMarked, "").filter(|_| model.marks.count(&model.list) > 0),
+        ],
+        Pane::Map | Pane::Timeline if model.map.tape.is_some() => vec![
+            one(SwapTape, "other end"),
+            two(scope, [PanLeft, PanRight], "move end"),
+            one(TakeTape, "close tape"),
+        ],
+        Pane::Map | Pane::Timeline => vec![
+            two(Scope::Global, [ZoomIn, ZoomOut], "zoom"),
+            two(scope, [PanLeft, PanRight], "pan"),
+            one(NextObstacle, ""),
+            one(Follow, ""),
+            one(Layers, ""),
+            one(FitMap, ""),
+        ],
+        Pane::Prompt => vec![
+            one(PaneMain, "edit"),
+            one(PromptView, "view"),
+            scroll,
+            one(ToggleFrame, ""),
+            one(ChooseTemplate, ""),
+        ],
+        Pane::Verdict => vec![
+            one(PaneMain, "side by side"),
+            answers,
+            one(Compare, "ask another"),
+            one(CloseAnswer, ""),
+        ],
+        Pane::Reasoning => vec![
+            claims,
+            answers,
+            scroll,
+            one(CompareScreen, ""),
+            one(Copy, ""),
+        ],
+        Pane::Plot => vec![
+            one(PaneMain, "measure"),
+            one(MinimumStep, ""),
+            one(NextObstacle, ""),
+            one(Mark, ""),
+            one(PlotDrives, ""),
+        ],
+    };
+    hints.into_iter().flatten().collect()
+}
+
+/// The keys of the screen of answers side by side.
+fn comparing(model: &Model) -> Vec<Hint> {
+    let compare = &model.compare;
+    if compare.ratings.is_some() {
+        return vec![(model.look.key(Action::Cancel), "close".into())];
+    }
+    if compare.marking.is_some() {
+        return fixed(&[
+            ("↑↓", "select"),
+            ("type", "another reason"),
+            ("Enter", "mark"),
+            ("Esc", "cancel"),
+        ]);
+    }
+    let works = |entry: &Entry| match entry.action {
+        Action::BestSecond => compare.shown.len() > 1,
+        Action::BestThird => compare.shown.len() > 2,
+        Action::BestFourth => compare.shown.len() > 3,
+        Action::NextRound => compare.blind.is_some(),
+        _ => true,
+    };
+    let hint = |entry: &Entry| {
+        let key = model.look.keymap.keys(entry).next()?;
+        Some((key.to_string(), entry.short.to_string()))
+    };
+    let mut hints: Vec<Hint> = Vec::new();
+    if model.answers.is_running() {
+        hints.push(("Esc".into(), "cancel request".into()));
+    }
+    let shown = entries(Scope::Compare).into_iter();
+    hints.extend(together(shown.filter(|e| works(e)).filter_map(hint)));
+    hints
+}
+
 /// The keys of the editor, or of the line below it.
 fn editing(model: &Model) -> Vec<Hint> {
     match &model.prompt.entry {
@@ -40,7 +239,7 @@ fn editing(model: &Model) -> Vec<Hint> {
             return fixed(&[
                 ("type", "to find"),
                 ("↓ Ctrl-f", "next"),
-                ("↑", "the one before"),
+                ("↑", "previous"),
                 ("Enter", "stay there"),
                 ("Esc", "go back"),
             ]);
@@ -50,7 +249,7 @@ fn editing(model: &Model) -> Vec<Hint> {
                 Some(EntryLine::SaveAs(_)) => "save",
                 _ => "go there",
             };
-            return fixed(&[("Enter", words), ("Esc", "leave it")]);
+            return fixed(&[("Enter", words), ("Esc", "cancel")]);
         }
         None => {}
     }
@@ -62,70 +261,4 @@ fn editing(model: &Model) -> Vec<Hint> {
         Some((key?.to_string(), entry.short.to_string()))
     };
     together(entries(Scope::Editor).iter().filter_map(hint))
-}
-
-fn hints(model: &Model) -> Vec<Hint> {
-    if !model.look.pending.is_empty() {
-        let keys = Chord(model.look.pending.clone()).to_string();
-        return vec![(keys, "…".into()), ("Esc".into(), "give up".into())];
-    }
-    if let Some(screen) = model.screens.top() {
-        return screen.hints(model);
-    }
-    if model.compare.open && model.compare.ratings.is_some() {
-        return fixed(&[("any key", "closes")]);
-    }
-    if model.compare.open && model.compare.marking.is_some() {
-        return fixed(&[
-            ("↑↓", "select"),
-            ("type", "words of your own"),
-            ("Enter", "mark"),
-            ("Esc", "leave it"),
-        ]);
-    }
-    if model.prompt.editing {
-        return editing(model);
-    }
-    if model.list.filtering {
-        return fixed(&[
-            ("type", "to filter"),
-            ("↑↓", "select"),
-            ("Enter", "keep"),
-            ("Esc", "clear"),
-        ]);
-    }
-    let here = if model.compare.open {
-        Scope::Compare
-    } else {
-        Scope::Global
-    };
-    let mut hints: Vec<Hint> = Vec::new();
-    if model.answers.is_running() {
-        hints.push(("Esc".into(), "cancel request".into()));
-    }
-    if model.taken.is_some() && !model.compare.open {
-        // The way back is needed only here.
-        hints.extend(hint_of(model, Action::RecordedEgo));
-    }
-    let compare = &model.compare;
-    let works = |entry: &Entry| match (entry.scope, entry.action) {
-        (Scope::Compare, Action::BestSecond) => compare.shown.len() > 1,
-        (Scope::Compare, Action::BestThird) => compare.shown.len() > 2,
-        (Scope::Compare, Action::BestFourth) => compare.shown.len() > 3,
-        (Scope::Compare, Action::NextRound) => compare.blind.is_some(),
-        _ => true,
-    };
-    let hint = |entry: &Entry| {
-        if !works(entry) {
-            return None;
-        }
-        let key = model.look.keymap.keys(entry).next()?;
-        let words = match entry.action {
-            Action::Play if model.clock.playing => "pause",
-            _ => entry.short,
-        };
-        Some((key.to_string(), words.to_string()))
-    };
-    hints.extend(together(entries(here).into_iter().filter_map(hint)));
-    hints
 }

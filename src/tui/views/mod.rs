@@ -1,6 +1,7 @@
 //! The views: one pane a file. They read the model and draw; they change nothing.
 
 mod compare;
+mod filter_terms;
 mod footer;
 mod header;
 mod hint;
@@ -58,6 +59,7 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
         }
     }
     hint::draw(frame, &parts, model);
+    filter_terms::draw(frame, screen, model);
     footer::draw(frame, parts.footer, model);
     screens(frame, screen, model);
     toasts::draw(frame, &parts, model);

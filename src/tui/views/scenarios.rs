@@ -134,18 +134,22 @@ fn below(area: Rect, rows: u16) -> Rect {
 /// The line of the filter, and what is wrong with it.
 fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
     let list = &model.list;
-    if !list.filtering && list.filter.is_empty() {
+    if list.filtering.is_none() && list.filter.is_empty() {
         return;
     }
-    let cursor = if list.filtering { "▏" } else { "" };
+    let filtering = list.filtering.as_ref();
+    let selected = filtering.is_some_and(|filtering| filtering.selected);
+    let cursor = if filtering.is_some() { "▏" } else { "" };
     let width = usize::from(inner.width);
-    let text = format!(
-        "/{}{cursor}",
-        fit_end(&list.filter, width.saturating_sub(2))
-    );
     let style = Style::new().fg(model.theme.accent);
+    let typed = fit_end(&list.filter, width.saturating_sub(2));
+    let typed = match selected {
+        true => Span::styled(typed, style.add_modifier(Modifier::REVERSED)),
+        false => Span::styled(typed, style),
+    };
+    let slash = Span::styled("/", style);
     f.render_widget(
-        Line::styled(text, style),
+        Line::from(vec![slash, typed, Span::styled(cursor, style)]),
         Rect {
             height: 1,
             ..*inner
@@ -254,7 +258,11 @@ fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     let width = usize::from(area.width).saturating_sub(4);
     let key = model.look.key(Action::About);
-    let words = format!(" {} ", fit(&format!("{count} passed over · {key}"), width));
+    let words = format!("{count} skipped: {key}");
+    let words = match words.width() <= width {
+        true => format!(" {words} "),
+        false => format!(" {} ", fit(&format!("{count} skipped"), width)),
+    };
     let below = Rect {
         x: area.x + 1,
         y: area.bottom() - 1,

@@ -1,56 +1,112 @@
-//! Which-key: possible continuations of a started chord, in a box above the footer.
+//! Which-key: the keys that can follow a started chord, in a box that leaves the selected line in sight.
 
 use ratatui::Frame;
+use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph};
 use unicode_width::UnicodeWidthStr;
 
+use crate::tui::action::{Entry, title_of};
 use crate::tui::keymap::Chord;
 use crate::tui::model::Model;
 use crate::tui::widgets::words::{fit, pad};
+
+/// Columns between two columns of keys.
+const GAP: usize = 3;
+/// Cells in reverse that make a selected line.
+const SELECTED: usize = 10;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let (look, theme) = (&model.look, &model.theme);
     if look.pending.is_empty() {
         return;
     }
-    let following = look.keymap.following(&look.pending, model.scope());
-    let rows = following.iter().map(|f| {
-        let doc = f.doc.unwrap_or("… more keys follow");
-        (f.key.to_string(), doc)
+    // A window beside the scene knows the actions on it.
+    let beside = model
+        .screens
+        .top()
+        .and_then(|top| top.columns_at_right(screen));
+    let works = |entry: &Entry| {
+        beside.is_some() || entry.scope == model.scope() || model.takes(entry.action)
+    };
+    let following = look.keymap.following(&look.pending, model.scope(), works);
+    let rows = following.iter().map(|next| {
+        let more = if next.leads_on { " …" } else { "" };
+        (next.key.to_string(), format!("{}{more}", next.words))
     });
-    let rows: Vec<(String, &str)> = rows.collect();
+    let rows: Vec<(String, String)> = rows.collect();
     let keys = rows.iter().map(|(key, _)| key.width()).max().unwrap_or(0);
-    let docs = rows.iter().map(|(_, doc)| doc.width()).max().unwrap_or(0);
-    let title = format!(" {} … ", Chord(look.pending.clone()));
-    let width = (keys + docs + 6).max(title.width() + 2);
-    let width = u16::try_from(width).unwrap_or(u16::MAX);
-    let width = width.min(screen.width.saturating_sub(2));
-    let height = u16::try_from(rows.len() + 2).unwrap_or(u16::MAX);
-    let height = height.min(screen.height.saturating_sub(2));
-    let area = Rect {
-        x: screen.right() - width - 1,
+    let words = rows.iter().map(|(_, words)| words.width()).max();
+    let column = keys + 1 + words.unwrap_or(0);
+    let chord = Chord(look.pending.clone());
+    let title = match title_of(&look.pending) {
+        Some(title) => format!(" {chord} · {title} "),
+        None => format!(" {chord} "),
+    };
+    let (title, room) = (title.as_str(), usize::from(screen.width.saturating_sub(4)));
+    // No more columns than rows need: a short list stays one column.
+    let fitting = ((room + GAP) / (column + GAP)).max(1);
+    let columns = fitting.min(rows.len().div_ceil(LOWEST)).max(1);
+    let height = rows.len().div_ceil(columns);
+    let width = (columns * (column + GAP) - GAP + 2).max(title.width());
+    let size = |cells: usize| u16::try_from(cells + 2).unwrap_or(u16::MAX);
+    let (width, height) = (
+        size(width).min(screen.width),
+        size(height).min(screen.height.saturating_sub(2)),
+    );
+    let below = Rect {
+        x: screen.right() - width,
         y: screen.bottom().saturating_sub(height + 1),
         width,
         height,
+    };
+    let above = Rect {
+        y: screen.y + 1,
+        ..below
+    };
+    let area = match hides_selection(frame.buffer_mut(), below) {
+        true => above,
+        false => below,
     };
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
     let block = Block::bordered()
         .border_type(BorderType::Thick)
         .border_style(Style::new().fg(theme.border_focused))
-        .title(Span::styled(title, bold))
+        .title(Span::styled(title.to_string(), bold))
         .style(theme.base());
     let inner = block.inner(area);
-    let room = usize::from(inner.width).saturating_sub(keys + 4);
-    let lines = rows.iter().map(|(key, doc)| {
-        Line::from(vec![
-            Span::styled(format!(" {}  ", pad(key, keys)), bold),
-            Span::raw(fit(doc, room)),
-        ])
+    let lines = usize::from(inner.height);
+    let room = usize::from(inner.width).saturating_sub(keys + 3);
+    let lines = (0..lines).map(|row| {
+        let mut line = Line::default();
+        for (key, words) in rows.iter().skip(row).step_by(lines) {
+            let words = match columns {
+                1 => fit(words, room),
+                _ => pad(words, column - keys - 2 + GAP),
+            };
+            line.push_span(Span::styled(format!(" {} ", pad(key, keys)), bold));
+            line.push_span(Span::raw(words));
+        }
+        line
     });
     frame.render_widget(Clear, area);
     frame.render_widget(block, area);
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
+}
+
+/// Rows before a second column is begun.
+const LOWEST: usize = 5;
+
+/// Whether a selected line, which is drawn in reverse, lies in an area.
+fn hides_selection(buffer: &Buffer, area: Rect) -> bool {
+    let area = area.intersection(*buffer.area());
+    area.rows().any(|row| {
+        let reversed = row.columns().filter(|cell| {
+            let cell = &buffer[(cell.x, cell.y)];
+            cell.modifier.contains(Modifier::REVERSED)
+        });
+        reversed.count() >= SELECTED
+    })
 }

@@ -13,10 +13,22 @@ pub fn hint_of(model: &Model, action: Action) -> Option<Hint> {
     Some((key.to_string(), entry.short.to_string()))
 }
 
+/// The key of an action where `scope` holds, or of the same action everywhere, and what it does.
+pub fn hint_in(model: &Model, action: Action, scope: Scope) -> Option<Hint> {
+    let in_scope = |place: Scope| {
+        let mut all = ACTIONS.iter();
+        all.find(|e| e.action == action && e.scope == place)
+    };
+    let entry = in_scope(scope).or_else(|| in_scope(Scope::Global))?;
+    let key = model.look.keymap.keys(entry).next()?;
+    Some((key.to_string(), entry.short.to_string()))
+}
+
 /// The keys of an action and of its opposite where `scope` holds, with words of their own.
 pub fn pair(model: &Model, scope: Scope, actions: [Action; 2], words: &str) -> Hint {
     let keys = actions.map(|action| model.look.keymap.key_in(action, scope));
-    (keys.concat(), words.to_string())
+    let several = keys.iter().any(|key| key.contains(' '));
+    (keys.join(if several { " " } else { "" }), words.to_string())
 }
 
 /// Keys of lines that are typed into, which no keymap changes.

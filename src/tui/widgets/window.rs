@@ -36,7 +36,8 @@ pub fn scrolled(
     scroll: usize,
 ) {
     let (keys, _) = hints::scroll(model);
-    let title = format!("{what} · {keys} scroll · any other key closes");
+    let (close, _) = hints::close(model);
+    let title = format!("{what} · {keys} scroll · {close} closes");
     scrolled_in(frame, screen, model, &title, text, (COLUMNS, scroll));
 }
 

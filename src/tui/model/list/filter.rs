@@ -1,11 +1,25 @@
 //! The list filter: fuzzy words, and terms such as `tag:cut_in` or `risk<3`.
 
+use crate::tui::model::Place;
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 
 use super::Row;
 use super::terms::{Term, term};
 use crate::metrics::Measure;
+
+/// The filter while it is typed.
+#[derive(Debug, Clone)]
+pub struct Filtering {
+    /// Whether the whole text is selected: the first character that is typed replaces it.
+    pub selected: bool,
+    /// The text before.
+    pub before: String,
+    /// The selected line before.
+    pub line: usize,
+    /// The scenario and step that were open before.
+    pub place: Option<Place>,
+}
 
 /// A filter that was read; empty, it lets everything through.
 #[derive(Debug, Clone, Default)]

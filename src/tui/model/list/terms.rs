@@ -8,21 +8,21 @@ use crate::metrics::{MEASURES, Measure};
 pub const TERMS: &[(&str, &str)] = &[
     (
         "tag:cut_in",
-        "a tag of the file, or one of yours (# gives them); a part of it is enough",
+        "a tag of the file, or one of yours; a part of it is enough",
     ),
     ("country:DEU", "the country of the benchmark id"),
-    ("folder:highway", "a part of the folder's name"),
+    ("folder:highway", "part of the folder's name"),
     (
         "has:collision",
-        "also ego, answers, tags (yours), error; no: is the opposite",
+        "also ego, answers, tags (yours), error; opposite: no:ego",
     ),
     (
         "verdict:differ",
-        "stored answers: agree, differ (or disagree), none; against the built-in judge",
+        "stored answers against the judge: agree, differ, none",
     ),
     (
         "risk<3",
-        "< <= > >= = with risk, distance (m), ttc (s), obstacles, duration (s), answers, and the measure sorted by",
+        "risk, distance (m), ttc (s), obstacles, duration (s), answers, the measure sorted by; also <= > >= =",
     ),
     ("!tag:urban", "the opposite of a term, or of a word"),
 ];

@@ -122,7 +122,7 @@ fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
         drawn.list
     };
     let page = isize::from(area.height.max(2).cast_signed() - 1);
-    let by = action.lines(page);
+    let by = model.look.lines(action, page);
     if history.on_details {
         let last = drawn.lines.saturating_sub(usize::from(area.height));
         history.scroll = history.scroll.saturating_add_signed(by).min(last);

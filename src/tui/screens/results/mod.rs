@@ -129,7 +129,7 @@ fn enter(model: &mut Model) -> Vec<Effect> {
 fn moved(model: &mut Model, action: Action) {
     let rows = model.drawn.results().list.height;
     let page = isize::from(rows.cast_signed() - 1).max(1);
-    model.results.move_by(action.lines(page));
+    model.results.move_by(model.look.lines(action, page));
 }
 
 /// The mouse: a click selects, a click on what is selected opens it, the wheel moves the selection.

@@ -27,7 +27,7 @@ pub fn what_is_open(model: &Model) -> String {
             model.prompt.editing,
             format!("the editor, {}", model.prompt.editor.mode()),
         ),
-        (model.list.filtering, "the filter".into()),
+        (model.list.filtering.is_some(), "the filter".into()),
         (model.zoomed, "one pane alone".into()),
         (!model.look.pending.is_empty(), "a chord".into()),
         (model.map.tape.is_some(), "the tape".into()),

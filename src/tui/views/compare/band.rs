@@ -192,13 +192,14 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
     }
     let blind = ratings.iter().filter(|r| r.blind).count();
     let title = format!(
-        " {} {}, {blind} of them blind · any key closes ",
+        " {} {}, {blind} of them blind · {} closes ",
         ratings.len(),
         if ratings.len() == 1 {
             "rating"
         } else {
             "ratings"
-        }
+        },
+        model.look.key(Action::Cancel)
     );
     let inside = RATINGS.min(screen.width).saturating_sub(2);
     let rows = Paragraph::new(text.clone())

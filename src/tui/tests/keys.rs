@@ -1,0 +1,334 @@
+//! Keys on the whole: counts, menus, old keys, the one rule for Esc and q, the list of jumps, the filter's line.
+
+use super::answers::stored_of;
+use super::bench::{Bench, answer};
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::{Model, Pane};
+
+fn quits(bench: &Bench) -> bool {
+    bench.effects.iter().any(|e| matches!(e, Effect::Quit))
+}
+
+fn said(bench: &Bench) -> String {
+    let toasts = bench.model.toasts.iter();
+    toasts
+        .map(|t| t.text.clone())
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+fn sized(columns: u16, rows: u16) -> Bench {
+    let mut bench = Bench::bundled();
+    bench.send(Msg::Resize(columns, rows));
+    let of = stored_of(&bench);
+    let answers = vec![
+        answer("lab/small", false, 301),
+        answer("lab/large", true, 301),
+    ];
+    bench.send(Msg::Stored(of, answers));
+    bench.press("x");
+    bench.frame(columns, rows);
+    bench
+}
+
+/// How many windows are open, that of answers side by side among them.
+fn windows(model: &Model) -> usize {
+    model.screens.iter().count() + usize::from(model.compare.open)
+}
+
+/// What opens a window, whether it is typed into, and a few keys that do something on it.
+const WINDOWS: [(&str, bool, &str); 21] = [
+    ("?", true, ""),
+    (":", true, ""),
+    ("m", true, ""),
+    ("c", true, ""),
+    ("space s t", true, ""),
+    ("space p m", true, ""),
+    ("space l s", true, ""),
+    ("space l t", true, ""),
+    ("space o p", true, ""),
+    ("space a p", true, ""),
+    ("space o i", false, ""),
+    ("space o v", false, ""),
+    ("space o d", false, ""),
+    ("space o s", false, ""),
+    ("space o j", false, ""),
+    ("space o h", false, "/ e"),
+    ("space o r", false, "b"),
+    ("space o c", false, "w"),
+    ("space o b", false, "w shift-b"),
+    ("space m l", false, ""),
+    ("space a a", false, "y n"),
+];
+
+#[test]
+fn esc_and_q_close_every_window_and_no_other_key_does() {
+    for (opens, typed, own) in WINDOWS {
+        let open = || {
+            let mut bench = sized(120, 40);
+            bench.press(opens);
+            assert_eq!(windows(&bench.model), 1, "{opens}");
+            bench
+        };
+        let mut bench = open();
+        bench.press("esc");
+        assert_eq!(windows(&bench.model), 0, "esc on {opens}");
+        let mut bench = open();
+        bench.press("q");
+        let left = usize::from(typed);
+        assert_eq!(windows(&bench.model), left, "q on {opens}");
+        assert!(!quits(&bench), "{opens}");
+        let mut bench = open();
+        for key in "abcdefghijklmnoprstuvwxyz0123456789%!@&#;,.<>[]()+-*$".chars() {
+            let key = key.to_string();
+            if own.split(' ').any(|own| own == key) {
+                continue;
+            }
+            bench.press(&key);
+            assert!(windows(&bench.model) > 0, "{key} closes {opens}");
+            // What it began or opened on top is left again.
+            if !bench.model.look.pending.is_empty() || windows(&bench.model) > 1 {
+                bench.press("esc");
+            }
+            assert_eq!(windows(&bench.model), 1, "{key} on {opens}");
+            assert!(!quits(&bench), "{key} on {opens}");
+        }
+    }
+}
+
+#[test]
+fn q_closes_one_window_after_the_other_and_then_quits() {
+    let mut bench = sized(120, 40);
+    bench.press("space o r space o i");
+    assert_eq!(
+        windows(&bench.model),
+        1,
+        "a full screen has no place for other windows"
+    );
+    bench.press("space o j");
+    assert_eq!(windows(&bench.model), 2);
+    bench.press("q q");
+    assert_eq!(windows(&bench.model), 0);
+    assert!(!quits(&bench));
+    bench.press("q");
+    assert!(quits(&bench));
+}
+
+#[test]
+fn digits_are_counts_before_motions() {
+    let mut bench = sized(80, 24);
+    bench.press("home 5 right");
+    assert_eq!(bench.model.clock.step(), 5);
+    bench.press("1 0 right 3 left");
+    assert_eq!(bench.model.clock.step(), 12);
+    bench.press("0");
+    assert_eq!(bench.model.clock.step(), 0, "0 alone is the first step");
+    bench.press("2 .");
+    assert_eq!(bench.model.clock.step(), 20);
+    // In the list: lines, and a line by its number; only the last one is opened.
+    let before = bench.model.list.selected;
+    bench.effects.clear();
+    bench.press("3 j");
+    assert_eq!(bench.model.list.selected, before + 3);
+    bench.press("2 g g");
+    assert_eq!(bench.model.list.selected, 1);
+    bench.press("1 g g");
+    // The count is in the footer until Esc takes it away, and nothing else.
+    bench.press("/ z esc 1 0");
+    let frame = bench.frame(80, 24);
+    assert!(frame.lines().last().unwrap().contains(" 10 "), "{frame}");
+    bench.press("esc");
+    assert_eq!(bench.model.look.count, None);
+    let techniques = bench.model.techniques;
+    bench.press("1 2 3 esc right");
+    assert_eq!(bench.model.techniques, techniques);
+    // A count is no reason to ask so many times.
+    bench.effects.clear();
+    bench.press("4 r");
+    let asked = bench
+        .effects
+        .iter()
+        .filter(|e| matches!(e, Effect::Start(..)));
+    assert!(asked.count() <= 1);
+    // Obstacles, and scrolled text.
+    let mut bench = sized(80, 24);
+    bench.press("n");
+    let ranking = bench.model.opened.as_ref().unwrap().ranking.clone();
+    let place = |bench: &Bench| ranking.iter().position(|&o| Some(o) == bench.model.picked);
+    let first = place(&bench).unwrap();
+    bench.press("2 n");
+    assert_eq!(place(&bench), Some((first + 2) % ranking.len()));
+    bench.press("? 3 down");
+    assert!(bench.frame(80, 24).contains('3'), "digits are typed there");
+}
+
+#[test]
+fn old_keys_say_where_they_went() {
+    let mut bench = sized(80, 24);
+    bench.press("%");
+    assert!(bench.model.screens.is_empty());
+    assert_eq!(said(&bench), "results moved: Space o r");
+    bench.press("esc shift-u");
+    assert!(said(&bench).contains("switch-variant moved: Space g o"));
+    let text = "[global]\nresults = [\"%\"]\n";
+    bench.model.look.keymap = crate::tui::keymap::Keymap::parse("keymap.toml", text).unwrap();
+    bench.press("%");
+    assert!(!bench.model.screens.is_empty(), "the user's binding wins");
+}
+
+#[test]
+fn jumps_are_gone_back_and_forward() {
+    let mut bench = sized(120, 40);
+    bench.press("home");
+    let worst = {
+        bench.press("x");
+        bench.model.clock.step()
+    };
+    assert!(worst > 0);
+    bench.press("end");
+    let end = bench.model.clock.step();
+    bench.press("ctrl-o");
+    assert_eq!(bench.model.clock.step(), worst);
+    bench.press("alt-left");
+    assert_eq!(bench.model.clock.step(), 0);
+    bench.press("2 alt-right");
+    assert_eq!(bench.model.clock.step(), end);
+    // Into the scenario that was open before, at its step and obstacle.
+    bench.press("x right n");
+    let (first, picked) = (bench.model.list.opened, bench.model.picked);
+    bench.press("down");
+    assert_ne!(bench.model.list.opened, first);
+    bench.press("ctrl-o");
+    let model = &bench.model;
+    assert_eq!((model.list.opened, model.picked), (first, picked));
+    assert_eq!(model.clock.step(), worst + 1);
+    assert_eq!(model.list.current(), first);
+    bench.press("alt-right");
+    assert_ne!(bench.model.list.opened, first);
+    bench.press("alt-right");
+    assert!(said(&bench).contains("no later place"), "{}", said(&bench));
+}
+
+#[test]
+fn the_menu_leaves_the_selected_line_in_sight() {
+    for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
+        for lead in ["space", "space o", "space a", "space l", "space g", "g"] {
+            for before in ["", "z", "z shift-g", "tab", "tab tab tab tab"] {
+                let mut bench = sized(columns, rows);
+                bench.press(before);
+                let selected = bench.model.list.current();
+                let name = bench.model.list.rows[selected.unwrap()].entry.name.clone();
+                bench.frame(columns, rows);
+                bench.press(lead);
+                let frame = bench.frame(columns, rows);
+                let listed = bench.model.focus == Pane::Scenarios;
+                assert!(
+                    !listed || frame.contains(&format!("▸ {name}")),
+                    "{lead}\n{frame}"
+                );
+                assert!(lead != "space" || frame.contains("m map …"), "{frame}");
+                bench.press("esc");
+                assert!(bench.model.look.pending.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_footer_is_that_of_the_pane_and_the_mode() {
+    let mut bench = sized(80, 24);
+    let footer = |bench: &Bench| bench.frame(80, 24).lines().last().unwrap().to_string();
+    let mut seen = Vec::new();
+    for words in ["open", "zoom", "edit", "side by side", "claim", "measure"] {
+        let line = footer(&bench);
+        assert!(line.contains(words), "{words}: {line}");
+        assert!(line.contains("Space menu"), "{line}");
+        seen.push(line);
+        bench.press("tab");
+    }
+    seen.dedup();
+    assert_eq!(seen.len(), 6);
+    bench.press("home p");
+    assert!(footer(&bench).contains("p pause"), "{}", footer(&bench));
+    bench.press("p /");
+    assert!(footer(&bench).contains("Esc cancel"), "{}", footer(&bench));
+}
+
+#[test]
+fn a_filter_that_is_opened_again_is_replaced_or_kept_and_esc_goes_back() {
+    let mut bench = sized(120, 40);
+    let first = bench.model.list.opened;
+    let step = bench.model.clock.step();
+    bench.press("/ m e r");
+    assert!(
+        bench.frame(120, 40).contains("risk<3"),
+        "its terms are shown"
+    );
+    assert_ne!(bench.model.list.opened, first);
+    bench.press("esc");
+    assert_eq!(bench.model.list.filter, "");
+    assert_eq!(
+        (bench.model.list.opened, bench.model.clock.step()),
+        (first, step)
+    );
+    bench.press("/ m e r enter / l");
+    assert_eq!(bench.model.list.filter, "l");
+    bench.press("esc");
+    assert_eq!(bench.model.list.filter, "mer");
+    bench.press("/ right g e");
+    assert_eq!(bench.model.list.filter, "merge");
+    bench.press("enter / backspace enter");
+    assert_eq!(bench.model.list.filter, "");
+    // Where the filter led is a jump.
+    bench.press("ctrl-o");
+    assert!(bench.model.list.opened.is_some());
+}
+
+#[test]
+fn the_palette_knows_other_words() {
+    for (word, id) in [
+        ("figure", "picture"),
+        ("screenshot", "picture"),
+        ("image", "picture"),
+        ("price", "model"),
+        ("export", "export-runs"),
+        ("accuracy", "results"),
+        ("undo", "undo"),
+        ("filter", "filter"),
+    ] {
+        let mut bench = sized(80, 24);
+        bench.press(":");
+        bench.type_text(word);
+        let frame = bench.frame(80, 24);
+        let shown = frame.lines().filter(|line| line.contains("  ")).take(9);
+        assert!(
+            shown.clone().any(|line| line.contains(id)),
+            "{word}: {frame}"
+        );
+    }
+    let mut bench = sized(80, 24);
+    bench.press(":");
+    assert!(!bench.frame(80, 24).contains('…'), "no sentence is cut");
+}
+
+#[test]
+fn enter_does_the_main_thing_of_the_pane() {
+    let mut bench = sized(120, 40);
+    for (focus, done) in [
+        (Pane::Map, "details"),
+        (Pane::Verdict, "compare"),
+        (Pane::Plot, "measures"),
+        (Pane::Prompt, "editor"),
+    ] {
+        bench.model.focus = focus;
+        bench.press("enter");
+        let model = &bench.model;
+        let opened = match done {
+            "compare" => model.compare.open,
+            "editor" => model.prompt.editing,
+            _ => !model.screens.is_empty(),
+        };
+        assert!(opened, "{done}");
+        bench.press("esc");
+    }
+}
