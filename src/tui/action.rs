@@ -7,7 +7,7 @@ mod groups;
 mod synonyms;
 
 pub use default_keys::ACTIONS;
-pub use groups::title_of;
+pub use groups::{order_of, title_of};
 pub use synonyms::synonyms_of;
 
 /// A user action, described in [`ACTIONS`].

@@ -79,8 +79,8 @@ fn every_mistake_of_a_keymap_is_named() {
     let ended = home.run(&["keys"]).status(2);
     for words in [
         "keymap.toml:5: global.worst: `f5` is also the key of global.play in line 2",
-        "keymap.toml:3: global.quitt is no action; did you mean quit?",
-        "keymap.toml:4: global.help: `hyper-h` is no key",
+        "keymap.toml:3: global.quitt is not an action; did you mean quit?",
+        "keymap.toml:4: global.help: `hyper-h` is not a key",
     ] {
         assert!(ended.stderr.contains(words), "{}", ended.stderr);
     }

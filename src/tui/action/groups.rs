@@ -27,6 +27,14 @@ pub fn title_of(keys: &[Key]) -> Option<&'static str> {
     found.map(|(_, title)| *title)
 }
 
+/// The place of the menu behind these keys among all menus; others come last.
+#[must_use]
+pub fn order_of(keys: &[Key]) -> usize {
+    let name = Chord(keys.to_vec()).name();
+    let found = GROUPS.iter().position(|(prefix, _)| *prefix == name);
+    found.unwrap_or(GROUPS.len())
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]

@@ -51,7 +51,7 @@ impl Display for Chord {
 fn key(name: &str) -> Result<Key, String> {
     let Some(key) = Key::parse(name) else {
         return Err(format!(
-            "`{name}` is no key; keys are characters, space, enter, esc, tab, backtab, backspace, delete, up, down, \
+            "`{name}` is not a key; keys are characters, space, enter, esc, tab, backtab, backspace, delete, up, down, \
              left, right, home, end, pageup, pagedown and f1 to f12, with ctrl-, alt- or shift- before them"
         ));
     };

@@ -130,7 +130,7 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
         for (id, keys) in actions {
             let Some(place) = place(*scope, id.get_ref()) else {
                 let words = format!(
-                    "{name}.{} is no action{}",
+                    "{name}.{} is not an action{}",
                     id.get_ref(),
                     near(*scope, id.get_ref())
                 );
@@ -165,7 +165,7 @@ fn bindings(
     for value in values {
         let Some(names) = value.get_ref().as_str() else {
             let words = format!(
-                "{key} = {} is no key; keys are texts such as \"x\", \"g g\" or [\"x\", \"ctrl-x\"]",
+                "{key} = {} is not a key; keys are texts such as \"x\", \"g g\" or [\"x\", \"ctrl-x\"]",
                 shown_value(value.get_ref())
             );
             file.mistake(&value.span(), words);
@@ -312,10 +312,10 @@ mod tests {
         let found = [
             "keymap.toml:1: preset = \"emacs\" is not known; there are \"default\" and \"vim\"",
             "keymap.toml:2: keys is not known",
-            "keymap.toml:4: global.qit is no action; did you mean quit?",
-            "keymap.toml:5: global.top is no action there; it is one in [scenarios] and [text]",
-            "keymap.toml:6: global.play: `hyper-x` is no key",
-            "keymap.toml:7: global.help = 3 is no key",
+            "keymap.toml:4: global.qit is not an action; did you mean quit?",
+            "keymap.toml:5: global.top is not an action there; it is one in [scenarios] and [text]",
+            "keymap.toml:6: global.play: `hyper-x` is not a key",
+            "keymap.toml:7: global.help = 3 is not a key",
             "keymap.toml:8: nowhere is not known",
         ];
         let mistakes = mistakes(text);

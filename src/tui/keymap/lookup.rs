@@ -1,7 +1,7 @@
 //! The live keymap: which keys trigger which action in which context. Footer, help, palette and which-key read it.
 
 use super::{Chord, Key, file};
-use crate::tui::action::{ACTIONS, Action, Entry, Scope, title_of};
+use crate::tui::action::{ACTIONS, Action, Entry, Scope, order_of, title_of};
 
 /// A set of keys to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -141,8 +141,7 @@ impl Keymap {
         }
     }
 
-    /// Possible continuations of these keys to actions that work, menus after single keys, otherwise in the order of
-    /// the action table. An action with several keys here has the first of them.
+    /// Possible continuations of these keys to actions that work, in the order of the action table, then menus. An action with several keys here has the first of them.
     #[must_use]
     pub fn following(
         &self,
@@ -171,7 +170,14 @@ impl Keymap {
                 leads_on: !ends,
             });
         }
-        all.sort_by_key(|next| next.leads_on);
+        let menu = |next: &NextKey| {
+            let keys = [keys, &[next.key]].concat();
+            (
+                next.leads_on,
+                if next.leads_on { order_of(&keys) } else { 0 },
+            )
+        };
+        all.sort_by_key(menu);
         all
     }
 

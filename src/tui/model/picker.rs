@@ -1,5 +1,7 @@
 //! A fuzzy picker: an input line and the matching items.
 
+use std::collections::HashSet;
+
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
@@ -21,11 +23,15 @@ pub struct Picker {
 /// sentences.
 #[must_use]
 pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
-    let texts = ACTIONS
+    // An action that several places have is listed once.
+    let mut seen = HashSet::new();
+    let all = ACTIONS.iter().filter(|entry| seen.insert(entry.action));
+    let all: Vec<&Entry> = all.collect();
+    let texts = all
         .iter()
         .map(|e| format!("{} {} {}", e.id, synonyms_of(e.action), e.doc));
     let shown = matching(&picker.text, texts);
-    let mut shown: Vec<&Entry> = shown.into_iter().map(|i| &ACTIONS[i]).collect();
+    let mut shown: Vec<&Entry> = shown.into_iter().map(|i| all[i]).collect();
     let typed = picker.text.trim().to_lowercase();
     let rank = |entry: &Entry| {
         let words = || {

@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use super::{PAGE, Screen, Step};
-use crate::tui::action::{ACTIONS, Action, Entry, Scope, synonyms_of, title_of};
+use crate::tui::action::{ACTIONS, Action, Entry, Scope, order_of, synonyms_of, title_of};
 use crate::tui::keymap::{Chord, Code, Key, edit_line, first_line};
 use crate::tui::message::Effect;
 use crate::tui::model::{Model, TERMS};
@@ -182,7 +182,8 @@ fn here(model: &Model) -> (Scope, &'static [Action]) {
 
 /// The global actions by the menu of their first key, those with a key of their own first.
 fn by_menu(model: &Model) -> Vec<(String, Vec<&'static Entry>)> {
-    let mut menus: Vec<(String, Vec<&'static Entry>)> = vec![("everywhere".into(), Vec::new())];
+    type Menu = (usize, String, Vec<&'static Entry>);
+    let mut menus: Vec<Menu> = vec![(0, "everywhere".into(), Vec::new())];
     for entry in ACTIONS.iter().filter(|entry| entry.scope == Scope::Global) {
         let chord = model.look.keymap.keys(entry).next();
         let prefix = chord.map_or(&[][..], |chord| &chord.0[..chord.0.len() - 1]);
@@ -190,12 +191,14 @@ fn by_menu(model: &Model) -> Vec<(String, Vec<&'static Entry>)> {
             Some(title) => format!("{} · {title}", Chord(prefix.to_vec())),
             None => "everywhere".into(),
         };
-        match menus.iter_mut().find(|(there, _)| *there == title) {
-            Some((_, entries)) => entries.push(entry),
-            None => menus.push((title, vec![entry])),
+        match menus.iter_mut().find(|(_, there, _)| *there == title) {
+            Some((.., entries)) => entries.push(entry),
+            None => menus.push((1 + order_of(prefix), title, vec![entry])),
         }
     }
-    menus
+    menus.sort_by_key(|(order, ..)| *order);
+    let menus = menus.into_iter();
+    menus.map(|(_, title, entries)| (title, entries)).collect()
 }
 
 /// What some keys do wherever they are pressed.
@@ -212,8 +215,8 @@ fn rules(model: &Model) -> Vec<(String, String)> {
         ),
         ("Enter".to_string(), "does the main thing of the pane"),
         (
-            "2 to 9999".to_string(),
-            "before a motion: so many times, as in 10j, 5 →, 3n; before g g: that line",
+            "digits".to_string(),
+            "before a motion repeat it, as in 10j, 5→, 3n; before g g go to that line",
         ),
     ];
     rows.map(|(keys, words)| (keys, words.to_string())).into()

@@ -175,7 +175,9 @@ fn help_has_every_key_and_the_palette_every_action() {
         assert!(seen.contains(&words), "{}", entry.id);
     }
     bench.press("esc");
-    for entry in ACTIONS {
+    // What several places have is in the palette once.
+    let mut listed = std::collections::HashSet::new();
+    for entry in ACTIONS.iter().filter(|e| listed.insert(e.action)) {
         bench.press(":");
         bench.type_text(entry.id);
         let words: String = entry.doc.chars().take(30).collect();

@@ -160,5 +160,5 @@ fn alone_there_is_nothing_to_move() {
     bench.press("z");
     chord(&mut bench, (120, 40), ">");
     assert_eq!(bench.model.look.sizes, Sizes::default());
-    assert!(bench.model.toasts[0].text.contains("make room"));
+    assert!(bench.model.toasts[0].text.contains("take room"));
 }

@@ -7,6 +7,9 @@ mod plausible;
 mod sound;
 mod world;
 
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -172,10 +175,17 @@ fn world(seed: u64) -> (World, Vec<Input>) {
     (World::new(keys, preset, size), inputs)
 }
 
+/// What is in the folder that the tests run in.
+fn working_folder() -> BTreeSet<OsString> {
+    let entries = std::fs::read_dir(".").unwrap();
+    entries.map(|entry| entry.unwrap().file_name()).collect()
+}
+
 #[test]
 fn whatever_happens_nothing_breaks_and_esc_leads_out() {
     let first = from_environment("NEARMISS_RANDOM_SEED", 1);
     let cases = from_environment("NEARMISS_RANDOM_CASES", CASES);
+    let before = working_folder();
     for seed in first..first + cases {
         let (mut world, inputs) = world(seed);
         world.told = format!("NEARMISS_RANDOM_SEED={seed}");
@@ -185,4 +195,5 @@ fn whatever_happens_nothing_breaks_and_esc_leads_out() {
         world.out();
         world.draw();
     }
+    assert_eq!(working_folder(), before, "keys write files");
 }

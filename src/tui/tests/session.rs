@@ -238,23 +238,28 @@ fn three_keys_lead_to_a_first_verdict() {
         let mut bench = Bench::bundled();
         bench.model.recall.hint = true;
         let frame = bench.frame(columns, rows);
-        assert!(frame.contains("three keys to a first verdict"), "{frame}");
+        // Where the pane is low, they stand in its border and hide no text.
+        let title = match rows {
+            24 => "↓ next  x worst moment  r ask",
+            _ => "three keys to a first verdict",
+        };
+        assert!(frame.contains(title), "{frame}");
         let shown = ["↓", "x", "r"];
         let words = [
             "open the next scenario",
             "go to its worst moment",
             "ask the built-in judge",
         ];
-        for (key, words) in shown.iter().zip(words) {
+        for (key, words) in shown.iter().zip(words).filter(|_| rows > 24) {
             assert!(frame.contains(&format!("{key}  {words}")), "{frame}");
         }
         bench.press("down x r");
         let (id, model) = bench.asked();
         assert_eq!(model, "reference/geometry");
-        assert!(bench.frame(columns, rows).contains("three keys"));
+        assert!(bench.frame(columns, rows).contains(title));
         let said = answer(&model, true, 301);
         bench.send(events::answered(id, Ok(Box::new(said))));
         let frame = bench.frame(columns, rows);
-        assert!(!frame.contains("three keys"), "{frame}");
+        assert!(!frame.contains(title), "{frame}");
     }
 }

@@ -17,19 +17,15 @@ pub fn resize(model: &mut Model, action: Action) {
     let by = if upright { COLUMNS } else { ROWS };
     let found = area(model, model.focus).and_then(|area| border(model, area, upright));
     let Some((border, on_far_side)) = found else {
-        let side = if upright {
-            "side"
-        } else {
-            "pane above or below"
-        };
-        return model.say(format!("the pane has no {side} that could make room"));
+        let side = if upright { "beside" } else { "above or below" };
+        return model.say(format!("no pane {side} to take room from"));
     };
     // Pushed away from the pane, a border makes it bigger: the one before it the other way around.
     let by = if grows == on_far_side { by } else { -by };
     let cells = border.moved(if border.before { by } else { -by });
     if cells == border.size {
-        let more = if grows { "bigger" } else { "smaller" };
-        return model.say(format!("the panes cannot be {more} here"));
+        let more = if grows { "grow" } else { "shrink" };
+        return model.say(format!("this pane cannot {more} further"));
     }
     model.look.sizes.set(&border, cells);
 }
@@ -68,7 +64,7 @@ fn border(model: &Model, area: Rect, upright: bool) -> Option<(Border, bool)> {
 /// All panes have their usual sizes again.
 pub fn reset(model: &mut Model) {
     model.look.sizes = Default::default();
-    model.say("the panes have their usual sizes");
+    model.say("pane sizes reset");
 }
 
 /// Goes to the pane in a direction. Panes that are not on the screen have their place all the same.

@@ -39,6 +39,7 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     };
     if matches!(mouse, Mouse::Press(_)) {
         model.look.pending.clear();
+        model.look.count = None;
         model.toasts.retain(|t| t.kind != Notice::Reply);
     }
     match mouse {

@@ -56,16 +56,13 @@ pub fn turn_round(model: &mut Model) {
     let window = model.window().map(|w| (w.first(), w.last()));
     let window = window.filter(|(first, last)| first < last);
     let (lap, words) = match (model.clock.lap(), window) {
-        (PlayRange::Once, _) => (
-            PlayRange::Whole,
-            "everything is played over and over".to_string(),
-        ),
+        (PlayRange::Once, _) => (PlayRange::Whole, "loop: everything".to_string()),
         (PlayRange::Whole, Some((first, last))) => (
             PlayRange::Part(first, last),
-            format!("the window, steps {first} to {last}, is played over and over"),
+            format!("loop: the window, steps {first} to {last}"),
         ),
         (PlayRange::Whole, None) | (PlayRange::Part(..), _) => {
-            (PlayRange::Once, "played once".to_string())
+            (PlayRange::Once, "loop off".to_string())
         }
     };
     model.clock.go_round(lap);
@@ -76,7 +73,7 @@ pub fn turn_round(model: &mut Model) {
 pub fn next_heat(model: &mut Model) {
     model.heat = model.next_heat();
     let words = match (model.heat, model.heat_series()) {
-        (Heat::Off, _) => "the strips are off".to_string(),
+        (Heat::Off, _) => "strips off".to_string(),
         (_, Some((measure, _))) => format!("the strips show {}", measure.name),
         (_, None) => model.without_ego(),
     };
@@ -111,7 +108,7 @@ pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
         None => match model.disagreements().first() {
             Some(&first) => {
                 show(model, first);
-                model.say("no other differs: from the first again");
+                model.say("back at the first disagreement");
                 Vec::new()
             }
             None => {

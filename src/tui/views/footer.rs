@@ -95,15 +95,46 @@ fn begun(model: &Model) -> Option<Vec<Hint>> {
     if look.count.is_none() && look.pending.is_empty() {
         return None;
     }
-    let count = look.count.map(|count| count.to_string());
-    let keys = (!look.pending.is_empty()).then(|| Chord(look.pending.clone()).to_string());
-    let words = match keys {
-        Some(_) => "…",
-        None => "times, or line: press a motion",
-    };
-    let begun: Vec<String> = count.into_iter().chain(keys).collect();
     let cancel = (look.key(Action::Cancel), "cancel".to_string());
-    Some(vec![(begun.join(" "), words.into()), cancel])
+    let count = look.count.map(|count| count.to_string());
+    if look.pending.is_empty() {
+        return Some(counting(model, count.unwrap_or_default(), cancel));
+    }
+    let keys = Chord(look.pending.clone()).to_string();
+    let begun: Vec<String> = count.into_iter().chain([keys]).collect();
+    Some(vec![(begun.join(" "), "…".into()), cancel])
+}
+
+/// What a count can stand before.
+fn counting(model: &Model, count: String, cancel: Hint) -> Vec<Hint> {
+    let scope = model.scope();
+    let mut hints = vec![(count, "times:".to_string())];
+    let pairs = [
+        (scope, [Action::Up, Action::Down], "lines"),
+        (
+            Scope::Global,
+            [Action::StepBack, Action::StepForward],
+            "steps",
+        ),
+        (
+            Scope::Global,
+            [Action::PreviousObstacle, Action::NextObstacle],
+            "obstacles",
+        ),
+        (
+            Scope::Global,
+            [Action::PreviousAnswer, Action::NextAnswer],
+            "answers",
+        ),
+    ];
+    let there = |&(place, ..): &(Scope, [Action; 2], &str)| place == scope || !scope.is_own();
+    let pairs = pairs.into_iter().filter(there);
+    let pairs = pairs.map(|(place, actions, words)| pair(model, place, actions, words));
+    hints.extend(pairs.filter(|(keys, _)| !keys.is_empty()));
+    let top = model.look.keymap.key_in(Action::Top, scope);
+    hints.extend((!top.is_empty()).then(|| (top, "line".to_string())));
+    hints.push(cancel);
+    hints
 }
 
 /// The key that leads to everything else.
