@@ -88,6 +88,12 @@ impl Folders {
         self.data.join("tags.toml")
     }
 
+    /// The user's saved views of the list of scenarios.
+    #[must_use]
+    pub fn views(&self) -> PathBuf {
+        self.data.join("views.toml")
+    }
+
     /// What the workbench looked like when it was left.
     #[must_use]
     pub fn sessions(&self) -> PathBuf {
@@ -132,6 +138,7 @@ impl Folders {
     pub fn close(&self) {
         system::close_file(&self.config.join(".env"));
         system::close_file(&self.tags());
+        system::close_file(&self.views());
         for folder in [self.drafts(), self.sessions()] {
             for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
                 system::close_file(&entry.path());
@@ -144,7 +151,15 @@ impl Folders {
 
 /// Whether the program itself puts something of this name into the data folder.
 fn is_ours(name: &str) -> bool {
-    let own = ["crashes", "drafts", "marks", "sessions", "tags.toml", STORE];
+    let own = [
+        "crashes",
+        "drafts",
+        "marks",
+        "sessions",
+        "tags.toml",
+        "views.toml",
+        STORE,
+    ];
     let beside = name.strip_prefix(STORE);
     let unstored = name.starts_with("unstored-") && name.ends_with(".jsonl");
     own.contains(&name)

@@ -1,4 +1,4 @@
-//! What the user wants: folders, the configuration file, themes, tags; built-in defaults, then file, then environment.
+//! What the user wants: folders, the configuration file, themes, tags, views; built-in defaults, then file, then environment.
 
 mod config;
 mod editor_keys;
@@ -9,6 +9,7 @@ mod text_file;
 mod theme;
 mod validation;
 mod values;
+mod views;
 
 pub use config::{Config, ConfigError};
 pub use editor_keys::Keys;
@@ -18,3 +19,4 @@ pub use tags::Tags;
 pub use text_file::TextFile;
 pub use theme::{AUTO, NamedTheme, ROLES, Theme, ThemeColor, ThemeFile};
 pub use values::Setting;
+pub use views::{SavedView, SavedViews};

@@ -1,5 +1,6 @@
 //! The store: every run in SQLite, chunk by chunk as it arrives; nothing is lost, nothing is asked twice.
 
+mod asked_templates;
 mod batches;
 mod claim;
 mod cost_bound;
@@ -27,6 +28,7 @@ mod unstored;
 mod verdicts;
 mod write;
 
+pub use asked_templates::{AskedTemplate, SameQuestion};
 pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};

@@ -175,6 +175,17 @@ pub enum Action {
     PasteCopied,
     SelectAll,
     Accept,
+    CompareVersions,
+    FirstVersion,
+    SecondVersion,
+    SwapVersions,
+    ChangeVersion,
+    AskVersions,
+    OpenVersions,
+    NextChange,
+    SavedViews,
+    RawAnswer,
+    UnfoldJson,
 }
 
 impl Action {
@@ -212,6 +223,8 @@ pub enum Scope {
     Jobs,
     /// On the screen of results.
     Results,
+    /// On the screen of two versions of a prompt.
+    Versions,
     /// In the template editor, where keys write and nothing else holds.
     Editor,
     /// On the screen of answers side by side, which has keys for everything itself.
@@ -220,7 +233,7 @@ pub enum Scope {
 
 impl Scope {
     /// Every scope with its name in keymap files and its description.
-    pub const ALL: [(Self, &'static str, &'static str); 11] = [
+    pub const ALL: [(Self, &'static str, &'static str); 12] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
@@ -230,6 +243,11 @@ impl Scope {
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
         (Self::Results, "results", "on the screen of results"),
+        (
+            Self::Versions,
+            "versions",
+            "on the screen of two prompt versions",
+        ),
         (Self::Editor, "editor", "in the template editor"),
         (
             Self::Compare,
@@ -250,7 +268,12 @@ impl Scope {
     pub fn is_own(self) -> bool {
         matches!(
             self,
-            Self::History | Self::Jobs | Self::Results | Self::Editor | Self::Compare
+            Self::History
+                | Self::Jobs
+                | Self::Results
+                | Self::Versions
+                | Self::Editor
+                | Self::Compare
         )
     }
 }

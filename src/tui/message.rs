@@ -22,7 +22,7 @@ use crate::llm::Discovered;
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::Transform;
-use crate::settings::{Config, Tags};
+use crate::settings::{Config, SavedView, SavedViews, Tags};
 use crate::store::{NewRating, Rating, Unrated};
 use crate::verdict::Task;
 
@@ -47,6 +47,8 @@ pub enum Msg {
     Searched(Result<Vec<PassedOver>, String>),
     /// The user's tags of scenarios, or why they cannot be used.
     Tags(Result<Tags, String>),
+    /// The saved views of the list, or why they cannot be used.
+    Views(Result<SavedViews, String>),
     /// A frame is about to be drawn: what arrived takes its place.
     Drawing,
     /// A frame was drawn.
@@ -178,6 +180,10 @@ pub enum Effect {
     ReadTags,
     /// Give a scenario, by its name, these tags of the user's.
     ChangeTags(String, Vec<String>),
+    /// Read the saved views of the list.
+    ReadViews,
+    /// Save a view of the list under a name, or delete it.
+    ChangeView(String, Option<SavedView>),
     /// Work out the most dangerous value of a measure in these scenarios, by their places in the list.
     Rank(&'static str, Vec<(usize, Entry)>),
     /// Open a scenario, with an obstacle as ego or without one with its recorded or chosen ego.

@@ -23,11 +23,13 @@ mod plot;
 mod prices;
 mod prompt;
 mod question;
+mod reading;
 mod results;
 mod rollout_cache;
 mod sizes;
 mod timeline;
 mod values;
+mod versions;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -41,7 +43,7 @@ pub use compare::{
     BlindMode, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
     PendingRating, REASONS, shuffle,
 };
-pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
+pub use editor::{Change, Editor, Find, HEAVY, next, rows, width_of};
 pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
 pub use jobs::{Job, JobKind, JobState, Jobs};
@@ -64,11 +66,13 @@ pub use picker::{
 pub use planner::{Driver, RunningDrive, forecast_words};
 pub use plot::{Drives, Plot};
 pub use prices::{Prices, RequestTokens};
-pub use prompt::{EntryLine, PromptPane, PromptView};
+pub use prompt::{EntryLine, PromptPane, PromptView, diff_of};
+pub use reading::ReadingView;
 pub use results::{COLUMNS as RESULTS_COLUMNS, ResultsDrawn, ResultsView};
 pub use sizes::{Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
+pub use versions::{PromptVersion, VersionKind, VersionsView};
 
 use super::action::{Action, EVEN_THERE, Scope};
 use super::clock::Clock;
@@ -157,6 +161,8 @@ pub struct Model {
     pub library: Library,
     /// The answers.
     pub answers: Answers,
+    /// How answers are read.
+    pub reading: ReadingView,
     /// Claims of answers about obstacles.
     pub claims: Claims,
     /// Answers side by side on the whole screen.
@@ -179,6 +185,8 @@ pub struct Model {
     pub jobs: Jobs,
     /// Results of all stored answers.
     pub results: ResultsView,
+    /// Two versions of the prompt over many scenarios.
+    pub versions: VersionsView,
     /// How long the program has been running; the loop sets it.
     pub uptime: Duration,
     /// Screens over the main screen.
@@ -244,6 +252,7 @@ impl Model {
             prompt: PromptPane::new(config.editor),
             library,
             answers: Answers::default(),
+            reading: ReadingView::default(),
             claims: Claims::default(),
             compare: Compare::default(),
             model: config
@@ -258,6 +267,7 @@ impl Model {
             card: None,
             jobs: Jobs::default(),
             results: ResultsView::default(),
+            versions: VersionsView::default(),
             uptime: Duration::ZERO,
             screens: Screens::default(),
             toasts: Vec::new(),

@@ -12,6 +12,7 @@ pub mod results;
 mod scenarios;
 mod scenes;
 mod templates;
+mod versions;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -30,7 +31,7 @@ use crate::judge;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::settings::{Config, Folders, TextFile};
+use crate::settings::{Config, Folders, SavedViews, TextFile};
 use crate::simulation::Settings;
 use crate::store::{Origin, Store};
 use crate::system;
@@ -132,6 +133,14 @@ impl Tasks {
             Effect::Recount(entries) => self.recount(entries),
             Effect::ReadTags => self.read_tags(),
             Effect::ChangeTags(scenario, tags) => self.change_tags(scenario, tags),
+            Effect::ReadViews => {
+                let path = self.folders.views();
+                self.background(move || Msg::Views(SavedViews::read(&path)));
+            }
+            Effect::ChangeView(name, view) => {
+                let path = self.folders.views();
+                self.background(move || Msg::Views(SavedViews::change(&path, &name, view)));
+            }
             Effect::Rank(measure, entries) => self.rank(measure, entries),
             Effect::Open(id, entry, obstacle) => self.open(id, entry, obstacle, None),
             Effect::OpenChanged(id, entry, obstacle, change) => {

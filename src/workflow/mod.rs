@@ -3,6 +3,7 @@
 //! - [`open`]: a scenario with its ego, optionally with a changed scene
 //! - [`ask`]: one question to a model, its answer stored before it is shown
 //! - [`batch`]: many questions, stored before they are asked, and resumable
+//! - [`compare_versions`]: the stored answers to two versions of a prompt, scenario by scenario
 //! - [`prepare`]: the planner drives the ego of a planning problem
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
 //! - [`TruthSearch`]: what is true about stored answers
@@ -17,6 +18,7 @@ mod generate;
 mod open;
 mod plan;
 mod truth;
+mod versions;
 
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
 pub use generate::{
@@ -25,6 +27,11 @@ pub use generate::{
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 pub use truth::{StoredQuestion, TruthChoice, TruthSearch, batch_labels};
+
+pub use versions::{
+    ComparedAnswers, SideTotals, VersionChange, VersionComparison, VersionSource, VersionTotals,
+    compare_versions,
+};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

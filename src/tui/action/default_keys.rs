@@ -229,4 +229,22 @@ table! {
     ChangeTruth, Results, "change-truth", ["t"], 4, "truth", "Compare with another truth: labels, exact geometry of recordings, or the built-in judge where there are no labels.";
     SortResults, Results, "sort-results", ["s"], 5, "sort", "Sort by the selected column; again, the other way around; once more, by prompt.";
     ExportResults, Results, "export-results", ["e"], 6, "export", "Write the table as CSV and as JSON lines into the folder that pictures go to.";
+    CompareVersions, Global, "compare-versions", ["space a b"], 0, "compare prompts", "Compare two versions of the prompt over the marked or listed scenarios: answers, truth, tokens and cost.";
+    CompareVersions, Editor, "compare-versions", ["alt-c", "f7"], 4, "compare", "Compare the draft with another version of the prompt over the marked or listed scenarios.";
+    Up, Versions, "up", ["up", "k"], 0, "up", "The scenario above.";
+    Down, Versions, "down", ["down", "j"], 0, "down", "The scenario below.";
+    PageUp, Versions, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";
+    PageDown, Versions, "page-down", ["pagedown", "ctrl-d"], 0, "page down", "A page down.";
+    Top, Versions, "top", ["g g", "home"], 0, "first", "The first scenario.";
+    Bottom, Versions, "bottom", ["shift-g", "g e", "end"], 0, "last", "The last scenario.";
+    OpenVersions, Versions, "open-versions", ["enter"], 1, "side by side", "Open the scenario with both answers side by side.";
+    AskVersions, Versions, "ask-versions", ["r"], 2, "ask missing", "Ask for the missing answers; the cost is shown first.";
+    NextChange, Versions, "next-change", ["n"], 3, "next change", "Go to the next scenario whose answers differ.";
+    FirstVersion, Versions, "first-version", ["a"], 4, "choose A", "Choose version A.";
+    SecondVersion, Versions, "second-version", ["b"], 4, "choose B", "Choose version B.";
+    SwapVersions, Versions, "swap-versions", ["s"], 5, "swap", "Swap the two versions.";
+    ChangeVersion, Versions, "reread-versions", ["shift-r"], 0, "reread", "Look up the stored answers again.";
+    RawAnswer, Global, "raw-answer", ["space a m"], 0, "raw", "Show answers as they were sent, or with their Markdown rendered.";
+    UnfoldJson, Global, "unfold-json", ["space a j"], 0, "JSON", "Unfold the JSON of answers, or fold it to one line.";
+    SavedViews, Global, "saved-views", ["space l v"], 0, "views", "Save the filter, order and grouping of the list under a name, or choose a saved view.";
 }

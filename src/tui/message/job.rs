@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use super::runs::{Batch, BatchAnswer, Counts};
+use super::runs::{Batch, BatchAnswer, ComparedVersions, Counts, VersionSide};
 use crate::evaluation::{Answer, Event, Question};
 use crate::formats::Entry;
 use crate::planner::Forecast;
 use crate::scenario::Transform;
+use crate::store::{Run, RunId};
 use crate::tui::loaded::{GenerationOutcome, GenerationProgress, Opened, VariantRequest};
 
 /// Numbers the jobs; an event of one that has ended is dropped.
@@ -31,6 +32,10 @@ pub enum JobRequest {
     Generate(Box<VariantRequest>),
     /// Prepare all questions of a batch to know what they take; nothing is asked.
     Estimate(Arc<Batch>),
+    /// Look up the answers to two versions of a prompt, and what asking the others would take.
+    Versions(Arc<[VersionSide; 2]>),
+    /// Read two runs, to show them side by side.
+    Pair([RunId; 2]),
     /// Ask the questions of the batch that was estimated under the same id.
     Batch(Arc<Batch>),
 }
@@ -46,6 +51,10 @@ pub enum JobEvent {
     Generate(Update<GenerationProgress, GenerationOutcome>),
     /// The estimate of a batch, as far as known.
     Estimate(Update<Counts, Counts>),
+    /// Questions of both versions so far; then the answers.
+    Versions(Update<usize, Box<ComparedVersions>>),
+    /// The two runs; those that are gone are missing.
+    Pair(Update<(), Vec<Run>>),
     /// Asking the questions of a batch.
     Batch(Update<BatchProgress, ()>),
 }

@@ -9,9 +9,9 @@ use crate::evaluation::{Answer, Results};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::store::{Edge, Filter, Page, Run, RunId};
+use crate::store::{AskedTemplate, Edge, Filter, Page, Run, RunId};
 use crate::verdict::Task;
-use crate::workflow::TruthChoice;
+use crate::workflow::{TruthChoice, VersionComparison};
 
 /// Numbers the lists of runs that are asked for; what an old one gives is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -140,6 +140,24 @@ pub struct Batch {
     pub model: String,
     /// About which scenarios.
     pub entries: Vec<Entry>,
+}
+
+/// One of two versions of a prompt that are compared.
+#[derive(Debug)]
+pub struct VersionSide {
+    /// The questions that it makes.
+    pub batch: Arc<Batch>,
+    /// The hash of its template, where its text is not known.
+    pub hash: Option<String>,
+}
+
+/// The answers to two versions of a prompt, and the versions that the model was asked with.
+#[derive(Debug)]
+pub struct ComparedVersions {
+    /// The answers.
+    pub comparison: VersionComparison,
+    /// The versions, the last one used first.
+    pub asked: Vec<AskedTemplate>,
 }
 
 /// The estimate of a batch before it is asked.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::{Model, ShownAnswer};
 use crate::description::visible;
 use crate::evaluation::claims::{CheckedClaim, Judgement};
+use crate::tui::widgets::long_text::folded_line;
 
 /// Claims that are known, by what they were found in.
 #[derive(Debug, Default)]
@@ -58,6 +59,14 @@ pub struct Document {
     pub whole: bool,
     /// Identifies text, window and scene.
     pub key: u64,
+}
+
+impl Document {
+    /// How many lines into JSON that folds a byte is; `None` outside of it.
+    #[must_use]
+    pub fn folded_line(&self, byte: usize) -> Option<usize> {
+        folded_line(&self.text, byte)
+    }
 }
 
 /// Texts whose claims are kept.

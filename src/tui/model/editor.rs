@@ -8,6 +8,7 @@ mod wrap;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
+use std::time::Duration;
 
 use edtui::actions::{Execute, InsertChar, LineBreak};
 use edtui::clipboard::ClipboardTrait;
@@ -15,6 +16,7 @@ use edtui::events::KeyInput;
 use edtui::{EditorEventHandler, EditorMode, EditorState, Index2, Lines};
 
 pub use find::{Find, next};
+pub use history::Change;
 use history::History;
 use parts::{Clip, Shared};
 pub use parts::{EditorDrawn, Styles};
@@ -33,6 +35,8 @@ pub struct Editor {
     /// The lines as one text, as of the last change.
     text: String,
     history: History,
+    /// The time of the last key: a pause between two begins a new step of undo.
+    now: Duration,
     /// Where the selection begins; vim's own is in the state.
     anchor: Option<Index2>,
     /// Whether motions keep the selection.
@@ -73,6 +77,7 @@ impl Editor {
             keys,
             text: String::new(),
             history: History::default(),
+            now: Duration::ZERO,
             anchor: None,
             marking: false,
             awaiting: false,
@@ -215,13 +220,22 @@ impl Editor {
         cursor.col = cursor.col.min(last);
     }
 
-    /// Gives a key to the crate; says whether the text changed.
-    pub fn input(&mut self, input: KeyInput) -> bool {
+    /// Notes the time, for undo.
+    pub fn at(&mut self, now: Duration) {
+        self.now = now;
+    }
+
+    /// Gives a key to the crate, which makes this change if any; says whether the text changed.
+    pub fn input(&mut self, input: KeyInput, change: Change) -> bool {
         let before = self.state.cursor;
         let rows = self.drawn.borrow().rows.len();
         self.state.set_viewport_height(rows.max(2));
         self.handler.on_key_event(input, &mut self.state);
-        self.changed(before, false)
+        let changed = self.changed(before, change);
+        if !changed && self.state.cursor != before {
+            self.history.rest();
+        }
+        changed
     }
 
     /// Whether vim's next key is the object of a motion, and no command.
@@ -236,7 +250,7 @@ impl Editor {
     }
 
     /// Takes over what was changed in the lines; says whether anything was.
-    fn changed(&mut self, before: Index2, typed: bool) -> bool {
+    fn changed(&mut self, before: Index2, change: Change) -> bool {
         self.clamp();
         let mut text = String::with_capacity(self.text.len() + 1);
         for (row, line) in self.state.lines.iter_row().enumerate() {
@@ -249,7 +263,8 @@ impl Editor {
             return false;
         }
         let old = std::mem::replace(&mut self.text, text);
-        self.history.record(old, before, self.state.cursor, typed);
+        let cursors = (before, self.state.cursor);
+        self.history.record(old, cursors, change, self.now);
         if self.text.len() > HEAVY {
             // The crate keeps a hundred copies of the lines, which nothing uses here.
             let top = self.top.get();
@@ -272,7 +287,7 @@ impl Editor {
         } else {
             InsertChar(c).execute(&mut self.state);
         }
-        self.changed(before, c != '\n' && !c.is_whitespace())
+        self.changed(before, Change::Typed(c))
     }
 
     /// Writes a text at the cursor, over the selection, all at once: character by character, long ones would take
@@ -315,7 +330,8 @@ impl Editor {
         let before = self.state.cursor;
         let old = std::mem::take(&mut self.text);
         self.put(text, cursor);
-        self.history.record(old, before, self.state.cursor, false);
+        let cursors = (before, self.state.cursor);
+        self.history.record(old, cursors, Change::Whole, self.now);
     }
 
     /// Takes the selected text away; says whether there was any.
@@ -353,7 +369,7 @@ impl Editor {
         std::mem::take(&mut clip.fresh).then(|| clip.text.clone())
     }
 
-    /// Goes back by a change, or forward again; says whether there was one.
+    /// Goes back by a step, or forward again; says whether there was one.
     pub fn undo(&mut self, back: bool) -> bool {
         let now = (self.text.clone(), self.state.cursor);
         let Some((text, cursor)) = self.history.step(back, now) else {

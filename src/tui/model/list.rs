@@ -9,6 +9,7 @@ mod row;
 mod terms;
 #[cfg(test)]
 mod tests;
+mod view;
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -22,7 +23,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::metrics::Measure;
-use crate::settings::Tags;
+use crate::settings::{SavedViews, Tags};
 use crate::tui::loaded::Facts;
 use crate::tui::message::Effect;
 
@@ -59,6 +60,10 @@ pub struct List {
     pub grouping: Grouping,
     /// The user's own tags.
     pub tags: Tags,
+    /// Saved views of it.
+    pub views: SavedViews,
+    /// The view that is to be shown.
+    pub chosen_view: Option<String>,
     /// Names of groups that are shut.
     shut: HashSet<String>,
     /// Whether what arrived changes what is shown.

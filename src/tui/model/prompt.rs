@@ -120,6 +120,14 @@ pub struct PromptPane {
     pub editor: Editor,
 }
 
+/// The differences of two texts by lines; large ones are compared roughly after a while.
+#[must_use]
+pub fn diff_of<'t>(old: &'t str, new: &'t str) -> similar::TextDiff<'t, 't, 't, str> {
+    similar::TextDiff::configure()
+        .timeout(std::time::Duration::from_millis(200))
+        .diff_lines(old, new)
+}
+
 /// Columns from which on something fits beside the editor.
 const BESIDE: u16 = 110;
 
@@ -211,22 +219,27 @@ impl PromptPane {
         self.shipped
     }
 
+    /// The shipped template and the editor's text, to be compared; `None` without changes.
+    #[must_use]
+    pub fn compared(&self) -> Option<(&'static str, String)> {
+        let (_, shipped) = self.shipped?;
+        let text = self.editor.text().trim_end();
+        (text != shipped.trim_end()).then(|| (shipped, format!("{text}\n")))
+    }
+
     /// The changes of the editor's text to the shipped template, as a unified diff; `None` without changes.
     #[must_use]
     pub fn difference(&self) -> Option<String> {
-        let (name, shipped) = self.shipped?;
-        let text = self.editor.text();
-        if text.trim_end() == shipped.trim_end() {
-            return None;
-        }
-        let mut ended = text.trim_end().to_string();
-        ended.push('\n');
-        let difference = similar::TextDiff::configure()
-            .timeout(std::time::Duration::from_millis(200))
-            .diff_lines(shipped, &ended);
-        let mut unified = difference.unified_diff();
+        let (name, _) = self.shipped?;
+        let (shipped, text) = self.compared()?;
+        let difference = diff_of(shipped, &text);
         let header = (format!("shipped/{name}"), self.file.clone());
-        Some(unified.header(&header.0, &header.1).to_string())
+        Some(
+            difference
+                .unified_diff()
+                .header(&header.0, &header.1)
+                .to_string(),
+        )
     }
 
     /// Whether a view fits beside the editor at this width.

@@ -18,12 +18,14 @@ pub mod palette;
 pub mod picker;
 pub mod pictures;
 pub mod results;
+pub mod saved_views;
 pub mod source;
 pub mod tags;
 pub mod templates;
 pub mod themes;
 pub mod values;
 pub mod variant;
+pub mod versions;
 
 use std::any::Any;
 use std::fmt::Debug;

@@ -106,15 +106,12 @@ pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
     if let Some(plotted) = measure(&session.plot) {
         model.plot.measure = plotted;
     }
-    let mut plain = Order::PLAIN.into_iter();
     let (sort, turned) = session.sort;
-    let order = plain.find(|order| order.id() == sort);
-    if let Some(order) = order.or_else(|| measure(&sort).map(Order::Measure)) {
+    if let Some(order) = Order::parse(&sort) {
         model.list.set_order(order);
         model.list.turned = turned;
     }
-    let mut groups = Grouping::ALL.into_iter();
-    if let Some(grouping) = groups.find(|g| g.name() == session.group) {
+    if let Some(grouping) = Grouping::parse(&session.group) {
         model.list.group_by(grouping);
     }
     model.list.set_filter(session.filter);

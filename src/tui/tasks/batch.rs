@@ -127,7 +127,7 @@ impl Tasks {
 
 impl Batch {
     /// What the store is to keep of it.
-    fn request(&self, ego: &EgoSelection) -> BatchRequest {
+    pub(super) fn request(&self, ego: &EgoSelection) -> BatchRequest {
         let paths = self.entries.iter().map(|entry| match &entry.place {
             EntryLocation::File(path) => path.clone(),
             EntryLocation::Bundled(_) => PathBuf::from(&entry.name),

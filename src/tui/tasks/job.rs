@@ -100,6 +100,8 @@ impl Tasks {
             JobRequest::Plan(entry, change, forecast) => self.plan(id, entry, change, forecast),
             JobRequest::Generate(request) => self.generate(id, request),
             JobRequest::Estimate(batch) => self.estimate(id, batch),
+            JobRequest::Versions(sides) => self.compare_versions(id, sides),
+            JobRequest::Pair(runs) => self.pair(id, runs),
             JobRequest::Batch(_) => self.begin(id),
         }
     }

@@ -77,6 +77,57 @@ fn undo_takes_words_back_and_redo_brings_them_again_until_something_is_typed() {
 }
 
 #[test]
+fn a_pause_a_line_or_a_move_ends_what_is_undone_at_once() {
+    for keys in [Keys::Plain, Keys::Emacs] {
+        let mut bench = with(keys);
+        let undo = "alt-z";
+        bench.press("ctrl-g 1 0 enter");
+        if keys == Keys::Emacs {
+            bench.press("alt-g 1 0 enter");
+        }
+        let text = |bench: &Bench| bench.model.prompt.text();
+        let at_start = text(&bench);
+        // A second without a key parts what was typed.
+        bench.type_text("ab");
+        let first = text(&bench);
+        bench.model.uptime += Duration::from_millis(1500);
+        bench.type_text("cd");
+        bench.press(undo);
+        assert_eq!(text(&bench), first);
+        bench.press(undo);
+        assert_eq!(text(&bench), at_start);
+        // A run of erasing is one step, apart from the typing before it.
+        bench.type_text("word");
+        let word = text(&bench);
+        bench.press("backspace backspace backspace");
+        bench.press(undo);
+        assert_eq!(text(&bench), word);
+        // A new line, and a move there and back.
+        bench.press("enter x left right y");
+        bench.press(undo);
+        assert!(!text(&bench).contains("xy") && text(&bench).contains("word\nx"));
+        bench.press(undo);
+        assert!(text(&bench).contains("word\n") && !text(&bench).contains("word\nx"));
+        bench.press(undo);
+        assert_eq!(text(&bench), word);
+        bench.press(undo);
+        assert_eq!(text(&bench), at_start);
+    }
+}
+
+#[test]
+fn vim_undoes_words_too() {
+    let mut bench = with(Keys::Vim);
+    let before = bench.model.prompt.text();
+    bench.press("i");
+    bench.type_text("one two");
+    bench.press("esc u");
+    assert!(bench.model.prompt.text().starts_with("one +++"));
+    bench.press("u");
+    assert_eq!(bench.model.prompt.text(), before);
+}
+
+#[test]
 fn selecting_cutting_and_pasting() {
     let mut bench = with(Keys::Plain);
     bench.press("down shift-end ctrl-x");
@@ -129,7 +180,7 @@ fn searching_goes_on_and_back_and_returns() {
     bench.press("ctrl-g 9 9 9 9 enter");
     assert_eq!(at(&bench).0 + 1, bench.model.prompt.editor.line_count());
     bench.press("ctrl-g x enter");
-    assert!(said(&bench).contains("`x` is no line"));
+    assert!(said(&bench).contains("`x` is not a line number"));
 }
 
 #[test]
@@ -253,7 +304,7 @@ fn what_is_beside_the_editor_goes_round_and_takes_its_place_where_it_is_narrow()
     assert!(
         bench
             .frame(120, 40)
-            .contains("the template is the shipped collision-ego.md")
+            .contains("same as the shipped collision-ego.md")
     );
     bench.press("ctrl-o");
     bench.send(Msg::Resize(80, 24));
@@ -274,7 +325,7 @@ fn a_broken_line_is_marked_and_tokens_are_compared() {
     bench.type_text("Some more words that the shipped template does not have. ");
     let frame = bench.frame(160, 45);
     assert!(
-        frame.contains("(+1") && frame.contains("to shipped) · price unknown"),
+        frame.contains("(+1") && frame.contains("vs shipped) · price unknown"),
         "{frame}"
     );
     bench.type_text("{{ oops ");

@@ -56,7 +56,7 @@ fn a_template_is_saved_under_a_new_name_and_chosen() {
     bench.press(&"backspace ".repeat(14));
     bench.type_text("safety-ego");
     bench.press("enter");
-    assert!(said(&bench).contains("there is a safety-ego.md already"));
+    assert!(said(&bench).contains("safety-ego.md exists already"));
     bench.press("ctrl-a");
     bench.type_text("brief");
     bench.press("enter");
@@ -154,12 +154,12 @@ fn the_difference_to_the_shipped_template_has_signs() {
     bench.model.zoomed = true;
     let frame = bench.frame(200, 60);
     assert!(
-        frame.contains("+1 −1 lines to the shipped collision-ego.md"),
+        frame.contains("+1 −1 lines vs shipped collision-ego.md"),
         "{frame}"
     );
     assert!(
         frame.contains("┃+Mine. You are") && frame.contains("┃-You are"),
         "{frame}"
     );
-    assert!(frame.contains("drafts, not saved: collision-ego.md"));
+    assert!(frame.contains("unsaved drafts: collision-ego.md"));
 }

@@ -49,4 +49,6 @@ mod timeline;
 mod typing;
 mod unasked;
 mod values;
+mod versions;
+mod views;
 mod written;

@@ -83,7 +83,18 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
             .all(|e| !matches!(e, Effect::SaveTemplate(..)))
     );
     bench.model.model = "lab/small".into();
-    bench.press("esc r");
+    bench.press("esc g tab r");
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("requests disabled until fixed"), "{frame}");
+    assert!(
+        frame.contains("{{ oops"),
+        "the place of the error is shown: {frame}"
+    );
+    assert_eq!(bench.model.focus, crate::tui::model::Pane::Prompt);
+    assert_eq!(
+        bench.model.prompt.editor.cursor().0 + 1,
+        bench.model.prompt.error_line.unwrap()
+    );
     assert!(
         bench
             .effects

@@ -67,7 +67,7 @@ fn an_answer_without_reasoning_needs_no_line() {
 fn what_is_waited_for_is_said_until_something_comes() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    let on_its_way = "the question is on its way…";
+    let on_its_way = "question sent, waiting for the answer…";
     assert!(place(&pane(&bench), "waiting 0 s").is_some());
     assert!(place(&pane(&bench), on_its_way).is_some());
     bench.send(events::piece(id, Event::Awaiting(RunId(7))));
@@ -133,5 +133,93 @@ fn the_text_goes_to_the_claim_that_is_picked() {
         let lines = pane(&bench);
         let seen = place(&lines, &words[..20]).is_some();
         assert!(seen, "{words}: {lines:#?}");
+    }
+}
+
+const WHY: &str = "## Why\n\nThe gap to obstacle 301 is **9 m**.\n\n- it is `near`\n\n```json\n{\n  \"collision\": true,\n\
+    \"justification\": \"the gap to obstacle 301 is 3 m\"\n}\n```\n";
+
+#[test]
+fn markdown_is_rendered_json_is_folded_and_both_can_be_had_as_sent() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let mut said = no_verdict("lab/a", WHY);
+    said.reasoning.clear();
+    bench.send(events::answered(id, Ok(Box::new(said))));
+    let shows = |bench: &Bench, words: &str| place(&pane(bench), words).is_some();
+    for (words, there) in [
+        ("│Why", true),
+        ("• it is near", true),
+        ("**", false),
+        ("```", false),
+        ("▸ verdict JSON, 4 lines", true),
+        ("justification", false),
+    ] {
+        assert_eq!(shows(&bench, words), there, "{words}: {:#?}", pane(&bench));
+    }
+    bench.perform("unfold-json");
+    assert!(shows(&bench, "\"collision\": true") && !shows(&bench, "▸"));
+    bench.perform("unfold-json");
+    bench.perform("raw-answer");
+    for words in [
+        "## Why",
+        "**9 m",
+        "- it is `near`",
+        "```json",
+        "justification",
+    ] {
+        assert!(shows(&bench, words), "{words}: {:#?}", pane(&bench));
+    }
+}
+
+#[test]
+fn a_claim_in_folded_json_unfolds_it() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let mut said = no_verdict("lab/a", WHY);
+    said.reasoning.clear();
+    bench.send(events::answered(id, Ok(Box::new(said))));
+    let lines = pane(&bench);
+    assert!(place(&lines, "4 lines, 1 claim").is_some(), "{lines:#?}");
+    // The first claim is in the text, and its sign stands behind what markup leaves of it.
+    assert!(place(&lines, "9 m≠").is_some(), "{lines:#?}");
+    bench.press(")");
+    assert!(place(&pane(&bench), "▸ verdict JSON").is_some());
+    bench.press(")");
+    let lines = pane(&bench);
+    assert!(place(&lines, "301 is 3 m").is_some(), "{lines:#?}");
+}
+
+#[test]
+fn when_a_stream_ends_the_reader_is_where_reading_goes_on() {
+    let text = (0..90).map(|n| format!("line {n}\n")).collect::<String>();
+    let stream = |bench: &mut Bench| {
+        let (id, _) = bench.asked();
+        let chunk = Event::Chunk(Chunk::Text(text.clone()));
+        bench.send(events::piece(id, chunk));
+        pane(bench);
+        id
+    };
+    let end = |bench: &mut Bench, id| {
+        let mut said = no_verdict("lab/small", &text);
+        said.reasoning.clear();
+        bench.send(events::answered(id, Ok(Box::new(said))));
+        pane(bench)
+    };
+    // Whoever only watched begins to read at the beginning.
+    let mut bench = asking();
+    let id = stream(&mut bench);
+    assert!(place(&pane(&bench), "line 89").is_some());
+    assert!(place(&end(&mut bench, id), "line 0").is_some());
+    // A reader stays, in the middle and at the end.
+    for (keys, words) in [("up up up", "line 86"), ("up shift-g", "line 89")] {
+        let mut bench = asking();
+        bench.model.focus = crate::tui::model::Pane::Reasoning;
+        let id = stream(&mut bench);
+        bench.press(keys);
+        pane(&bench);
+        let lines = end(&mut bench, id);
+        assert!(place(&lines, words).is_some(), "{keys}: {lines:#?}");
+        assert!(place(&lines, "line 0 ").is_none(), "{keys}: {lines:#?}");
     }
 }

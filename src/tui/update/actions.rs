@@ -7,7 +7,8 @@ use super::super::screens;
 use super::super::session::restore;
 use super::{
     answers, batch, claims, clock, compare, editing, filter, jobs, jumps, list, map, obstacles,
-    open_current, panes, planning, plot, rating, screens as on_screen, task, timeline,
+    open_current, panes, planning, plot, rating, screens as on_screen, task, timeline, versions,
+    views,
 };
 use crate::scenario::EgoSource;
 
@@ -100,6 +101,12 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
+        SavedViews => return views::perform(model),
+        RawAnswer => model.toggle_raw(),
+        UnfoldJson => model.toggle_json(),
+        CompareVersions => return versions::open(model),
+        ChangeVersion | AskVersions | OpenVersions | FirstVersion | SecondVersion
+        | SwapVersions | NextChange => return versions::perform(model, action),
         CancelJob | CancelAllJobs => return jobs::perform(model, action),
         // The others open a screen, or are done by the one on top.
         _ => {}
@@ -269,6 +276,7 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
         Pane::Prompt => model.prompt.scroll = top,
         Pane::Verdict => model.answers.verdict_top = top,
         Pane::Reasoning => {
+            model.note_scrolled();
             // At the end of a text that still arrives, the end is followed again.
             let running = model.answers.column().is_some_and(Column::is_running);
             let follow = running && top == last;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::super::action::Action;
 use super::super::message::{Computation, Effect, JobId, JobRequest, Update, WindowJudgement};
 use super::super::model::{Column, Model, Pane, Progress, ShownAnswer};
-use super::{batch, list, making};
+use super::{batch, editing, list, making};
 use crate::evaluation::{Answer, Event, JudgeOutcome};
 use crate::judge;
 use crate::llm::Chunk;
@@ -30,14 +30,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     }
     // The built-in judge reads the scene, not the prompt.
-    if let Some(error) = model
-        .prompt
-        .error
-        .as_ref()
-        .filter(|_| asked != judge::MODEL)
-    {
-        let text = format!("broken template, requests disabled: {error}");
-        model.complain(text);
+    if asked != judge::MODEL && editing::show_error(model) {
         return Vec::new();
     }
     let Some(question) = model.prompt.question.clone() else {
@@ -147,6 +140,7 @@ pub fn on_update(model: &mut Model, id: JobId, update: Update<Event, Box<Answer>
         Update::Progress(event) => arrived(model, id, event),
         Update::Ended(result) => {
             let name = list::name_of(model, id);
+            model.end_stream(id);
             answered(model, id, result);
             return name.map_or_else(Vec::new, |name| list::recount(model, &name));
         }

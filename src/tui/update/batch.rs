@@ -7,9 +7,10 @@ use super::super::message::runs::{Batch, BatchAnswer, Counts};
 use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model};
 use super::super::screens::batch::BatchScreen;
-use super::{actions, jobs};
+use super::{actions, editing, jobs};
 use crate::description::Frame;
 use crate::evaluation::batch::RequestSettings;
+use crate::formats::Entry;
 use crate::judge;
 use crate::llm::Effort;
 
@@ -34,9 +35,7 @@ pub fn mark(model: &mut Model) {
 pub fn propose(model: &mut Model) -> Vec<Effect> {
     let entries = model.marks.chosen(&model.list);
     let asked = model.model.clone();
-    let error = model.prompt.error.clone();
-    if let Some(error) = error.filter(|_| asked != judge::MODEL) {
-        model.complain(format!("broken template, requests disabled: {error}"));
+    if asked != judge::MODEL && editing::show_error(model) {
         return Vec::new();
     }
     if entries.is_empty() {
@@ -50,9 +49,16 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         ));
         return Vec::new();
     }
+    // The built-in judge gets no prompt.
+    let draft = model.prompt.draft().filter(|_| asked != judge::MODEL);
+    propose_batch(model, batch_of(model, entries, draft))
+}
+
+/// A batch about these scenarios, asked as the workbench would ask; `draft` is a template that is not saved.
+pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, String)>) -> Batch {
     let decided = model.decided();
     let config = &model.config;
-    let batch = Arc::new(Batch {
+    Batch {
         task: model.task,
         frame: model.frame,
         techniques: decided.techniques,
@@ -66,12 +72,16 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         },
         history: decided.history,
         library: model.library.clone(),
-        // The built-in judge gets no prompt.
-        draft: model.prompt.draft().filter(|_| asked != judge::MODEL),
+        draft,
         thresholds: model.thresholds.clone(),
-        model: asked,
+        model: model.model.clone(),
         entries,
-    });
+    }
+}
+
+/// Shows what a batch would take, and begins to count it.
+pub fn propose_batch(model: &mut Model, batch: Batch) -> Vec<Effect> {
+    let batch = Arc::new(batch);
     let id = JobId(model.new_id());
     model.card = Some(Card {
         id,

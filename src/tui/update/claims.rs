@@ -38,16 +38,29 @@ pub fn request(model: &mut Model) -> Vec<Computation> {
 
 /// Picks the next claim of the reasoning, or the one before, and scrolls to it.
 pub fn read_on(model: &mut Model, forward: bool) {
+    let unfolded = model.reading.unfold || model.reading.raw;
     let Some(place) = go(model, model.answers.shown, forward) else {
         return;
     };
     let Some(row) = model.drawn.claim(place) else {
         return;
     };
+    let lines = || folded_line(model, model.answers.shown, place);
+    let folded = if unfolded { None } else { lines() }.unwrap_or(0);
+    // JSON that was folded when it was last drawn is unfolded now.
+    let row = row + folded;
     let extent = model.drawn.extent(Pane::Reasoning);
     if row < extent.top || row >= extent.top + extent.rows {
         model.answers.scroll = Some(row.saturating_sub(extent.rows / 3));
     }
+}
+
+/// How many lines into JSON that folds a claim is.
+fn folded_line(model: &Model, shown: ShownAnswer, place: usize) -> Option<usize> {
+    let document = model.document(shown)?;
+    let claims = model.claims.get(document.key);
+    let at = claims.get(place)?.claim.span.start;
+    document.folded_line(at)
 }
 
 /// Picks the next claim of an answer, or the one before: its obstacle is picked on the map, and the clock goes to its
@@ -82,6 +95,9 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
     if model.clock.step() != step {
         model.clock.go(step);
         clock::stepped(model);
+    }
+    if folded_line(model, shown, place).is_some() {
+        model.reading.unfold = true;
     }
     // The built-in judge's text may be another one at another step.
     let key = model.document(shown).map_or(document.key, |d| d.key);

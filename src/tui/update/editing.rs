@@ -40,16 +40,45 @@ pub fn end(model: &mut Model) -> Vec<Effect> {
         model.refill();
     }
     if model.prompt.error.is_some() {
-        model.say("the draft cannot be filled yet: nothing is asked with it until it is mended");
+        let edit = model.look.key(Action::Edit);
+        model.say(format!(
+            "the draft has an error: requests disabled until fixed; {edit} edits it"
+        ));
     } else if model.prompt.is_draft() {
         let [edit, save, reset] = [Action::Edit, Action::SaveTemplate, Action::ResetTemplate]
             .map(|action| model.look.key(action));
         model.say(format!(
-            "the draft is in use; {edit} and {save} save it, {reset} discards it"
+            "draft in use; {edit} then {save} saves it, {reset} discards it"
         ));
     }
     keep(model)
 }
+
+/// Shows why the template cannot be used, at its place: says it, and goes there in the prompt pane, where editing
+/// begins at it. Whether there is such an error.
+pub fn show_error(model: &mut Model) -> bool {
+    let Some(error) = model.prompt.error.clone() else {
+        return false;
+    };
+    let prompt = &mut model.prompt;
+    if !prompt.editing {
+        model.focus = Pane::Prompt;
+        prompt.view = PromptView::Template;
+        prompt.scroll = 0;
+    }
+    if let Some(line) = prompt.error_line {
+        prompt.editor.go(line.saturating_sub(1), 0, false);
+        prompt.scroll = line.saturating_sub(1 + ABOVE_ERROR);
+    }
+    let edit = model.look.key(Action::Edit);
+    model.complain(format!(
+        "requests disabled until fixed: {error}; {edit} edits the template there"
+    ));
+    true
+}
+
+/// Lines that are shown above the one with an error.
+const ABOVE_ERROR: usize = 2;
 
 /// Keeps the drafts for the next start, or forgets those that were kept.
 pub fn keep(model: &mut Model) -> Vec<Effect> {
@@ -111,9 +140,12 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         }
         model.prompt.turned = false;
     }
+    model.prompt.editor.at(model.uptime);
     match keys::typed(&mut model.prompt.editor, key) {
         keys::EditOutcome::Changed => edited(model),
-        keys::EditOutcome::Full => model.say("the template is as large as one may be, 1 MiB"),
+        keys::EditOutcome::Full => {
+            model.say("not typed: the template has reached its limit of 1 MiB")
+        }
         keys::EditOutcome::Same => {}
     }
     copied(model)
@@ -128,7 +160,8 @@ fn copied(model: &mut Model) -> Vec<Effect> {
 /// Performs a command of the editor.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     if !model.prompt.editing {
-        model.say("e edits the template first");
+        let edit = model.look.key(Action::Edit);
+        model.say(format!("{edit} opens the editor first"));
         return Vec::new();
     }
     let editor = &mut model.prompt.editor;
@@ -154,7 +187,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::Cut | Action::CopySelection => {
             let cut = action == Action::Cut;
             if !editor.copy(cut) {
-                model.say("nothing is selected: Shift with a motion selects");
+                model.say("nothing selected: Shift with a motion selects");
             } else if cut {
                 edited(model);
             }
@@ -210,7 +243,7 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
         let signs = signs.count();
         insert(model, &shown);
         if signs > 0 {
-            model.say(format!("{signs} control characters were pasted as signs"));
+            model.say(format!("{signs} control characters pasted as symbols"));
         }
     } else if model.list.filtering.is_some() {
         return super::filter::paste(model, text);

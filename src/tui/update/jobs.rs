@@ -6,7 +6,7 @@ use super::super::action::Action;
 use super::super::message::runs::BatchAnswer;
 use super::super::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::super::model::{Column, Job, JobKind, JobState, Model};
-use super::{answers, batch, making, planning};
+use super::{answers, batch, making, planning, versions};
 use crate::evaluation::{Answer, Event, JudgeOutcome};
 use crate::llm::Chunk;
 use crate::prompts::estimate_tokens;
@@ -69,7 +69,7 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
     }
 }
 
-/// What the list says of a job that starts; nothing of an estimate, which has a card of its own.
+/// What the list says of a job that starts; nothing of what is shown on a screen of its own.
 fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
     let (kind, title, parts) = match request {
         JobRequest::Question {
@@ -85,7 +85,7 @@ fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
             (JobKind::Plan, title, 1)
         }
         JobRequest::Generate(request) => return Some(making::job(id, request, now)),
-        JobRequest::Estimate(_) => return None,
+        JobRequest::Estimate(_) | JobRequest::Versions(_) | JobRequest::Pair(_) => return None,
         JobRequest::Batch(batch) => {
             let count = batch.entries.len();
             let title = format!("{} on {count} scenarios", batch.model);
@@ -139,6 +139,7 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
             stopping
         }
         None if model.card.as_ref().is_some_and(|card| card.id == id) => false,
+        None if model.versions.owns(id) => false,
         None => return Vec::new(),
     };
     match event {
@@ -149,6 +150,8 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
         JobEvent::Generate(update) => return making::on_update(model, update),
         JobEvent::Estimate(update) => batch::estimated(model, update),
         JobEvent::Batch(update) => batch::on_update(model, id, update),
+        JobEvent::Versions(update) => return versions::found(model, update),
+        JobEvent::Pair(update) => return versions::read(model, update),
     }
     Vec::new()
 }
@@ -159,7 +162,7 @@ fn note_event(job: &mut Job, event: &JobEvent, now: Duration) {
         JobEvent::Question(update) => note_question(job, update, now),
         JobEvent::Plan(update) => planning::note(job, update, now),
         JobEvent::Generate(update) => making::note(job, update, now),
-        JobEvent::Estimate(_) => {}
+        JobEvent::Estimate(_) | JobEvent::Versions(_) | JobEvent::Pair(_) => {}
         JobEvent::Batch(update) => note_batch(job, update, now),
     }
 }

@@ -29,6 +29,8 @@ mod screens;
 mod task;
 mod timeline;
 mod values;
+mod versions;
+mod views;
 
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
@@ -58,6 +60,9 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     settle(model);
     effects.extend(request_missing(model));
     jobs::note_requested(model, &effects);
+    let more = versions::follow(model);
+    jobs::note_requested(model, &more);
+    effects.extend(more);
     effects.extend(restore::remember(model));
     effects
 }
@@ -99,6 +104,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             list::tags(model, tags);
             Vec::new()
         }
+        Msg::Views(views) => {
+            views::read(model, views);
+            Vec::new()
+        }
         Msg::Drawing => list::drawing(model),
         Msg::Drawn => map::image(model).map(Effect::Compute).into_iter().collect(),
         Msg::Discovered(found) => {
@@ -128,6 +137,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
                 }
                 timeline::arrived(model);
                 compare::arrived(model);
+                versions::arrived(model);
             }
             Vec::new()
         }

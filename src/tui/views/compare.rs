@@ -222,6 +222,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
     let safe = hidden::text(model, shown, &document.text);
     let mut readings = model.drawn.readings.borrow_mut();
     let reading = readings.answer(shown);
+    reading.show_as(model.reading_mode());
     reading.follow(&safe, &marks, area.width, theme);
     let lines = reading.rows();
     let claim_rows = reading.rows_of_claims(marks.claims.len());

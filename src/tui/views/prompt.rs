@@ -107,7 +107,7 @@ fn numbers(model: &Model) -> Option<String> {
     if let Some(shipped) = prompt.shipped_tokens.filter(|&shipped| shipped != tokens) {
         let sign = if tokens > shipped { '+' } else { '−' };
         let by = thousands(tokens.abs_diff(shipped) as u64);
-        words.push_str(&format!(" ({sign}{by} to shipped)"));
+        words.push_str(&format!(" ({sign}{by} vs shipped)"));
     }
     Some(format!("{words} · {}", model.price()))
 }
@@ -138,7 +138,7 @@ fn title(model: &Model, width: u16) -> Line<'static> {
     if narrow {
         let key = model.look.key(Action::PromptView);
         add(Span::styled(
-            format!(" ({key} turns)"),
+            format!(" ({key} next)"),
             Style::new().fg(model.theme.dim),
         ));
     }
@@ -158,6 +158,9 @@ fn title(model: &Model, width: u16) -> Line<'static> {
     line
 }
 
+/// What follows from an error of the template.
+const BROKEN: &str = "; requests disabled until fixed, the last good version is shown";
+
 /// The template's errors in the first lines; returns the remaining area.
 fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     let Some(error) = &model.prompt.error else {
@@ -165,11 +168,9 @@ fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     };
     let rest = match model.prompt.held {
         true => "",
-        false => {
-            "; the last one that could be filled is shown, and nothing is asked until this one is mended"
-        }
+        false => BROKEN,
     };
-    let words = format!("{error}{rest}");
+    let words = format!("! {error}{rest}");
     let words = Paragraph::new(visible(&words).into_owned())
         .style(Style::new().fg(model.theme.danger))
         .wrap(Wrap { trim: true });

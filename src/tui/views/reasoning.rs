@@ -42,6 +42,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut readings = model.drawn.readings.borrow_mut();
     let said = document.as_ref().map(|document| {
         let reading = readings.answer(model.answers.shown);
+        reading.show_as(model.reading_mode());
         PageSection::Text(reading, &document.text, marks)
     });
     let parts = match model.answers.column() {
@@ -85,7 +86,7 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_
     let line = match picked {
         Some(claim) => claimed::line(claim, &model.theme),
         None => Line::styled(
-            format!("{} · ( ) go to them", claimed::summary(claims)),
+            format!("{} · ( ) step through", claimed::summary(claims)),
             Style::new().fg(model.theme.dim),
         ),
     };
@@ -130,8 +131,8 @@ fn why_unjudged(model: &Model) -> String {
 fn state(column: &Column) -> String {
     match &column.progress {
         Progress::Waiting(seconds) => format!("waiting {seconds:.0} s"),
-        Progress::Retrying(_) => "trying again".into(),
-        Progress::Arriving(seconds) => format!("arriving {seconds:.0} s"),
+        Progress::Retrying(_) => "retrying".into(),
+        Progress::Arriving(seconds) => format!("streaming {seconds:.0} s"),
         Progress::Done(answer)
             if matches!(
                 answer.judged,
@@ -185,7 +186,7 @@ fn answer<'a>(
     match &column.progress {
         Progress::Retrying(why) => parts.extend(in_color(why, theme.warning)),
         Progress::Waiting(_) if !said => {
-            let words = "the question is on its way…";
+            let words = "question sent, waiting for the answer…";
             parts.push(PageSection::Line(Line::styled(words, dim)));
         }
         _ => {}

@@ -1,8 +1,11 @@
 //! Text with claims underlined, each with a symbol for whether it holds.
 
+use std::ops::Range;
+
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
+use super::markdown::Piece;
 use crate::evaluation::claims::{CheckedClaim, Judgement};
 use crate::tui::model::counted;
 use crate::tui::theme::Theme;
@@ -22,19 +25,36 @@ fn sign(judgement: Judgement, theme: &Theme) -> (&'static str, Style) {
 /// A line with its claims marked; `start` is where it begins in the text.
 #[must_use]
 pub fn marked(
-    line: Line<'static>,
+    line: Vec<Piece>,
     claims: &[(usize, &CheckedClaim)],
     start: usize,
     picked: Option<usize>,
     theme: &Theme,
 ) -> Line<'static> {
+    let place = |piece: &Piece| {
+        let from = start + piece.at?;
+        Some((from, from + piece.span.content.len()))
+    };
+    // Markup may hide the end of a claim: its sign stands behind the last part that is shown.
+    let shown_end = |claim: &Range<usize>| {
+        let ends = line.iter().filter_map(place);
+        let inside = ends.filter(|(from, end)| claim.start < *end && *from < claim.end);
+        inside.map(|(_, end)| end.min(claim.end)).max()
+    };
+    let ends: Vec<Option<usize>> = claims
+        .iter()
+        .map(|(_, checked)| shown_end(&checked.claim.span))
+        .collect();
     let mut spans = Vec::new();
-    let mut at = start;
-    for span in line.spans {
-        let text = span.content.as_ref();
-        let end = at + text.len();
+    for piece in &line {
+        let Some((at, end)) = place(piece) else {
+            spans.push(piece.span.clone());
+            continue;
+        };
+        let text = piece.span.content.as_ref();
+        let part = |a: usize, b: usize| text.get(a - at..b - at).unwrap_or_default().to_string();
         let mut from = at;
-        for (place, checked) in claims {
+        for ((number, checked), shown_end) in claims.iter().zip(&ends) {
             let claim = &checked.claim.span;
             let (first, last) = (claim.start.max(from), claim.end.min(end));
             if first >= last {
@@ -43,14 +63,12 @@ pub fn marked(
             // Both ends are ends of characters, as the claim was found in this text.
             let (sign, style) = sign(checked.judgement, theme);
             let mut style = style.add_modifier(Modifier::UNDERLINED);
-            if picked == Some(*place) {
+            if picked == Some(*number) {
                 style = style.add_modifier(Modifier::REVERSED);
             }
-            let piece =
-                |a: usize, b: usize| text.get(a - at..b - at).unwrap_or_default().to_string();
-            spans.push(Span::styled(piece(from, first), span.style));
-            spans.push(Span::styled(piece(first, last), style));
-            if last == claim.end {
+            spans.push(Span::styled(part(from, first), piece.span.style));
+            spans.push(Span::styled(part(first, last), style));
+            if Some(last) == *shown_end {
                 spans.push(Span::styled(
                     sign,
                     style.remove_modifier(Modifier::UNDERLINED),
@@ -58,19 +76,10 @@ pub fn marked(
             }
             from = last;
         }
-        let rest = text.get(from - at..).unwrap_or_default().to_string();
-        spans.push(Span::styled(rest, span.style));
-        at = end;
+        spans.push(Span::styled(part(from, end), piece.span.style));
     }
     spans.retain(|span| !span.content.is_empty());
-    Line {
-        spans,
-        ..line_style(line.style)
-    }
-}
-
-fn line_style(style: Style) -> Line<'static> {
-    Line::default().style(style)
+    Line::from(spans)
 }
 
 /// A claim beside the truth.
@@ -152,7 +161,7 @@ mod tests {
         let shown: Vec<String> = lines.iter().map(ToString::to_string).collect();
         assert_eq!(
             shown,
-            ["# ü head", "7 is behind≠ the ego", "", "and 7 is left="]
+            ["ü head", "7 is behind≠ the ego", "", "and 7 is left="]
         );
         let picked = lines[3].spans.iter().find(|s| s.content == "left");
         assert!(picked.is_some_and(|s| s.style.add_modifier.contains(Modifier::REVERSED)));

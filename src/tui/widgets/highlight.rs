@@ -20,7 +20,7 @@ use syntect::parsing::{ParseState, ScopeStack, SyntaxReference, SyntaxSet};
 use crate::description::visible;
 use crate::tui::theme::Theme;
 
-pub use answer::AnswerPainter;
+pub use answer::{AnswerPainter, JsonParts};
 pub use template::template;
 
 static SYNTAXES: OnceLock<SyntaxSet> = OnceLock::new();

@@ -1,12 +1,22 @@
 //! A long, growing text: wrapped once; highlighting and claims only as far as it was displayed.
 
+mod outline;
+#[cfg(test)]
+mod tests;
+
+use ratatui::style::Style;
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::claimed::marked;
 use super::highlight::{AnswerPainter, Language, Painter, is_loaded};
+use super::markdown::{self, Piece, pieces_of};
+use super::words::fit;
 use crate::evaluation::claims::CheckedClaim;
 use crate::tui::theme::Theme;
+
+pub use outline::folded_line;
+use outline::{Json, Kind, Outline};
 
 /// The claims that are marked in a text.
 #[derive(Debug, Clone, Copy, Default)]
@@ -19,6 +29,17 @@ pub struct MarkedClaims<'a> {
     pub picked: Option<usize>,
 }
 
+/// How an answer is read.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ReadingMode {
+    /// As it was sent, with all markup.
+    pub raw: bool,
+    /// JSON is not folded.
+    pub unfold: bool,
+    /// What stands behind folded JSON: the key that unfolds it.
+    pub hint: String,
+}
+
 /// A text as last drawn; the next frame starts from it and costs only what changed.
 #[derive(Debug)]
 pub struct Reading {
@@ -28,7 +49,10 @@ pub struct Reading {
     width: u16,
     /// Key of the marked claims; `None` if none are marked.
     key: Option<u64>,
+    mode: ReadingMode,
     lines: Vec<Placed>,
+    /// Of the lines that have ended.
+    outline: Outline,
     /// Lines with claims, and the places of those.
     claims: Vec<(usize, usize)>,
     /// From the first line on.
@@ -63,7 +87,11 @@ struct Placed {
     to: usize,
     /// Rows of the screen down to its end.
     rows: usize,
+    kind: Kind,
 }
+
+/// Lines that are longer are shown as they are, bytes: to read their markup would take too long.
+const LONGEST: usize = 8_000;
 
 impl Reading {
     /// An answer: Markdown, with the JSON in it as JSON.
@@ -72,7 +100,7 @@ impl Reading {
         Self::new(Painting::Answer(AnswerPainter::new()))
     }
 
-    /// Markdown.
+    /// Markdown, as it is written.
     #[must_use]
     pub fn markdown() -> Self {
         Self::new(Painting::Markdown(Painter::new(Language::Markdown)))
@@ -85,12 +113,27 @@ impl Reading {
             loaded: false,
             width: 0,
             key: None,
+            mode: ReadingMode::default(),
             lines: Vec::new(),
+            outline: Outline::default(),
             claims: Vec::new(),
             painter: painting.clone(),
             painting,
             painted: Vec::new(),
         }
+    }
+
+    /// Shows it in another way from now on.
+    pub fn show_as(&mut self, mode: ReadingMode) {
+        if self.mode != mode {
+            self.mode = mode;
+            self.lines.clear();
+        }
+    }
+
+    /// Whether markup is shown as it is written.
+    fn is_raw(&self) -> bool {
+        self.mode.raw || matches!(self.painting, Painting::Markdown(_))
     }
 
     /// Takes the text as it is now.
@@ -106,13 +149,14 @@ impl Reading {
         if !grown || (self.width, self.key) != (width, key) {
             (self.width, self.key) = (width, key);
             self.lines.clear();
-        } else if text.len() == self.text.len() {
+        } else if text.len() == self.text.len() && !self.lines.is_empty() {
             return;
         } else if !self.text.ends_with('\n') {
             // It may have gone on.
             self.lines.pop();
         }
         let from = if self.lines.is_empty() {
+            self.outline = Outline::default();
             0
         } else if self.text.ends_with('\n') {
             self.text.len()
@@ -133,7 +177,19 @@ impl Reading {
         let first = self.lines.len();
         for line in self.text[from..].split_inclusive('\n') {
             let to = from + ended(line).len();
-            self.lines.push(Placed { from, to, rows: 0 });
+            let words = &self.text[from..to];
+            let kind = match line.ends_with('\n') {
+                true => self.outline.next(words),
+                // It may go on.
+                false => self.outline.clone().next(words),
+            };
+            let placed = Placed {
+                from,
+                to,
+                rows: 0,
+                kind,
+            };
+            self.lines.push(placed);
             from += line.len();
         }
         self.claims.clear();
@@ -147,17 +203,42 @@ impl Reading {
         }
         self.claims.sort_unstable();
         for at in first..self.lines.len() {
-            let Placed { from, to, .. } = self.lines[at];
-            let here = self.claims_in(at, marks);
-            let plain = Line::raw(self.text[from..to].to_string());
-            // A sign beside a claim takes room too.
-            let line = if here.is_empty() {
-                plain
-            } else {
-                marked(plain, &here, from, None, theme)
-            };
-            rows += height(line, self.width);
+            rows += self.height(at, marks, theme);
             self.lines[at].rows = rows;
+        }
+    }
+
+    /// Rows that a line takes; none for what is folded away.
+    fn height(&self, at: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> usize {
+        let Placed { from, to, kind, .. } = self.lines[at];
+        if !self.is_raw() {
+            match kind {
+                Kind::Fence => return 0,
+                Kind::Json(json) if self.folds(json) => return usize::from(json.before == 0),
+                _ => {}
+            }
+        }
+        let here = self.claims_in(at, marks);
+        let line = &self.text[from..to];
+        let plain = || pieces_of(Line::raw(line.to_string()));
+        let pieces = self.rendered(line, kind, theme).unwrap_or_else(plain);
+        // A sign beside a claim takes room too.
+        height(marked(pieces, &here, from, None, theme), self.width)
+    }
+
+    fn folds(&self, json: Json) -> bool {
+        json.folds && !self.mode.unfold && !self.is_raw()
+    }
+
+    /// A line with its markup as style; nothing for what is only highlighted.
+    fn rendered(&self, line: &str, kind: Kind, theme: &Theme) -> Option<Vec<Piece>> {
+        if self.is_raw() || line.len() > LONGEST {
+            return None;
+        }
+        match kind {
+            Kind::Text => Some(markdown::line(line, theme)),
+            Kind::Code => Some(markdown::code(line, theme)),
+            Kind::Fence | Kind::Json(_) => None,
         }
     }
 
@@ -178,17 +259,27 @@ impl Reading {
         self.lines.last().map_or(0, |line| line.rows)
     }
 
-    /// The rows in which claims begin, in their order.
+    /// The rows in which claims begin, in their order; of folded ones that of the line they are folded to.
     #[must_use]
     pub fn rows_of_claims(&self, count: usize) -> Vec<usize> {
         let mut rows = vec![0; count];
         for (line, place) in &self.claims {
-            let before = line.checked_sub(1).and_then(|l| self.lines.get(l));
+            let hidden = usize::from(self.is_hidden(*line));
             if let Some(row) = rows.get_mut(*place) {
-                *row = before.map_or(0, |l| l.rows);
+                *row = self.row_before(*line).saturating_sub(hidden);
             }
         }
         rows
+    }
+
+    /// Rows above a line.
+    fn row_before(&self, line: usize) -> usize {
+        let before = line.checked_sub(1).and_then(|l| self.lines.get(l));
+        before.map_or(0, |l| l.rows)
+    }
+
+    fn is_hidden(&self, line: usize) -> bool {
+        self.lines[line].rows == self.row_before(line)
     }
 
     /// The lines that so many rows from row `top` on show, and how many rows of the first one are above.
@@ -200,19 +291,46 @@ impl Reading {
         theme: &Theme,
     ) -> (Vec<Line<'static>>, usize) {
         let first = self.lines.partition_point(|line| line.rows <= top);
-        let before = first.checked_sub(1).map_or(0, |l| self.lines[l].rows);
+        let before = self.row_before(first);
         let after = self.lines.partition_point(|line| line.rows < top + rows);
         let end = (after + 1).min(self.lines.len());
-        let seen = (first..end).map(|at| {
-            let line = self.painted(at, theme);
-            let here = self.claims_in(at, marks);
-            if here.is_empty() {
-                line
-            } else {
-                marked(line, &here, self.lines[at].from, marks.picked, theme)
+        let shown: Vec<usize> = (first..end).filter(|at| !self.is_hidden(*at)).collect();
+        let seen = shown.into_iter().map(|at| {
+            let Placed { from, to, kind, .. } = self.lines[at];
+            if let Kind::Json(json) = kind
+                && self.folds(json)
+            {
+                return self.fold(at, theme);
             }
+            let here = self.claims_in(at, marks);
+            let rendered = self.rendered(&self.text[from..to], kind, theme);
+            let pieces = rendered.unwrap_or_else(|| pieces_of(self.painted(at, theme)));
+            marked(pieces, &here, from, marks.picked, theme)
         });
         (seen.collect(), top.saturating_sub(before))
+    }
+
+    /// The line that the JSON from a line on is folded to.
+    fn fold(&self, at: usize, theme: &Theme) -> Line<'static> {
+        let more = self.lines[at + 1..].iter();
+        let more = more.take_while(|l| matches!(l.kind, Kind::Json(json) if json.before > 0));
+        let count = 1 + more.count();
+        let later = self.lines[at + count..].iter();
+        let last = !later.into_iter().any(|l| matches!(l.kind, Kind::Json(_)));
+        let name = if last { "verdict JSON" } else { "JSON" };
+        let lines = if count == 1 { "line" } else { "lines" };
+        let claims = self.claims.iter();
+        let claims = claims.filter(|(line, _)| (at..at + count).contains(line));
+        let claims = match claims.count() {
+            0 => String::new(),
+            1 => ", 1 claim".into(),
+            n => format!(", {n} claims"),
+        };
+        let words = format!("▸ {name}, {count} {lines}{claims}{}", self.mode.hint);
+        Line::styled(
+            fit(&words, usize::from(self.width)),
+            Style::new().fg(theme.dim),
+        )
     }
 
     /// A line, highlighted; those before it as well.
@@ -249,71 +367,4 @@ pub fn height(line: Line<'_>, width: u16) -> usize {
     }
     let wrapped = Paragraph::new(line).wrap(Wrap { trim: false });
     wrapped.line_count(width)
-}
-
-#[cfg(test)]
-mod tests {
-    use ratatui::buffer::Buffer;
-    use ratatui::layout::Rect;
-    use ratatui::text::Text;
-    use ratatui::widgets::Widget;
-
-    use super::*;
-    use crate::tui::widgets::highlight::load;
-
-    const TEXT: &str = "# Why\n\nObstacle **7** is in front of the ego, which is *slower* than it is, ü and all.\n\
-        ```json\n{\n \"a\": \"}\",\n \"b\": [1, 2]\n}\n```\n- one\n- two `raw`\n\n{\"open\": [\n 1,";
-
-    fn all(reading: &mut Reading, theme: &Theme) -> Vec<Line<'static>> {
-        let rows = reading.rows();
-        reading.seen(0, rows, &MarkedClaims::default(), theme).0
-    }
-
-    #[test]
-    fn what_grows_is_as_if_it_were_read_at_once() {
-        load();
-        let theme = Theme::default_theme();
-        let none = MarkedClaims::default();
-        let mut growing = Reading::answer();
-        for end in (0..=TEXT.len()).filter(|&end| TEXT.is_char_boundary(end)) {
-            let text = &TEXT[..end];
-            growing.follow(text, &none, 20, &theme);
-            let mut fresh = Reading::answer();
-            fresh.follow(text, &none, 20, &theme);
-            assert_eq!(growing.rows(), fresh.rows(), "{text}");
-            assert_eq!(all(&mut growing, &theme), all(&mut fresh, &theme), "{text}");
-        }
-        assert!(
-            growing.rows() > TEXT.lines().count(),
-            "some lines are broken"
-        );
-        let colors = all(&mut growing, &theme).into_iter().flat_map(|l| l.spans);
-        let colors: std::collections::HashSet<_> = colors.map(|s| s.style.fg).collect();
-        assert!(colors.len() > 3, "{colors:?}");
-        // Another text, another width.
-        growing.follow("short", &none, 5, &theme);
-        assert_eq!((growing.rows(), all(&mut growing, &theme).len()), (1, 1));
-    }
-
-    #[test]
-    fn every_part_of_it_is_where_it_is_in_the_whole() {
-        let theme = Theme::default_theme();
-        let none = MarkedClaims::default();
-        let mut reading = Reading::answer();
-        reading.follow(TEXT, &none, 17, &theme);
-        let area = Rect::new(0, 0, 17, 4);
-        let show = |lines: Vec<Line<'static>>, above: usize| {
-            let mut buffer = Buffer::empty(area);
-            let words = Paragraph::new(Text::from(lines)).wrap(Wrap { trim: false });
-            let above = u16::try_from(above).unwrap_or(u16::MAX);
-            words.scroll((above, 0)).render(area, &mut buffer);
-            buffer
-        };
-        let whole = all(&mut reading, &theme);
-        for top in 0..reading.rows() {
-            let (lines, above) = reading.seen(top, 4, &none, &theme);
-            assert!(lines.len() <= 4, "{top}");
-            assert_eq!(show(lines, above), show(whole.clone(), top), "{top}");
-        }
-    }
 }

@@ -8,6 +8,7 @@ pub mod hints;
 pub mod line_placer;
 pub mod lines;
 pub mod long_text;
+pub mod markdown;
 pub mod picker;
 pub mod row;
 pub mod scroll;

@@ -52,6 +52,12 @@ impl Grouping {
         }
     }
 
+    /// The one with a name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+
     /// Whether it needs facts known only after a scenario was read.
     #[must_use]
     pub fn needs_facts(self) -> bool {

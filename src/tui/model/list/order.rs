@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::Row;
-use crate::metrics::{Danger, Measure};
+use crate::metrics::{Danger, MEASURES, Measure};
 
 /// By what the list is sorted; scenarios of which that is not known come last.
 #[derive(Debug, Clone, Copy, Default)]
@@ -50,6 +50,14 @@ impl Order {
             Self::Duration => "duration",
             Self::Verdicts => "verdicts",
         }
+    }
+
+    /// The one with an id.
+    #[must_use]
+    pub fn parse(id: &str) -> Option<Self> {
+        let mut plain = Self::PLAIN.into_iter();
+        let measure = || MEASURES.iter().find(|m| m.id == id).map(Self::Measure);
+        plain.find(|order| order.id() == id).or_else(measure)
     }
 
     /// Describes which scenarios come first; for measures, their name.

@@ -8,6 +8,7 @@ use super::super::bench::{answer, no_verdict};
 use super::super::driven::planned;
 use super::super::generated::generated;
 use super::super::kept::FIRST;
+use super::super::versions;
 use super::super::written::unwritten;
 use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::batch::Estimate;
@@ -71,6 +72,18 @@ pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
         JobRequest::Generate(request) => generate(*request, n),
         JobRequest::Estimate(batch) => vec![estimate(&batch, n)],
         JobRequest::Batch(batch) => ask(&batch, n),
+        JobRequest::Versions(sides) => {
+            let ended = match n % 5 {
+                0 => Err(HOSTILE.into()),
+                _ => Ok(versions::found(&sides, Some(HOSTILE), n)),
+            };
+            let all = [Update::Progress(n), Update::Ended(ended)];
+            all.into_iter().map(JobEvent::Versions).collect()
+        }
+        JobRequest::Pair(_) => vec![JobEvent::Pair(match n % 2 {
+            0 => Update::Ended(Err(HOSTILE.into())),
+            _ => Update::Ended(Ok(Vec::new())),
+        })],
     };
     events
         .into_iter()

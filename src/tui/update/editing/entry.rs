@@ -136,7 +136,9 @@ fn entered(model: &mut Model) -> Vec<Effect> {
             let lines = model.prompt.editor.line_count();
             match text.trim().parse::<usize>() {
                 Ok(line @ 1..) => model.prompt.editor.go(line.min(lines) - 1, 0, false),
-                _ => model.say(format!("`{text}` is no line; there are 1 to {lines}")),
+                _ => model.say(format!(
+                    "`{text}` is not a line number; the template has lines 1 to {lines}"
+                )),
             }
             Vec::new()
         }

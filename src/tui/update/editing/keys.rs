@@ -4,7 +4,7 @@ use edtui::events::KeyInput;
 
 use super::super::super::action::{Action, Scope};
 use super::super::super::keymap::{Code, Key, Keymap, editor_input};
-use super::super::super::model::Editor;
+use super::super::super::model::{Change, Editor};
 use crate::settings::Keys;
 
 /// Effect of a key on the text.
@@ -94,8 +94,14 @@ fn written(editor: &mut Editor, c: Option<char>) -> EditOutcome {
 }
 
 fn input(editor: &mut Editor, key: Key) -> EditOutcome {
+    let change = match key.code {
+        Code::Char(c) if editor.mode() == "insert" && key.writes().is_some() => Change::Typed(c),
+        Code::Enter if editor.mode() == "insert" => Change::Typed('\n'),
+        Code::Backspace | Code::Delete if !key.ctrl && !key.alt => Change::Erased,
+        _ => Change::Whole,
+    };
     editor_input(key).map_or(EditOutcome::Same, |input: KeyInput| {
-        editor.input(input).into()
+        editor.input(input, change).into()
     })
 }
 

@@ -45,21 +45,24 @@ pub fn edited_outside(model: &mut Model, sent: ExternalEdit, result: Result<Stri
     };
     if sent.copy {
         if text != sent.text {
-            model.say("that was a copy: what was changed in it is not kept");
+            model.say("changes discarded: $EDITOR had a read-only copy");
         }
         return;
     }
     if sent.file != model.prompt.file() {
-        return model.complain(format!("{} is not in the editor any longer", sent.file));
+        return model.complain(format!(
+            "changes from $EDITOR discarded: {} is no longer open",
+            sent.file
+        ));
     }
     if text == sent.text {
-        return model.say("nothing was changed");
+        return model.say("no changes");
     }
     model.prompt.editor.replace_all(&text);
     super::edited(model);
     let key = |action| model.look.keymap.key_in(action, Scope::Editor);
     let (undo, save) = (key(Action::Undo), key(Action::SaveTemplate));
     model.say(format!(
-        "taken over as a draft; {undo} in the editor takes it back, {save} saves it"
+        "changes are a draft now; {undo} in the editor undoes them, {save} saves them"
     ));
 }

@@ -46,7 +46,7 @@ pub fn save_as(model: &mut Model, name: &str) -> Vec<Effect> {
     if model.library.source(&file).is_some() || Library::shipped(&file).is_some() {
         let key = model.look.key(Action::SaveTemplate);
         model.complain(format!(
-            "not saved: there is a {file} already; choose another name, or {key} to save {}",
+            "not saved: {file} exists already; choose another name, or press {key} to save {}",
             model.prompt.file()
         ));
         return Vec::new();
@@ -102,7 +102,7 @@ pub fn reread(model: &mut Model, library: Library) {
     if !model.prompt.is_draft() {
         model.prompt.reload(&model.library);
     }
-    model.say("the templates are read again");
+    model.say("templates reread");
     model.refresh();
 }
 

@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::{body, editor, numbers};
+use super::{BROKEN, body, editor, numbers};
 use crate::description::visible;
 use crate::tui::model::{EntryLine, Model, Pane, PromptView};
 use crate::tui::widgets::frame;
@@ -45,7 +45,7 @@ fn template(f: &mut Frame<'_>, area: Rect, model: &Model, wide: bool) {
     let title = Line::from(format!("template · {file}{mark}"));
     let inner = frame::pane(f, area, model, Pane::Prompt, title);
     let error = prompt.error.as_ref().map(|error| {
-        let words = format!("! {error}; the last one that could be filled is shown, and nothing is asked until this one is mended");
+        let words = format!("! {error}{BROKEN}");
         let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
         words.style(Style::new().fg(model.theme.danger))
     });
@@ -108,7 +108,7 @@ fn status(model: &Model, width: usize, wide: bool) -> Line<'static> {
         words.push_str(" · modified");
     }
     if prompt.fill_in.is_some() {
-        words.push_str(" · filling…");
+        words.push_str(" · rendering…");
     }
     let mut line = Line::from(Span::styled(words, Style::new().fg(theme.title)));
     if !wide && let Some(numbers) = numbers(model) {

@@ -8,7 +8,7 @@ use crate::tui::theme::Theme;
 /// Highlights an answer line by line: what is JSON in it as that, the rest as Markdown.
 #[derive(Debug, Clone)]
 pub struct AnswerPainter {
-    parts: Parts,
+    parts: JsonParts,
     painter: Painter,
 }
 
@@ -17,7 +17,7 @@ impl AnswerPainter {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            parts: Parts::default(),
+            parts: JsonParts::default(),
             painter: Painter::new(Language::Markdown),
         }
     }
@@ -34,18 +34,40 @@ impl AnswerPainter {
 /// The parts of an answer in their order. JSON begins with a brace or bracket that a line begins with, and ends
 /// with the line in which they close; in fences or not. One that does not close yet is JSON to the end.
 #[derive(Debug, Clone, Default)]
-struct Parts {
+pub struct JsonParts {
     open: Option<BracketDepth>,
     /// Whether the line before closed a part.
     closed: bool,
+    /// Whether the line before began one.
+    began: bool,
 }
 
-impl Parts {
+impl JsonParts {
+    /// Whether the next line is JSON.
+    pub fn is_json(&mut self, line: &str) -> bool {
+        let open = self.open.is_some();
+        self.begun_by(line);
+        open || self.began
+    }
+
+    /// Whether the last line began a part of JSON.
+    #[must_use]
+    pub fn begins(&self) -> bool {
+        self.began
+    }
+
+    /// Whether no JSON is open.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.open.is_none()
+    }
+
     /// The language of the part that begins with the next line, if one does.
     fn begun_by(&mut self, line: &str) -> Option<Language> {
         let closed = std::mem::take(&mut self.closed);
         let begins =
             self.open.is_none() && line.trim_start().starts_with(['{', '[']) && !is_link(line);
+        self.began = begins;
         if begins {
             self.open = Some(BracketDepth::default());
         }
@@ -103,7 +125,7 @@ mod tests {
     fn json_is_found_in_fences_and_outside() {
         use Language::{Json, Markdown};
         let text = "# Why\n[a](b) is near\n```json\n{\n \"a\": \"}\",\n \"b\": [1]\n}\n```\nso\n{\"c\": 2}\n{\"d\":\n";
-        let mut parts = Parts::default();
+        let mut parts = JsonParts::default();
         let mut found: Vec<(Language, String)> = Vec::new();
         for line in text.split_inclusive('\n') {
             match (parts.begun_by(line), found.last_mut()) {

@@ -1,0 +1,302 @@
+//! Draws the table of two versions: a row a scenario, and the totals below.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+
+use crate::description::visible;
+use crate::evaluation::{AnswerStatus, Outcome, Scored};
+use crate::tui::action::Action;
+use crate::tui::model::{Model, VersionKind};
+use crate::tui::theme::Theme;
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::{fit, fit_end, pad, thousands};
+use crate::workflow::{ComparedAnswers, SideTotals, VersionChange, VersionTotals};
+
+/// The names of the sides.
+pub const LETTERS: [char; 2] = ['A', 'B'];
+
+/// Columns of the parts of a row behind the scenario's name.
+const TRUTH: usize = 6;
+const SAYS: usize = 8;
+const CHANGE: usize = 10;
+const TOKENS: usize = 8;
+const COST: usize = 9;
+
+/// Columns of a scenario's name at most: the answers stay near it on a wide screen.
+const NAMES: usize = 56;
+
+pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+    let body = Rect {
+        height: screen.height.saturating_sub(1),
+        ..screen
+    };
+    frame.render_widget(Clear, body);
+    frame.render_widget(Block::new().style(model.theme.base()), body);
+    let inner = window::window_at(frame, body, model, &title(model));
+    let head = head(model, usize::from(inner.width));
+    let foot = Paragraph::new(foot(model)).wrap(Wrap { trim: true });
+    let lines = |count: usize| Constraint::Length(u16::try_from(count).unwrap_or(u16::MAX));
+    let below = foot.line_count(inner.width).min(4);
+    let [above, table, bottom] =
+        Layout::vertical([lines(head.len() + 1), Constraint::Min(3), lines(below)]).areas(inner);
+    frame.render_widget(Paragraph::new(head), above);
+    frame.render_widget(foot, bottom);
+    rows(frame, table, model);
+}
+
+fn title(model: &Model) -> String {
+    let marked = match model.marks.count(&model.list) {
+        0 => "listed",
+        _ => "marked",
+    };
+    let count = match model.versions.found.is_some() {
+        true => format!("{} {marked}", model.versions.answers().len()),
+        false => marked.to_string(),
+    };
+    let task = format!(
+        "{} · {} · {}",
+        model.task.name(),
+        model.frame.name(),
+        model.techniques
+    );
+    format!(
+        "prompt versions · {} · {task} · {count}",
+        visible(&model.model)
+    )
+}
+
+/// The two versions, each with what is stored and what the rest would cost.
+fn head(model: &Model, width: usize) -> Vec<Line<'static>> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let Some(sides) = &model.versions.sides else {
+        return vec![Line::styled("one version only", dim)];
+    };
+    let found = model.versions.found.as_ref();
+    let totals = found.map(|found| found.totals());
+    let line = |side: usize| {
+        let version = &sides[side];
+        let mut words = format!("{} ({})", version.name(), version.origin());
+        if let (Some(totals), Some(found)) = (&totals, found) {
+            let missing = found.missing(side).len();
+            words.push_str(&format!(" · {} stored", totals.sides[side].answers));
+            if missing > 0 && matches!(version.kind, VersionKind::Stored(_)) {
+                words.push_str(&format!(" · {missing} cannot be asked"));
+            } else if missing > 0 {
+                let price = found.estimates[side].price();
+                words.push_str(&format!(" · {missing} to ask, {price}"));
+            }
+        }
+        Line::from(vec![
+            Span::styled(
+                format!("{} ", LETTERS[side]),
+                Style::new().fg(theme.accent).add_modifier(Modifier::BOLD),
+            ),
+            Span::raw(fit(&visible(&words), width.saturating_sub(2))),
+        ])
+    };
+    let mut lines = vec![line(0), line(1)];
+    if let Some(found) = found {
+        let mut truth = format!("truth: {}", found.truth);
+        if found.unlabelled > 0 {
+            truth.push_str(&format!(
+                " · {} without a known truth left out",
+                found.unlabelled
+            ));
+        }
+        lines.push(Line::styled(fit(&visible(&truth), width), dim));
+    }
+    lines
+}
+
+/// What is going on, or the sums over all rows.
+fn foot(model: &Model) -> Vec<Line<'static>> {
+    let (theme, versions) = (&model.theme, &model.versions);
+    let mut lines = Vec::new();
+    let asking = versions.asking.iter().filter_map(|id| {
+        let mut jobs = model.jobs.all.iter();
+        jobs.find(|job| job.id == *id)
+    });
+    let (done, of) = asking.fold((0, 0), |(done, of), job| (done + job.done, of + job.of));
+    if of > 0 {
+        let key = model.look.key(Action::TaskList);
+        let words = format!("asking: {done} of {of} answered · {key} shows the tasks");
+        lines.push(Line::styled(words, Style::new().fg(theme.warning)));
+    }
+    if let Some(found) = &versions.found {
+        let totals = found.totals();
+        lines.push(changes(&totals, theme));
+        lines.push(costs(&totals.sides, theme));
+    }
+    lines
+}
+
+fn changes(totals: &VersionTotals, theme: &Theme) -> Line<'static> {
+    let p = totals.p.map_or("–".into(), |p| match p < 0.001 {
+        true => "<0.001".to_string(),
+        false => format!("{p:.3}"),
+    });
+    let part = |change, count: usize| {
+        let (word, style) = changed(change, theme);
+        Span::styled(format!(" · {count} {word}"), style)
+    };
+    Line::from(vec![
+        Span::styled(
+            format!("{} compared · {} changed", totals.pairs, totals.changed),
+            Style::new().add_modifier(Modifier::BOLD),
+        ),
+        part(VersionChange::Better, totals.better),
+        part(VersionChange::Worse, totals.worse),
+        Span::styled(format!(" · McNemar p {p}"), Style::new().fg(theme.dim)),
+    ])
+}
+
+fn costs(sides: &[SideTotals; 2], theme: &Theme) -> Line<'static> {
+    let one = |letter: char, side: &SideTotals| {
+        let unknown = match side.unpriced {
+            0 => String::new(),
+            n => format!(" + {n} unknown"),
+        };
+        format!(
+            "{letter}: {} of {} right, {} tokens, ${:.4}{unknown}",
+            side.right,
+            side.answers,
+            thousands(side.tokens),
+            side.usd
+        )
+    };
+    let words = format!("{} · {}", one('A', &sides[0]), one('B', &sides[1]));
+    Line::styled(words, Style::new().fg(theme.dim))
+}
+
+fn rows(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let (theme, versions) = (&model.theme, &model.versions);
+    let answers = versions.answers();
+    let width = usize::from(area.width);
+    if answers.is_empty() {
+        let words = Paragraph::new(visible(&empty(model)).into_owned()).wrap(Wrap { trim: true });
+        frame.render_widget(words.style(Style::new().fg(theme.dim)), area);
+        return;
+    }
+    let behind = TRUTH + 2 * SAYS + CHANGE + 2 * TOKENS + 2 * COST;
+    let names = width.saturating_sub(behind + 2).min(NAMES);
+    let height = usize::from(area.height).saturating_sub(1);
+    versions.rows.set(height);
+    let top = (versions.selected + 1).saturating_sub(height);
+    let mut lines = vec![heads(names, theme)];
+    for (place, row) in answers.iter().enumerate().skip(top).take(height) {
+        let chosen = place == versions.selected;
+        let line = line(row, names, chosen, theme);
+        lines.push(match chosen {
+            true => theme.select(line),
+            false => line.style(theme.base()),
+        });
+    }
+    frame.render_widget(Paragraph::new(lines), area);
+}
+
+/// Why there is no row.
+fn empty(model: &Model) -> String {
+    let versions = &model.versions;
+    let (done, of) = versions.looked;
+    match (&versions.error, versions.job) {
+        (Some(error), _) => error.clone(),
+        (None, Some(_)) => format!("looking up stored answers… {done} of {of}"),
+        (None, None) if versions.sides.is_none() => {
+            let key = model.look.key(Action::Edit);
+            format!("only one version of this prompt is known: {key} edits it, then compare again")
+        }
+        (None, None) => "no scenario with a known truth".into(),
+    }
+}
+
+fn heads(names: usize, theme: &Theme) -> Line<'static> {
+    let mut words = format!("  {}", pad("scenario", names));
+    for (word, width) in [
+        ("truth", TRUTH),
+        ("A", SAYS),
+        ("B", SAYS),
+        ("B vs A", CHANGE),
+    ] {
+        words.push_str(&pad(word, width));
+    }
+    for (word, width) in [
+        ("tok. A", TOKENS),
+        ("tok. B", TOKENS),
+        ("cost A", COST),
+        ("cost B", COST),
+    ] {
+        words.push_str(&format!("{word:>width$}"));
+    }
+    Line::styled(
+        words,
+        Style::new().fg(theme.dim).add_modifier(Modifier::BOLD),
+    )
+}
+
+fn line(row: &ComparedAnswers, names: usize, chosen: bool, theme: &Theme) -> Line<'static> {
+    let name = fit_end(&visible(&row.answers[0].scenario), names.saturating_sub(1));
+    let truth = row.truth().map_or("–", |label| match label.collides() {
+        true => "yes",
+        false => "no",
+    });
+    let (word, style) = changed(row.change(), theme);
+    let mut spans = vec![
+        Span::raw(if chosen { "▸ " } else { "  " }),
+        Span::raw(pad(&name, names)),
+        Span::raw(pad(truth, TRUTH)),
+    ];
+    for one in &row.answers {
+        let (words, style) = said(one, theme);
+        spans.push(Span::styled(pad(&words, SAYS), style));
+    }
+    spans.push(Span::styled(pad(&word, CHANGE), style));
+    let consumed = row.answers.each_ref().map(|one| one.consumed);
+    for one in &consumed {
+        let tokens = one.input_tokens.unwrap_or(0) + one.output_tokens.unwrap_or(0);
+        let words = match tokens {
+            0 => "–".into(),
+            n => thousands(n),
+        };
+        spans.push(Span::raw(format!("{words:>TOKENS$}")));
+    }
+    for one in &consumed {
+        let words = one.cost_usd.map_or("–".into(), |usd| format!("${usd:.4}"));
+        spans.push(Span::raw(format!("{words:>COST$}")));
+    }
+    Line::from(spans)
+}
+
+/// What an answer says, with a sign for whether it is right.
+fn said(one: &Scored, theme: &Theme) -> (String, Style) {
+    let word = match (&one.status, one.dangerous()) {
+        (_, Some(true)) => "yes",
+        (_, Some(false)) => "no",
+        (AnswerStatus::Unparsed(_), _) => "unread",
+        (AnswerStatus::Failed(_), _) if one.run.is_none() => "n/a",
+        (AnswerStatus::Failed(_), _) => "failed",
+        (AnswerStatus::Unasked(_) | AnswerStatus::Verdict(_), _) => {
+            return ("–".into(), Style::new().fg(theme.dim));
+        }
+    };
+    match Outcome::of_scored(one).and_then(Outcome::is_right) {
+        Some(true) => (format!("{word} ="), Style::new().fg(theme.accent)),
+        Some(false) => (format!("{word} ≠"), Style::new().fg(theme.warning)),
+        None => (word.into(), Style::new()),
+    }
+}
+
+/// A change in a word with its sign.
+fn changed(change: VersionChange, theme: &Theme) -> (String, Style) {
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    match change {
+        VersionChange::Better => ("▲ better".into(), bold.fg(theme.accent)),
+        VersionChange::Worse => ("▼ worse".into(), bold.fg(theme.warning)),
+        VersionChange::Other => ("~ differs".into(), bold),
+        VersionChange::Same => ("= same".into(), Style::new().fg(theme.dim)),
+        VersionChange::Missing => ("– missing".into(), Style::new().fg(theme.dim)),
+    }
+}

@@ -1,0 +1,38 @@
+//! Saved views of the list: opens their screen and shows a chosen one.
+
+use super::super::message::Effect;
+use super::super::model::Model;
+use super::super::screens::saved_views::SavedViewsScreen;
+use super::open_current;
+use crate::settings::SavedViews;
+
+/// Shows the view that was chosen, else opens the list of them.
+pub fn perform(model: &mut Model) -> Vec<Effect> {
+    let Some(name) = model.list.chosen_view.take() else {
+        model.screens.open(SavedViewsScreen::default());
+        return vec![Effect::ReadViews];
+    };
+    let Some(view) = model.list.views.get(&name).cloned() else {
+        model.say(format!("there is no view `{name}` any more"));
+        return Vec::new();
+    };
+    let unknown = model.list.show_view(&view);
+    match unknown.as_slice() {
+        [] => model.say(format!("view `{name}`")),
+        unknown => model.complain(format!(
+            "view `{name}` uses {}, unknown to this version of nearmiss; the rest is shown",
+            unknown.join(" and ")
+        )),
+    }
+    let mut effects: Vec<Effect> = model.list.ranking().into_iter().collect();
+    effects.extend(open_current(model));
+    effects
+}
+
+/// The views were read or changed; where they cannot be, they stay as they were.
+pub fn read(model: &mut Model, views: Result<SavedViews, String>) {
+    match views {
+        Ok(views) => model.list.views = views,
+        Err(error) => model.complain(error),
+    }
+}
