@@ -42,10 +42,6 @@ pub struct AttackScreen {
 const COLUMNS: u16 = 76;
 
 impl Screen for AttackScreen {
-    fn ignores_other_keys(&self) -> bool {
-        true
-    }
-
     fn on_key(&mut self, model: &mut Model, key: Key) -> Option<Step> {
         match key.writes()? {
             'y' => Some(self.begin(model)),

@@ -6,7 +6,7 @@ use super::ColorDepth;
 use crate::render::cells::color::{SIXTEEN, nearest};
 use crate::settings::ThemeColor;
 
-pub use crate::render::cells::color::{components, number, rgb};
+pub use crate::render::cells::color::{components, number};
 
 /// A colour of a theme file as the terminal has it.
 pub fn terminal_color(color: ThemeColor) -> Color {
@@ -61,6 +61,7 @@ fn nearest_of_sixteen(color: Color, but: Option<Color>) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::cells::color::rgb;
 
     #[test]
     fn fewer_colours() {
