@@ -29,8 +29,10 @@ macro_rules! topics {
 }
 
 topics! {
-    workbench, "workbench", "workbench.md", ["keys", "themes"],
+    workbench, "workbench", "workbench.md", ["themes"],
         "The screen: time, map, list, asking, comparing, the template editor";
+    keymap, "keymap", "keymap.md", ["keys"],
+        "Keys of the workbench: direct keys, menus, counts, a keymap of your own";
     scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
         "File formats, where the ego comes from, the bundled scenarios";
     measures, "measures", "measures.md", ["metrics"],
