@@ -47,7 +47,7 @@ fn panes_tile_the_screen_and_the_focused_one_is_there() {
 fn more_room_shows_more_panes() {
     let mut bench = Bench::bundled();
     bench.model.focus = Pane::Map;
-    let mut count = |size| shown(&bench.model, size).len();
+    let count = |size| shown(&bench.model, size).len();
     assert_eq!(count(SMALLEST), 2, "map and verdicts");
     assert_eq!(count((60, 24)), 3, "and the timeline");
     assert_eq!(count((100, 20)), 4, "and the reasoning");
