@@ -39,10 +39,10 @@ struct Curve {
     runs: Vec<Vec<(f64, f64)>>,
 }
 
-/// Dashes of the lines of obstacles that are pointed out: colour is not the only sign.
+/// Dashes of the lines of obstacles that are pointed out, beside the solid line of all: colour is not the only sign.
 const DASHES: [&[f64]; 5] = [
-    &[],
     &[4.0, 1.6],
+    &[2.4, 0.8],
     &[1.2, 1.2],
     &[5.0, 1.4, 1.2, 1.4],
     &[8.0, 2.0],

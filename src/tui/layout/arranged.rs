@@ -225,43 +225,46 @@ impl Arranged {
         self.answers(right, body, shares, (true, focus), (9, 7));
     }
 
-    /// One column: a subject above (map, list or prompt), a statement about it below. The timeline is between them, and
-    /// more below, where there is room.
+    /// One column: what is looked at above (list, map or prompt), and what is said about it below; below the list, the
+    /// map. The timeline is between them, and more below, where there is room.
     pub fn narrow(&mut self, body: Rect, focus: Pane) {
-        let subject = match focus {
+        let upper = match focus {
             Pane::Scenarios | Pane::Prompt => focus,
             _ => Pane::Map,
         };
-        let statement = match focus {
+        let lower = match focus {
+            Pane::Scenarios => Pane::Map,
             Pane::Reasoning | Pane::Plot => focus,
+            _ => Pane::Verdict,
+        };
+        let lowest = match lower {
+            Pane::Verdict => Pane::Reasoning,
             _ => Pane::Verdict,
         };
         let timeline = body.height >= 20;
         let more = body.height >= 34;
-        // Of tall terminals, what is read has a part; the map has what is left.
-        let below = match more {
-            true => 9,
-            false => (body.height / 2).min(9),
+        // Of a tall terminal, what is said needs a part; the rest is for what is looked at.
+        let below = match lower {
+            Pane::Map if more => body.height * 2 / 5,
+            _ if more => 9,
+            _ => (body.height / 2).min(9),
         };
-        let heights = [
-            Constraint::Min(LOW),
-            Constraint::Length(if timeline { 5 } else { 0 }),
-            Constraint::Length(below),
-            Constraint::Length(if more { body.height / 4 } else { 0 }),
+        let mut heights = [
+            (Some(upper), Constraint::Min(LOW)),
+            (timeline.then_some(Pane::Timeline), Constraint::Length(5)),
+            (Some(lower), Constraint::Length(below)),
+            (more.then_some(lowest), Constraint::Length(body.height / 4)),
         ];
-        let [upper, strips, lower, lowest] = Layout::vertical(heights).areas(body);
-        self.panes.push((subject, upper));
-        if timeline {
-            self.panes.push((Pane::Timeline, strips));
+        if lower == Pane::Map {
+            heights.swap(1, 2);
         }
-        self.panes.push((statement, lower));
-        if more {
-            let other = match statement {
-                Pane::Verdict => Pane::Reasoning,
-                _ => Pane::Verdict,
-            };
-            self.panes.push((other, lowest));
-        }
+        let shown = heights
+            .into_iter()
+            .filter_map(|(pane, height)| Some((pane?, height)));
+        let (panes, constraints): (Vec<Pane>, Vec<Constraint>) = shown.unzip();
+        let areas = Layout::vertical(constraints).split(body);
+        self.panes
+            .extend(panes.into_iter().zip(areas.iter().copied()));
     }
 
     /// Two columns: the subject on the left (list, map or prompt), statements about it on the right.

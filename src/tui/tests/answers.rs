@@ -386,7 +386,7 @@ fn an_error_is_read_beside_the_answer_and_covers_nothing() {
     );
     assert!(lines[title + 4].contains("address"), "{frame}");
     assert!(
-        frame.contains("lowest") && frame.contains("┌ risk"),
+        frame.contains("│all   ") && frame.contains("┌ risk"),
         "{frame}"
     );
     assert!(frame.contains("lab/small"), "whose column it is: {frame}");

@@ -147,7 +147,7 @@ fn the_mouse_focuses_selects_zooms_and_seeks() {
     let row = bench
         .frame(120, 40)
         .lines()
-        .position(|l| l.contains("lowest  "))
+        .position(|l| l.contains("│all   "))
         .unwrap();
     bench.send(Msg::Mouse(Mouse::Press(Position::new(
         73,
@@ -271,5 +271,9 @@ fn the_position_hides_no_number_of_the_timeline() {
         assert!(ruler.contains("0s") && ruler.contains("2s"), "{ruler}");
         bench.press("right");
     }
-    assert!(bench.frame(200, 60).contains("bars: lowest risk score"));
+    assert!(
+        bench
+            .frame(200, 60)
+            .contains("bars grow with danger: full = risk 0")
+    );
 }

@@ -36,7 +36,7 @@ fn strips_show_other_measures_and_none() {
     let mut seen = vec![risk[1].clone()];
     for (heat, words) in [
         (Heat::Ttc, "full = ttc ≤ 1.50 s"),
-        (Heat::Distance, "full = lowest distance here"),
+        (Heat::Distance, "full = distance ≤ 0.50 m"),
     ] {
         bench.press("space p h");
         assert_eq!(bench.model.heat, heat);

@@ -52,7 +52,7 @@ fn every_measure_and_every_limit_is_there() {
                 .any(|l| l.split([' ', '┃']).any(|word| word == id));
             assert!(line, "{id} at {columns}×{rows}: {seen}");
         }
-        assert!(seen.contains("as shipped") && seen.contains("van der Horst"));
+        assert!(seen.contains("shipped values") && seen.contains("van der Horst"));
     }
 }
 
@@ -119,7 +119,7 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
         "too late"
     );
     bench.model.values.found = None;
-    assert!(bench.frame(80, 24).contains("measuring"));
+    assert!(bench.frame(80, 24).contains("computing"));
     bench.send(Msg::Computed(Computed::Measured(
         MeasureId(0),
         Box::new(Measured::new(&scene, None, Thresholds::shipped())),
@@ -237,7 +237,7 @@ fn without_an_ego_only_thresholds_are_shown() {
     bench.press("space o v");
     let frame = bench.frame(100, 30);
     assert!(
-        frame.contains("need an ego") && frame.contains("thresholds"),
+        frame.contains("no values without an ego") && frame.contains("thresholds"),
         "{frame}"
     );
 }

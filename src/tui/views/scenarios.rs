@@ -24,12 +24,15 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let list = &model.list;
     let room = usize::from(area.width).saturating_sub(4);
     let mut inner = frame::pane(f, area, model, Pane::Scenarios, title(model, room));
-    passed_over(f, area, model);
+    skipped(f, area, model);
     filter(f, &mut inner, model);
     let heads = inner.height > 5;
     let (columns, more) = fitting(list, usize::from(inner.width), heads);
+    // In a wide pane, the columns stay beside the names.
+    let used: usize = columns.iter().map(|c| c.width()).sum();
+    let wide = usize::from(inner.width).min(list.longest + used + BESIDE);
     if more && heads && !list.lines.is_empty() {
-        let heads = headings(&columns, usize::from(inner.width));
+        let heads = headings(&columns, wide);
         let style = Style::new().fg(model.theme.dim);
         f.render_widget(heads.style(style), Rect { height: 1, ..inner });
         inner = below(inner, 1);
@@ -64,9 +67,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let line = match line {
             ShownAnswer::Head(group) => head(model, &list.groups[*group]),
             ShownAnswer::Scenario(place, _) => {
-                let width = usize::from(inner.width);
                 let mut line = Line::from(indent);
-                let room = width.saturating_sub(indent.len());
+                let room = wide.saturating_sub(indent.len());
                 let row = scenario(model, *place, (&columns, room), matching.as_mut());
                 line.spans.extend(row.spans);
                 line
@@ -87,6 +89,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     });
     f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
 }
+
+/// Columns beside the longest name: signs before it, a word on whose values stand there, a gap.
+const BESIDE: usize = 16;
 
 /// How many there are, and in what order.
 fn title(model: &Model, room: usize) -> Line<'static> {
@@ -251,7 +256,7 @@ fn name(model: &Model, row: &Row, width: usize, matching: Option<&mut Matching>)
 }
 
 /// In the lower border, where it takes no row: that not everything is in the list, and the key that tells why.
-fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
+fn skipped(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let count = model.list.passed_over.len();
     if count == 0 || area.height < 2 {
         return;
@@ -282,10 +287,10 @@ fn nothing(model: &Model) -> Option<String> {
     } else if list.rows.is_empty() {
         Some("no scenarios".into())
     } else if list.visible.is_empty() && list.known < list.rows.len() && list.read.needs_facts() {
-        Some("nothing of what was read so far fits the filter; the rest is being read".into())
+        Some("no match so far; still reading".into())
     } else if list.visible.is_empty() {
         let key = model.look.key(Action::Cancel);
-        Some(format!("the filter lets nothing through; {key} clears it"))
+        Some(format!("no match; {key} clears the filter"))
     } else {
         None
     }

@@ -110,16 +110,16 @@ fn text(model: &Model, width: usize) -> Text<'static> {
         (None, _) => {
             text.push_line(Line::styled(
                 format!(
-                    "there are no values: they need an ego; {} picks an obstacle, {} takes it as the ego",
+                    "no values without an ego: {} picks an obstacle, {} makes it the ego",
                     model.look.key(Action::NextObstacle),
                     model.look.key(Action::TakeAsEgo)
                 ),
                 dim,
             ));
         }
-        (Some(_), None) => text.push_line(Line::styled("measuring …", dim)),
+        (Some(_), None) => text.push_line(Line::styled("computing…", dim)),
         (Some(_), Some(found)) => {
-            text.push_line(Line::styled("the ego against everyone together", title));
+            text.push_line(Line::styled("ego and all obstacles", title));
             text.extend(scene(model, found, width));
             text.push_line("");
             text.push_line(Line::styled(obstacle_title(model), title));
@@ -141,7 +141,7 @@ fn obstacle_title(model: &Model) -> String {
         Some(obstacle) => format!("{} {}", obstacle.kind, obstacle.id),
         None => {
             let key = model.look.key(Action::NextObstacle);
-            format!("no obstacle is picked: {key} picks one")
+            format!("no obstacle picked; {key} picks one")
         }
     }
 }

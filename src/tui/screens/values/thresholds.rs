@@ -21,8 +21,9 @@ pub fn text(model: &Model, width: usize) -> Vec<Line<'static>> {
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let dim = Style::new().fg(theme.dim);
     let from = match thresholds.file() {
-        None => "as shipped; thresholds.toml in the configuration folder changes them".to_string(),
-        Some(file) => format!("* is from {}, the others as shipped", visible(file)),
+        None => "shipped values; to change them, write thresholds.toml in the configuration folder"
+            .to_string(),
+        Some(file) => format!("* from {}, the others shipped", visible(file)),
     };
     let mut lines = Vec::new();
     let mut part = |name: &str, rows: Vec<(String, String, bool, String)>| {
@@ -42,7 +43,7 @@ pub fn text(model: &Model, width: usize) -> Vec<Line<'static>> {
     };
     part("thresholds", critical(thresholds));
     part("risk scores, up to", levels(thresholds));
-    part("limits that measures are computed with", limits(thresholds));
+    part("limits used by the measures", limits(thresholds));
     let place = 1;
     for wrapped in textwrap::wrap(&from, width.saturating_sub(2).max(10))
         .iter()

@@ -10,7 +10,7 @@ use crate::render::Ticks;
 use crate::tui::widgets::line_placer::LinePlacer;
 
 /// Rows that a plot needs for a line along its lower end.
-const ROWS_WITH_LINE: u16 = 10;
+const ROWS_WITH_LINE: u16 = 9;
 /// Columns that a number of the lower axis needs.
 const COLUMNS: u16 = 7;
 /// Most numbers of the vertical axis.
@@ -203,10 +203,14 @@ fn numbers(axes: &Axes, area: Rect, ticks: Vec<(f64, String)>, drawn: &Drawn<'_>
         row.sign(at(from), '[', style);
         row.sign(at(to), ']', style);
     }
-    // The last one has the unit, so it has the first choice.
-    for (i, (time, words)) in ticks.into_iter().rev().enumerate() {
-        let words = if i == 0 { words + " s" } else { words };
-        row.words_around(at(time), &words, style);
+    // The last one has the unit, else the one before it that has room for it.
+    let mut unit = " s";
+    for (time, words) in ticks.into_iter().rev() {
+        if row.words_around(at(time), &format!("{words}{unit}"), style) {
+            unit = "";
+        } else {
+            row.words_around(at(time), &words, style);
+        }
     }
     Line::from_iter(row.spans())
 }

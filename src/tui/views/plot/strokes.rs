@@ -13,14 +13,14 @@ pub enum Dash {
     /// Dots.
     Dotted,
     /// Dashes and dots.
-    DashDot,
+    Alternating,
     /// Long dashes.
     Long,
 }
 
 impl Dash {
     /// Those of marked obstacles, one after the other.
-    pub const MARKED: [Self; 3] = [Self::Dotted, Self::DashDot, Self::Long];
+    pub const MARKED: [Self; 3] = [Self::Dotted, Self::Alternating, Self::Long];
 
     /// Its sign in a legend.
     pub fn sign(self) -> &'static str {
@@ -28,7 +28,7 @@ impl Dash {
             Self::Solid => "━",
             Self::Dashed => "╌╌",
             Self::Dotted => "··",
-            Self::DashDot => "╌·",
+            Self::Alternating => "╌·",
             Self::Long => "╌━",
         }
     }
@@ -39,7 +39,7 @@ impl Dash {
             Self::Solid => true,
             Self::Dashed => place % 7 < 4,
             Self::Dotted => place.is_multiple_of(4),
-            Self::DashDot => matches!(place % 10, 0..=4 | 7),
+            Self::Alternating => matches!(place % 10, 0..=4 | 7),
             Self::Long => place % 13 < 9,
         }
     }

@@ -148,8 +148,8 @@ pub fn ruler(
             format!("{tick:.1}s")
         };
         let at = column((tick / dt).round() as i64);
-        // A label steps aside by its length and no farther, or is left out.
-        let behind = at..=at + label.len();
+        // A label steps aside by its length and a gap, or is left out.
+        let behind = at..=at + label.len() + 2;
         let before = at.checked_sub(label.len() + 1);
         row.words(behind.chain(before), &label, Style::new().fg(theme.dim));
     }
