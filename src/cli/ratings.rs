@@ -26,7 +26,7 @@ pub struct Ratings {
 enum RatingsQuery {
     /// Models.
     Model,
-    /// Ways of asking: frame and techniques.
+    /// Ways of asking: frame, techniques and the version of the prompt.
     Prompt,
 }
 

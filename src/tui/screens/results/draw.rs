@@ -55,7 +55,7 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
         (Some(error), ..) => error.clone(),
         (None, true, _) => "reading the store…".into(),
         (None, false, Some(counting @ AnswerSet::Batch(..))) => format!(
-            "{counting} has no answers yet; {} questions not asked; {key} selects other answers",
+            "{counting} has no answers yet ({} not asked); {key} selects other answers",
             results.unasked
         ),
         (None, false, _) => {
