@@ -13,6 +13,7 @@ fn rate(store: &Store, choice: Choice) {
         prompt: prompt.into(),
         wrong: reason.is_some(),
         reason: reason.map(str::to_string),
+        template: None,
     };
     let rating = NewRating {
         person: "ada\u{1b}[2J".into(),

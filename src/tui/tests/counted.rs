@@ -187,7 +187,7 @@ fn what_is_counted_can_be_chosen() {
         kept.bench.model.results.counting,
         Some(AnswerSet::Everything)
     );
-    // The labels of the batch count there, too; a changed scene is another question, as in a report.
+    // The labels of the batch count there, too; a changed scene is another question.
     assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
     // Of a batch another truth can be chosen; where there are labels, the judge's prediction is none.
     press(&mut kept, "b g enter t");
@@ -198,7 +198,6 @@ fn what_is_counted_can_be_chosen() {
     assert_eq!(counts(&kept, 0)[4], 2, "two scenarios are not in the list");
     press(&mut kept, "t b shift-g enter");
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Usual);
-    // What was chosen stays, also after the screen was closed.
     press(&mut kept, "esc %");
     assert_eq!(
         kept.bench.model.results.counting,
@@ -357,7 +356,7 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
 
 /// A batch of two models, each asked with four sets of techniques about twelve scenarios; what they say is up to their
 /// places.
-fn techniques() -> Fixture {
+pub(super) fn techniques() -> Fixture {
     let mut kept = Fixture::new();
     let mut items = Vec::new();
     for (model, skill) in [("lab/large", 5), ("lab/small", 3)] {
@@ -398,35 +397,4 @@ fn how_a_batch_looks_in_every_theme() {
         let text = seen_in_every_theme("a batch", &mut kept.bench, size, true);
         insta::assert_snapshot!(format!("results_of_a_batch_at_{columns}_by_{rows}"), text);
     }
-}
-
-#[test]
-fn rows_are_sorted_by_any_column_and_written_where_pictures_go() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut kept = techniques();
-    kept.bench.model.config.pictures = Some(folder.path().into());
-    press(&mut kept, "%");
-    let column = |kept: &Fixture| -> Vec<u32> {
-        let rows = kept.bench.model.results.rows.iter();
-        rows.map(|row| row.count(crate::evaluation::Outcome::TruePositive))
-            .collect()
-    };
-    let by_prompt = column(&kept);
-    press(&mut kept, "right s");
-    assert!(column(&kept).is_sorted_by(|a, b| a >= b));
-    assert!(kept.bench.frame(120, 40).contains("▼tp"));
-    press(&mut kept, "s");
-    assert!(column(&kept).is_sorted());
-    assert!(kept.bench.frame(120, 40).contains("▲tp"));
-    press(&mut kept, "s");
-    assert_eq!(column(&kept), by_prompt);
-    press(&mut kept, "e e");
-    let said = &kept.bench.model.toasts.last().unwrap().text;
-    assert!(said.contains("results_2.csv"), "{said}");
-    let table = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
-    assert_eq!(table.lines().count(), 9);
-    assert!(table.contains("labels of /labels/ours.csv"), "{table}");
-    let lines = std::fs::read_to_string(folder.path().join("results.jsonl")).unwrap();
-    let row: serde_json::Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
-    assert_eq!(row["tp"], by_prompt[0]);
 }

@@ -158,7 +158,7 @@ fn the_details_hold_the_run_against_the_built_in_judge() {
         assert!(frame.contains(words), "{words}: {frame}");
     }
     kept.press("j");
-    assert!(kept.bench.frame(200, 60).contains("not known here"));
+    assert!(kept.bench.frame(200, 60).contains("built-in     unknown"));
 }
 
 #[test]

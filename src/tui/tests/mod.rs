@@ -40,6 +40,7 @@ mod results;
 mod served;
 mod session;
 mod side_by_side;
+mod sorted;
 mod stopping;
 mod stored;
 mod thousands;

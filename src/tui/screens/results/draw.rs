@@ -83,10 +83,11 @@ fn title(results: &ResultsView) -> String {
         true => " …",
         false => "",
     };
-    format!(
-        "results · {counting}{} answers{truth}{reading}",
-        thousands(count as u64)
-    )
+    let answers = match count {
+        1 => "1 answer".into(),
+        n => format!("{} answers", thousands(n as u64)),
+    };
+    format!("results · {counting}{answers}{truth}{reading}")
 }
 
 /// Columns of the corners, and of the spaces in them.
