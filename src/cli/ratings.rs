@@ -26,7 +26,7 @@ pub struct Ratings {
 enum RatingsQuery {
     /// Models.
     Model,
-    /// Prompts: frame and techniques.
+    /// Prompts: frame, techniques, and the version of the template.
     Prompt,
 }
 

@@ -161,7 +161,7 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
         );
         row("left out", words, Style::new().fg(theme.warning));
     }
-    let there = format!("{} answers, free", estimate.stored);
+    let there = format!("{}, free", estimate.stored);
     row("in store", there, Style::new());
     let own = batch.model == judge::MODEL;
     let name = if own { "answers" } else { "requests" };

@@ -149,7 +149,7 @@ fn the_details_hold_the_run_against_the_built_in_judge() {
         "built-in     = no",
         "2,000 in, 150 out",
         "$0.012500 (tokens times listed prices)",
-        "2.5 s, 300 ms to the first piece",
+        "2.5 s, 300 ms to first token",
         "20 to 29",
         "── message: user ──",
         "there is room to brake",
@@ -158,7 +158,7 @@ fn the_details_hold_the_run_against_the_built_in_judge() {
         assert!(frame.contains(words), "{words}: {frame}");
     }
     kept.press("j");
-    assert!(kept.bench.frame(200, 60).contains("not known here"));
+    assert!(kept.bench.frame(200, 60).contains("built-in     unknown"));
 }
 
 #[test]

@@ -142,7 +142,7 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
     let card = bench.frame(100, 30);
     for words in [
         "8 listed",
-        "1, at no cost",
+        "1, free",
         "7, 4 at once",
         "12,345",
         "at most $0.1234",
@@ -253,7 +253,7 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
         "2,100 tok",
         "$0.5000",
         "3.0 s",
-        "waits",
+        "waiting",
         "lab/large on ZAM_CutIn",
     ] {
         assert!(list.contains(words), "{words}: {list}");

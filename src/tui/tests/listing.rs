@@ -180,7 +180,7 @@ fn tags_are_typed_kept_and_found() {
     assert!(bench.model.screens.is_top::<TagsScreen>());
     bench.type_text("odd #later");
     let frame = bench.frame(120, 40);
-    assert!(frame.contains("your tags of ZAM_HardBraking") && frame.contains("critical"));
+    assert!(frame.contains("tags of ZAM_HardBraking") && frame.contains("critical"));
     bench.press("enter");
     let Some(Effect::ChangeTags(name, tags)) = bench.effects.pop() else {
         panic!("{:?}", bench.effects);

@@ -234,7 +234,10 @@ fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
     bench.press("space a x");
     let frame = bench.frame(80, 24);
     let (above, last) = frame.rsplit_once('\n').unwrap();
-    assert!(last.contains("the built-in judge stays"), "{frame}");
+    assert!(
+        last.contains("the built-in judge cannot be closed"),
+        "{frame}"
+    );
     bench.press("right");
     assert!(bench.model.toasts.is_empty());
     bench.press("left");

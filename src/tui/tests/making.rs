@@ -158,7 +158,7 @@ fn original_and_variant_take_turns_and_both_can_be_left() {
     assert!(shown(&bench).changed && hash(&bench) == variant);
     // What the planner is told belongs to the variant.
     bench.press("space e f");
-    assert!(said(&bench).contains("was made for what this planner was told"));
+    assert!(said(&bench).contains("the variant belongs to this prediction"));
     assert!(bench.model.driver.under_way.is_none());
 
     bench.press("space e r");
@@ -189,7 +189,7 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     for (columns, rows) in [(80, 24), (200, 60)] {
         let frame = bench.frame(columns, rows);
         assert!(
-            frame.lines().next().unwrap().contains("stopping …"),
+            frame.lines().next().unwrap().contains("cancelling…"),
             "{frame}"
         );
     }
@@ -200,7 +200,7 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     arrive(&mut bench);
     assert!(bench.model.variant().is_none());
     assert!(matches!(state(&bench), JobState::Cancelled(_)));
-    assert!(!bench.frame(200, 60).contains("stopping …"));
+    assert!(!bench.frame(200, 60).contains("cancelling…"));
     bench.press("space g g space g g");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (2, 2));
     bench.press("space g g space o j x esc");

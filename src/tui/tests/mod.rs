@@ -42,6 +42,7 @@ mod served;
 mod session;
 mod side_by_side;
 mod sizes;
+mod sorted;
 mod stopping;
 mod stored;
 mod thousands;

@@ -152,7 +152,7 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
             .last()
             .unwrap()
             .text
-            .contains("take it as ego")
+            .contains("makes it the ego")
     );
     bench.press("n space e t");
     assert!(bench.model.scene().is_some());

@@ -28,7 +28,7 @@ fn answers_are_rated_anew_while_they_stand_there() {
         bench.send(Msg::Rated(round, Ok(4)));
         bench.press("2");
         bench.send(Msg::Rated(round, Ok(4)));
-        assert!(bench.frame(120, 40).contains("rated anew"), "{open}");
+        assert!(bench.frame(120, 40).contains("rating 4 changed"), "{open}");
         bench.press("w enter");
         bench.send(Msg::Rated(round, Ok(4)));
         bench.press("w");

@@ -72,10 +72,7 @@ fn what_is_waited_for_is_said_until_something_comes() {
     assert!(place(&pane(&bench), on_its_way).is_some());
     bench.send(events::piece(id, Event::Awaiting(RunId(7))));
     let lines = pane(&bench);
-    assert!(
-        place(&lines, "being asked as run 7").is_some(),
-        "{lines:#?}"
-    );
+    assert!(place(&lines, "run 7 asks the same").is_some(), "{lines:#?}");
     assert_eq!(place(&lines, on_its_way), None, "{lines:#?}");
     bench.send(events::piece(
         id,

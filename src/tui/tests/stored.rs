@@ -32,7 +32,7 @@ fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
     };
     bench.send(events::answered(id, Ok(Box::new(stored.clone()))));
     let frame = bench.frame(120, 40);
-    assert!(frame.contains("run 7 of the store, asked 19"), "{frame}");
+    assert!(frame.contains("run 7, asked 19"), "{frame}");
     let columns = bench.model.answers.columns.len();
     bench.press("r");
     let (id, _) = bench.asked();

@@ -326,6 +326,7 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
     let mut bench = open();
     bench.model.picked = Some(305);
     bench.perform("generate-with-model-by");
+    bench.press("enter");
     assert_eq!(asked(&bench).1.only, Some(305));
     bench.press("esc");
     bench.model.model = crate::judge::MODEL.into();

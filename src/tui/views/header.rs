@@ -148,10 +148,17 @@ fn asked_model(model: &Model, width: u16) -> String {
         true => "built-in".into(),
         false => fit(&model.model, most),
     };
-    match model.prompt.question {
-        Some(_) => format!("{name} · {}", model.price()),
-        None => name,
+    // That the built-in judge is free says its name.
+    if model.prompt.question.is_none() || (width < NARROW && model.model == judge::MODEL) {
+        return name;
     }
+    let price = match model.price() {
+        price if width >= WIDE => price,
+        price => price
+            .replace("at most ", "≤")
+            .replace("price unknown", "price?"),
+    };
+    format!("{name} · {price}")
 }
 
 /// What runs, and what the session cost so far; nothing where models were not asked.
@@ -186,7 +193,7 @@ fn running(model: &Model, width: u16) -> String {
             parts.push(fit(&visible(why), WAITS));
         }
     } else if model.jobs.is_stopping(JobKind::Generate) {
-        parts.push("stopping …".into());
+        parts.push("cancelling…".into());
     }
     let (usd, unknown) = model.jobs.cost();
     if usd > 0.0 {

@@ -55,7 +55,7 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
         (Some(error), ..) => error.clone(),
         (None, true, _) => "reading the store…".into(),
         (None, false, Some(counting @ AnswerSet::Batch(..))) => format!(
-            "{counting} has no answers yet; {} questions not asked; {key} selects other answers",
+            "{counting} has no answers yet ({} not asked); {key} selects other answers",
             results.unasked
         ),
         (None, false, _) => {
@@ -83,10 +83,11 @@ fn title(results: &ResultsView) -> String {
         true => " …",
         false => "",
     };
-    format!(
-        "results · {counting}{} answers{truth}{reading}",
-        thousands(count as u64)
-    )
+    let answers = match count {
+        1 => "1 answer".into(),
+        n => format!("{} answers", thousands(n as u64)),
+    };
+    format!("results · {counting}{answers}{truth}{reading}")
 }
 
 /// Columns of the corners, and of the spaces in them.
