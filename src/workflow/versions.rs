@@ -301,3 +301,83 @@ impl SideTotals {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::RunId;
+    use crate::verdict::{ObstacleRisk, Task, Verdict};
+
+    fn said(task: Task, truth: Label, dangerous: bool, named: i64) -> Scored {
+        let verdict = Verdict {
+            task,
+            dangerous,
+            obstacles: vec![ObstacleRisk {
+                id: named,
+                risk_score: 0,
+                reason: String::new(),
+            }],
+            justification: String::new(),
+        };
+        let mut scored = Scored::built_in("a", "lab/small", Some(truth), verdict);
+        scored.run = Some(RunId(1));
+        scored.consumed.input_tokens = Some(100);
+        scored.consumed.output_tokens = Some(20);
+        scored.consumed.cost_usd = Some(0.5);
+        scored
+    }
+
+    fn row(a: Scored, b: Scored) -> ComparedAnswers {
+        ComparedAnswers {
+            entry: Entry::of_argument(Path::new("a.xml")),
+            answers: [a, b],
+        }
+    }
+
+    #[test]
+    fn a_change_is_held_against_the_truth() {
+        use VersionChange::{Better, Missing, Other, Same, Worse};
+        let truth = Label::Collision(Some(7));
+        let yes = |named| said(Task::Safety, truth, true, named);
+        let no = || said(Task::Safety, truth, false, 7);
+        let mut unread = no();
+        unread.status = AnswerStatus::Unparsed("no JSON".into());
+        let mut missing = no();
+        missing.status = AnswerStatus::Unasked("not yet".into());
+        missing.run = None;
+        for (a, b, change) in [
+            (no(), yes(7), Better),
+            (yes(7), no(), Worse),
+            (yes(7), yes(7), Same),
+            (no(), no(), Same),
+            // A yes that names another obstacle is wrong, as a no is.
+            (yes(7), yes(8), Worse),
+            (no(), yes(8), Other),
+            (unread.clone(), yes(7), Better),
+            (unread.clone(), no(), Other),
+            (yes(7), missing.clone(), Missing),
+        ] {
+            assert_eq!(row(a.clone(), b.clone()).change(), change, "{a:?} {b:?}");
+        }
+        assert!(row(yes(7), missing).is_missing(1));
+    }
+
+    #[test]
+    fn totals_count_changes_and_costs_and_test_only_enough_pairs() {
+        let one = |dangerous| said(Task::Collision, Label::Collision(None), dangerous, 1);
+        let mut comparison = VersionComparison::default();
+        for n in 0..9 {
+            comparison.rows.push(row(one(n > 6), one(true)));
+        }
+        let totals = comparison.totals();
+        assert_eq!((totals.pairs, totals.changed), (9, 7));
+        assert_eq!((totals.better, totals.worse), (7, 0));
+        assert_eq!(totals.p, None, "nine pairs are too few");
+        assert_eq!((totals.sides[0].right, totals.sides[1].right), (2, 9));
+        assert_eq!((totals.sides[0].tokens, totals.sides[1].usd), (1080, 4.5));
+        comparison.rows.push(row(one(true), one(true)));
+        let p = comparison.totals().p;
+        // 2 · ½⁷
+        assert!(p.is_some_and(|p| (p - 0.015_625).abs() < 1e-12), "{p:?}");
+    }
+}

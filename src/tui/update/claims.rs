@@ -50,10 +50,13 @@ pub fn read_on(model: &mut Model, forward: bool) {
     // JSON that was folded when it was last drawn is unfolded now.
     let row = row + folded;
     let extent = model.drawn.extent(Pane::Reasoning);
-    if row < extent.top || row >= extent.top + extent.rows {
+    if row < extent.top || row + BELOW >= extent.top + extent.rows {
         model.answers.scroll = Some(row.saturating_sub(extent.rows / 3));
     }
 }
+
+/// Rows that the words on the picked claim may take below the text, and a line that is wrapped.
+const BELOW: usize = 4;
 
 /// How many lines into JSON that folds a claim is.
 fn folded_line(model: &Model, shown: ShownAnswer, place: usize) -> Option<usize> {

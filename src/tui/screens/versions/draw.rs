@@ -12,7 +12,7 @@ use crate::tui::action::Action;
 use crate::tui::model::{Model, VersionKind};
 use crate::tui::theme::Theme;
 use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, fit_end, pad, thousands};
+use crate::tui::widgets::words::{fit, pad, thousands};
 use crate::workflow::{ComparedAnswers, SideTotals, VersionChange, VersionTotals};
 
 /// The names of the sides.
@@ -20,10 +20,10 @@ pub const LETTERS: [char; 2] = ['A', 'B'];
 
 /// Columns of the parts of a row behind the scenario's name.
 const TRUTH: usize = 6;
-const SAYS: usize = 8;
-const CHANGE: usize = 10;
-const TOKENS: usize = 8;
-const COST: usize = 9;
+const SAYS: usize = 7;
+const CHANGE: usize = 9;
+const TOKENS: usize = 6;
+const COST: usize = 8;
 
 /// Columns of a scenario's name at most: the answers stay near it on a wide screen.
 const NAMES: usize = 56;
@@ -39,7 +39,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let head = head(model, usize::from(inner.width));
     let foot = Paragraph::new(foot(model)).wrap(Wrap { trim: true });
     let lines = |count: usize| Constraint::Length(u16::try_from(count).unwrap_or(u16::MAX));
-    let below = foot.line_count(inner.width).min(4);
+    let below = foot.line_count(inner.width).min(5);
     let [above, table, bottom] =
         Layout::vertical([lines(head.len() + 1), Constraint::Min(3), lines(below)]).areas(inner);
     frame.render_widget(Paragraph::new(head), above);
@@ -129,7 +129,9 @@ fn foot(model: &Model) -> Vec<Line<'static>> {
     if let Some(found) = &versions.found {
         let totals = found.totals();
         lines.push(changes(&totals, theme));
-        lines.push(costs(&totals.sides, theme));
+        for (letter, side) in LETTERS.into_iter().zip(&totals.sides) {
+            lines.push(costs(letter, side, theme));
+        }
     }
     lines
 }
@@ -154,22 +156,30 @@ fn changes(totals: &VersionTotals, theme: &Theme) -> Line<'static> {
     ])
 }
 
-fn costs(sides: &[SideTotals; 2], theme: &Theme) -> Line<'static> {
-    let one = |letter: char, side: &SideTotals| {
-        let unknown = match side.unpriced {
-            0 => String::new(),
-            n => format!(" + {n} unknown"),
-        };
-        format!(
-            "{letter}: {} of {} right, {} tokens, ${:.4}{unknown}",
-            side.right,
-            side.answers,
-            thousands(side.tokens),
-            side.usd
-        )
+/// What a side comes to.
+fn costs(letter: char, side: &SideTotals, theme: &Theme) -> Line<'static> {
+    let unknown = match side.unpriced {
+        0 => String::new(),
+        n => format!(" + {n} of unknown cost"),
     };
-    let words = format!("{} · {}", one('A', &sides[0]), one('B', &sides[1]));
+    let words = format!(
+        "{letter}: {} of {} right · {} tokens · ${:.4}{unknown}",
+        side.right,
+        side.answers,
+        thousands(side.tokens),
+        side.usd
+    );
     Line::styled(words, Style::new().fg(theme.dim))
+}
+
+/// A number of tokens in few columns.
+fn short(tokens: u64) -> String {
+    match tokens {
+        0 => "–".into(),
+        1..=999 => tokens.to_string(),
+        1_000..=999_499 => format!("{:.1}k", tokens as f64 / 1e3),
+        _ => format!("{:.1}M", tokens as f64 / 1e6),
+    }
 }
 
 fn rows(frame: &mut Frame<'_>, area: Rect, model: &Model) {
@@ -219,13 +229,13 @@ fn heads(names: usize, theme: &Theme) -> Line<'static> {
         ("truth", TRUTH),
         ("A", SAYS),
         ("B", SAYS),
-        ("B vs A", CHANGE),
+        ("change", CHANGE),
     ] {
         words.push_str(&pad(word, width));
     }
     for (word, width) in [
-        ("tok. A", TOKENS),
-        ("tok. B", TOKENS),
+        ("tok A", TOKENS),
+        ("tok B", TOKENS),
         ("cost A", COST),
         ("cost B", COST),
     ] {
@@ -238,7 +248,7 @@ fn heads(names: usize, theme: &Theme) -> Line<'static> {
 }
 
 fn line(row: &ComparedAnswers, names: usize, chosen: bool, theme: &Theme) -> Line<'static> {
-    let name = fit_end(&visible(&row.answers[0].scenario), names.saturating_sub(1));
+    let name = fit(&visible(&row.answers[0].scenario), names.saturating_sub(1));
     let truth = row.truth().map_or("–", |label| match label.collides() {
         true => "yes",
         false => "no",
@@ -257,10 +267,7 @@ fn line(row: &ComparedAnswers, names: usize, chosen: bool, theme: &Theme) -> Lin
     let consumed = row.answers.each_ref().map(|one| one.consumed);
     for one in &consumed {
         let tokens = one.input_tokens.unwrap_or(0) + one.output_tokens.unwrap_or(0);
-        let words = match tokens {
-            0 => "–".into(),
-            n => thousands(n),
-        };
+        let words = short(tokens);
         spans.push(Span::raw(format!("{words:>TOKENS$}")));
     }
     for one in &consumed {
@@ -295,8 +302,8 @@ fn changed(change: VersionChange, theme: &Theme) -> (String, Style) {
     match change {
         VersionChange::Better => ("▲ better".into(), bold.fg(theme.accent)),
         VersionChange::Worse => ("▼ worse".into(), bold.fg(theme.warning)),
-        VersionChange::Other => ("~ differs".into(), bold),
+        VersionChange::Other => ("~ other".into(), bold),
         VersionChange::Same => ("= same".into(), Style::new().fg(theme.dim)),
-        VersionChange::Missing => ("– missing".into(), Style::new().fg(theme.dim)),
+        VersionChange::Missing => ("–".into(), Style::new().fg(theme.dim)),
     }
 }
