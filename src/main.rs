@@ -17,14 +17,12 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {
-    let ego = cli::chosen_ego(&arguments)?;
+    let (ego, paths) = (cli::chosen_ego(&arguments)?, cli::chosen_paths(&arguments)?);
     match &arguments.command {
         Some(command) => cli::run(command, &workbench()),
         None if arguments.print_config => cli::print_config(),
-        None if cli::has_terminal() => {
-            tui::run(cli::chosen_paths(&arguments)?, ego).map_err(cli::Failure::input)
-        }
-        None => cli::without_terminal(&arguments.paths, &ego),
+        None if cli::has_terminal() => tui::run(paths, ego).map_err(cli::Failure::input),
+        None => cli::without_terminal(&paths, &ego),
     }
 }
 

@@ -142,7 +142,7 @@ fn a_chosen_ego_is_that_of_the_opened_scenario() {
     session.is_restored();
     let mut session = Session::start_with(100, 30, &[], &["--ego", "301"]);
     assert_eq!(session.end(), 2);
-    session.see("choose the ego of one scenario");
+    session.see("need one scenario");
 }
 
 #[test]

@@ -71,10 +71,10 @@ async fn batches_are_listed_cancelled_and_collected() {
         assert_eq!(states, ["answered", "cancelled"]);
         run(&["batches", "collect"])
             .status(0)
-            .says(&["no batch is with a provider"]);
+            .says(&["no batch is open at a provider"]);
         run(&["batches", "cancel", &id])
             .status(0)
-            .says(&["nothing to stop"]);
+            .says(&["already finished"]);
         assert!(home.files_with(KEY).is_empty());
     }
 }
@@ -135,7 +135,7 @@ async fn evaluate_hands_its_questions_over_and_counts_what_came_back() {
         // Going on neither sends anything nor waits for it.
         run(&["evaluate", "--resume", "b1"])
             .status(1)
-            .says(&["2 of them with a provider"]);
+            .says(&["2 of them submitted to providers"]);
         assert_eq!(home.runs().len(), 4);
         provider.world().fates = vec![Fate::Answered; 2];
         provider.world().state = "completed".into();

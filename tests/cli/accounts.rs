@@ -97,7 +97,7 @@ async fn an_answer_under_another_name_says_so_and_has_its_price() {
     let again = run(&home, &asked).status(0).stdout;
     for words in [
         "(lab/tiny; the answer of run 1, asked as x/tiny)",
-        "0.154000 USD (worked out now",
+        "0.154000 USD (computed now",
     ] {
         assert!(again.contains(words), "{words}: {again}");
     }
@@ -125,7 +125,7 @@ async fn what_breaks_off_has_a_bound_of_its_cost() {
     ask(1);
     let listed = run(&home, &["runs"]).status(0);
     let lines: Vec<&str> = listed.stdout.lines().collect();
-    assert!(lines[0].contains("says") && lines[0].contains("cost [$]"));
+    assert!(lines[0].contains("verdict") && lines[0].contains("cost [$]"));
     assert!(
         lines[1].contains("failed") && lines[1].contains("<="),
         "{lines:?}"
@@ -150,7 +150,7 @@ async fn what_is_done_to_runs_is_said() {
         (&["restore", "1"], "run 1: restored"),
         (&["note", "1", "odd"], "run 1: noted"),
         (&["note", "1", "odd"], "nothing changed"),
-        (&["search", "nowhere"], "no run has all these words"),
+        (&["search", "nowhere"], "no matching runs"),
     ] {
         run(&home, &[&["runs"], arguments].concat())
             .status(0)
@@ -187,8 +187,9 @@ async fn what_runs_here_is_listed_with_key_and_price() {
         !table.contains("embed") && !table.contains("other/tiny"),
         "{table}"
     );
-    let all = run(&home, &["models", "--all", "--json"]).status(0).json();
-    let rows = all.as_array().unwrap();
+    let all = run(&home, &["models", "--all", "--json"]).status(0).stdout;
+    let rows = all.lines().map(|line| serde_json::from_str(line).unwrap());
+    let rows: Vec<serde_json::Value> = rows.collect();
     let embed = rows.iter().find(|r| r["id"] == "lab/nomic-embed-text");
     let embed = embed.unwrap_or_else(|| panic!("{all}"));
     assert_eq!(
@@ -206,10 +207,10 @@ fn a_run_of_the_built_in_judge_says_what_it_looked_at() {
         home.run(&["runs", "show", id]).status(0).stdout
     };
     let collision = shown("collision", "1");
-    let said = "how           exact geometry\nsteps         all recorded steps\n";
+    let said = "asked with    exact geometry\nsteps         all recorded steps\n";
     assert!(collision.contains(said), "{collision}");
     let safety = shown("safety", "2");
-    let how = "how           exact geometry\nsteps         ";
+    let how = "asked with    exact geometry\nsteps         ";
     assert!(safety.contains(how) && safety.contains(" to "), "{safety}");
     assert!(!safety.contains("all recorded"), "{safety}");
 }

@@ -212,7 +212,7 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
 
     let ended = run(&home, &small(&["--model", "reference/geometry"])).status(0);
     assert!(ended.stdout.contains("lab/tiny") && ended.stdout.contains("reference/geometry"));
-    let ended = ended.says(&["b1: 2 requests", "2 for the built-in judge"]);
+    let ended = ended.says(&["b1: 2 requests", "2 by the built-in judge"]);
     assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
     assert_eq!(server.requests().len(), 2);
     let dry = run(&home, &small(&["--samples", "3", "--dry-run", "--json"]))
@@ -289,7 +289,7 @@ async fn failed_and_unparsed_answers_are_counted_and_only_the_failed_asked_again
     let options = ["--model", "lab/tiny", "--concurrency", "1", "--json"];
     let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
     let ended = run(&home, &arguments).status(1);
-    let ended = ended.says(&["of 4 questions, 1 without a whole answer", "--resume b1"]);
+    let ended = ended.says(&["of 4 questions, 1 without a complete answer", "--resume b1"]);
     let cell = &cells(&ended)[0];
     let of = |name: &str| cell[name].as_u64().unwrap();
     assert_eq!((of("n"), of("failed"), of("unparsed")), (4, 1, 1));

@@ -159,7 +159,7 @@ fn what_reading_left_out_is_said_and_names_do_not_clash() {
         .run(&["convert", first, second, "-o", folder, "--overwrite"])
         .status(2);
     assert!(
-        ended.stderr.contains("would both be written as s.xml"),
+        ended.stderr.contains("would both become s.xml"),
         "{}",
         ended.stderr
     );

@@ -151,7 +151,7 @@ fn every_mistake_of_the_configuration_is_named() {
     let text = "radius = \"lots\"\nmouse = true\nbudgett = 3\nhistory = 0\n";
     home.write(home.config().join("config.toml"), text);
     let said = [
-        "config.toml:1: radius = \"lots\": expected a number",
+        "config.toml:1: radius = \"lots\": a number is needed",
         "config.toml:3: budgett is not known; did you mean budget?",
         "config.toml:4: history = 0: a whole number of at least 1",
     ];

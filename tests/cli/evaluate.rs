@@ -34,7 +34,7 @@ fn a_table_by_lead_with_everybody_side_by_side() {
     assert_eq!(ended.stderr, "", "silent in a pipe");
     for words in [
         "2 collisions, 1 safe scenario\n",
-        "horizon of the prediction",
+        "horizon in seconds",
         "less than 1 s apart",
         "exact geometry",
         "   end    0.2    0.5      1    1.5      2",
@@ -122,7 +122,7 @@ fn labels_take_the_place_of_the_geometry() {
     // One of two has no label.
     run(&[RED_LIGHT])
         .status(1)
-        .says(&["of 2 scenarios, 1 has no label", RED_LIGHT]);
+        .says(&["of 2 scenarios, 1 without a label", RED_LIGHT]);
     home.run(&["evaluate", RED_LIGHT, "--truth", &truth])
         .status(2);
 }
@@ -166,7 +166,10 @@ fn what_cannot_be_evaluated_is_said() {
         (
             &["--model", "reference/magic"],
             2,
-            &["reference/magic", "must be one of reference/geometry"],
+            &[
+                "reference/magic",
+                "the safety task takes reference/geometry",
+            ],
         ),
         (&["--task", "collision"], 2, &["--truth CSV"]),
         (
@@ -211,7 +214,7 @@ fn scenarios_without_an_ego_are_told_together() {
     for i in 0..5 {
         home.write(format!("in/S-{i}.xml"), bundled_xml(CUT_IN));
     }
-    let line = "nearmiss: 5 scenarios have no recorded ego: S-0, S-1, S-2 and 2 more; put NAME.ego_trajectory.csv";
+    let line = "nearmiss: 5 scenarios without a recorded ego: S-0, S-1, S-2 and 2 more; put NAME.ego_trajectory.csv";
     let ended = home.run(&["evaluate", "in"]).status(2).says(&[line]);
     assert_eq!(ended.stderr.lines().count(), 2, "{}", ended.stderr);
     assert!(!ended.stderr.contains("--ego"));
@@ -326,13 +329,13 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         (&2.into(), &0.into())
     );
     for words in [
-        "left out: 1 at other leads",
-        "left out: 2 about changed scenes",
+        "skipped: 1 at further leads",
+        "skipped: 2 about transformed scenes",
     ] {
         assert!(whole.stderr.contains(words), "{words}: {}", whole.stderr);
     }
     assert!(
-        !whole.stderr.contains("scenarios is unknown"),
+        !whole.stderr.contains("no ground truth"),
         "{}",
         whole.stderr
     );

@@ -108,10 +108,10 @@ async fn what_cannot_be_added_is_said() {
         .says(&["--add-lead", "--task safety"]);
     begin(&home, &["--add-lead", "1"])
         .status(2)
-        .says(&["--resume ID names it"]);
+        .says(&["need a batch: --resume ID"]);
     begin(&home, &["--add-transform", "mirror"])
         .status(2)
-        .says(&["--resume ID names it"]);
+        .says(&["need a batch: --resume ID"]);
     let zero = [
         "evaluate",
         CUT_IN,

@@ -55,7 +55,7 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     twice.says(&["r.json", "--resume"]);
     let ended = with(&["--report", "r.json", "--resume"]);
     let ended = ended.says(&[
-        "1 variant of earlier runs is not attacked again",
+        "1 variant of earlier runs is skipped",
         "notes.json: not taken over",
         "planning problem",
     ]);
@@ -96,7 +96,7 @@ fn resume_needs_a_folder_and_replaces_nothing_but_reports() {
     home.run(&resume).status(2).says(&["--output"]);
     home.write("mine.json", "{\"mine\": 1}");
     let over = [&resume[..], &["-o", "out", "--report", "mine.json"]].concat();
-    let said = ["mine.json", "is no report", "name another file"];
+    let said = ["mine.json", "is not a report", "name another file"];
     home.run(&over).status(2).says(&said);
     home.write("file", "");
     let folder = home.run(&["generate", CUT_IN, "-o", "file"]);

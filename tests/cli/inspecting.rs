@@ -225,7 +225,7 @@ fn inspect_shows_the_chosen_ego() {
     assert!(error.contains("no obstacle 5"), "{error}");
     home.run(&["inspect", "two.xml", "--ego", "301"])
         .status(2)
-        .says(&["two.xml", "this is a solution", "name the scenario"]);
+        .says(&["two.xml", "is a solution", "name its scenario"]);
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn a_store_that_cannot_be_written_is_read() {
         set(&home.data(), 0o555);
         let said = commands.map(|arguments| reading(&home, &program, arguments));
         let doctor = reading(&home, &program, &["doctor"]);
-        assert!(doctor.stdout.contains("cannot be written"), "{doctor:?}");
+        assert!(doctor.stdout.contains("not writable"), "{doctor:?}");
         assert_eq!(names(&home.data()), files, "nothing is made");
         let refused = reading(&home, &program, &["runs", "pin", "1"]);
         refused.status(2).says(&["runs.sqlite"]);

@@ -54,7 +54,7 @@ async fn a_server_that_is_not_there_is_left_alone_and_the_others_go_on() {
         "lab: not asked further after 5 questions in a row without an answer: ",
         "cannot reach lab",
         "27 questions stay open",
-        "of 48 questions, 32 without a whole answer; `nearmiss evaluate --resume b1`",
+        "of 48 questions, 32 without a complete answer; `nearmiss evaluate --resume b1`",
     ]);
     assert_eq!(count(&home, "other/tiny", "answered"), 16);
     let of = |state| count(&home, "lab/a", state) + count(&home, "lab/b", state);

@@ -395,7 +395,7 @@ fn several_templates_for_the_same_live_side_by_side() {
         ),
         (
             &["prompts", "copy", "safety-ego", "--as", "collision-ego"],
-            "comes with the program",
+            "is the name of a shipped template",
         ),
         (
             &["prompts", "copy", "safety-ego", "--as", "short"],

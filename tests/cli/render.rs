@@ -176,7 +176,7 @@ fn a_variant_is_drawn_with_the_motion_before_the_change() {
     // Another file of this name is not the original, and an id leads nowhere else.
     for (sha256, id) in [("0000", name), (&hash, "../../nowhere")] {
         papers(sha256, id);
-        render().says(&["drawn without the motion before the change", id, sha256]);
+        render().says(&["drawn without the original motion", id, sha256]);
         let svg = String::from_utf8(bytes(&home, "variant.svg")).unwrap();
         assert!(!svg.contains(&recorded), "{svg}");
     }
@@ -222,7 +222,7 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
     std::fs::rename(home.files().join(there), home.files().join(gone)).unwrap();
     let without = render(&["20"], 0);
     assert!(!without.stdout.contains(&recorded), "{}", without.stdout);
-    let note = "drawn without the motion before the change";
+    let note = "drawn without the original motion";
     assert_eq!(without.stderr.matches(note).count(), 1);
     let without = without.says(&["in/own.xml", "--original FILE"]);
     assert_eq!(without.stderr.lines().count(), 1, "{}", without.stderr);
@@ -235,7 +235,7 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
     let hash = original.hash.to_string();
     render(&["20", "--original", name], 2).says(&["--original", "SHA-256", &hash]);
     render(&["20", "--original", "nobody.xml"], 2).says(&["nobody.xml"]);
-    render(&["20", "--original", gone, "--what", "plot"], 2).says(&["--original is about the map"]);
+    render(&["20", "--original", gone, "--what", "plot"], 2).says(&["--original needs a map"]);
     let alone = ["render", name, "--original", gone];
     home.run(&alone)
         .status(2)

@@ -342,7 +342,7 @@ fn recorded_answers_are_tied_to_their_scenarios() {
     let first = home
         .run(&["import", "paper"])
         .status(0)
-        .says(&["2 answers are tied", "by name alone"]);
+        .says(&["2 answers are linked", "by name only"]);
     assert_eq!(first.stdout, "5 imported, 0 already there, 0 unreadable\n");
     let again = home.run(&["import", "paper"]).status(0).stdout;
     assert_eq!(again, "0 imported, 5 already there, 0 unreadable\n");

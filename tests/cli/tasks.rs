@@ -112,7 +112,7 @@ fn the_built_in_judge_says_what_it_does_not_answer() {
     let arguments = ["evaluate", CUT_IN, "--task", "attacker"];
     home.run(&arguments)
         .status(2)
-        .says(&["--task attacker", "collision and safety can be evaluated"]);
+        .says(&["--task attacker", "use collision or safety"]);
     home.run(&["ask", CUT_IN, "--task", "flight"])
         .status(2)
         .says(&["collision, safety, attacker, trajectory"]);
