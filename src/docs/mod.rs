@@ -29,10 +29,8 @@ macro_rules! topics {
 }
 
 topics! {
-    workbench, "workbench", "workbench.md", ["themes"],
+    workbench, "workbench", "workbench.md", ["keys", "themes"],
         "The screen: time, map, list, asking, comparing, the template editor";
-    keymap, "keymap", "keymap.md", ["keys"],
-        "Keys of the workbench: direct keys, menus, counts, a keymap of your own";
     scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
         "File formats, where the ego comes from, the bundled scenarios";
     measures, "measures", "measures.md", ["metrics"],
@@ -54,7 +52,7 @@ topics! {
     store, "store", "store.md", ["runs", "ratings", "export", "import"],
         "Every run: nothing is paid for twice; search, export, SQL";
     configuration, "configuration", "configuration.md", ["doctor"],
-        "Configuration and data folders, every key of config.toml";
+        "Configuration and data folders, every key of config.toml, keys and keymaps";
     command_line, "command-line", "command-line.md", ["completions", "man"],
         "Input, output, exit status, interruption, crashes";
     json, "json", "json.md", [],
