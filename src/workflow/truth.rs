@@ -57,6 +57,9 @@ pub struct TruthSearch<'a> {
     pub thresholds: &'a Thresholds,
 }
 
+/// Files that may hold a scene, and answers about it.
+type AskedScene<'a> = (Vec<&'a Entry>, Vec<&'a Outcome>);
+
 /// Labels from batches, by run.
 type BatchLabels = HashMap<crate::store::RunId, (String, Label)>;
 
@@ -127,7 +130,7 @@ impl TruthSearch<'_> {
     /// The labels of the folders that the scenarios of the answers lie in.
     #[must_use]
     pub fn layout(&self) -> BTreeMap<String, Label> {
-        let asked: BTreeSet<&str> = self.outcomes.iter().map(|one| name_of(one)).collect();
+        let asked: BTreeSet<&str> = self.outcomes.iter().map(name_of).collect();
         let entries = self.entries.iter();
         let entries: Vec<Entry> = entries
             .filter(|entry| asked.contains(entry.name.as_str()))
@@ -193,13 +196,13 @@ impl TruthSearch<'_> {
     }
 
     /// One answer of each question without a truth, by scene.
-    fn wanted(&self, truth: &Truth) -> Vec<(Vec<&Entry>, Vec<&Outcome>)> {
+    fn wanted(&self, truth: &Truth) -> Vec<AskedScene<'_>> {
         let mut files: HashMap<&str, Vec<&Entry>> = HashMap::new();
         for entry in self.entries {
             files.entry(entry.name.as_str()).or_default().push(entry);
         }
         let mut seen = BTreeSet::new();
-        let mut scenes: BTreeMap<(&str, &str), (Vec<&Entry>, Vec<&Outcome>)> = BTreeMap::new();
+        let mut scenes: BTreeMap<(&str, &str), AskedScene<'_>> = BTreeMap::new();
         for one in self.outcomes {
             let whose_own = truth.judge.is_some() && one.model == judge::MODEL;
             if whose_own || !Task::VERDICTS.contains(&one.task) || truth.label(one, None).is_some()
