@@ -49,6 +49,7 @@ mod thousands;
 mod timeline;
 mod typing;
 mod unasked;
+mod undoing;
 mod values;
 mod versions;
 mod views;

@@ -35,7 +35,7 @@ impl Inline<'_> {
                 b'\\' => self.escaped(at..range.end),
                 b'`' => self.code(at..range.end, style),
                 b'*' | b'_' if depth < DEEPEST => self.emphasis(at..range.end, style, depth),
-                b'[' if depth < DEEPEST => self.link(at..range.end, style, depth),
+                b'[' if depth < DEEPEST => self.link(at..range.end),
                 _ => None,
             };
             let Some(Taken { end, content }) = taken else {
@@ -103,7 +103,7 @@ impl Inline<'_> {
         let before = line[..start].chars().next_back();
         // `a_b` is a name, `2 * 3` a product.
         let opens = !text[signs..].starts_with(char::is_whitespace)
-            && !before.is_some_and(|c| c == char::from(sign))
+            && before.is_none_or(|c| c != char::from(sign))
             && (sign == b'*' || !before.is_some_and(char::is_alphanumeric));
         if !opens || depth >= DEEPEST {
             return None;
@@ -121,7 +121,7 @@ impl Inline<'_> {
     }
 
     /// `[text](target)`.
-    fn link(&self, range: Range<usize>, _style: Style, _depth: usize) -> Option<Taken> {
+    fn link(&self, range: Range<usize>) -> Option<Taken> {
         let (start, text) = (range.start, &self.line[range]);
         let middle = text.find("](")?;
         let end = middle + text[middle..].find(')')?;
