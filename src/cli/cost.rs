@@ -42,7 +42,7 @@ mod tests {
         assert_eq!(unknown(&whole, "lab/a", Some("b")), "no price for b");
         let half = consumed(Some(10), None, None);
         assert_eq!(tokens(&half).as_deref(), Some("10 in, unknown out"));
-        assert!(unknown(&half, "lab/a", None).contains("how many tokens"));
+        assert!(unknown(&half, "lab/a", None).contains("no token counts"));
         let odd = consumed(Some(10), Some(2), Some(11));
         assert!(unknown(&odd, "lab/a", None).contains("cached"));
     }

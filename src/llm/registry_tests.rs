@@ -59,7 +59,7 @@ fn ids_become_endpoints() {
     assert!(matches!(error("x/y"), RegistryError::NoProvider { .. }));
     let words = error("opnai/gpt-4o").to_string();
     assert!(words.contains("did you mean openai?"), "{words}");
-    let meant = registry.unlisted("openai/gpt-4oo").unwrap();
+    let meant = registry.unlisted("openai/gtp-4o").unwrap();
     assert!(meant.contains("openai/gpt-4o"), "{meant}");
     assert_eq!(registry.unlisted("lab/anything"), None);
     let moved = variables(&[("OPENAI_BASE_URL", "http://b"), ("OPENAI_API_KEY", "key")]);

@@ -24,7 +24,7 @@ use self::job::{Canceller, RunningJobs};
 use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
 use super::message::{Effect, ExternalEdit, JobEvent, JobId, Msg, StoredOf, Update};
-use super::session;
+use super::session::{self, drafts};
 use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::EgoSelection;
 use crate::judge;
@@ -34,7 +34,6 @@ use crate::prompts::Library;
 use crate::settings::{Config, Folders, SavedViews, TextFile};
 use crate::simulation::Settings;
 use crate::store::{Origin, Store};
-use crate::system;
 use crate::workflow::{AskRequest, Models, ask};
 
 /// Times five milliseconds that cancelled questions have to be written down.
@@ -172,7 +171,13 @@ impl Tasks {
                 let find = |store: Arc<Store>| store.unrated(task, &person, judge::MODEL);
                 Msg::Unrated(store.and_then(|s| find(s).map_err(|e| e.to_string())))
             }),
-            Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
+            Effect::KeepDraft(file, draft) => {
+                // At once and not in the background: the program may be about to end.
+                let folder = self.folders.drafts();
+                if let Err(error) = drafts::keep(&folder, &file, draft.as_deref()) {
+                    let _ = self.sender.send(Msg::Complaint(error));
+                }
+            }
             Effect::RememberLater => {
                 let sender = self.sender.clone();
                 tokio::spawn(async move {
@@ -290,22 +295,6 @@ impl Tasks {
         });
     }
 
-    /// At once and not in the background: the program may be about to end.
-    fn keep_draft(&self, file: &str, draft: Option<String>) {
-        let path = self.folders.drafts().join(file);
-        let kept = match draft {
-            Some(text) => Folders::write(&path, &text),
-            None => remove(&path),
-        };
-        if let Err(error) = kept {
-            let _ = self.sender.send(Msg::Complaint(format!(
-                "{}: {}",
-                path.display(),
-                system::words(&error)
-            )));
-        }
-    }
-
     /// Cancels what is on its way and waits until that is written down.
     pub async fn finish(&mut self) {
         self.jobs.cancel_all();
@@ -379,13 +368,6 @@ fn parameters(config: &Config) -> Parameters {
         max_tokens: config.max_tokens,
         seed: None,
         effort: config.effort.as_deref().and_then(Effort::parse),
-    }
-}
-
-fn remove(path: &Path) -> std::io::Result<()> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
     }
 }
 

@@ -100,7 +100,7 @@ const TUI_ALLOWED: [(&str, &[&str]); 5] = [
         "views",
         &[
             "model", "loaded", "theme", "widgets", "views", "screens", "layout", "action",
-            "keymap", "clock",
+            "keymap", "clock", "pixels",
         ],
     ),
     (

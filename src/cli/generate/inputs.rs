@@ -96,6 +96,6 @@ mod tests {
         std::fs::remove_file(path("original.xml")).unwrap();
         let failure = names(&all).unwrap_err();
         assert_eq!(failure.status, 2);
-        assert!(failure.message.contains("nothing but variants"));
+        assert!(failure.message.contains("all scenarios are variants"));
     }
 }

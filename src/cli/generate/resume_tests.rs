@@ -92,23 +92,26 @@ fn what_cannot_be_trusted_is_named_with_the_reason() {
         doubt.clone()
     };
     let no_settings = of(&|_, said| said["made"] = Value::Null);
-    assert!(no_settings.contains("with which settings"));
+    assert!(no_settings.contains("its settings are missing"));
     let missing = of(&|folder, _| std::fs::remove_file(folder.join("A.xml")).unwrap());
     assert!(missing.contains("A.xml: "), "{missing}");
     let changed = of(&|folder, _| std::fs::write(folder.join("A.xml"), "<other/>").unwrap());
-    assert!(changed.contains("changed after it was made"));
+    assert!(changed.contains("changed after generation"));
     let no_ego = of(&|folder, _| std::fs::remove_file(folder.join("A.csv")).unwrap());
     assert!(no_ego.contains("A.csv: "), "{no_ego}");
     let other_ego = of(&|folder, _| std::fs::write(folder.join("A.csv"), "steps").unwrap());
-    assert!(other_ego.contains("A.csv: it was changed"), "{other_ego}");
+    assert!(
+        other_ego.contains("A.csv: it was changed after generation"),
+        "{other_ego}"
+    );
     let no_way_out = of(&|_, said| said["sha256"]["A.avoid-0.5.csv"] = "0123".into());
     assert!(no_way_out.contains("A.avoid-0.5.csv: "), "{no_way_out}");
     let no_hash = of(&|_, said| said["sha256"] = json!({}));
-    assert!(no_hash.contains("sha256 does not have its files"));
+    assert!(no_hash.contains("sha256 lacks its files"));
     let away = of(&|_, said| said["variant"] = "../A.xml".into());
     assert!(away.contains("not the name of a file"));
     let odd = of(&|_, said| said["made"]["line"]["outcome"] = "splendid".into());
-    assert!(odd.contains("no papers") && odd.contains("splendid"));
+    assert!(odd.contains("not a manifest") && odd.contains("splendid"));
     let stopped = of(&|_, said| {
         said["made"]["line"]["model"] = json!({
             "requests": 1, "input_tokens": 1, "output_tokens": 1, "cost_usd": 0.1, "unpriced": 0,
@@ -126,6 +129,6 @@ fn a_file_that_is_no_papers_is_named() {
     std::fs::write(folder.path().join("notes.txt"), "nothing").unwrap();
     let (_, doubts) = EarlierRun::read(folder.path()).unwrap();
     assert_eq!(doubts.len(), 2, "{doubts:?}");
-    assert!(doubts.iter().all(|doubt| doubt.contains("no papers")));
+    assert!(doubts.iter().all(|doubt| doubt.contains("not a manifest")));
     assert!(is_report(&folder.path().join("half.json")).is_err());
 }

@@ -161,7 +161,7 @@ mod tests {
         ];
         assert_eq!(
             sum(&runs),
-            "5 runs: 0.250000 US dollars; 1 broke off, at most 0.500000 more; of 1 the cost is unknown"
+            "5 runs: 0.250000 US dollars; 1 interrupted, at most 0.500000 more; cost of 1 unknown"
         );
         assert_eq!(sum(&runs[3..4]), "1 run: 0.000000 US dollars");
         let costs = runs.each_ref().map(cost);
@@ -183,6 +183,10 @@ mod tests {
         let table = table(&[run]);
         let lines: Vec<&str> = table.lines().collect();
         assert_eq!(lines.len(), 2, "{table}");
-        assert_eq!(lines[0].find("says"), lines[1].find("cancelled"), "{table}");
+        assert_eq!(
+            lines[0].find("verdict"),
+            lines[1].find("cancelled"),
+            "{table}"
+        );
     }
 }

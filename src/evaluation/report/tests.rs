@@ -188,7 +188,8 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
     // things.
     assert_eq!(pairs, [("techniques", 4, 3, 0, 1), ("model", 4, 3, 1, 0)]);
     let csv = report.pairs_csv().unwrap();
-    let line = "safety,ego,base,lab/x,,,safety,ego,cp,lab/x,,,techniques,4,3,0,1,,1.0,1.0,,";
+    let line =
+        "safety,ego,base,base,lab/x,,,safety,ego,cp,cp,lab/x,,,techniques,4,3,0,1,,1.0,1.0,,";
     assert_eq!(csv.lines().nth(1), Some(line), "{csv}");
     assert_eq!(csv.lines().count(), 3, "{csv}");
 }
@@ -248,7 +249,7 @@ fn nothing_from_outside_is_obeyed() {
     );
     assert!(
         csv.starts_with(
-            "label,task,frame,technique,model,template,template_hash,n,tp,fp,fn,tn,unparsed,failed,"
+            "label,task,frame,techniques,technique,model,template,template_hash,n,tp,fp,fn,tn,unparsed,failed,"
         ),
         "{csv}"
     );

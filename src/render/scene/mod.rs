@@ -5,6 +5,7 @@
 //! backend maps [`Role`]s to its palette and leaves out what is too small for its resolution.
 
 mod bodies;
+mod borders;
 mod contact;
 mod marking;
 mod overlay;
@@ -16,11 +17,12 @@ mod trails;
 mod viewport;
 
 pub use bodies::{Body, Importance};
+pub use borders::Border;
 pub use contact::Contact;
 pub use marking::{DASH, MarkingLine, Paint, offset};
 pub use overlay::{LineStyle, Outline, Overlay, Path};
 pub use regions::{Region, RegionKind};
-pub use road::{Basemap, Border, DirectionArrow, GoalArea, STRIPE, StopLine, Surface, SurfaceKind};
+pub use road::{Basemap, DirectionArrow, GoalArea, STRIPE, StopLine, Surface, SurfaceKind};
 pub use trails::{Trail, TrailSpan};
 pub use viewport::Viewport;
 

@@ -7,8 +7,7 @@ use super::super::background::{self, Background};
 use super::super::keymap::{Keymap, Preset};
 use super::super::model::{Glyphs, Look, MapChoice, Model, Prices};
 use super::super::pixels::{self, Encoder};
-use super::super::session::SavedLocation;
-use super::super::session::{self, restore};
+use super::super::session::{self, SavedLocation, drafts, restore};
 use super::super::tasks::thresholds;
 use super::super::theme::{AUTO, ColorDepth, Theme};
 use super::super::user_file::first;
@@ -18,7 +17,6 @@ use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
 use crate::render::cells::Blocks;
 use crate::settings::{Config, Folders, ThemeFile};
-use crate::system;
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(
@@ -122,11 +120,11 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
 fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     let mut files = Vec::new();
     let mut complaints = Vec::new();
-    for (file, draft) in drafts(&folders.drafts()) {
+    for (file, draft) in drafts::read(&folders.drafts()) {
         let draft = match draft {
             Ok(text) => text,
             Err(error) => {
-                complaints.push(format!("{error}; this draft is not taken up"));
+                complaints.push(format!("{error}; draft skipped"));
                 continue;
             }
         };
@@ -142,51 +140,9 @@ fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     if !files.is_empty() {
         files.sort();
         model.tell(format!(
-            "drafts that were not saved are in use again: {}; e continues editing, reset-template discards them",
+            "unsaved drafts restored: {}; e edits them, reset-template discards them",
             files.join(", ")
         ));
     }
     complaints
-}
-
-/// Drafts that an earlier session left in the editor, by file; or why they cannot be read.
-fn drafts(folder: &Path) -> Vec<(String, Result<String, String>)> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let read = |path: PathBuf| {
-        let name = path
-            .file_name()?
-            .to_str()
-            .filter(|n| n.ends_with(".md"))?
-            .to_string();
-        let text = system::read_text(&path, system::LARGEST_TEXT);
-        let text = text.map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
-        Some((name, text))
-    };
-    entries.filter_map(|e| read(e.path())).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    #[test]
-    fn a_draft_that_cannot_be_read_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = |name: &str| folder.path().join(name);
-        std::fs::write(path("a.md"), "as it was").unwrap();
-        std::fs::create_dir(path("b.md")).unwrap();
-        std::fs::write(path("c.md"), vec![b'a'; 1 + (1 << 20)]).unwrap();
-        std::fs::write(path("d.txt"), "something else").unwrap();
-        let mut found = drafts(folder.path());
-        found.sort();
-        assert_eq!(found[0], ("a.md".to_string(), Ok("as it was".to_string())));
-        let error = |i: usize| found[i].1.clone().unwrap_err();
-        assert!(
-            error(1).contains("b.md") && error(1).contains("folder"),
-            "{found:?}"
-        );
-        assert!(error(2).contains("larger than 1 MiB"));
-        assert_eq!(found.len(), 3);
-    }
 }

@@ -2,6 +2,7 @@
 //!
 //! Every set of paths has its own file, so sessions do not mix.
 
+pub mod drafts;
 pub mod file;
 pub mod restore;
 mod state;

@@ -35,7 +35,7 @@ fn r_asks_the_chosen_model_and_the_answer_arrives_piece_by_piece() {
     bench.send(events::piece(id, Event::Chunk(piece)));
     assert!(bench.frame(120, 40).contains("thinking hard"));
     bench.send(events::piece(id, Event::Chunk(Chunk::Text("so: ".into()))));
-    assert!(bench.frame(120, 40).contains("arriving"));
+    assert!(bench.frame(120, 40).contains("streaming"));
     bench.send(events::answered(
         id,
         Ok(Box::new(answer("lab/small", false, 302))),
@@ -362,7 +362,7 @@ fn retries_are_said() {
     ));
     let frame = bench.frame(120, 40);
     assert!(
-        frame.contains("trying again") && frame.contains("try 2 in 7 s"),
+        frame.contains("retrying") && frame.contains("try 2 in 7 s"),
         "{frame}"
     );
 }

@@ -198,7 +198,6 @@ fn what_is_counted_can_be_chosen() {
     assert_eq!(counts(&kept, 0)[4], 2, "two scenarios are not in the list");
     press(&mut kept, "t b shift-g enter");
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Usual);
-    // What was chosen stays, also after the screen was closed.
     press(&mut kept, "esc space o r");
     assert_eq!(
         kept.bench.model.results.counting,

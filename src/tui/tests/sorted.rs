@@ -10,7 +10,7 @@ fn rows_are_sorted_by_any_column_and_written_where_pictures_go() {
     let folder = tempfile::tempdir().unwrap();
     let mut kept = techniques();
     kept.bench.model.config.pictures = Some(folder.path().into());
-    press(&mut kept, "%");
+    press(&mut kept, "space o r");
     let column = |kept: &Fixture| -> Vec<u32> {
         let rows = kept.bench.model.results.rows.iter();
         rows.map(|row| row.count(Outcome::TruePositive)).collect()

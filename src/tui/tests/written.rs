@@ -348,8 +348,8 @@ fn what_came_to_nothing_can_be_read() {
     let (id, _) = asked(&bench);
     let nothing = unwritten("lab/\u{1b}[31msmall");
     bench.send(events::generated(id, Ok(nothing)));
-    assert!(said(&bench.model).ends_with("K details"));
-    bench.press("K");
+    assert!(said(&bench.model).ends_with("Space g v details"));
+    bench.press("space g v");
     assert!(bench.model.screens.is_top::<VariantScreen>());
     let panel = bench.frame(200, 60);
     for words in [
