@@ -109,7 +109,7 @@ fn what_cannot_be_trusted_is_named_with_the_reason() {
     let no_hash = of(&|_, said| said["sha256"] = json!({}));
     assert!(no_hash.contains("sha256 lacks its files"));
     let away = of(&|_, said| said["variant"] = "../A.xml".into());
-    assert!(away.contains("not the name of a file"));
+    assert!(away.contains("not a file name"));
     let odd = of(&|_, said| said["made"]["line"]["outcome"] = "splendid".into());
     assert!(odd.contains("not a manifest") && odd.contains("splendid"));
     let stopped = of(&|_, said| {
