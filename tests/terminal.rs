@@ -29,15 +29,15 @@ fn a_session_from_the_first_frame_to_the_shell() {
     session.press("x");
     session.see("X 301 contact");
     session.press("r");
-    session.see("kept as run 1");
+    session.see("saved as run 1");
     session.press(" at");
     session.see("verdict · safety");
     session.press("/merge\r");
     session.see("ZAM_Merge-1_1_T-1 · 8 obstacles");
     session.resize(80, 24);
     session.see("1/8");
-    session.resize(60, 20);
-    session.see("nearmiss needs more room");
+    session.resize(59, 20);
+    session.see("Terminal too small");
     session.resize(160, 45);
     session.see("reasoning · built-in");
     session.press("q");
@@ -189,7 +189,7 @@ fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
     let mut session = Session::start(120, 40, &[("EDITOR", "false"), ("VISUAL", script)]);
     session.see("The body of car 301 overlaps");
     session.press("\x05");
-    session.see("taken over as a draft");
+    session.see("draft in use");
     assert!(session.screen.screen().alternate_screen());
     assert!(
         session.screen.screen().bracketed_paste(),

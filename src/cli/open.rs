@@ -180,7 +180,7 @@ fn instead(path: &Path, bundled: &[String]) -> String {
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())
     else {
-        return did_you_mean(&path.to_string_lossy(), bundled.iter().map(String::as_str));
+        return available(&path.to_string_lossy(), bundled.iter().map(String::as_str));
     };
     let files = folder.read_dir().into_iter().flatten().flatten();
     let files = files.map(|file| file.file_name().to_string_lossy().into_owned());

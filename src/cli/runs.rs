@@ -234,7 +234,12 @@ fn words(run: &Run, most: Option<f64>) -> String {
         "asked with",
         Some(judge::how(&question.model).map_or_else(asked, String::from)),
     );
-    row("template", TemplateVersion::described(&question.template()));
+    // The built-in judge reads no prompt.
+    let template = || TemplateVersion::described(&question.template());
+    row(
+        "template",
+        judge::how(&question.model).map_or_else(template, |_| None),
+    );
     let window = question
         .window
         .map(|(first, last)| format!("{first} to {last}"));

@@ -30,7 +30,7 @@ macro_rules! topics {
 
 topics! {
     workbench, "workbench", "workbench.md", ["keys", "themes"],
-        "The screen: time, map, list, asking, comparing, the template editor";
+        "The screen: time, map, list, asking, comparing, results";
     scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
         "File formats, where the ego comes from, the bundled scenarios";
     measures, "measures", "measures.md", ["metrics"],
@@ -38,7 +38,7 @@ topics! {
     judge, "judge", "judge.md", [],
         "The built-in judge: exact geometry, and how far ahead it sees";
     prompting, "prompting", "prompting.md", ["describe", "prompt", "prompts"],
-        "Descriptions, techniques, templates of your own";
+        "Descriptions, techniques, templates of your own, the template editor";
     providers, "providers", "providers.md", ["ask", "models"],
         "Language models: keys, addresses, prices, what is refused, what fails";
     evaluation, "evaluation", "evaluation.md", ["evaluate", "batches", "report"],

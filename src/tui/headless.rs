@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
+use super::action::Action;
 use super::keymap::Key;
 use super::loaded::Opened;
 use super::message::runs::ResultsCommand;
@@ -194,13 +195,17 @@ impl Stage {
     /// # Panics
     /// The screen is open already.
     pub fn read_results(&mut self, store: &Store) {
-        let key = Key::parse("%").unwrap_or_else(|| panic!("% is a key"));
         let judging = Judging {
             ego: EgoSelection::Beside,
             thresholds: self.model.thresholds.clone(),
         };
-        let mut asks = self.send(Msg::Key(key)).into_iter();
-        let ask = asks.find_map(|effect| match effect {
+        let keys = self.model.look.keymap.key_of(Action::Results);
+        let keys: Vec<Key> = keys.split(' ').filter_map(Key::parse).collect();
+        let asks: Vec<Effect> = keys
+            .into_iter()
+            .flat_map(|key| self.send(Msg::Key(key)))
+            .collect();
+        let ask = asks.into_iter().find_map(|effect| match effect {
             Effect::Results(ask @ ResultsCommand::Read(..)) => Some(ask),
             _ => None,
         });

@@ -50,7 +50,7 @@ async fn batches_are_listed_cancelled_and_collected() {
             .says(&["working on it"]);
         run(&["batches", "cancel", &id])
             .status(0)
-            .says(&["asked to stop"]);
+            .says(&["asked the provider to stop"]);
         run(&["batches", "collect", &id])
             .status(0)
             .says(&["batch 1"]);

@@ -41,8 +41,8 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
             ]);
             assert_eq!(states(&home), ["running", "running"], "nothing by itself");
             run(&home, &["batches", "give-up", "1"]).status(0).says(&[
-                "given up; 2 of its questions can be asked again: `nearmiss evaluate --resume b1`",
-                "may be paid for twice",
+                "given up; 2 questions can be asked again: `nearmiss evaluate --resume b1`",
+                "may be paid twice",
             ]);
             assert_eq!(
                 states(&home),
@@ -112,7 +112,7 @@ async fn what_may_still_come_is_given_up_by_force_only() {
     assert_eq!(states(&home), ["running", "running"]);
     run(&home, &["batches", "give-up", "1", "--force"])
         .status(0)
-        .says(&["2 of its questions can be asked again"]);
+        .says(&["2 questions can be asked again"]);
     assert_eq!(states(&home), ["failed", "failed"]);
 
     // What can be had is taken instead.

@@ -131,7 +131,7 @@ async fn what_breaks_off_has_a_bound_of_its_cost() {
         "{lines:?}"
     );
     assert!(lines[2].contains("no collision") && lines[2].contains("0.154000"));
-    listed.says(&["2 runs: 0.154000 US dollars; 1 broke off, at most "]);
+    listed.says(&["2 runs: 0.154000 US dollars; 1 interrupted, at most "]);
     let shown = run(&home, &["runs", "show", "2"]).status(0).stdout;
     assert!(shown.contains("cost          at most "), "{shown}");
     ask(1).says(&["--form compact", "--history", "--techniques base"]);

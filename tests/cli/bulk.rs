@@ -191,7 +191,7 @@ async fn what_a_batch_is_stays_and_another_truth_is_said() {
     resume(&["--truth", &truth]).status(1).says(&[
         "b1: the truth is from now on: labels of ",
         "it was: exact geometry",
-        &format!("it says nothing about 1 scenario: {HARD_BRAKING}"),
+        &format!("no label for 1 scenario: {HARD_BRAKING}"),
         "1 scenario without a label",
     ]);
 }

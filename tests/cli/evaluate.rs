@@ -35,7 +35,7 @@ fn a_table_by_lead_with_everybody_side_by_side() {
     for words in [
         "2 collisions, 1 safe scenario\n",
         "horizon in seconds",
-        "less than 1 s apart",
+        "less\nthan 1 s apart",
         "exact geometry",
         "   end    0.2    0.5      1    1.5      2",
         "reference/geometry                2.0  0.30",
@@ -189,7 +189,7 @@ fn what_cannot_be_evaluated_is_said() {
         (&["--lead", "soon"], 2, &["`end`"]),
         (&["--lead", "-1"], 2, &["seconds from 0"]),
         (&["--lead", "nan"], 2, &["seconds from 0"]),
-        (&["--horizon", "11"], 2, &["up to 10"]),
+        (&["--horizon", "11"], 2, &["at most 10"]),
         (&["--history", "0"], 2, &["1 to 100000 steps"]),
         (&["--radius", "0"], 2, &["above 0"]),
         (
@@ -220,7 +220,7 @@ fn scenarios_without_an_ego_are_told_together() {
     assert!(!ended.stderr.contains("--ego"));
     home.run(&["evaluate", "in", RED_LIGHT])
         .status(1)
-        .says(&[line, "of 6 scenarios, 5 have no recorded ego"]);
+        .says(&[line, "of 6 scenarios, 5 without a recorded ego"]);
 }
 
 /// A server that says yes to the first question and no to all others.

@@ -85,7 +85,7 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     changed.push('\n');
     std::fs::write(&variant, changed).unwrap();
     let ended = home.run(&[&one[..], &FEW[..], &["--resume"]].concat());
-    let ended = ended.says(&["changed after it was made"]);
+    let ended = ended.says(&["changed after generation"]);
     assert_eq!(ended.json()["taken_over"], false);
 }
 

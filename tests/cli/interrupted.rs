@@ -90,7 +90,7 @@ async fn an_interrupt_closes_the_connection_and_is_written_down() {
     let ended =
         Ended::of(&output)
             .status(130)
-            .says(&["interrupted", "in the store", "runs show 1"]);
+            .says(&["interrupted", "partial answer is stored", "runs show 1"]);
     assert_eq!(ended.stdout, "");
     assert!(server.seen_close().await);
     let runs = home.runs();

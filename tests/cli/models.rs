@@ -7,11 +7,10 @@ use super::remote::{KEY, streamed};
 use super::support::program::Home;
 use super::support::server::{Script, Server};
 
-fn row<'a>(document: &'a Value, id: &str) -> &'a Value {
-    let rows = document.as_array().unwrap();
+fn row<'a>(rows: &'a [Value], model: &str) -> &'a Value {
     rows.iter()
-        .find(|row| row["id"] == id)
-        .unwrap_or_else(|| panic!("{id} is not in {document}"))
+        .find(|row| row["model"] == model)
+        .unwrap_or_else(|| panic!("{model} is not in {rows:?}"))
 }
 
 #[test]
@@ -40,7 +39,7 @@ fn the_table_tells_keys_and_ends() {
         .run_with(&["models", "--offline", "--json"], &keys)
         .status(0);
     assert!(!ended.stdout.contains(KEY));
-    let document = ended.json();
+    let document = ended.json_lines();
     let router = row(&document, "openrouter/deepseek/deepseek-r1");
     assert_eq!(
         router["usd_per_million_tokens"],
@@ -95,7 +94,7 @@ async fn servers_of_this_machine_are_listed() {
     let run = |arguments: &[&str]| {
         tokio::task::block_in_place(|| home.run_with(arguments, &host).status(0))
     };
-    let document = run(&["models", "--json"]).json();
+    let document = run(&["models", "--json"]).json_lines();
     let found = row(&document, "ollama/qwen3:8b");
     assert_eq!(
         (&found["dialect"], &found["running"]),
@@ -349,7 +348,7 @@ fn the_configuration_in_the_manual_is_right() {
     let document = home
         .run(&["models", "--offline", "--json"])
         .status(0)
-        .json();
+        .json_lines();
     let mine = row(&document, "lab/my-model");
     assert_eq!(mine["usd_per_million_tokens"]["cached"], 0.05);
 }

@@ -92,7 +92,7 @@ async fn a_server_that_closes_each_connection_counts_as_none_and_one_that_does_s
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_model_that_is_refused_is_asked_once_and_the_others_of_its_server_go_on() {
     for (status, words, asked) in [
-        (401, "refused", 1),
+        (401, "wants a key", 1),
         (404, "does not know model", 1),
         (402, "used up", 1),
         (403, "after 5 questions in a row", 5),

@@ -50,15 +50,15 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
     assert_eq!(
         keys[..5],
         [
+            "schema_version",
             "outcome",
-            "collided_with",
+            "collision_with",
             "steps",
-            "cycles",
-            "median_cycle_ms"
+            "cycles"
         ]
     );
     assert_eq!(said["outcome"], "goal");
-    assert!(said["collided_with"].is_null() && said["goal"] == 0);
+    assert!(said["collision_with"].is_null() && said["goal"] == 0);
     assert!(said["median_cycle_ms"].as_f64().unwrap() > 0.0);
     assert_eq!(
         (&said["prediction"], &said["vehicle"], &said["scenario"]),
@@ -201,7 +201,7 @@ fn nothing_is_written_over_a_scenario_or_twice() {
         (&["a.xml", "b", "-o", "b"], "both called a"),
         (
             &["a.xml", "-o", "x.csv", "--with-scenario"],
-            "a folder that exists",
+            "needs an existing folder",
         ),
         // Copies would be second scenarios where the first ones are found.
         (

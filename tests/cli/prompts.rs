@@ -47,8 +47,8 @@ fn techniques_change_the_text() {
 #[test]
 fn messages_are_printed_as_json() {
     let home = Home::new();
-    let messages = home.run(&["prompt", CUT_IN, "--json"]).status(0).json();
-    let messages = messages.as_array().unwrap();
+    let document = home.run(&["prompt", CUT_IN, "--json"]).status(0).json();
+    let messages = document["messages"].as_array().unwrap();
     let roles: Vec<_> = messages
         .iter()
         .map(|m| m["role"].as_str().unwrap())
@@ -178,7 +178,7 @@ fn what_cannot_be_described_is_said_with_advice() {
         .status(2);
     home.run(&["describe", CUT_IN, "--form", "verse"])
         .status(2)
-        .says(&["prose and compact"]);
+        .says(&["prose or compact"]);
 }
 
 #[test]
@@ -244,16 +244,15 @@ fn templates_are_listed_with_where_they_come_from() {
         assert!(line.ends_with("shipped"), "{line}");
     }
     let row = |name: &str| {
-        let all = home.run(&["prompts", "list", "--json"]).json();
-        let rows = all["templates"].as_array().unwrap().clone();
-        rows.into_iter().find(|r| r["file"] == name).unwrap()
+        let rows = home.run(&["prompts", "list", "--json"]).json_lines();
+        rows.into_iter().find(|r| r["template"] == name).unwrap()
     };
     let before = row("collision-ego.md");
     assert_eq!(
         (&before["task"], &before["frame"]),
         (&"collision".into(), &"ego".into())
     );
-    let hash = before["hash"].as_str().unwrap().to_string();
+    let hash = before["template_hash"].as_str().unwrap().to_string();
     assert_eq!(hash.len(), 64);
     // The same hash is told and kept with a prompt.
     home.run(&["prompt", CUT_IN]).status(0).says(&[&hash[..12]]);
@@ -262,7 +261,7 @@ fn templates_are_listed_with_where_they_come_from() {
         home.config().join("prompts/_risk.md"),
         "My own view of risk.",
     );
-    assert_ne!(row("collision-ego.md")["hash"], before["hash"]);
+    assert_ne!(row("collision-ego.md")["template_hash"], before["template_hash"]);
     let listed = home.run(&["prompts"]).status(0).stdout;
     let line = listed.lines().find(|l| l.starts_with("_risk.md")).unwrap();
     assert!(line.ends_with("prompts/_risk.md"), "{line}");
@@ -294,7 +293,7 @@ fn templates_are_shown_copied_and_compared() {
     std::fs::write(&path, shown.replace("You are an expert", "You are a poet")).unwrap();
     home.run(&["prompts", "copy", "collision-ego"])
         .status(2)
-        .says(&["is there already"]);
+        .says(&["exists; nothing was written"]);
     assert!(std::fs::read_to_string(&path).unwrap().contains("a poet"));
     let diff = home
         .run(&["prompts", "diff", "collision-ego.md"])
@@ -364,9 +363,8 @@ fn what_is_wrong_with_a_users_template_is_listed() {
 fn several_templates_for_the_same_live_side_by_side() {
     let home = Home::new();
     let used = |file: &str| {
-        let all = home.run(&["prompts", "list", "--json"]).json();
-        let rows = all["templates"].as_array().unwrap().clone();
-        let row = rows.into_iter().find(|r| r["file"] == file).unwrap();
+        let rows = home.run(&["prompts", "list", "--json"]).json_lines();
+        let row = rows.into_iter().find(|r| r["template"] == file).unwrap();
         row["in_use"].as_bool().unwrap()
     };
     let copied = home
@@ -380,7 +378,7 @@ fn several_templates_for_the_same_live_side_by_side() {
     std::fs::write(&path, text.replace("You are an expert", "You are brief")).unwrap();
     home.run(&["prompts", "use", "collision-ego"])
         .status(0)
-        .says(&["collision-ego.md is used for the task collision"]);
+        .says(&["collision-ego.md is now used for task collision"]);
     assert!(used("collision-ego.md") && !used("short.md"));
     home.run(&["prompts", "use", "short"]).status(0);
     assert!(used("short.md"));
@@ -399,7 +397,7 @@ fn several_templates_for_the_same_live_side_by_side() {
         ),
         (
             &["prompts", "copy", "safety-ego", "--as", "short"],
-            "is there already",
+            "exists; nothing was written",
         ),
     ] {
         home.run(arguments).status(2).says(&[said]);

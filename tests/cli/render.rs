@@ -239,5 +239,5 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
     let alone = ["render", name, "--original", gone];
     home.run(&alone)
         .status(2)
-        .says(&["is no variant", "NAME.json"]);
+        .says(&["has no manifest", "NAME.json"]);
 }

@@ -197,6 +197,15 @@ impl Ended {
         );
         serde_json::from_str(&self.stdout).expect("standard output is JSON")
     }
+
+    /// Standard output as JSON documents, one a line.
+    #[track_caller]
+    pub fn json_lines(&self) -> Vec<serde_json::Value> {
+        let lines = self.stdout.lines();
+        lines
+            .map(|line| serde_json::from_str(line).expect("each line is JSON"))
+            .collect()
+    }
 }
 
 /// Whether `bytes` hold `part`.

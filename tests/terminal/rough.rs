@@ -66,8 +66,8 @@ fn a_storm_of_sizes_ends_in_the_right_frame() {
         session.resize(20 + (i * 37) % 230, 5 + (i * 13) % 70);
         session.receive(Duration::from_millis(1));
     }
-    session.resize(60, 20);
-    session.see("at least 80×24, here are 60×20");
+    session.resize(59, 20);
+    session.see("this is 59×20, nearmiss needs 60×18");
     session.resize(120, 40);
     session.see("The body of car 301 overlaps");
     // What is seen may be half a frame.

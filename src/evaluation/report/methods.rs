@@ -1,6 +1,6 @@
 //! Explains every number of a report: beneath the tables of papers, at the end of all other reports.
 
-use super::super::statistics::{EXACT_BELOW, RESAMPLES, SEED};
+use super::super::statistics::{EXACT_BELOW, FEWEST, RESAMPLES, SEED};
 
 /// Everything, in the order of the tables.
 pub(super) fn all() -> impl Iterator<Item = String> {
@@ -22,7 +22,7 @@ pub(super) fn intervals() -> String {
         "Intervals are of 95 %: Wilson's for proportions, and for F1 the percentile bootstrap over scenarios with all \
          their samples ({RESAMPLES} resamples, seed {SEED}). Wilson's take answers as independent, and are too narrow \
          where a scenario was asked about several times. The bootstrap cannot vary where no answer is right, or every \
-         one: an interval of F1 without width says nothing."
+         one: an interval of F1 without width says nothing. Below {FEWEST} observations no interval is given."
     )
 }
 
