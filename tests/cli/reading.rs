@@ -592,6 +592,10 @@ fn an_obstacle_that_is_left_out_is_told_wherever_it_matters() {
     let file = file.to_str().unwrap();
     for command in ["metrics", "describe", "prompt", "ask"] {
         let ended = home.run(&[command, file]);
-        ended.says(&["1 of 10 obstacles ignored", "no usable shape: 301", "inspect"]);
+        ended.says(&[
+            "1 of 10 obstacles ignored",
+            "no usable shape: 301",
+            "inspect",
+        ]);
     }
 }

@@ -135,8 +135,12 @@ fn filled(
     let (right, left) = body.across;
     let middle = f64::midpoint(left, right);
     // A narrow body may fall between all dots.
-    let ends = [rear, front].map(|ahead| view.at(&body.point(ahead, middle)));
-    canvas.bar(ends[0], ends[1], color);
+    if left - right < 2.0 * view.block(look.style) {
+        let inset = 0.3 * body.length().min(view.block(look.style));
+        let ends = [rear + inset, front - inset];
+        let ends = ends.map(|ahead| view.at(&body.point(ahead, middle)));
+        canvas.bar(ends[0], ends[1], color);
+    }
     if pointed {
         let base = body.part(POINTED);
         let tip = body.point(front, middle);

@@ -50,6 +50,7 @@ struct Grid {
 pub struct Canvas<'a> {
     view: &'a CellView,
     style: MapStyle,
+    ground: Color,
     columns: usize,
     rows: usize,
     areas: Grid,
@@ -155,6 +156,7 @@ impl<'a> Canvas<'a> {
         Self {
             view,
             style,
+            ground,
             columns,
             rows,
             areas: Grid::new(view, (columns, rows), style.blocks().per_cell(), empty),
@@ -266,6 +268,7 @@ impl<'a> Canvas<'a> {
                 let sample = Sample {
                     areas: &areas[..across * down],
                     lines: &lines,
+                    ground: self.ground,
                 };
                 let at = (area.x + column as u16, area.y + row as u16);
                 if let (Some(glyph), Some(cell)) =

@@ -17,6 +17,8 @@ pub struct Sample<'a> {
     pub areas: &'a [Dot],
     /// Of lines.
     pub lines: &'a [Dot; 8],
+    /// The colour beside all surfaces.
+    pub ground: Color,
 }
 
 /// What a cell shows.
@@ -46,11 +48,12 @@ pub fn compose(style: MapStyle, sample: &Sample<'_>) -> Option<Glyph> {
     filled(style, sample.areas)
 }
 
-/// Whether surfaces meet here and nothing but markings runs along: the edge of the surface shows where they are.
+/// Whether surfaces meet here, or there is none, and nothing but markings runs along: the edge of the surface shows
+/// where they are.
 fn is_edge(style: MapStyle, sample: &Sample<'_>) -> bool {
     let first = sample.areas[0];
     style.has_backgrounds()
-        && sample.areas.iter().any(|dot| !same(dot, &first))
+        && (first.color == sample.ground || sample.areas.iter().any(|dot| !same(dot, &first)))
         && sample.areas.iter().all(|dot| dot.layer <= GROUND)
         && sample.lines.iter().all(|dot| dot.layer == 0 || dot.faint)
 }
