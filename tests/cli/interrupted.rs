@@ -87,10 +87,11 @@ async fn an_interrupt_closes_the_connection_and_is_written_down() {
         .unwrap();
     assert!(sent.success());
     let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
-    let ended =
-        Ended::of(&output)
-            .status(130)
-            .says(&["interrupted", "partial answer is stored", "runs show 1"]);
+    let ended = Ended::of(&output).status(130).says(&[
+        "interrupted",
+        "partial answer is stored",
+        "runs show 1",
+    ]);
     assert_eq!(ended.stdout, "");
     assert!(server.seen_close().await);
     let runs = home.runs();

@@ -261,7 +261,10 @@ fn templates_are_listed_with_where_they_come_from() {
         home.config().join("prompts/_risk.md"),
         "My own view of risk.",
     );
-    assert_ne!(row("collision-ego.md")["template_hash"], before["template_hash"]);
+    assert_ne!(
+        row("collision-ego.md")["template_hash"],
+        before["template_hash"]
+    );
     let listed = home.run(&["prompts"]).status(0).stdout;
     let line = listed.lines().find(|l| l.starts_with("_risk.md")).unwrap();
     assert!(line.ends_with("prompts/_risk.md"), "{line}");

@@ -284,7 +284,13 @@ fn metrics_are_a_table() {
         .collect();
     assert_eq!(objects.len(), rows.len());
     for (object, row) in objects.iter().zip(&rows) {
-        assert_eq!(keys(object)[1..], header.iter().collect::<Vec<_>>());
+        // Between the version and the names that all commands have in common.
+        assert_eq!(
+            keys(object)[1..=header.len()],
+            header.iter().collect::<Vec<_>>()
+        );
+        assert_eq!(object["step"], object["timestep"]);
+        assert_eq!(object["obstacle"], object["obstacle_id"]);
         let same = |name: &str, cell: &str| match &object[name] {
             Value::Null => cell.is_empty(),
             value => cell.parse::<f64>().ok() == value.as_f64(),
@@ -592,6 +598,10 @@ fn an_obstacle_that_is_left_out_is_told_wherever_it_matters() {
     let file = file.to_str().unwrap();
     for command in ["metrics", "describe", "prompt", "ask"] {
         let ended = home.run(&[command, file]);
-        ended.says(&["1 of 10 obstacles ignored", "no usable shape: 301", "inspect"]);
+        ended.says(&[
+            "1 of 10 obstacles ignored",
+            "no usable shape: 301",
+            "inspect",
+        ]);
     }
 }
