@@ -206,7 +206,7 @@ fn what_may_not_be_read_is_named() {
     ));
     let words = found.passed_over_in_short().unwrap();
     assert!(
-        words.starts_with("1 file and 1 folder passed over: "),
+        words.starts_with("1 file and 1 folder skipped: "),
         "{words}"
     );
 }
@@ -238,9 +238,9 @@ fn commands_say_what_was_passed_over() {
             let ended = home.run(arguments).status(0);
             let said = ended.stderr.lines();
             let said: Vec<_> = said
-                .filter(|l| l.contains("passed over") || l.contains("(empty)"))
+                .filter(|l| l.contains("skipped:") || l.contains("(empty)"))
                 .collect();
-            let first = format!("nearmiss: {count} files passed over:");
+            let first = format!("nearmiss: {count} files skipped:");
             assert!(said[0].starts_with(&first), "{}", ended.stderr);
             assert_eq!(said.len(), lines, "{arguments:?}: {}", ended.stderr);
             match lines {
@@ -256,7 +256,7 @@ fn commands_say_what_was_passed_over() {
         ended.stderr.contains("no CommonRoad scenario")
             && ended
                 .stderr
-                .contains("; 1 file passed over: none/e.xml (empty)"),
+                .contains("; 1 file skipped: none/e.xml (empty)"),
         "{}",
         ended.stderr
     );

@@ -189,7 +189,7 @@ fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
     let mut session = Session::start(120, 40, &[("EDITOR", "false"), ("VISUAL", script)]);
     session.see("The body of car 301 overlaps");
     session.press("\x05");
-    session.see("draft in use");
+    session.see("changes are a draft now");
     assert!(session.screen.screen().alternate_screen());
     assert!(
         session.screen.screen().bracketed_paste(),

@@ -90,7 +90,7 @@ impl SearchResults {
             more => format!(" and {more} more"),
         };
         let count = count(all)?;
-        Some(format!("{count} passed over: {}{more}", named.join(", ")))
+        Some(format!("{count} skipped: {}{more}", named.join(", ")))
     }
 }
 

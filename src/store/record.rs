@@ -11,7 +11,7 @@ use crate::verdict::Task;
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// It is not JSON of this form.
-    #[error("not a run: {0}")]
+    #[error("not a run: {}", without_place(.0))]
     Form(#[from] serde_json::Error),
     /// It has a field that runs do not have.
     #[error("unknown field `{name}`{meant}; the fields are {known}")]
@@ -40,6 +40,26 @@ pub enum RecordError {
     /// The answer is still arriving in another program.
     #[error("the answer was still streaming when it was exported")]
     Running,
+}
+
+impl RecordError {
+    /// The column of the mistake in its line, from 1, where the text is not JSON of this form.
+    #[must_use]
+    pub fn column(&self) -> Option<usize> {
+        match self {
+            Self::Form(error) if error.line() > 0 => Some(error.column().max(1)),
+            _ => None,
+        }
+    }
+}
+
+/// What is wrong, without the place: that counts lines from the beginning of the record, not of its file.
+fn without_place(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    match text.rsplit_once(" at line ") {
+        Some((what, _)) => what.into(),
+        None => text,
+    }
 }
 
 /// The form of the records.
@@ -87,6 +107,7 @@ impl Run {
     /// The line is not a run, or was altered.
     pub fn from_record(line: &str) -> Result<Self, RecordError> {
         #[derive(Deserialize)]
+        #[serde(expecting = "a JSON object with nearmiss_run")]
         struct Form {
             nearmiss_run: u32,
         }

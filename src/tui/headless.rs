@@ -6,7 +6,6 @@ use std::sync::atomic::AtomicBool;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use super::action::Action;
 use super::keymap::Key;
 use super::loaded::Opened;
 use super::message::runs::ResultsCommand;
@@ -199,12 +198,8 @@ impl Stage {
             ego: EgoSelection::Beside,
             thresholds: self.model.thresholds.clone(),
         };
-        let keys = self.model.look.keymap.key_of(Action::Results);
-        let keys: Vec<Key> = keys.split(' ').filter_map(Key::parse).collect();
-        let asks: Vec<Effect> = keys
-            .into_iter()
-            .flat_map(|key| self.send(Msg::Key(key)))
-            .collect();
+        let keys = ["space", "o", "r"].map(Key::parse).into_iter().flatten();
+        let asks: Vec<Effect> = keys.flat_map(|key| self.send(Msg::Key(key))).collect();
         let ask = asks.into_iter().find_map(|effect| match effect {
             Effect::Results(ask @ ResultsCommand::Read(..)) => Some(ask),
             _ => None,

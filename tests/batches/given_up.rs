@@ -56,7 +56,7 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
             );
             run(&home, &["batches", "give-up", "1"])
                 .status(0)
-                .says(&["nothing to give up"]);
+                .says(&["already finished"]);
             {
                 let mut world = provider.world();
                 (world.refuse, world.without_results) = (None, false);
@@ -120,6 +120,6 @@ async fn what_may_still_come_is_given_up_by_force_only() {
     let home = handed(&provider, Dialect::Anthropic);
     run(&home, &["batches", "give-up", "1"])
         .status(0)
-        .says(&["2 results are in the store now"]);
+        .says(&["2 results stored, 0 questions without a result"]);
     assert_eq!(states(&home), ["answered", "answered"]);
 }

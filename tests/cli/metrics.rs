@@ -150,7 +150,9 @@ fn reasons_stand_in_columns_of_their_own() {
         for (line, row) in json.lines().zip(table(&text)) {
             let object: Value = serde_json::from_str(line).unwrap();
             let object = object.as_object().unwrap();
-            assert!(object.keys().skip(1).eq(row.iter().map(|(name, _)| name)));
+            // Between the version and the names that all commands have in common.
+            let columns = object.keys().skip(1).take(row.len());
+            assert!(columns.eq(row.iter().map(|(name, _)| name)));
             assert_eq!(
                 object[measure].is_null(),
                 object[&reason].is_string(),

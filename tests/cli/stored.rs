@@ -139,12 +139,41 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     other.write("bad.jsonl", format!("hello\n\n{changed}{{}}\n"));
     let ended = run(&other, &["import", "bad.jsonl"]).status(1);
     let ended = ended.says(&[
-        "bad.jsonl:1:",
+        "bad.jsonl:1:1: not a run: expected value",
         "bad.jsonl:3:",
         "was changed",
         "3 could not be read",
     ]);
     assert_eq!(ended.stdout, "0 imported, 2 already there, 3 unreadable\n");
+    // Line and column are those of the file, also where a record is spread over lines.
+    other.write("spread.json", "{\"nearmiss_run\": 2,\n \"id\": oops}\n[\n");
+    let ended = run(&other, &["import", "spread.json"]).status(1);
+    let ended = ended.says(&[
+        "spread.json:1:19: not a run: EOF",
+        "spread.json:2:2: not a run: invalid type: string \"id\", expected a JSON object",
+    ]);
+    assert!(!ended.stderr.contains("at line"), "{}", ended.stderr);
+    let misspelt = lines.replacen("\"task\"", "\"tsak\"", 1);
+    other.write("misspelt.jsonl", misspelt);
+    run(&other, &["import", "misspelt.jsonl"]).status(1).says(&[
+        "misspelt.jsonl:1: unknown field `tsak`",
+        "the fields are id, key",
+    ]);
+    // What the version before wrote has neither the version of the form nor the new names.
+    let older = lines.lines().map(|line| {
+        let mut record: serde_json::Value = serde_json::from_str(line).unwrap();
+        for name in ["schema_version", "run", "seconds"] {
+            assert!(
+                record.as_object_mut().unwrap().remove(name).is_some(),
+                "{name}"
+            );
+        }
+        format!("{record}\n")
+    });
+    let third = Home::new();
+    third.write("older.jsonl", older.collect::<String>());
+    let ended = run(&third, &["import", "older.jsonl"]).status(0);
+    assert_eq!(ended.stdout, "3 imported, 0 already there, 0 unreadable\n");
     run(&other, &["import", "nothing.jsonl"])
         .status(2)
         .says(&["nothing.jsonl"]);

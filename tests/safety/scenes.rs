@@ -292,7 +292,7 @@ fn the_reasoning_cites_horizon_threshold_steps_and_numbers() {
     let (_, alone, _) = scenes.last().unwrap();
     let alone = safety(&alone.at(HERE)).verdict;
     assert!(
-        alone.obstacles.is_empty() && alone.justification.contains("no other road user is there")
+        alone.obstacles.is_empty() && alone.justification.contains("there is no other road user")
     );
 }
 

@@ -23,10 +23,11 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     let wrong = |error: io::Error| Failure::system(shown.to_string(), &error);
     let mut reader = BufReader::new(system::open_file(path).map_err(wrong)?);
     let mut unreadable = 0;
-    let mut complain = |number: usize, why: &str| {
+    let mut complain = |number: usize, column: Option<usize>, why: &str| {
+        let column = column.map_or_else(String::new, |column| format!(":{column}"));
         unreadable += 1;
         match unreadable {
-            n if n <= NAMED => output::say(&format!("nearmiss: {shown}:{number}: {why}")),
+            n if n <= NAMED => output::say(&format!("nearmiss: {shown}:{number}{column}: {why}")),
             n if n == NAMED + 1 => {
                 output::say(&format!(
                     "nearmiss: {shown}: further errors are only counted"
@@ -44,12 +45,12 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
             break;
         }
         if line.len() as u64 == LONGEST && line.last() != Some(&b'\n') {
-            complain(number, "the line is too long for a run");
+            complain(number, None, "the line is too long for a run");
             reader.skip_until(b'\n').map_err(wrong)?;
             continue;
         }
         let Ok(text) = std::str::from_utf8(&line) else {
-            complain(number, "not UTF-8");
+            complain(number, None, "not UTF-8");
             continue;
         };
         // Some editors begin a file with byte order marks.
@@ -61,9 +62,9 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         if text.trim().is_empty() {
             continue;
         }
-        match Run::from_record(text) {
+        match Run::from_record(text.trim_end()) {
             Ok(run) => waiting.take(run, line.len(), store, counts)?,
-            Err(error) => complain(number, &error.to_string()),
+            Err(error) => complain(number, error.column(), &error.to_string()),
         }
     }
     waiting.add(store, counts)?;

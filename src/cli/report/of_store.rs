@@ -87,7 +87,7 @@ fn notices(stored: &Stored) -> Vec<String> {
         (stored.unfinished, "running, cancelled or interrupted"),
         (
             stored.asked_again,
-            "replaced by a newer answer to the same question",
+            "repeats of a question; its newest answer counts",
         ),
         (stored.other_tasks, "of tasks without a yes or no"),
         (
