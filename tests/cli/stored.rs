@@ -150,7 +150,7 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     let ended = run(&other, &["import", "spread.json"]).status(1);
     let ended = ended.says(&[
         "spread.json:1:19: not a run: EOF",
-        "spread.json:2:2: not a run: invalid type: string \"id\", expected a JSON object",
+        "spread.json:2:5: not a run: invalid type: string \"id\", expected a JSON object",
     ]);
     assert!(!ended.stderr.contains("at line"), "{}", ended.stderr);
     let misspelt = lines.replacen("\"task\"", "\"tsak\"", 1);
