@@ -94,7 +94,7 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
 /// The paths that the workbench opens.
 ///
 /// # Errors
-/// See [`resolved`].
+/// A scenario does not exist, or a name is the beginning of several: in words, with suggestions.
 pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
     arguments.paths.iter().map(|path| resolved(path)).collect()
 }

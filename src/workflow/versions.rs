@@ -83,7 +83,7 @@ pub struct VersionTotals {
     pub better: usize,
     /// Those that became wrong.
     pub worse: usize,
-    /// McNemar's p value; `None` below [`FEWEST`] pairs, or where none became right or wrong.
+    /// McNemar's p value; `None` below ten pairs, or where none became right or wrong.
     pub p: Option<f64>,
     /// Each version.
     pub sides: [SideTotals; 2],
