@@ -257,7 +257,7 @@ fn a_draft_survives_a_kill() {
     assert!(killed.unwrap().success());
     session.end();
     let mut session = Session::start(120, 40, &environment);
-    session.see("drafts that were not saved are in use again: collision-ego.md");
+    session.see("unsaved drafts restored: collision-ego.md");
     session.see("The body of car 301 overlaps");
     session.press("e");
     session.see("before the end. name =");
