@@ -259,7 +259,7 @@ impl Loop {
                 self.apply(Msg::Drawing)?;
                 self.screen.draw(|frame| views::draw(frame, &self.model))?;
                 pace.drawn(Instant::now());
-                if self.model.map.images.encoder.is_some() {
+                if self.model.drawn.has_picture() {
                     self.apply(Msg::Drawn)?;
                 }
                 self.tried.drawn(self.model.opening.is_some());

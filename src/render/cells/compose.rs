@@ -34,11 +34,8 @@ pub struct Glyph {
 pub fn compose(style: MapStyle, sample: &Sample<'_>) -> Option<Glyph> {
     let top = |dots: &[Dot]| dots.iter().map(|dot| dot.layer).max().unwrap_or(0);
     let (areas, lines) = (top(sample.areas), top(sample.lines));
-    let line = match areas {
-        // Lines on a body are those that were drawn after it.
-        GROUND.. if areas > GROUND => areas + 1,
-        _ => GROUND,
-    };
+    // Lines on a body are those that were drawn after it.
+    let line = if areas > GROUND { areas + 1 } else { GROUND };
     if lines >= line && !is_edge(style, sample) {
         return Some(lined(style, sample, line, lines));
     }

@@ -52,6 +52,30 @@ struct Cut {
     limits: (u16, u16),
 }
 
+impl Cut {
+    /// The column of answers at the right.
+    fn answers(body: Rect) -> Self {
+        Self {
+            edge: Edge::Right,
+            upright: true,
+            before: false,
+            usual: answer_columns(body.width),
+            limits: (NARROW, body.width.saturating_sub(NARROWEST + NARROW)),
+        }
+    }
+
+    /// The list in a column of its own, left of the rest of `left`.
+    fn list(body: Rect, left: Rect, longest: usize) -> Self {
+        Self {
+            edge: Edge::List,
+            upright: true,
+            before: true,
+            usual: list_columns(body.width, longest),
+            limits: (NARROWEST, left.width.saturating_sub(NARROW)),
+        }
+    }
+}
+
 impl Arranged {
     /// Cuts an area in two, with a border between them; `whole` is the area that shares are parts of.
     fn cut(
@@ -104,20 +128,7 @@ impl Arranged {
 
     /// Everything at once.
     pub fn wide(&mut self, body: Rect, shares: PaneShares, longest: usize) {
-        let list = list_columns(body.width, longest);
-        let [left, right] = self.cut(
-            body,
-            body,
-            shares,
-            true,
-            Cut {
-                edge: Edge::Right,
-                upright: true,
-                before: false,
-                usual: answer_columns(body.width),
-                limits: (NARROW, body.width.saturating_sub(NARROWEST + NARROW)),
-            },
-        );
+        let [left, right] = self.cut(body, body, shares, true, Cut::answers(body));
         let [upper, prompt] = self.cut(
             left,
             body,
@@ -131,19 +142,7 @@ impl Arranged {
                 limits: (LOWEST, body.height.saturating_sub(LOW + LOWEST)),
             },
         );
-        let [list, middle] = self.cut(
-            upper,
-            body,
-            shares,
-            true,
-            Cut {
-                edge: Edge::List,
-                upright: true,
-                before: true,
-                usual: list,
-                limits: (NARROWEST, left.width.saturating_sub(NARROW)),
-            },
-        );
+        let [list, middle] = self.cut(upper, body, shares, true, Cut::list(body, left, longest));
         let [map, timeline] = self.cut(
             middle,
             body,
@@ -176,32 +175,8 @@ impl Arranged {
 
     /// Three columns in a low terminal: the prompt takes turns with map and timeline.
     pub fn low(&mut self, body: Rect, shares: PaneShares, (longest, focus): (usize, Pane)) {
-        let [left, right] = self.cut(
-            body,
-            body,
-            shares,
-            true,
-            Cut {
-                edge: Edge::Right,
-                upright: true,
-                before: false,
-                usual: answer_columns(body.width),
-                limits: (NARROW, body.width.saturating_sub(NARROWEST + NARROW)),
-            },
-        );
-        let [list, middle] = self.cut(
-            left,
-            body,
-            shares,
-            true,
-            Cut {
-                edge: Edge::List,
-                upright: true,
-                before: true,
-                usual: list_columns(body.width, longest),
-                limits: (NARROWEST, left.width.saturating_sub(NARROW)),
-            },
-        );
+        let [left, right] = self.cut(body, body, shares, true, Cut::answers(body));
+        let [list, middle] = self.cut(left, body, shares, true, Cut::list(body, left, longest));
         self.panes.push((Pane::Scenarios, list));
         if focus == Pane::Prompt {
             self.panes.push((Pane::Prompt, middle));

@@ -148,6 +148,12 @@ impl LastFrame {
         *self.picture.borrow_mut() = Some(picture);
     }
 
+    /// Whether the map is to be shown as a picture.
+    #[must_use]
+    pub fn has_picture(&self) -> bool {
+        self.picture.borrow().is_some()
+    }
+
     /// Takes the picture of the map that was drawn last.
     pub fn take_picture(&self) -> Option<MapPicture> {
         self.picture.borrow_mut().take()

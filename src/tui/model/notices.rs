@@ -35,6 +35,11 @@ impl Model {
         self.notify(text.into(), Notice::News, 6.0);
     }
 
+    /// Says how something long ended: the user may look elsewhere meanwhile.
+    pub fn announce(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::News, 60.0);
+    }
+
     /// Says that something is wrong.
     pub fn complain(&mut self, text: impl Into<String>) {
         self.notify(text.into(), Notice::Error, f64::INFINITY);

@@ -225,6 +225,9 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
         said(&bench),
         format!("{words}; Space g g tries another seed")
     );
+    // It stays longer than replies to keys.
+    bench.send(Msg::Passed(std::time::Duration::from_secs(30)));
+    assert!(said(&bench).contains(words));
     assert!(bench.model.maker.under_way.is_none());
     bench.press("space g g");
     let (id, wish) = asked(&bench).pop().unwrap();

@@ -173,7 +173,10 @@ fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
     for column in &mut bench.model.answers.columns {
         column.reasoning = "Let me think step by step.".into();
     }
+    // Of a model without a column.
+    bench.model.tell("lab/otter: collision, saved as run 2");
     bench.press("space o b");
+    assert!(!bench.frame(120, 40).contains("otter"));
     bench.model.say("lab/walrus: done");
     let secrets = [
         "step by step",

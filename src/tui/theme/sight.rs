@@ -4,17 +4,7 @@
 
 use ratatui::style::Color;
 
-use super::{ColorDepth, Theme, color};
-
-/// Surfaces of the themes' own that words stand on.
-const SURFACES: [&str; 6] = [
-    "background",
-    "shade",
-    "map_ground",
-    "map_road",
-    "map_junction",
-    "map_path",
-];
+use super::{ColorDepth, SURFACES, Theme, color};
 
 /// Backgrounds that terminals usually have, for themes that leave theirs out: black, the default of some, One Dark, Solarized.
 const DARK: [[u8; 3]; 4] = [
@@ -172,7 +162,7 @@ fn words_can_be_read_on_every_surface() {
             for surface in SURFACES {
                 let of = |role: &str| contrast(rgb(&theme, role), rgb(&theme, surface));
                 // Labels of the map lie over roads; everything else lies on the background.
-                let words = match surface {
+                let words = match *surface {
                     "background" => least(&theme, depth),
                     _ => 4.5,
                 };

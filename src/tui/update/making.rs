@@ -204,7 +204,7 @@ pub fn on_update(
                 }
                 Ok(GenerationOutcome::Nothing(words)) => {
                     let key = model.look.key(Action::Generate);
-                    model.tell(format!("{words}; {key} tries another seed"));
+                    model.announce(format!("{words}; {key} tries another seed"));
                 }
                 Err(why) => model.complain(format!("no variant was made: {why}")),
             }

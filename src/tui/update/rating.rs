@@ -4,7 +4,7 @@ use super::super::action::Action;
 use super::super::keymap::{Code, Key, edit_line};
 use super::super::message::Effect;
 use super::super::model::{
-    BlindMode, Marking, Model, PendingRating, REASONS, ShownAnswer, shuffle,
+    BlindMode, Marking, Model, Notice, PendingRating, REASONS, ShownAnswer, shuffle,
 };
 use super::compare::{is_running, open};
 use super::open_current;
@@ -21,6 +21,8 @@ pub fn toggle_blind(model: &mut Model) -> Vec<Effect> {
     }
     model.compare.open = true;
     model.compare.blind = Some(BlindMode::default());
+    // What was said before may name a model and its verdict.
+    model.toasts.retain(|toast| toast.kind == Notice::Error);
     begin(model);
     vec![find_unrated(model)]
 }

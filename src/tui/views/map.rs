@@ -82,7 +82,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     });
     if let Some(encoder) = image::encoder(model) {
         image::request(model, opened, encoder, (inner, &view), step);
-        if let Some(shown) = image::shown(model, encoder, inner) {
+        if let Some(shown) = image::shown(model, inner) {
             shown.draw(f, inner);
             bottom_line(f, inner, model, opened, step, None);
             return legend::draw(f, area, model, signs::Placed::default());

@@ -26,6 +26,17 @@ pub fn width_in(screen: Rect, columns: u16) -> usize {
     )
 }
 
+/// Empties the screen above the footer for a window that fills it, and gives its area.
+pub fn whole(frame: &mut Frame<'_>, screen: Rect, model: &Model) -> Rect {
+    let body = Rect {
+        height: screen.height.saturating_sub(1),
+        ..screen
+    };
+    frame.render_widget(Clear, body);
+    frame.render_widget(Block::new().style(model.theme.base()), body);
+    body
+}
+
 /// A window of text, no further scrolled than to its end.
 pub fn scrolled(
     frame: &mut Frame<'_>,

@@ -4,7 +4,7 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
+use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::run;
@@ -14,18 +14,14 @@ use crate::judge;
 use crate::store::{Filter, Summary};
 use crate::tui::action::Action;
 use crate::tui::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
+use crate::tui::widgets::window;
 use crate::tui::widgets::words::{date, fit, fit_end, pad, thousands};
 
 /// Columns from which on the details stand beside the list.
 const BESIDE: u16 = 110;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let body = Rect {
-        height: screen.height.saturating_sub(1),
-        ..screen
-    };
-    frame.render_widget(Clear, body);
-    frame.render_widget(Block::new().style(model.theme.base()), body);
+    let body = window::whole(frame, screen, model);
     let [line, body] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(body);
     search(frame, line, model);
     let [left, right] = if body.width >= BESIDE {

@@ -3,7 +3,7 @@
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
-use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::{answers, bars, choice, matrix};
@@ -15,12 +15,7 @@ use crate::tui::widgets::window;
 use crate::tui::widgets::words::thousands;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let body = Rect {
-        height: screen.height.saturating_sub(1),
-        ..screen
-    };
-    frame.render_widget(Clear, body);
-    frame.render_widget(Block::new().style(model.theme.base()), body);
+    let body = window::whole(frame, screen, model);
     let results = &model.results;
     let mut drawn = match results.inside {
         _ if results.rows.is_empty() => {

@@ -4,7 +4,7 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::description::visible;
 use crate::evaluation::{AnswerStatus, Outcome, Scored};
@@ -29,12 +29,7 @@ const COST: usize = 8;
 const NAMES: usize = 56;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let body = Rect {
-        height: screen.height.saturating_sub(1),
-        ..screen
-    };
-    frame.render_widget(Clear, body);
-    frame.render_widget(Block::new().style(model.theme.base()), body);
+    let body = window::whole(frame, screen, model);
     let inner = window::window_at(frame, body, model, &title(model));
     let head = head(model, usize::from(inner.width));
     let foot = Paragraph::new(foot(model)).wrap(Wrap { trim: true });

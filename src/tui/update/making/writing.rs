@@ -157,7 +157,7 @@ pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
     let words = format!("{words}; {key} details");
     match wrote.failed() {
         true => model.complain(words),
-        false => model.tell(words),
+        false => model.announce(words),
     }
 }
 

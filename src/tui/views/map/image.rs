@@ -10,11 +10,15 @@ use crate::tui::model::{MapChoice, MapPicture, Model};
 use crate::tui::pixels::{Encoder, MapImage};
 use crate::tui::theme::components;
 
-/// How images are sent, where the map is to be one.
+/// How images are sent, where the map is to be one and nothing lies over it. What covers an image would leave marks at
+/// terminals that paint it once; there, and below windows, the map is drawn in cells.
 pub fn encoder(model: &Model) -> Option<&Encoder> {
     let chosen = matches!(model.look.map, MapChoice::Auto | MapChoice::Pixels);
-    let encoder = model.map.images.encoder.as_ref();
-    encoder.filter(|_| chosen && !model.drawn.is_for_picture())
+    let encoder = model.map.images.encoder.as_ref()?;
+    let covered = !model.screens.is_empty()
+        || !model.look.pending.is_empty()
+        || !encoder.can_be_covered() && !model.toasts.is_empty();
+    (chosen && !covered && !model.drawn.is_for_picture()).then_some(encoder)
 }
 
 /// Draws the picture that the image is to show.
@@ -45,14 +49,10 @@ pub fn request(
     });
 }
 
-/// The image, where it fills the area and nothing lies over it. What covers it would leave marks at terminals that
-/// paint it once; there, and below windows, the map is drawn in cells.
-pub fn shown<'a>(model: &'a Model, encoder: &Encoder, area: Rect) -> Option<&'a MapImage> {
-    let covered = !model.screens.is_empty()
-        || !model.look.pending.is_empty()
-        || !encoder.can_be_covered() && !model.toasts.is_empty();
+/// The image, where it fills the area.
+pub fn shown(model: &Model, area: Rect) -> Option<&MapImage> {
     let shown = model.map.images.shown.as_ref();
-    shown.filter(|image| !covered && image.fits(area))
+    shown.filter(|image| image.fits(area))
 }
 
 /// The theme's colours; those that only the terminal knows are those of pictures.
