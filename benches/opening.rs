@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use nearmiss::formats::{commonroad, read_recording};
+use nearmiss::formats::{commonroad, read_ego};
 use nearmiss::judge::judge;
 use nearmiss::metrics::{Headline, MEASURES, Series};
 use nearmiss::scenario::{Scene, Window};
@@ -49,7 +49,7 @@ fn tokens(bytes: &[u8]) -> f64 {
 
 fn open(xml: &[u8], csv: &[u8]) -> usize {
     let scenario = Arc::new(commonroad::read(xml, "bench").expect("a scenario"));
-    let ego = read_recording(csv, "bench", &scenario).expect("an ego");
+    let ego = read_ego(csv, "bench", &scenario, None).expect("an ego");
     let scene = Scene::new(scenario, ego);
     let shown = MEASURES
         .iter()

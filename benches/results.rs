@@ -54,12 +54,16 @@ fn answered(n: i64) -> Run {
         id,
         risk_score: 1,
         reason: "The gap shrinks.".into(),
+        written_score: None,
     });
     let said = ParsedAnswer::Verdict(Verdict {
         task: Task::Safety,
         dangerous,
         obstacles: obstacles.collect(),
         justification: format!("Obstacle {n} brakes."),
+        critical: None,
+        probability: None,
+        token_probability: None,
     });
     let words = "The gap shrinks step by step. ".repeat(20);
     let json = serde_json::json!({
@@ -82,6 +86,7 @@ fn answered(n: i64) -> Run {
             ..Ending::bare(RunState::Answered)
         },
         question,
+        most_usd: None,
         notes: String::new(),
         pinned: false,
         deleted_ms: None,
@@ -102,10 +107,15 @@ fn item(n: i64) -> NewItem {
         model: question.model,
         sample: question.sample,
         lead: None,
+        window: None,
         transform: None,
         collides: Some(n % 2 == 0),
         obstacle: (n % 2 == 0).then_some(301),
         unaskable: None,
+        facts: None,
+        scene: None,
+        settings: None,
+        split: None,
     }
 }
 
@@ -120,6 +130,7 @@ fn spec() -> String {
             samples: 1,
             more_leads: Vec::new(),
             transforms: Vec::new(),
+            axes: Default::default(),
             request: RequestSettings::default(),
         },
         truth: TruthSource::Geometry,
@@ -128,6 +139,8 @@ fn spec() -> String {
         base_url: None,
         ego: EgoSelection::Beside,
         drafts: Default::default(),
+        comparison: Default::default(),
+        subset: Default::default(),
     };
     spec.to_json()
 }

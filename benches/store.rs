@@ -50,6 +50,9 @@ fn answered(n: i64) -> Run {
         dangerous: n % 3 == 0,
         obstacles: Vec::new(),
         justification: format!("Obstacle {n} brakes."),
+        critical: None,
+        probability: None,
+        token_probability: None,
     });
     Run {
         id: RunId(0),
@@ -69,6 +72,7 @@ fn answered(n: i64) -> Run {
             ..Ending::bare(RunState::Answered)
         },
         question,
+        most_usd: None,
         notes: String::new(),
         pinned: false,
         deleted_ms: None,

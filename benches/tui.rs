@@ -1,10 +1,11 @@
 //! Frames of the workbench at 200 × 60, with the update before each, beside a frame with nothing on it.
 //!
-//! The figures to read are ratios over `nothing` of the same group. Scenarios: of the published ones the one with
+//! The figures to read are ratios over `nothing` of the same group, and the times of `windows` and `pixels`. Scenarios: of the published ones the one with
 //! the most obstacles and the one with the most lanelets, where `NEARMISS_SHARED` or `../shared` has them; else the
 //! bundled one with the most bytes.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::formats::{Entry, bundled};
@@ -103,17 +104,17 @@ fn busiest(criterion: &mut Criterion) {
         ask_four(&mut stage, 4_000, obstacle(&scenario));
         stage.press("n");
         group.bench_function("with_answers", |b| b.iter(|| step(&mut stage, &mut n)));
-        stage.press("shift-p shift-p");
+        stage.press("space m p space m p");
         println!("{} paths, {} claims", stage.paths(), stage.claims());
         group.bench_function("with_answers_and_paths", |b| {
             b.iter(|| step(&mut stage, &mut n))
         });
         group.bench_function("the_same_step", |b| b.iter(|| stage.draw()));
-        stage.press("a");
+        stage.press("space m a");
         group.bench_function("the_whole_map", |b| b.iter(|| step(&mut stage, &mut n)));
-        stage.press("t");
+        stage.press("space a t");
         group.bench_function("the_safety_task", |b| b.iter(|| step(&mut stage, &mut n)));
-        stage.press("t shift-c");
+        stage.press("space a t space o c");
         group.bench_function("side_by_side", |b| b.iter(|| stage.draw()));
         group.finish();
     }
@@ -142,7 +143,7 @@ fn planned(criterion: &mut Criterion) {
         group.bench_function("without_the_layer", |b| b.iter(|| step(&mut stage, &mut n)));
         stage.show_planner(true);
         group.bench_function("with_the_layer", |b| b.iter(|| step(&mut stage, &mut n)));
-        stage.press("shift-y");
+        stage.press("space e w");
         group.bench_function("with_layer_and_panel", |b| {
             b.iter(|| step(&mut stage, &mut n))
         });
@@ -203,5 +204,64 @@ fn thousands(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, busiest, planned, streaming, thousands);
+/// Stepping through windows of the safety task for the first time: what the loop does from a key to its frame. The
+/// built-in judge works beside it, and is not counted.
+fn windows(criterion: &mut Criterion) {
+    for entry in scenarios() {
+        if !stage(&entry).has_ego() {
+            continue;
+        }
+        let mut group = criterion.benchmark_group(format!("windows {}", entry.name));
+        group.sample_size(20);
+        let begin = || {
+            let mut stage = stage(&entry);
+            stage.press("space a t home");
+            stage.draw();
+            stage
+        };
+        let mut at = begin();
+        group.bench_function("first_step", |b| {
+            b.iter_custom(|times| {
+                let mut took = Duration::ZERO;
+                for _ in 0..times {
+                    let mut begun = Instant::now();
+                    if !at.step() {
+                        at = begin();
+                        begun = Instant::now();
+                        at.step();
+                    }
+                    at.draw();
+                    took += begun.elapsed();
+                    at.compute();
+                }
+                took
+            })
+        });
+        group.finish();
+    }
+}
+
+/// A step with the map as an image of 200 × 60 cells of 10 × 20 pixels: painted and encoded for kitty. Ten of them a
+/// second are playback in real time: times ten, the figure is the part of a core that it takes.
+fn pixels(criterion: &mut Criterion) {
+    for entry in scenarios() {
+        let mut group = criterion.benchmark_group(format!("pixels {}", entry.name));
+        group.sample_size(20);
+        // Beside the map there are its frame, the timeline, and a line above and below.
+        let stage = Stage::open(&entry, (SIZE.0 + 2, SIZE.1 + 12));
+        let mut stage = stage.unwrap_or_else(|error| panic!("{}: {error}", entry.display()));
+        stage.press("tab z");
+        let mut n = 0;
+        group.bench_function("cells", |b| b.iter(|| step(&mut stage, &mut n)));
+        for (name, compressed) in [("image", false), ("compressed", true)] {
+            stage.show_pixels((10, 20), compressed);
+            group.bench_function(name, |b| b.iter(|| step(&mut stage, &mut n)));
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(
+    benches, busiest, planned, streaming, thousands, windows, pixels
+);
 criterion_main!(benches);

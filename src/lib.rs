@@ -41,6 +41,7 @@
 //! | [`planner`] | Which motion is the best one now? |
 //! | [`simulation`] | How does the ego's drive through the recorded traffic end? |
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
+//! | [`corpus`] | Which windows of which manoeuvres, roads and severities does a corpus hold, and which of them cover it? |
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
 //! | [`paper`] | What did the authors of "From Words to Collisions" record and print, and does it agree? |
@@ -51,6 +52,34 @@
 //! | [`cli`] | What does a command do, and with which status does it end? |
 //! | [`tui`] | What does a key do, and what is drawn? |
 //! | [`docs`] | How is it used? |
+//!
+//! And by topic:
+//!
+//! | topic | where |
+//! |---|---|
+//! | limits of vehicles, the single-track model | [`planner::Limits`], [`planner::Feasibility`] |
+//! | is a motion drivable | candidates while planning: `planner/evaluate.rs`; whole motions of anyone: `planner/feasibility.rs` |
+//! | what a key does | `tui/action/default_keys.rs`, then `tui/update/actions.rs` |
+//! | exit statuses of commands | `cli/failure.rs` |
+//! | centre motion of a changed body | `generation/gate/rolling.rs`, after `generation/gate/kinematics.rs` |
+//! | prices of tokens | `llm/price.rs`, with the table in `llm/providers.toml` |
+//! | estimates of cost before asking | `evaluation/batch/estimate.rs`; for a whole batch [`workflow::batch`] |
+//! | drafts of templates | `tui/model/prompt.rs`; on disk `tui/session/drafts.rs` |
+//! | pickers: lists filtered by typing | `tui/screens/picker.rs` (keys, state), `tui/widgets/picker.rs` (drawing) |
+//! | axes of a batch: effort, temperature, form, … | `evaluation/axes.rs` |
+//! | dev and test: which scenario is where, what is locked | `evaluation/batch/split.rs`, `test_split.rs`; looks: `store/split.rs`; single answers: `cli/locked.rs` |
+//! | parts of a batch become one | `store/intake.rs`; of bundles `workflow/bundle/unpack.rs` |
+//! | Slurm scripts | `cli/slurm/`: the command that is run in parts, and the text |
+//! | filter of the scenario list | `workflow/scenario_filter/`; as it is typed: `tui/model/list/filtering.rs` |
+//! | answers stored before they are shown | `evaluation/stream_recorder.rs` |
+//! | page of answers in HTML reports | `evaluation/answer_page/`; its texts and pictures: `workflow/answer_page.rs` |
+//! | tables over axes | `evaluation/report/pivot/` |
+//! | figures of reports | `evaluation/report/charts.rs`, drawn by `render/chart/` |
+//! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/update/experiment.rs` |
+//! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts/` |
+//! | gate: may a changed motion be written | [`generation::Gate`] |
+//! | certificate: how a driver avoids an attack | `generation/certificate.rs`, searched in `generation/evasive_search.rs` |
+//! | JSON schemas of outputs | `cli/json/derived.rs` from types, `cli/json/outputs.json` for the rest |
 //!
 //! # Rules
 //!
@@ -69,6 +98,7 @@
 
 /// The command line: one file a subcommand.
 pub mod cli;
+pub mod corpus;
 /// Scenes in words.
 pub mod description;
 pub mod docs;

@@ -17,11 +17,12 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {
-    let (ego, paths) = (cli::chosen_ego(&arguments)?, cli::chosen_paths(&arguments)?);
+    let (ego, index) = (cli::chosen_ego(&arguments)?, cli::chosen_index(&arguments)?);
+    let paths = cli::chosen_paths(&arguments)?;
     match &arguments.command {
         Some(command) => cli::run(command, &workbench()),
         None if arguments.print_config => cli::print_config(),
-        None if cli::has_terminal() => tui::run(paths, ego).map_err(cli::Failure::input),
+        None if cli::has_terminal() => tui::run(paths, ego, index).map_err(cli::Failure::input),
         None => cli::without_terminal(&paths, &ego),
     }
 }

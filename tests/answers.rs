@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use nearmiss::verdict::{
-    CollisionAnswer, ObstacleRisk, ParseQuality, SafetyAnswer, Task, Verdict, parse, read,
+    CollisionAnswer, CriticalObstacle, ObstacleRisk, ParseQuality, SafetyAnswer, Task, Verdict,
+    parse, read,
 };
 use proptest::prelude::*;
 
@@ -13,6 +14,7 @@ fn verdicts() -> impl Strategy<Value = Verdict> {
             id,
             risk_score,
             reason,
+            written_score: None,
         });
     let obstacles = proptest::collection::vec(obstacle, 0..5).prop_map(|mut list| {
         let mut seen = std::collections::HashSet::new();
@@ -20,12 +22,29 @@ fn verdicts() -> impl Strategy<Value = Verdict> {
         list
     });
     let task = proptest::sample::select(Task::VERDICTS.to_vec());
-    (task, any::<bool>(), obstacles, words).prop_map(
-        |(task, dangerous, obstacles, justification)| Verdict {
-            task,
-            dangerous,
-            obstacles,
-            justification,
+    let critical = (1..100_000_i64, 0.0..=1.0_f64).prop_map(|(id, probability)| CriticalObstacle {
+        id,
+        probability: Some(probability),
+    });
+    let critical = proptest::collection::vec(critical, 0..3).prop_map(|mut list| {
+        let mut seen = std::collections::HashSet::new();
+        list.retain(|o| seen.insert(o.id));
+        list
+    });
+    // Older answers say neither.
+    let stated = proptest::option::of((critical, 0.0..=1.0_f64));
+    (task, any::<bool>(), obstacles, words, stated).prop_map(
+        |(task, dangerous, obstacles, justification, stated)| {
+            let (critical, probability) = stated.unzip();
+            Verdict {
+                task,
+                dangerous,
+                obstacles,
+                justification,
+                critical,
+                probability,
+                token_probability: None,
+            }
         },
     )
 }
@@ -37,17 +56,24 @@ fn written(verdict: &Verdict) -> String {
         dangerous,
         obstacles,
         justification,
+        critical: critical_obstacles,
+        probability,
+        token_probability: _,
     } = verdict.clone();
     let written = match task {
         Task::Collision => serde_json::to_string_pretty(&CollisionAnswer {
-            collision: dangerous,
-            obstacles,
             justification,
+            obstacles,
+            critical_obstacles,
+            probability,
+            collision: dangerous,
         }),
         _ => serde_json::to_string_pretty(&SafetyAnswer {
-            safety_critical: dangerous,
-            obstacles,
             justification,
+            obstacles,
+            critical_obstacles,
+            probability,
+            safety_critical: dangerous,
         }),
     };
     written.unwrap()
@@ -102,6 +128,8 @@ const SLIPS: [Slip; 15] = [
             "risk_score",
             "reason",
             "justification",
+            "critical_obstacles",
+            "probability",
         ]
         .iter()
         .fold(t.to_string(), |t, key| {
@@ -169,6 +197,11 @@ proptest! {
         prop_assert_eq!(parsed.verdict.dangerous, verdict.dangerous, "{}\n{}", names, text);
         let ids = |v: &Verdict| v.obstacles.iter().map(|o| (o.id, o.risk_score)).collect::<Vec<_>>();
         prop_assert_eq!(ids(&parsed.verdict), ids(&verdict), "{}\n{}", names, text);
+        let stated = |v: &Verdict| {
+            let critical = v.critical.as_ref().map(|all| all.iter().map(|c| (c.id, c.probability)).collect::<Vec<_>>());
+            (critical, v.probability)
+        };
+        prop_assert_eq!(stated(&parsed.verdict), stated(&verdict), "{}\n{}", names, text);
     }
 
     #[test]

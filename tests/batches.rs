@@ -155,6 +155,7 @@ fn questions(samples: u32) -> Vec<(Question, RunOptions)> {
         frame: Some(Frame::Ego),
         techniques: Some(Techniques::ALL),
         model: "lab/tiny".into(),
+        settings: nearmiss::evaluation::AxisValues::default(),
         template: None,
     };
     let question = builder.question(&bundled()[0], &way, &Variant::default(), None);

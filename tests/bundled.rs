@@ -14,7 +14,7 @@ mod outcome;
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
-use nearmiss::formats::{commonroad, read_recording};
+use nearmiss::formats::{commonroad, read_ego};
 use nearmiss::scenario::Scene;
 
 /// A bundled scenario as it is declared, and as it is read back from its files.
@@ -28,7 +28,7 @@ static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         let bytes =
             |ending: &str| std::fs::read(folder().join(format!("{}.{ending}", made.name))).unwrap();
         let scenario = commonroad::read(&bytes("xml"), made.name).unwrap();
-        let ego = read_recording(&bytes("ego_trajectory.csv"), made.name, &scenario).unwrap();
+        let ego = read_ego(&bytes("ego_trajectory.csv"), made.name, &scenario, None).unwrap();
         let scene = Scene::new(Arc::new(scenario), ego);
         Case { made, scene }
     };

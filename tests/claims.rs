@@ -6,10 +6,13 @@
 
 mod support;
 
+#[path = "claims/labelled.rs"]
+mod labelled;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nearmiss::evaluation::claims::{ClaimBasis, Judgement, Subject, checked};
+use nearmiss::evaluation::claims::{ClaimBasis, Judgement, Subject, TimeOrigin, checked};
 use nearmiss::formats::find;
 use nearmiss::paper;
 use nearmiss::scenario::Scene;
@@ -59,6 +62,7 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
         answers += 1;
         let subject = Subject {
             scene,
+            times: TimeOrigin::of(&run.question.messages),
             window: run.question.window,
         };
         let all = checked(&run.answer, &subject);

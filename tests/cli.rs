@@ -1,16 +1,23 @@
 //! The headless commands, through the program itself.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "cli/accounts.rs"]
-mod accounts;
+#[cfg(unix)]
+#[path = "cli/answer_page.rs"]
+mod answer_page;
 #[path = "cli/ask.rs"]
 mod ask;
-#[path = "cli/bare.rs"]
-mod bare;
+#[path = "cli/attempts.rs"]
+mod attempts;
 #[path = "cli/batches.rs"]
 mod batches;
-#[path = "cli/bulk.rs"]
-mod bulk;
+#[path = "cli/bundled_parts.rs"]
+mod bundled_parts;
+#[path = "cli/bundles.rs"]
+mod bundles;
+#[path = "cli/bundles_refused.rs"]
+mod bundles_refused;
+#[path = "cli/claims.rs"]
+mod claims;
 #[path = "cli/convert.rs"]
 mod convert;
 #[path = "cli/crashed.rs"]
@@ -21,46 +28,56 @@ mod doctor;
 mod egos;
 #[path = "protobuf/encode.rs"]
 mod encode;
+#[path = "cli/escape_sequences.rs"]
+mod escape_sequences;
 #[path = "cli/evaluate.rs"]
 mod evaluate;
-#[path = "cli/extended.rs"]
-mod extended;
+#[path = "cli/evaluate_bulk.rs"]
+mod evaluate_bulk;
+#[path = "cli/evaluate_resume.rs"]
+mod evaluate_resume;
+#[path = "cli/experiments.rs"]
+mod experiments;
+#[path = "cli/extreme_scenarios.rs"]
+mod extreme_scenarios;
+#[path = "cli/failing_servers.rs"]
+mod failing_servers;
 #[path = "cli/generate.rs"]
 mod generate;
-#[path = "cli/going_on.rs"]
-mod going_on;
+#[path = "cli/generate_resume.rs"]
+mod generate_resume;
 #[path = "cli/hostile.rs"]
 mod hostile;
+#[path = "cli/index.rs"]
+mod index;
 #[path = "cli/inspecting.rs"]
 mod inspecting;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
 #[path = "cli/json.rs"]
 mod json;
-#[path = "cli/kept.rs"]
-mod kept;
+#[path = "cli/kept_files.rs"]
+mod kept_files;
 #[path = "cli/killed.rs"]
 mod killed;
+#[path = "cli/known_models.rs"]
+mod known_models;
 #[path = "cli/long_jobs.rs"]
 mod long_jobs;
-#[path = "cli/look.rs"]
-mod look;
 #[path = "cli/manual.rs"]
 mod manual;
 #[path = "cli/metrics.rs"]
 mod metrics;
 #[path = "cli/models.rs"]
 mod models;
+#[path = "cli/models_and_costs.rs"]
+mod models_and_costs;
 #[path = "cli/older_store.rs"]
 mod older_store;
-#[path = "cli/paused.rs"]
-mod paused;
 #[path = "cli/piped.rs"]
 mod piped;
 #[path = "cli/plan.rs"]
 mod plan;
-#[path = "cli/planted.rs"]
-mod planted;
 #[path = "cli/prompts.rs"]
 mod prompts;
 #[path = "cli/protobuf.rs"]
@@ -75,17 +92,31 @@ mod refused;
 mod remote;
 #[path = "cli/render.rs"]
 mod render;
+#[cfg(unix)]
+#[path = "cli/report_axes.rs"]
+mod report_axes;
 #[path = "cli/reports.rs"]
 mod reports;
+#[path = "cli/requirements.rs"]
+mod requirements;
 #[path = "protobuf/rich.rs"]
 mod rich;
 #[path = "cli/secrets.rs"]
 mod secrets;
+#[path = "cli/shards.rs"]
+mod shards;
+#[cfg(unix)]
+#[path = "cli/slurm.rs"]
+mod slurm;
+#[path = "cli/splits.rs"]
+mod splits;
 #[path = "cli/stored.rs"]
 mod stored;
 mod support;
 #[path = "cli/tasks.rs"]
 mod tasks;
+#[path = "cli/themes_and_keys.rs"]
+mod themes_and_keys;
 #[path = "cli/thresholds.rs"]
 mod thresholds;
 

@@ -71,9 +71,9 @@ fn the_content_decides_and_wrong_files_are_told_apart() {
     let with_mark = format!("\u{feff}{csv}");
     assert!(read_ego(with_mark.as_bytes(), "a.xml", &scenario, None).is_ok());
     for (text, words) in [
-        ("", "no header of a known kind"),
-        ("\0\0\0\0", "no header of a known kind"),
-        ("hello\nworld\n", "no header of a known kind"),
+        ("", "unknown header in line 1"),
+        ("\0\0\0\0", "unknown header in line 1"),
+        ("hello\nworld\n", "unknown header in line 1"),
         ("<commonRoad timeStepSize=\"0.1\"/>", "this is a scenario"),
         ("<html/>", "the root is <html>"),
         (
@@ -96,19 +96,19 @@ fn the_content_decides_and_wrong_files_are_told_apart() {
         ),
         (
             "timestep,x_position,y_position\n0,1,inf\n",
-            "line 2: column `y_position` is `inf`, a finite number",
+            "line 2: column `y_position` is `inf`; expected a finite number",
         ),
         (
             "timestep,x_position,y_position,velocity\n0,1,1,2\n\n1,1\n",
-            "line 4 has 2 fields where the header has 4 columns: `y_position` is missing",
+            "line 4 has 2 fields, but the header 4 columns: `y_position` is missing",
         ),
         (
             "timestep,x_position,y_position\n0,1,1,5\n",
-            "line 2 has 4 fields where the header has 3 columns: `5` is too many",
+            "line 2 has 4 fields, but the header 3 columns: `5` is one too many",
         ),
         (
             "timestep,x_position,y_position\n0,\"1,1\n1,1,1\n",
-            "line 2: a quote begins in this row",
+            "line 2: unclosed quote",
         ),
         ("timestep,x_position,y_position,X Position\n", "no rows"),
         (
@@ -117,13 +117,13 @@ fn the_content_decides_and_wrong_files_are_told_apart() {
         ),
         (
             "timestep,x_position,y_position,ego_id\n0,1,1,7\n1,1,1,x7\n",
-            "line 3: column `ego_id` is `x7`, a whole number",
+            "line 3: column `ego_id` is `x7`; expected a whole number",
         ),
         (
             "timestep,x_position,y_position,ego_id\n0,1,1,7\n0,2,2,8\n1,1,1,7\n",
             "egos for the planning problems 7, 8; choose one",
         ),
-        ("\u{1f}\u{8b}", "no header of a known kind"),
+        ("\u{1f}\u{8b}", "unknown header in line 1"),
     ] {
         let said = error(text, &scenario);
         assert!(

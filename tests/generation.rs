@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use nearmiss::evaluation::default_planning;
 use nearmiss::formats::{Entry, commonroad, find};
-use nearmiss::generation::{Consequence, Effort, Gate, Selection, VariantGenerator};
+use nearmiss::generation::{ClosedLoop, Consequence, Effort, Gate, Selection, VariantGenerator};
+use nearmiss::planner::Cancel;
 use nearmiss::scenario::Scenario;
 
 /// Every so many scenarios are taken, with fewer motions: the search is slow without optimisation.
@@ -21,8 +22,16 @@ fn made(
     only: Option<i64>,
 ) -> (VariantGenerator, Selection) {
     let problem = &scenario.planning_problems[0];
-    let workshop =
-        VariantGenerator::new(Arc::clone(scenario), problem, &default_planning()).unwrap();
+    let settings = default_planning();
+    let cancel = Cancel::default();
+    let driven = ClosedLoop::watched(
+        Arc::clone(scenario),
+        problem,
+        &settings,
+        &cancel,
+        &mut |_, _| true,
+    );
+    let workshop = VariantGenerator::from_closed_loop(driven.unwrap()).unwrap();
     let made = workshop.search(effort, only, &mut |_| true).unwrap();
     (workshop, made)
 }

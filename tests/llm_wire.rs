@@ -11,6 +11,8 @@ mod failures;
 mod faults;
 #[path = "llm_wire/keys.rs"]
 mod keys;
+#[path = "llm_wire/log_probabilities.rs"]
+mod log_probabilities;
 #[path = "llm_wire/money.rs"]
 mod money;
 #[path = "llm_wire/patience.rs"]
@@ -63,6 +65,7 @@ fn request() -> Request {
             max_tokens: Some(64),
             seed: Some(3),
             effort: None,
+            log_probabilities: false,
         },
         schema: Some(Schema {
             name: "verdict".into(),

@@ -111,7 +111,7 @@ fn table() -> Vec<Row> {
 const ADVICE: &[&str] = &[
     "check",
     "try again",
-    "run it again",
+    "ask again",
     "raise",
     "set ",
     "change the",

@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nearmiss::formats::{Entry, commonroad, find, read_ego_file, read_recording};
+use nearmiss::formats::{Entry, commonroad, find, read_ego, read_ego_file};
 use nearmiss::metrics::paper::{RADIUS, Row, rows};
 use nearmiss::scenario::Scene;
 
@@ -247,7 +247,7 @@ fn scene_of(obstacles: &str, recording: &str) -> Scene {
         "<commonRoad commonRoadVersion=\"2020a\" benchmarkID=\"ZAM_Test-1_1_T-1\" timeStepSize=\"0.1\">{obstacles}</commonRoad>"
     );
     let scenario = Arc::new(commonroad::read(xml.as_bytes(), "test.xml").unwrap());
-    let ego = read_recording(recording.as_bytes(), "ego_trajectory.csv", &scenario).unwrap();
+    let ego = read_ego(recording.as_bytes(), "ego_trajectory.csv", &scenario, None).unwrap();
     Scene::new(scenario, ego)
 }
 
@@ -320,9 +320,9 @@ fn what_is_too_large_is_refused_where_it_is_read() {
     let scenario = commonroad::read(text.as_bytes(), "test.xml").unwrap();
     let recording = "timestep,x_position,y_position,orientation,velocity,acceleration\n\
         0,0,0,0.8,0,0\n1,-1.7e308,-1.7e308,0.8,0,0\n";
-    let error = read_recording(recording.as_bytes(), "ego.csv", &scenario).unwrap_err();
+    let error = read_ego(recording.as_bytes(), "ego.csv", &scenario, None).unwrap_err();
     let said = error.to_string();
-    for words in ["ego.csv", "line 3", "x_position", "out of all reason"] {
+    for words in ["ego.csv", "line 3", "x_position", "implausible"] {
         assert!(said.contains(words), "{words}: {said}");
     }
 }

@@ -9,7 +9,7 @@ mod support;
 use nearmiss::evaluation::default_planning;
 use nearmiss::formats::{Entry, find};
 use nearmiss::planner::Forecast;
-use nearmiss::simulation::{Outcome, Settings, drive};
+use nearmiss::simulation::{Outcome, Settings};
 use rayon::prelude::*;
 
 /// Every so many scenarios are driven.
@@ -25,7 +25,9 @@ fn driven(entries: &[Entry], forecast: Forecast) -> (usize, usize, usize) {
     let ends = some.par_iter().map(|entry| {
         let scenario = entry.read().unwrap();
         let problem = &scenario.planning_problems[0];
-        drive(&scenario, problem, &settings).unwrap().outcome
+        support::drives::drive(&scenario, problem, &settings)
+            .unwrap()
+            .outcome
     });
     let ends: Vec<Outcome> = ends.collect();
     let hit = |end: &&Outcome| matches!(end, Outcome::Collision(_));

@@ -9,7 +9,7 @@ mod support;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nearmiss::evaluation::{Label, Labels, annotations, names_obstacle};
+use nearmiss::evaluation::{Label, Labels, annotations};
 use nearmiss::paper::{Recorded, find};
 use nearmiss::verdict::{ParseQuality, ParsedAnswer, Task};
 use serde::Deserialize;
@@ -68,7 +68,7 @@ fn the_counts_are_those_expected() {
                 cell.parsed += 1;
                 cell.flagged += i64::from(verdict.dangerous);
                 if let Some(Label::Collision(Some(who))) = labels.get(&recorded.scenario) {
-                    cell.named += i64::from(names_obstacle(verdict, who));
+                    cell.named += i64::from(verdict.danger().contains(&who));
                 }
             }
         }

@@ -74,10 +74,7 @@ fn the_papers_recorded_answers_are_counted_as_expected() {
     for (name, wanted) in &expected {
         let cell = cell(cells, name);
         let collision = name.starts_with("collision");
-        let yes = match name.contains(" agent ") && collision {
-            true => wanted["named"],
-            false => wanted["flagged"],
-        };
+        let yes = wanted["flagged"];
         let no = wanted["parsed"] - yes;
         let counts = match collision {
             true => [yes, 0, no, 0],
@@ -94,6 +91,14 @@ fn the_papers_recorded_answers_are_counted_as_expected() {
             );
         }
         assert_eq!(cell["n"].as_i64(), Some(wanted["answers"]), "{name}");
+        let named = cell["named"].as_i64().unwrap();
+        if collision {
+            let wanted = wanted["named"];
+            assert!(
+                (named - wanted).abs() <= 1,
+                "{name}: {named}, expected {wanted}"
+            );
+        }
     }
     println!(
         "{differences} counts differ by one, of {} cells",
@@ -125,6 +130,53 @@ fn the_papers_recorded_answers_are_counted_as_expected() {
     );
 }
 
+#[test]
+fn an_experiment_over_the_recorded_answers_gives_the_cells_of_the_papers_tables() {
+    let Some(root) = folder() else { return };
+    let home = Home::new();
+    let root = root.to_str().unwrap();
+    let labels = format!(
+        "truth = [\"{root}/Results/LLM/Scenario_Collision/ego/annotations.csv\", \
+         \"{root}/Results/LLM/Senario_Normal/ego/annotation_normal.csv\"]\n"
+    );
+    let models = "\"recorded/gemini-1.5-pro\", \"recorded/gpt-4o\", \"recorded/deepseek-chat\"";
+    let all = format!(
+        "scenarios = [\"{root}/Scenarios\"]\n{labels}protocol = \"paper\"\nmodels = [{models}]\n\
+         tasks = [\"collision\", \"safety\"]\nframes = [\"cartesian\", \"ego\"]\n\
+         techniques = [\"base\", \"cp\", \"cp+cot\", \"all\"]\n"
+    );
+    // Without their answers nothing can be asked, and the reason is told; the same batch finds them later.
+    let one = "scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nprotocol = \"paper\"\nmodels = [\"recorded/gpt-4o\"]\n";
+    home.write("one.toml", one);
+    home.run(&["evaluate", "one.toml"])
+        .says(&["1 question cannot be asked", "nearmiss import"]);
+    home.write("paper.toml", all);
+    home.run(&["import", root]).status(0);
+    home.run(&["evaluate", "paper.toml"]).status(0);
+    let batch = home.run(&["report", "--batch", "b2", "--json"]).status(0);
+    let batch: Value = serde_json::from_str(&batch.stdout).unwrap();
+    let paper = home.run(&["report", "--paper", root, "--json"]).status(0);
+    let paper: Value = serde_json::from_str(&paper.stdout).unwrap();
+    let cells = batch["cells"].as_array().unwrap();
+    let rows = paper["comparisons"].as_array().unwrap();
+    let mut compared = 0;
+    for row in rows.iter().filter(|row| !row["recorded"].is_null()) {
+        let same = |cell: &&Value| {
+            cell["label"] == "all"
+                && ["task", "frame", "technique"]
+                    .iter()
+                    .all(|key| cell[*key] == row[*key])
+                && cell["model"] == row["model"]
+        };
+        let cell = cells.iter().find(same).unwrap_or_else(|| panic!("{row}"));
+        for count in ["tp", "fp", "fn", "tn", "unparsed"] {
+            assert_eq!(cell[count], row["recorded"][count], "{count} of {row}");
+        }
+        compared += 1;
+    }
+    assert_eq!(compared, 28);
+}
+
 fn run(n: i64, model: &str, dangerous: Option<bool>, state: RunState) -> Run {
     let said = dangerous.map(|dangerous| {
         ParsedAnswer::Verdict(Verdict {
@@ -132,6 +184,9 @@ fn run(n: i64, model: &str, dangerous: Option<bool>, state: RunState) -> Run {
             dangerous,
             obstacles: Vec::new(),
             justification: "so".into(),
+            critical: None,
+            probability: None,
+            token_probability: None,
         })
     });
     let question = NewRun {
@@ -177,6 +232,7 @@ fn run(n: i64, model: &str, dangerous: Option<bool>, state: RunState) -> Run {
             },
             ..Ending::bare(state)
         },
+        most_usd: None,
         notes: String::new(),
         pinned: false,
         deleted_ms: None,
@@ -242,37 +298,40 @@ fn runs_of_the_store_are_counted_once_each() {
     home.run(&["report"]).status(1).says(&["no matching runs"]);
     filled(&home);
     let report = json(&home, &["--truth", "truth.csv"]);
-    assert_eq!(counts(&report, "lab/x"), [8, 3, 2, 1, 0, 1, 1, 0]);
+    // The cancelled one counts as not asked.
+    assert_eq!(counts(&report, "lab/x"), [9, 3, 2, 1, 0, 1, 1, 0]);
     assert_eq!(counts(&report, "lab/y"), [1, 1, 0, 0, 0, 0, 0, 0]);
     assert!(report["batch"].is_null() && report["asked"].is_null());
     assert_eq!(report["truth"]["words"], "truth.csv");
-    assert!(report["notes"][0].as_str().unwrap().starts_with("9 runs"));
+    assert!(report["notes"][0].as_str().unwrap().starts_with("10 runs"));
     let pair = &report["pairs"][0];
     assert_eq!((&pair["differs"], &pair["n"]), (&"model".into(), &1.into()));
     // What was stored counts, unless it is to be read again: then every whole answer says yes.
     let again = json(&home, &["--truth", "truth.csv", "--reread"]);
-    assert_eq!(counts(&again, "lab/x"), [8, 4, 3, 0, 0, 0, 1, 0]);
+    assert_eq!(counts(&again, "lab/x"), [9, 4, 3, 0, 0, 0, 1, 0]);
     let even = json(
         &home,
         &["--truth", "truth.csv", "--batch", "even", "--model", "/x"],
     );
-    assert_eq!(counts(&even, "lab/x"), [4, 0, 2, 0, 0, 1, 1, 0]);
+    assert_eq!(counts(&even, "lab/x"), [5, 0, 2, 0, 0, 1, 1, 0]);
     // The truth is unknown: every verdict is counted, and none is right or wrong.
     let unknown = home.run(&["report", "--json"]).status(0);
     assert!(
-        unknown.stderr.contains("no ground truth for 8 scenarios"),
+        unknown
+            .stderr
+            .contains("no ground truth for 10 answers about 8 scenarios"),
         "{}",
         unknown.stderr
     );
     assert!(
         unknown
             .stderr
-            .contains("skipped: 1 running, cancelled or interrupted"),
+            .contains("1 question running, cancelled or interrupted; counted as not asked"),
         "{}",
         unknown.stderr
     );
     let unknown: Value = serde_json::from_str(&unknown.stdout).unwrap();
-    assert_eq!(counts(&unknown, "lab/x"), [8, 0, 0, 0, 0, 1, 1, 6]);
+    assert_eq!(counts(&unknown, "lab/x"), [9, 0, 0, 0, 0, 1, 1, 6]);
 }
 
 #[test]
@@ -282,7 +341,7 @@ fn every_format_is_written_whole_or_not_at_all() {
     let report = |more: &[&str]| home.run(&[&["report", "--truth", "truth.csv"], more].concat());
     let markdown = report(&[]).status(0).stdout;
     // Three of five: too few for an interval, and the report says so.
-    for words in ["|      0.60 |", "Below 10 observations no interval"] {
+    for words in ["|      0.60 |", "Below 10 scenarios no interval"] {
         assert!(markdown.contains(words), "{words}: {markdown}");
     }
     for (name, begin) in [
@@ -310,7 +369,7 @@ fn every_format_is_written_whole_or_not_at_all() {
     // A table of cells has no place for pairs, and says where they go.
     report(&["-o", "r.csv", "--overwrite"])
         .status(0)
-        .says(&["McNemar", "--pairs FILE"]);
+        .says(&["comparisons", "--pairs FILE"]);
     let with = ["-o", "q.csv", "--pairs", "pairs.csv"];
     let ended = report(&with).status(0);
     assert!(!ended.stderr.contains("--pairs"), "{}", ended.stderr);
@@ -330,7 +389,7 @@ fn every_format_is_written_whole_or_not_at_all() {
         .says(&["nowhere.csv"]);
     home.run(&["report", ".", "--model", "x"])
         .status(2)
-        .says(&["filters choose among"]);
+        .says(&["filters apply to"]);
     // One mistake, one error: what, where, and what to do.
     for (folder, what) in [(".", "no recorded answers"), ("nowhere", "no such folder")] {
         for arguments in [vec!["report", folder], vec!["report", "--paper", folder]] {

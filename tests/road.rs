@@ -7,6 +7,8 @@ mod built;
 mod lanes;
 #[path = "road/published.rs"]
 mod published;
+#[path = "road/relations.rs"]
+mod relations;
 #[path = "road/routes.rs"]
 mod routes;
 mod support;

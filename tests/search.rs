@@ -130,7 +130,7 @@ fn what_looks_like_a_scenario_and_is_not_known_to_be_one_is_named_with_why() {
             "deep.xml: no XML element in its first 64 KiB".into(),
             "empty.pb: empty".into(),
             "empty.xml: empty".into(),
-            "graph.pb: no message of CommonRoad, or damaged at its beginning".into(),
+            "graph.pb: not a CommonRoad message, or damaged at its beginning".into(),
             format!("marked.xml: {utf16}"),
             "markup.pb: XML; its name should end in .xml".into(),
             "packed.pb: compressed with gzip; unpack it first".into(),

@@ -172,7 +172,7 @@ fn mistakes_are_named_with_their_place() {
             "planningProblem=\"7\"",
             "planningProblem=\"8\"",
             ":14:3:",
-            vec!["solved before"],
+            vec!["already solved"],
         ),
         (
             "planningProblem=\"7\"",
@@ -208,13 +208,13 @@ fn mistakes_are_named_with_their_place() {
             "<time>1</time>",
             "<time>0</time>",
             ":9:5:",
-            vec!["time step 0 was there before"],
+            vec!["time step 0 is given twice"],
         ),
         (
             "<time>1</time>",
             "<time>9999999999</time>",
             ":6:7:",
-            vec!["out of all reason"],
+            vec!["implausible"],
         ),
         ("<time>1</time>", "", ":5:5:", vec!["<time> is missing"]),
         (

@@ -4,15 +4,17 @@
 
 #[path = "terminal/batch.rs"]
 mod batch;
-#[path = "terminal/pace.rs"]
-mod pace;
-#[path = "terminal/planted.rs"]
-mod planted;
-#[path = "terminal/rough.rs"]
-mod rough;
-#[path = "terminal/stopped.rs"]
-mod stopped;
+#[path = "terminal/escape_sequences.rs"]
+mod escape_sequences;
+#[path = "terminal/experiment.rs"]
+mod experiment;
+#[path = "terminal/idle.rs"]
+mod idle;
+#[path = "terminal/signals.rs"]
+mod signals;
 mod support;
+#[path = "terminal/suspend.rs"]
+mod suspend;
 
 use std::time::{Duration, Instant};
 
@@ -53,7 +55,7 @@ fn a_panic_gives_the_terminal_back_and_says_why() {
     session.press("\x1b[24~");
     assert_eq!(session.end(), 101);
     session.is_restored();
-    session.see("a report lies in");
+    session.see("the report is in");
     let data = session.folders.path().join("data");
     let reports = std::fs::read_dir(data.join("crashes")).unwrap();
     let reports: Vec<_> = reports.flatten().map(|entry| entry.path()).collect();
@@ -64,7 +66,7 @@ fn a_panic_gives_the_terminal_back_and_says_why() {
     // What was open is not opened by itself at the next start, and all the same by hand.
     let environment = [("NEARMISS_DATA", data.to_str().unwrap())];
     let mut again = Session::start(160, 45, &environment);
-    again.see("opens it all the same");
+    again.see("opens it anyway");
     again.press("\r");
     again.see("The body of car 301 overlaps");
     again.press("q");

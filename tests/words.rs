@@ -1,12 +1,20 @@
 //! Scenes in words and the prompts around them: whole descriptions, traced numbers, and every template filled.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod support;
+
+#[path = "words/close.rs"]
+mod close;
 #[path = "words/contact.rs"]
 mod contact;
 #[path = "words/future.rs"]
 mod future;
+#[path = "words/parsed.rs"]
+mod parsed;
 #[path = "words/random.rs"]
 mod random;
+#[path = "words/recomputed.rs"]
+mod recomputed;
 #[path = "words/templates.rs"]
 mod templates;
 #[path = "words/whole.rs"]

@@ -10,7 +10,7 @@ use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
-use nearmiss::formats::{commonroad, read_recording};
+use nearmiss::formats::{commonroad, read_ego};
 use nearmiss::metrics::{Headline, Nearest, Series, measure};
 use nearmiss::scenario::Scene;
 
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn line(made: &make::Made, recording: &str) -> Result<String, Box<dyn Error>> {
     let scenario = commonroad::read(&made.xml, made.name)?;
-    let ego = read_recording(&made.csv, recording, &scenario)?;
+    let ego = read_ego(&made.csv, recording, &scenario, None)?;
     let scene = Scene::new(Arc::new(scenario), ego);
     let measures = ["distance", "ttc", "risk"].into_iter().filter_map(measure);
     let headline = Headline::from_series(&Series::compute(&scene, measures.collect()));

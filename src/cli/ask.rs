@@ -24,7 +24,7 @@ use crate::judge;
 use crate::llm::{Dialect, Effort, Environment, Parameters, Registry};
 use crate::settings::{Config, Folders};
 use crate::store::{Origin, RunId, Store};
-use crate::verdict::Task;
+use crate::verdict::{CriticalObstacle, Task};
 use crate::workflow::{AskOutcome, AskRequest, Models, Server, ask};
 
 /// Arguments of `ask`.
@@ -53,9 +53,13 @@ pub struct Ask {
     /// Sampling seed, if the server supports one.
     #[arg(long)]
     seed: Option<u64>,
-    /// Reasoning effort: off, low, medium or high [default: the server's].
+    /// Reasoning effort: off, minimal, low, medium, high, xhigh or max [default: the server's].
     #[arg(long, value_parser = effort)]
     effort: Option<Effort>,
+    /// Ask for the log probabilities of the answer, where the model gives them [default: `log_probabilities` in
+    /// config.toml, else no].
+    #[arg(long)]
+    log_probabilities: bool,
     /// Maximum cost of the answer in US dollars; needs a known price and a token limit [default: `budget` in
     /// config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -87,7 +91,7 @@ pub fn temperature(text: &str) -> Result<f64, String> {
 }
 
 pub fn effort(text: &str) -> Result<Effort, String> {
-    Effort::parse(text).ok_or_else(|| "expected off, low, medium or high".into())
+    Effort::parse(text).ok_or_else(|| format!("expected {}", Effort::names()))
 }
 
 pub fn budget(text: &str) -> Result<f64, String> {
@@ -181,13 +185,10 @@ pub fn run(arguments: &Ask) -> Outcome {
     }
     match &answer.judged {
         JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => Ok(()),
-        JudgeOutcome::Missing(missing) => Err(Failure {
-            message: match answer.run {
-                Some(run) => format!("{} (run {run})", words::missing(missing)),
-                None => words::missing(missing),
-            },
-            status: 1,
-        }),
+        JudgeOutcome::Missing(missing) => Err(Failure::finding(match answer.run {
+            Some(run) => format!("{} (run {run})", words::missing(missing)),
+            None => words::missing(missing),
+        })),
     }
 }
 
@@ -243,6 +244,7 @@ fn judge(
         effort: arguments
             .effort
             .or(config.effort.as_deref().and_then(Effort::parse)),
+        log_probabilities: arguments.log_probabilities || config.log_probabilities,
     };
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let budget = bound.map(|bound| bound.usd);
@@ -271,6 +273,20 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
         JudgeOutcome::Verdict(parsed) => {
             let verdict = &parsed.verdict;
             text.push_str(&format!("verdict       {} ({})\n", verdict.word(), whose));
+            if let Some(probability) = verdict.probability {
+                text.push_str(&format!("probability   {probability:.2}\n"));
+            }
+            if let Some(probability) = verdict.token_probability {
+                text.push_str(&format!("by tokens     {probability:.2}\n"));
+            }
+            if let Some(critical) = verdict.critical.as_ref().filter(|all| !all.is_empty()) {
+                let one = |c: &CriticalObstacle| match c.probability {
+                    Some(probability) => format!("{} ({probability:.2})", c.id),
+                    None => c.id.to_string(),
+                };
+                let all: Vec<String> = critical.iter().map(one).collect();
+                text.push_str(&format!("critical      {}\n", all.join(", ")));
+            }
             for o in &verdict.obstacles {
                 text.push_str(&format!(
                     "  risk {}      {}  {}\n",
@@ -301,6 +317,9 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     if let Some(tokens) = cost::tokens(consumed) {
         text.push_str(&format!("tokens        {tokens}\n"));
         let cost = match (consumed.cost_usd, past::worked_out(answer, judge)) {
+            (Some(0.0), _) if answer.price_source.is_some() => {
+                answer.price_source.clone().unwrap_or_default()
+            }
             (Some(usd), _) => format!("{usd:.6} USD"),
             (None, Some((usd, how))) => format!("{usd:.6} USD ({how})"),
             (None, None) => format!(

@@ -1,11 +1,12 @@
-//! `nearmiss batches`: lists batches at providers, and collects their answers.
+//! `nearmiss batches`: lists provider batches, and collects their answers.
 
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::filters::store;
 use super::interrupt::{self, INTERRUPTED};
@@ -22,7 +23,7 @@ use crate::store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
 pub struct Batches {
     #[command(subcommand)]
     what: Option<BatchesCommand>,
-    /// Print JSON lines: one object a batch.
+    /// Print JSON lines: one object per batch.
     #[arg(long)]
     json: bool,
 }
@@ -120,6 +121,9 @@ fn model(batch: &ProviderBatch, client: &Client) -> Result<Box<ModelJudge>, Fail
     let parameters = Parameters::default();
     match Judge::resolve(&batch.model, &registry, client, parameters, &environment) {
         Ok(Judge::Model(model)) => Ok(model),
+        Ok(Judge::Recorded(id)) => Err(Failure::input(format!(
+            "{id}: recorded answers have no batches"
+        ))),
         Ok(Judge::Reference) => Err(Failure::input("the built-in judge has no batches")),
         Err(error) => Err(Failure::input(format!("batch {}: {error}", batch.id))),
     }
@@ -167,10 +171,9 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
         wanted = still;
         if !wait || wanted.is_empty() {
             return match failed || hopeless {
-                true => Err(Failure {
-                    message: "some batches could not be collected; try again".into(),
-                    status: 1,
-                }),
+                true => Err(Failure::finding(
+                    "some batches could not be collected; try again",
+                )),
                 false => Ok(()),
             };
         }
@@ -238,7 +241,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
                 false => format!(": {}", again.join(", ")),
             };
             format!(
-                "batch {id}: given up; {questions} questions can be asked again{again}. Those the provider has answered may be paid twice"
+                "batch {id}: given up; {questions} questions can be asked again{again}; you may pay twice for those already answered"
             )
         }
     });
@@ -250,7 +253,7 @@ pub fn lost(batch: &ProviderBatch) -> Option<String> {
     let is_lost = batch.state == ProviderBatchState::Submitting && batch.remote_id.is_none();
     is_lost.then(|| {
         format!(
-            "no id came back, but it may have reached the provider, where the ids of its questions begin with {}; `nearmiss batches collect {}` looks for it",
+            "no id came back, but the provider may have it, with question ids starting with {}; `nearmiss batches collect {}` looks for it",
             batch.tag, batch.id
         )
     })
@@ -260,7 +263,7 @@ fn words(batch: &ProviderBatch, progress: &Progress) -> String {
     let id = batch.id;
     match progress {
         Progress::Unknown => format!(
-            "batch {id}: unknown whether it reached {}, where the ids of its questions begin with {}; collect it again in some minutes",
+            "batch {id}: unknown whether it reached {}, where its question ids start with {}; collect again in a few minutes",
             batch.model, batch.tag
         ),
         Progress::NotSent => {
@@ -300,7 +303,7 @@ fn list(store: &Store, as_json: bool) -> Outcome {
     if as_json {
         return all
             .iter()
-            .try_for_each(|batch| output::json(&document(batch)));
+            .try_for_each(|batch| output::document(&Document::of(batch)));
     }
     if all.is_empty() {
         output::say(
@@ -340,20 +343,49 @@ fn list(store: &Store, as_json: bool) -> Outcome {
     output::text(&output::visible(&table))
 }
 
-fn document(batch: &ProviderBatch) -> Value {
-    let mut value = json!({
-        "provider_batch": batch.id.0,
-        "state": batch.state.name(),
-        "tag": batch.tag,
-        "model": batch.model,
-        "address": batch.address,
-        "provider_id": batch.remote_id,
-        "created_at": time::rfc3339(batch.created_ms),
-        "submitted_at": time::rfc3339(batch.submitted_ms),
-        "requests": batch.requests,
-        "results": batch.done,
-        "problem": batch.problem,
-    });
-    json::with_old_names(&mut value, &[("batch", "provider_batch")]);
-    value
+/// A batch for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    provider_batch: i64,
+    /// State of the batch.
+    state: &'static str,
+    /// Beginning of the ids of its questions at the provider.
+    tag: String,
+    model: String,
+    /// Address of the server.
+    address: String,
+    /// Id at the provider.
+    provider_id: Option<String>,
+    created_at: String,
+    /// Time of submission, RFC 3339.
+    submitted_at: String,
+    /// Number of requests.
+    requests: u64,
+    /// Number of results in the store.
+    results: u64,
+    problem: Option<String>,
+}
+
+impl json::Output for Document {
+    const NAME: &'static str = "batches";
+    const TITLE: &'static str = "`batches --json`: one batch at a provider a line";
+    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("batch", "provider_batch")];
+}
+
+impl Document {
+    fn of(batch: &ProviderBatch) -> Self {
+        Self {
+            provider_batch: batch.id.0,
+            state: batch.state.name(),
+            tag: batch.tag.clone(),
+            model: batch.model.clone(),
+            address: batch.address.clone(),
+            provider_id: batch.remote_id.clone(),
+            created_at: time::rfc3339(batch.created_ms),
+            submitted_at: time::rfc3339(batch.submitted_ms),
+            requests: batch.requests,
+            results: batch.done,
+            problem: batch.problem.clone(),
+        }
+    }
 }

@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use serde_json::json;
+
+use super::many_files::{FinishedFiles, ManyFiles, holds};
 use super::open::{clash, found};
 use super::{Failure, Outcome, output};
 use crate::formats::Entry;
@@ -23,11 +26,13 @@ pub struct Convert {
     /// Replace existing files.
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    many: ManyFiles,
 }
 
 /// Runs `convert`.
 pub fn run(arguments: &Convert) -> Outcome {
-    let entries = found(&arguments.paths)?;
+    let entries = arguments.many.part.of(found(&arguments.paths)?);
     let folder = arguments.output.as_deref().filter(|path| path.is_dir());
     if entries.len() > 1 && folder.is_none() {
         return Err(Failure::input(format!(
@@ -43,6 +48,8 @@ pub fn run(arguments: &Convert) -> Outcome {
             a.name
         )));
     }
+    let settings = format!("schema {}", arguments.schema);
+    let finished = arguments.many.finished_files("convert", folder, settings)?;
     let (mut failed, mut unfit) = (0, 0);
     for entry in &entries {
         let target = match folder {
@@ -53,7 +60,7 @@ pub fn run(arguments: &Convert) -> Outcome {
                 .clone()
                 .filter(|path| path.as_os_str() != "-"),
         };
-        match convert(entry, target.as_deref(), arguments) {
+        match convert_once(entry, target.as_deref(), arguments, finished.as_ref()) {
             Ok(fits) => unfit += usize::from(!fits),
             Err(failure) if entries.len() == 1 => return Err(failure),
             Err(failure) => {
@@ -62,12 +69,13 @@ pub fn run(arguments: &Convert) -> Outcome {
             }
         }
     }
-    let finding = |message| Failure { message, status: 1 };
+    let finding = |message| Failure::finding(message);
     match (failed, unfit) {
+        _ if entries.is_empty() => Ok(()),
         (0, 0) => Ok(()),
         (0, _) if !arguments.schema => Ok(()),
         (0, n) => Err(finding(format!(
-            "{n} of {} scenarios cannot fit the schema; see above",
+            "{n} of {} scenarios do not conform to the schema; see above",
             entries.len()
         ))),
         (n, _) if n == entries.len() => Err(Failure::input("no scenario could be converted")),
@@ -76,6 +84,26 @@ pub fn run(arguments: &Convert) -> Outcome {
             entries.len()
         ))),
     }
+}
+
+/// The same as [`convert`], unless an earlier run has done it.
+fn convert_once(
+    entry: &Entry,
+    target: Option<&Path>,
+    arguments: &Convert,
+    finished: Option<&FinishedFiles>,
+) -> Result<bool, Failure> {
+    let (Some(finished), Some(path)) = (finished, target) else {
+        return convert(entry, target, arguments);
+    };
+    let known = finished.of(entry);
+    if let Some(notes) = &known.finished {
+        return Ok(notes["fits"] == true);
+    }
+    finished.make_room(&known)?;
+    let fits = convert(entry, target, arguments)?;
+    finished.add(entry, known, &[path.to_path_buf()], json!({ "fits": fits }))?;
+    Ok(fits)
 }
 
 /// Writes one scenario; says whether it fits the schema.
@@ -90,6 +118,7 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
     };
     let bytes = write(written).map_err(Failure::input)?;
     match target {
+        Some(path) if arguments.many.resume && holds(path, &bytes) => {}
         Some(path) => save(path, &bytes, arguments.overwrite).map_err(|e| {
             let hint = if path.exists() { " (--overwrite)" } else { "" };
             Failure::input(format!("{e}{hint}"))
@@ -105,7 +134,7 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
             output::say(&format!("{name}: {change}"));
         }
         for violation in alike(violations) {
-            output::say(&format!("{name}: does not fit: {violation}"));
+            output::say(&format!("{name}: does not conform: {violation}"));
         }
     } else if changes.len() + violations.len() > 0 {
         let count = changes.len() + violations.len();
@@ -115,7 +144,7 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
             "elements do"
         };
         output::say(&format!(
-            "{name}: written as read; {count} {things} not fit the 2020a schema; --schema lists and fixes them"
+            "{name}: written as read; {count} {things} not conform to the 2020a schema; --schema lists and fixes them"
         ));
     }
     Ok(violations.is_empty())

@@ -2,7 +2,10 @@
 
 use super::open::{ScenarioArguments, configuration, frame, user_thresholds};
 use super::span::Span;
-use super::{Failure, Outcome, output};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Failure, Outcome, json, output};
 use crate::description::{self, DescriptionError, Frame};
 use crate::metrics::Context;
 use crate::prompts::{Defaults, estimate_tokens};
@@ -22,6 +25,33 @@ pub struct Describe {
     json: bool,
 }
 
+/// A description for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    scenario: String,
+    frame: &'static str,
+    window: [i64; 2],
+    tokens: usize,
+    /// Wording: prose or compact.
+    form: &'static str,
+    /// Use window.
+    #[schemars(extend("deprecated" = true))]
+    first_step: i64,
+    /// Use window.
+    #[schemars(extend("deprecated" = true))]
+    last_step: i64,
+    /// The description.
+    text: String,
+    /// Every number of the text: start and end in bytes, step, quantity, value and whose it is.
+    #[schemars(with = "Vec<serde_json::Value>")]
+    spans: Vec<description::Span>,
+}
+
+impl json::Output for Document {
+    const NAME: &'static str = "describe";
+    const TITLE: &'static str = "`describe --json`: a description and the source of its numbers";
+}
+
 /// Runs `describe`.
 pub fn run(arguments: &Describe) -> Outcome {
     let (folders, config) = configuration()?;
@@ -37,25 +67,23 @@ pub fn run(arguments: &Describe) -> Outcome {
     let context = Context::under(&scene, &thresholds);
     let described = description::describe_in(&context, arguments.frame, &window, &decided.options);
     let described = described.map_err(|error| Failure::input(advised(&error)))?;
+    let tokens = estimate_tokens(&described.text);
     if arguments.json {
-        output::json(&serde_json::json!({
-            "scenario": entry.name,
-            "frame": arguments.frame.name(),
-            "window": [window.first(), window.last()],
-            "tokens": estimate_tokens(&described.text),
-            "form": decided.options.form.name(),
-            "first_step": window.first(),
-            "last_step": window.last(),
-            "text": described.text,
-            "spans": described.spans,
-        }))?;
+        output::document(&Document {
+            scenario: entry.name,
+            frame: arguments.frame.name(),
+            window: [window.first(), window.last()],
+            tokens,
+            form: decided.options.form.name(),
+            first_step: window.first(),
+            last_step: window.last(),
+            text: described.text,
+            spans: described.spans,
+        })?;
     } else {
         output::text(&described.text)?;
     }
-    output::say(&format!(
-        "about {} tokens (estimated)",
-        estimate_tokens(&described.text)
-    ));
+    output::say(&format!("about {tokens} tokens (estimated)"));
     Ok(())
 }
 

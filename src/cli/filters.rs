@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Failure, open};
-use crate::store::{Decision, Filter, Origin, RunState, Store, StoreError, moment};
-use crate::system::available;
+use crate::store::{Decision, Filter, Origin, StateFilter, Store, StoreError, moment};
+use crate::system::unknown;
 use crate::verdict::Task;
 
 /// Narrows runs down.
@@ -20,9 +20,10 @@ pub struct Filters {
     /// Only runs of this task.
     #[arg(long, value_parser = open::task)]
     task: Option<Task>,
-    /// Only runs in this state: answered, truncated, failed, cancelled, interrupted or running.
+    /// Only runs in this state: answered (with or without a verdict), unparsed, truncated (filtered ones, too),
+    /// filtered, failed, cancelled, interrupted, running (waiting in reports) or superseded.
     #[arg(long, value_parser = state)]
-    state: Option<RunState>,
+    state: Option<StateFilter>,
     /// Only runs of this origin: asked (here), recorded (published answers) or replayed (asked elsewhere, imported).
     #[arg(long, value_parser = origin)]
     origin: Option<Origin>,
@@ -81,29 +82,16 @@ fn opened(open: impl Fn(&Path) -> Result<Store, StoreError>) -> Result<Arc<Store
     open(&folders.store()).map(Arc::new).map_err(Failure::input)
 }
 
-fn state(word: &str) -> Result<RunState, String> {
-    RunState::parse(word).ok_or_else(|| {
-        format!(
-            "unknown state{}",
-            available(word, RunState::ALL.iter().map(|s| s.name()))
-        )
-    })
+fn state(word: &str) -> Result<StateFilter, String> {
+    StateFilter::parse(word)
+        .ok_or_else(|| unknown("state", word, StateFilter::ALL.iter().map(|s| s.name())))
 }
 
 fn origin(word: &str) -> Result<Origin, String> {
-    Origin::parse(word).ok_or_else(|| {
-        format!(
-            "unknown origin{}",
-            available(word, Origin::ALL.iter().map(|o| o.name()))
-        )
-    })
+    Origin::parse(word).ok_or_else(|| unknown("origin", word, Origin::ALL.iter().map(|o| o.name())))
 }
 
 fn said(word: &str) -> Result<Decision, String> {
-    Decision::parse(word).ok_or_else(|| {
-        format!(
-            "unknown verdict{}",
-            available(word, Decision::ALL.iter().map(|d| d.name()))
-        )
-    })
+    Decision::parse(word)
+        .ok_or_else(|| unknown("verdict", word, Decision::ALL.iter().map(|d| d.name())))
 }

@@ -9,7 +9,8 @@ use clap::CommandFactory;
 use super::open::resolved;
 use super::{Arguments, Failure, Outcome, json, output};
 use crate::docs::{TOPICS, explaining, topic};
-use crate::system::{available, did_you_mean};
+use crate::system::{did_you_mean, unknown};
+use crate::workflow::{EXPERIMENT_KEYS, experiment_schema};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -17,7 +18,7 @@ pub struct Help {
     /// Topic or command, with its subcommands [default: list both].
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
-    /// With the topic json: print the JSON schema of this output.
+    /// With the topic json: print the JSON schema of this output; with the topic experiments: `experiment`.
     #[arg(long, value_name = "OUTPUT")]
     schema: Option<String>,
 }
@@ -30,19 +31,20 @@ pub fn run(arguments: &Help) -> Outcome {
     }
     let program = program();
     let Some(first) = words.first() else {
-        return print(program.after_help(topics()), words);
+        return output::text(&(topics() + &commands(&program)));
     };
     if let (Some(topic), [_]) = (topic(first), &words[..]) {
         output::text(topic.text)?;
         return match topic.name {
             "json" => output::text(&vocabulary()),
+            "experiments" => output::text(&experiment_keys()),
             _ => Ok(()),
         };
     }
     let mut command = &program;
     for (at, word) in words.iter().enumerate() {
         let found = command.find_subcommand(word);
-        command = found.ok_or_else(|| Failure::input(unknown(command, &words[..at], word)))?;
+        command = found.ok_or_else(|| Failure::input(unknown_word(command, &words[..at], word)))?;
     }
     print(program, words)?;
     match explaining(first) {
@@ -64,20 +66,42 @@ pub fn program() -> clap::Command {
 
 /// Prints the JSON schema of an output.
 fn schema(words: &[String], name: &str) -> Outcome {
-    if !matches!(words, [topic] if topic == "json") {
+    let topic = match words {
+        [topic] if ["json", "experiments"].contains(&topic.as_str()) => topic.as_str(),
+        _ => {
+            return Err(Failure::input(format!(
+                "--schema needs the topic json or experiments: `nearmiss help json --schema {name}`"
+            )));
+        }
+    };
+    let schema = match topic {
+        "json" => json::document(name),
+        _ => (name == EXPERIMENT).then(experiment_schema),
+    };
+    let Some(schema) = schema else {
+        let names = match topic {
+            "json" => json::names().into_iter().map(|(name, _)| name).collect(),
+            _ => vec![EXPERIMENT.to_string()],
+        };
+        let unknown = unknown("schema", name, names.iter().map(String::as_str));
         return Err(Failure::input(format!(
-            "--schema belongs to the topic json: `nearmiss help json --schema {name}`"
-        )));
-    }
-    let Some(schema) = json::document(name) else {
-        let names = json::names();
-        let known = available(name, names.iter().map(|(name, _)| name.as_str()));
-        return Err(Failure::input(format!(
-            "no schema `{name}`{known}; `nearmiss help json` lists them"
+            "{unknown}\n`nearmiss help {topic}` lists all"
         )));
     };
     let text = serde_json::to_string_pretty(&schema).map_err(Failure::input)?;
     output::text(&format!("{text}\n"))
+}
+
+/// The schema of the topic experiments.
+const EXPERIMENT: &str = "experiment";
+
+/// The keys of an experiment file.
+fn experiment_keys() -> String {
+    let lines = EXPERIMENT_KEYS.iter().map(|key| {
+        let about = textwrap::fill(key.about, 68).replace('\n', &format!("\n{:20}", ""));
+        format!("    {:<15} {about}\n", key.name)
+    });
+    format!("\n## Keys\n\n{}", lines.collect::<String>())
 }
 
 /// The outputs that have a schema, and the keys that mean the same in all of them.
@@ -98,8 +122,20 @@ fn topics() -> String {
         .iter()
         .map(|topic| format!("  {:<14} {}\n", topic.name, topic.about))
         .collect();
+    format!("Topics of the manual, `nearmiss help TOPIC`:\n{lines}")
+}
+
+/// The list of commands.
+fn commands(program: &clap::Command) -> String {
+    let all = program.get_subcommands().filter(|one| !one.is_hide_set());
+    let lines: String = all
+        .map(|one| {
+            let about = one.get_about().map(ToString::to_string).unwrap_or_default();
+            format!("  {:<14} {about}\n", one.get_name())
+        })
+        .collect();
     format!(
-        "Topics:\n{lines}\n`nearmiss help TOPIC` prints one, `nearmiss help COMMAND` the options of a command."
+        "\nCommands, `nearmiss help COMMAND`:\n{lines}\n`nearmiss --help` lists the options of the workbench.\n"
     )
 }
 
@@ -126,33 +162,32 @@ pub fn mistyped(program: &clap::Command, word: &OsStr) -> Option<Failure> {
     }
     let commands = program.get_subcommands().map(clap::Command::get_name);
     let meant = did_you_mean(said, commands);
-    let message = format!("no command or file `{said}`{meant}");
+    let message =
+        format!("unknown command or file `{said}`{meant}\n`nearmiss help` lists all commands");
     (!meant.is_empty()).then(|| Failure::input(message))
 }
 
 /// The message for an argument that is neither a subcommand nor a topic.
-fn unknown(command: &clap::Command, before: &[String], word: &str) -> String {
+fn unknown_word(command: &clap::Command, before: &[String], word: &str) -> String {
     let commands = command.get_subcommands().map(clap::Command::get_name);
     let topics: Vec<&str> = TOPICS.iter().map(|topic| topic.name).collect();
     if !before.is_empty() {
         let commands: Vec<&str> = commands.collect();
         let path = before.join(" ");
-        let there = match &commands[..] {
-            [] => "; it has none".to_string(),
-            all => format!(
-                "{}\nCommands: {}",
-                did_you_mean(word, all.iter().copied()),
-                all.join(", ")
-            ),
-        };
-        return format!("`nearmiss {path}` has no command `{word}`{there}");
+        if commands.is_empty() {
+            return format!("`nearmiss {path}` has no subcommands");
+        }
+        let meant = did_you_mean(word, commands);
+        return format!(
+            "unknown command `{path} {word}`{meant}\n`nearmiss {path} --help` lists all"
+        );
     }
     if topic(word).is_some() {
-        return format!("`{word}` is a topic; `nearmiss help {word}` prints all of it");
+        return format!("`{word}` is a topic without subtopics: `nearmiss help {word}`");
     }
     let all: Vec<&str> = topics.iter().copied().chain(commands).collect();
     format!(
-        "no topic or command `{word}`{}\n`nearmiss help` lists both",
+        "unknown topic or command `{word}`{}\n`nearmiss help` lists all",
         did_you_mean(word, all)
     )
 }

@@ -6,23 +6,31 @@ mod batches;
 mod convert;
 mod cost;
 mod crash;
+mod declared;
 mod describe;
 mod doctor;
 mod evaluate;
+mod experiment;
 mod export;
+mod failure;
 mod filters;
+mod gate;
 mod generate;
 mod generated;
 mod help;
 mod import;
+mod index;
 mod inspect;
 mod interrupt;
 mod json;
+mod locked;
+mod many_files;
 mod metrics;
 mod models;
 mod open;
 mod output;
 mod parallel;
+mod parts;
 mod plan;
 mod print_config;
 mod progress;
@@ -33,21 +41,21 @@ mod render;
 mod report;
 mod routes;
 mod runs;
+mod sample;
+mod slurm;
 mod span;
 mod themes_and_keys;
 mod time;
 mod verdicts;
 
 pub use crash::report_panics;
-pub use open::{EgoChoice, chosen_ego, chosen_paths};
+pub use failure::{Failure, Outcome};
+pub use open::{EgoChoice, chosen_ego, chosen_index, chosen_paths};
 pub use print_config::print_config;
 pub use themes_and_keys::Workbench;
 pub use verdicts::{has_terminal, without_terminal};
 
-use std::fmt::Display;
 use std::path::PathBuf;
-
-use crate::system;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
@@ -59,11 +67,15 @@ pub struct Arguments {
     /// The command to run; without one the workbench opens.
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// Scenario files, folders or names of bundled scenarios to open in the workbench [default: the bundled scenarios].
+    /// Scenario files, folders or names of bundled scenarios to open in the workbench, or one experiment file (.toml)
+    /// [default: the bundled scenarios].
     pub paths: Vec<PathBuf>,
     /// Who is the ego in the workbench.
     #[command(flatten)]
     pub ego: EgoChoice,
+    /// Folder of an index (`nearmiss index`), whose terms filter the list of the workbench.
+    #[arg(long, value_name = "FOLDER")]
+    pub index: Option<PathBuf>,
     /// Print the configuration in force and where each value comes from.
     #[arg(long, exclusive = true)]
     pub print_config: bool,
@@ -78,6 +90,10 @@ pub enum Command {
     Convert(convert::Convert),
     /// Compute every safety measure of every obstacle at every step.
     Metrics(metrics::Metrics),
+    /// Measure every window of every pair of road users in many scenarios.
+    Index(Box<index::Index>),
+    /// Draw scenarios or windows from an index so that they cover it.
+    Sample(sample::Sample),
     /// Describe a scene in words.
     Describe(describe::Describe),
     /// Print the messages that a model would receive.
@@ -89,8 +105,12 @@ pub enum Command {
     /// List models with their keys, prices and retirement dates.
     Models(models::Models),
     /// Ask models about many scenarios and count correct answers.
-    Evaluate(evaluate::Evaluate),
-    /// List, collect and cancel batches at providers.
+    Evaluate(Box<evaluate::Evaluate>),
+    /// Pack a batch with its answers into one file for other machines, and unpack it.
+    Experiment(experiment::ExperimentArguments),
+    /// Write Slurm scripts that run a command in parts on a cluster.
+    Slurm(slurm::Slurm),
+    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate --list`).
     Batches(batches::Batches),
     /// Report the accuracy of stored or recorded answers.
     Report(report::ReportArguments),
@@ -152,38 +172,6 @@ pub fn arguments() -> Arguments {
 /// Said of a word where a number without decimals is needed.
 const NO_NUMBER: &str = "expected a whole number";
 
-/// Result of a command.
-pub type Outcome = Result<(), Failure>;
-
-/// Why a command failed; the message names what, where and what to do.
-#[derive(Debug)]
-pub struct Failure {
-    /// For people.
-    pub message: String,
-    /// The exit status: 1 for a finding, 2 for a usage or input error, 130 when interrupted. A panic ends with 101.
-    pub status: u8,
-}
-
-impl Failure {
-    /// An input or usage error.
-    pub fn input(error: impl Display) -> Self {
-        Self {
-            message: error.to_string(),
-            status: 2,
-        }
-    }
-
-    /// What the system said about a file, or about what else is named.
-    pub fn system(name: impl Display, error: &std::io::Error) -> Self {
-        Self::input(format!("{name}: {}", system::words(error)))
-    }
-
-    /// Says on standard error what went wrong.
-    pub fn say(&self) {
-        output::say(&format!("nearmiss: {}", self.message));
-    }
-}
-
 /// Runs a headless command; `workbench` is asked what only the workbench knows.
 ///
 /// # Errors
@@ -195,12 +183,16 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Metrics(arguments) => metrics::run(arguments),
+        Command::Index(arguments) => index::run(arguments),
+        Command::Sample(arguments) => sample::run(arguments),
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),
         Command::Prompts(arguments) => prompts::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
+        Command::Experiment(arguments) => experiment::run(arguments),
+        Command::Slurm(arguments) => slurm::run(arguments),
         Command::Batches(arguments) => batches::run(arguments),
         Command::Report(arguments) => report::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),

@@ -166,7 +166,10 @@ fn table(listed: &[ModelListing], found: &[Discovered], today: Date) -> String {
         };
         let price = model.pricing.as_ref().map(|pricing| {
             let price = &pricing.price;
-            format!("{}, {}", price.input, price.output)
+            match pricing.is_free() {
+                true => "free".to_string(),
+                false => format!("{}, {}", price.input, price.output),
+            }
         });
         let end = model.retirement.as_ref();
         let mut remarks: Vec<String> = Vec::new();
@@ -180,6 +183,7 @@ fn table(listed: &[ModelListing], found: &[Discovered], today: Date) -> String {
             model
                 .pricing
                 .as_ref()
+                .filter(|pricing| !pricing.is_free())
                 .map_or("–".into(), |pricing| sources.cell(pricing)),
             remarks.join("; "),
         ]);

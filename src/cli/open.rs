@@ -8,15 +8,16 @@ use std::sync::Arc;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
-    EgoError, EgoSelection, Entry, EntryLocation, bundled, find, not_standard_input,
+    self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, find,
+    not_standard_input,
 };
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
-use crate::system::{available, did_you_mean};
+use crate::system::unknown;
 use crate::verdict::Task;
-use crate::workflow::{OpenError, OpenRequest, OpenedScene, open};
+use crate::workflow::{OpenError, OpenRequest, OpenedScene, experiment_among, index_parts, open};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -114,6 +115,12 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
              nearmiss COMMAND FILE --ego ID|FILE",
         ));
     }
+    if let Some(file) = experiment_among(&arguments.paths).map_err(Failure::input)? {
+        return Err(Failure::input(format!(
+            "--ego and --planning-problem need one scenario; {} asks about the ego beside each of its scenarios",
+            file.display()
+        )));
+    }
     let entries = match &arguments.paths[..] {
         [] => bundled(),
         _ => {
@@ -133,64 +140,30 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
     Ok(wanted)
 }
 
+/// The folder of the index that the workbench opens with.
+///
+/// # Errors
+/// There is a command, or no index in the folder.
+pub fn chosen_index(arguments: &Arguments) -> Result<Option<PathBuf>, Failure> {
+    let Some(folder) = &arguments.index else {
+        return Ok(None);
+    };
+    if arguments.command.is_some() {
+        return Err(Failure::input(
+            "--index before a command applies to the workbench; `nearmiss index show FOLDER` prints an index",
+        ));
+    }
+    index_parts(folder).map_err(Failure::input)?;
+    Ok(Some(folder.clone()))
+}
+
 /// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.
 ///
 /// # Errors
 /// There is no such file or scenario, with what was probably meant; or several scenarios begin so.
 pub fn resolved(argument: &Path) -> Result<PathBuf, Failure> {
-    let missing = matches!(argument.symlink_metadata(), Err(e) if e.kind() == ErrorKind::NotFound);
-    if !missing || argument == Path::new("-") {
-        return Ok(argument.to_path_buf());
-    }
-    let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();
-    let said = argument.to_string_lossy();
-    let wanted = said.to_lowercase();
-    let begin = |name: &&String| !wanted.is_empty() && name.to_lowercase().starts_with(&wanted);
-    let found: Vec<&String> = names.iter().filter(begin).collect();
-    match &found[..] {
-        _ if names.iter().any(|name| *name == said) => Ok(argument.to_path_buf()),
-        [name] => Ok(PathBuf::from(name)),
-        [] => Err(Failure::input(format!(
-            "{}: no such file or bundled scenario{}",
-            argument.display(),
-            instead(argument, &names)
-        ))),
-        several => {
-            let first: Vec<&str> = several.iter().take(SUGGESTED).map(|n| n.as_str()).collect();
-            let more = several.len() - first.len();
-            let more = match more {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
-            Err(Failure::input(format!(
-                "{}: ambiguous; it begins {}{more}",
-                argument.display(),
-                first.join(", ")
-            )))
-        }
-    }
+    formats::resolved(argument).map_err(Failure::input)
 }
-
-/// Scenarios that are named where several begin alike.
-const SUGGESTED: usize = 3;
-
-/// What is called nearly like a path that does not exist: bundled scenarios, or files in its folder.
-fn instead(path: &Path, bundled: &[String]) -> String {
-    let Some(folder) = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-    else {
-        return available(&path.to_string_lossy(), bundled.iter().map(String::as_str));
-    };
-    let files = folder.read_dir().into_iter().flatten().flatten();
-    let files = files.map(|file| file.file_name().to_string_lossy().into_owned());
-    let files: Vec<String> = files.take(MOST_FILES).collect();
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    did_you_mean(&name, files.iter().map(String::as_str))
-}
-
-/// Files of a folder that are compared with a name.
-const MOST_FILES: usize = 10_000;
 
 /// More files that were passed over are not named each.
 const NAMED: usize = 20;
@@ -207,6 +180,11 @@ pub fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
 pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
     let paths = paths.iter().map(|path| resolved(path));
     let found = find(&paths.collect::<Result<Vec<_>, _>>()?).map_err(Failure::input)?;
+    Ok(with_notes(found))
+}
+
+/// The scenarios that were found. What was passed over is said.
+pub fn with_notes(found: SearchResults) -> Vec<Entry> {
     let all = &found.passed_over;
     if (1..=NAMED).contains(&all.len()) {
         let count = found.passed_over_count().unwrap_or_default();
@@ -215,7 +193,7 @@ pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
     } else if let Some(words) = found.passed_over_in_short() {
         output::say(&format!("nearmiss: {words}"));
     }
-    Ok(found.entries)
+    found.entries
 }
 
 /// A scene, and warnings about its ego.
@@ -378,14 +356,12 @@ pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
 
 /// The name of a task.
 pub fn task(word: &str) -> Result<Task, String> {
-    let known = || available(word, Task::ALL.map(Task::name));
-    Task::parse(word).ok_or_else(|| format!("unknown task{}", known()))
+    Task::parse(word).ok_or_else(|| unknown("task", word, Task::ALL.map(Task::name)))
 }
 
 /// The name of a frame.
 pub fn frame(word: &str) -> Result<Frame, String> {
-    let known = || available(word, Frame::ALL.map(Frame::name));
-    Frame::parse(word).ok_or_else(|| format!("unknown frame{}", known()))
+    Frame::parse(word).ok_or_else(|| unknown("frame", word, Frame::ALL.map(Frame::name)))
 }
 
 /// `cp,cot,icl`, `base` or `all`.

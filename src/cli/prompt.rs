@@ -2,12 +2,16 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::describe::advised;
 use super::open::{ScenarioArguments, configuration, frame, task, techniques, user_thresholds};
 use super::span::Span;
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, json, output};
 use crate::description::Frame;
 use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
+use crate::llm::Message;
 use crate::prompts::{Fallback, Library, Problem, Techniques};
 use crate::settings::{Config, Folders};
 use crate::verdict::Task;
@@ -65,6 +69,7 @@ impl QuestionArguments {
             options: decided.options,
             thresholds: Arc::new(thresholds),
             scene,
+            horizon: Case::HORIZON,
         };
         prepare(case, &library, None).map_err(|error| match &error {
             CaseError::Text(text) => Failure::input(advised(text)),
@@ -83,24 +88,45 @@ pub struct PromptArguments {
     json: bool,
 }
 
+/// The messages for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    scenario: String,
+    task: &'static str,
+    frame: &'static str,
+    techniques: String,
+    window: [i64; 2],
+    template: String,
+    template_version: Option<String>,
+    template_hash: String,
+    tokens: usize,
+    #[schemars(with = "Vec<serde_json::Value>")]
+    messages: Vec<Message>,
+}
+
+impl json::Output for Document {
+    const NAME: &'static str = "prompt";
+    const TITLE: &'static str = "`prompt --json`: the messages to a model";
+}
+
 /// Runs `prompt`.
 pub fn run(arguments: &PromptArguments) -> Outcome {
     let (folders, config) = configuration()?;
     let question = arguments.asked.question(&folders, &config)?;
     if arguments.json {
         let case = &question.case;
-        return output::json(&serde_json::json!({
-            "scenario": case.name,
-            "task": case.task.name(),
-            "frame": case.frame.name(),
-            "techniques": case.techniques.to_string(),
-            "window": [case.window.first(), case.window.last()],
-            "template": question.template,
-            "template_version": question.template_version,
-            "template_hash": question.template_hash,
-            "tokens": question.tokens(),
-            "messages": question.messages(),
-        }));
+        return output::document(&Document {
+            scenario: case.name.clone(),
+            task: case.task.name(),
+            frame: case.frame.name(),
+            techniques: case.techniques.to_string(),
+            window: [case.window.first(), case.window.last()],
+            template: question.template.clone(),
+            template_version: question.template_version.clone(),
+            template_hash: question.template_hash.clone(),
+            tokens: question.tokens(),
+            messages: question.messages(),
+        });
     }
     let prompt = &question.prompt;
     let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);

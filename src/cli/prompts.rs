@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 use similar::TextDiff;
 
 use super::open::configuration;
@@ -18,7 +19,7 @@ use crate::system;
 pub struct Prompts {
     #[command(subcommand)]
     what: Option<PromptsCommand>,
-    /// Print JSON lines: one object a template.
+    /// Print JSON lines: one object per template.
     #[arg(long)]
     json: bool,
 }
@@ -28,7 +29,7 @@ pub struct Prompts {
 enum PromptsCommand {
     /// List the templates with task, frame, version, hash, origin and errors; the default.
     List {
-        /// Print JSON lines: one object a template.
+        /// Print JSON lines: one object per template.
         #[arg(long)]
         json: bool,
     },
@@ -122,7 +123,7 @@ fn known<'l>(library: &'l Library, name: &str) -> Result<(String, &'l str), Fail
             let fragments = library.fragments().keys().map(String::as_str);
             let all: Vec<&str> = library.templates().map(|t| t.0).chain(fragments).collect();
             Err(Failure::input(format!(
-                "{name}: no such template; there are {}",
+                "unknown template `{name}`; available: {}",
                 all.join(", ")
             )))
         }
@@ -158,40 +159,61 @@ fn place(origin: &Origin) -> String {
     }
 }
 
+/// A template for programs; a broken file has no more than its name, place and problem.
+#[derive(Default, Serialize, JsonSchema)]
+pub struct Document {
+    template: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    template_version: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    template_hash: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    task: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame: Option<String>,
+    origin: String,
+    /// Whether it is used for its task and frame.
+    in_use: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    summary: Option<String>,
+    problem: Option<String>,
+}
+
+impl json::Output for Document {
+    const NAME: &'static str = "prompts";
+    const TITLE: &'static str = "`prompts --json`: one template a line";
+    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[
+        ("file", "template"),
+        ("version", "template_version"),
+        ("hash", "template_hash"),
+    ];
+}
+
 fn list(library: &Library, as_json: bool) -> Outcome {
     let problems: Vec<String> = library.problems.iter().map(ToString::to_string).collect();
     let templates = library.templates();
     if as_json {
         for (file, template, origin) in templates {
             let front = &template.front;
-            let mut line = json!({
-                "template": file,
-                "template_version": front.version,
-                "template_hash": library.hash(&template.source),
-                "task": front.task,
-                "frame": front.frame,
-                "origin": place(origin),
-                "in_use": library.in_use(file),
-                "summary": front.summary,
-                "problem": null,
-            });
-            json::with_old_names(
-                &mut line,
-                &[
-                    ("file", "template"),
-                    ("version", "template_version"),
-                    ("hash", "template_hash"),
-                ],
-            );
-            output::json(&line)?;
+            output::document(&Document {
+                template: file.to_string(),
+                template_version: Some(front.version.clone()),
+                template_hash: Some(library.hash(&template.source)),
+                task: Some(front.task.clone()),
+                frame: Some(front.frame.clone()),
+                origin: place(origin),
+                in_use: library.in_use(file),
+                summary: Some(front.summary.clone()),
+                problem: None,
+            })?;
         }
         for problem in &library.problems {
-            output::json(&json!({
-                "template": file_of(problem),
-                "origin": problem.path.display().to_string(),
-                "in_use": false,
-                "problem": problem.message,
-            }))?;
+            output::document(&Document {
+                template: file_of(problem),
+                origin: problem.path.display().to_string(),
+                problem: Some(problem.message.clone()),
+                ..Document::default()
+            })?;
         }
     } else {
         let titles = ["file", "task", "frame", "used", "version", "hash", "origin"];
@@ -236,10 +258,9 @@ fn list(library: &Library, as_json: bool) -> Outcome {
     }
     match problems.len() {
         0 => Ok(()),
-        count => Err(Failure {
-            message: format!("{count} of your templates cannot be used"),
-            status: 1,
-        }),
+        count => Err(Failure::finding(format!(
+            "{count} of your templates cannot be used"
+        ))),
     }
 }
 

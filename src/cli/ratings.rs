@@ -5,7 +5,7 @@ use super::output::{
     self, Align, Cell, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter,
 };
 use super::{Failure, Outcome, time};
-use crate::evaluation::{Standing, Standings, StandingsBy};
+use crate::evaluation::{RaterAgreement, Standing, Standings, StandingsBy};
 use crate::store::{Choice, Rating};
 
 /// Arguments of `ratings`.
@@ -17,7 +17,7 @@ pub struct Ratings {
     /// Compare models or prompts.
     #[arg(long, value_enum, default_value = "model")]
     by: RatingsQuery,
-    /// Print JSON lines: one object a model or prompt.
+    /// Print JSON lines: one object per model or prompt.
     #[arg(long)]
     json: bool,
 }
@@ -32,6 +32,12 @@ enum RatingsQuery {
 
 #[derive(Debug, clap::Subcommand)]
 enum RatingsCommand {
+    /// How far persons who rated the same answers agree: Cohen's and Fleiss' kappa.
+    Agreement {
+        /// Print one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
     /// Export every rating.
     Export(Export),
 }
@@ -47,7 +53,7 @@ struct Export {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// JSON lines: one object a rating.
+    /// JSON lines: one object per rating.
     Jsonl,
     /// CSV with a header, one row an answer; control characters become symbols.
     Csv,
@@ -56,6 +62,7 @@ enum Format {
 /// Runs `ratings`.
 pub fn run(arguments: &Ratings) -> Outcome {
     match &arguments.what {
+        Some(RatingsCommand::Agreement { json }) => agreement(*json),
         Some(RatingsCommand::Export(wanted)) => export(wanted),
         None => summary(arguments),
     }
@@ -73,7 +80,7 @@ fn summary(arguments: &Ratings) -> Outcome {
     };
     let standings = Standings::from_ratings(&ratings, by);
     if arguments.json {
-        standings.rows.iter().try_for_each(output::json)?;
+        standings.rows.iter().try_for_each(output::document)?;
     } else if !ratings.is_empty() {
         output::text(&output::visible(&table(&standings)))?;
     }
@@ -83,6 +90,36 @@ fn summary(arguments: &Ratings) -> Outcome {
         (None, _) => {}
     }
     Ok(())
+}
+
+fn agreement(json: bool) -> Outcome {
+    let found = RaterAgreement::from_ratings(&ratings()?);
+    if json {
+        return output::json(&found);
+    }
+    let kappa = |kappa: Option<f64>| kappa.map_or_else(|| "-".into(), |k| format!("{k:.2}"));
+    let mut text = String::new();
+    for pair in &found.pairs {
+        text += &format!(
+            "{} and {}: {} rated by both, {:.0} % alike, Cohen's kappa {}\n",
+            pair.first,
+            pair.second,
+            pair.n,
+            100.0 * pair.agreement,
+            kappa(pair.kappa)
+        );
+    }
+    if found.pairs.len() > 1 {
+        text += &format!(
+            "all: {} rated by several, Fleiss' kappa {}\n",
+            found.n,
+            kappa(found.kappa)
+        );
+    }
+    if found.pairs.is_empty() {
+        output::say("no answers were rated by several persons");
+    }
+    output::text(&output::visible(&text))
 }
 
 fn table(standings: &Standings) -> String {

@@ -2,7 +2,11 @@
 
 mod list;
 
+pub use list::RunLine;
+
+use super::export::record;
 use super::filters::{Filters, store, store_to_read};
+use super::locked::Unlock;
 use super::{Failure, Outcome, cost, output, time};
 use crate::evaluation::TemplateVersion;
 use crate::judge;
@@ -29,8 +33,10 @@ enum RunsCommand {
         /// Print one JSON object, as in an export.
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        unlock: Unlock,
     },
-    /// Find runs that have all these words in scenario, answer, reasoning, justification or notes.
+    /// Find runs that have all these words in model, scenario, answer, reasoning, justification or notes.
     Search {
         /// Words or their beginnings.
         #[arg(required = true)]
@@ -62,9 +68,11 @@ struct List {
     /// Maximum number of runs.
     #[arg(short = 'n', long, value_name = "N", default_value_t = 100)]
     most: usize,
-    /// Print JSON lines: one object a run.
+    /// Print JSON lines: one object per run.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    unlock: Unlock,
 }
 
 #[derive(Debug, clap::Args)]
@@ -76,11 +84,15 @@ struct Ids {
 
 /// Runs `runs`.
 pub fn run(arguments: &Runs) -> Outcome {
-    let store = match &arguments.what {
-        None
-        | Some(RunsCommand::List(_) | RunsCommand::Search { .. } | RunsCommand::Show { .. }) => {
-            store_to_read()?
-        }
+    let unlock = match &arguments.what {
+        None => Some(arguments.list.unlock),
+        Some(RunsCommand::List(list) | RunsCommand::Search { list, .. }) => Some(list.unlock),
+        Some(RunsCommand::Show { unlock, .. }) => Some(*unlock),
+        _ => None,
+    };
+    // A look is recorded.
+    let store = match unlock {
+        Some(unlock) if !unlock.is_given() => store_to_read()?,
         _ => store()?,
     };
     match &arguments.what {
@@ -90,7 +102,7 @@ pub fn run(arguments: &Runs) -> Outcome {
             words,
             list: wanted,
         }) => list(&store, wanted, Some(words.join(" "))),
-        Some(RunsCommand::Show { id, json }) => show(&store, RunId(*id), *json),
+        Some(RunsCommand::Show { id, json, unlock }) => show(&store, RunId(*id), *json, *unlock),
         Some(RunsCommand::Delete(ids)) => each(&store, ids, Change::Delete),
         Some(RunsCommand::Restore(ids)) => each(&store, ids, Change::Restore),
         Some(RunsCommand::Pin(ids)) => each(&store, ids, Change::Pin),
@@ -180,9 +192,18 @@ fn known(store: &Store, id: RunId) -> Result<Run, Failure> {
 fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
     let searched = words.is_some();
     let filter = wanted.filters.filter(words);
-    let found = store.list(&filter, wanted.most).map_err(Failure::input)?;
+    let numbers = store.numbers(&filter).map_err(Failure::input)?;
+    let locked = wanted.unlock.locked(store, numbers)?;
+    // So many more that enough are left.
+    let most = wanted.most.saturating_add(locked.count());
+    let mut found = store.list(&filter, most).map_err(Failure::input)?;
+    found.retain(|run| !locked.has(RunId(run.run)));
+    found.truncate(wanted.most);
+    locked.say("lists");
     if wanted.json {
-        return found.iter().try_for_each(output::json);
+        return found
+            .iter()
+            .try_for_each(|run| output::document(&list::RunLine::of(run)));
     }
     output::text(&list::table(&found))?;
     output::say(&match found.len() {
@@ -199,10 +220,16 @@ fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
     Ok(())
 }
 
-fn show(store: &Store, id: RunId, json: bool) -> Outcome {
+fn show(store: &Store, id: RunId, json: bool, unlock: Unlock) -> Outcome {
     let run = known(store, id)?;
+    if unlock.locked(store, [id])?.has(id) {
+        return Err(Failure::input(format!(
+            "run {id} is of a test split that is not complete; --unlock shows it and records the look"
+        )));
+    }
     if json {
-        return output::json(&run.to_record());
+        let superseded = store.superseded().map_err(Failure::input)?;
+        return output::json(&record(&run, superseded.contains(&id)));
     }
     let most = store.bound_of(id).map_err(Failure::input)?;
     output::text(&output::visible(&words(&run, most)))
@@ -279,7 +306,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
         }
         None if run.origin == Origin::Recorded || question.model == judge::MODEL => None,
         None => Some(match most {
-            Some(0.0) => "0 US dollars (nothing was sent)".into(),
+            Some(0.0) => "0 US dollars (nothing was sent, or the server is free)".into(),
             Some(most) => format!(
                 "at most {most:.6} US dollars (no token counts from the server; computed from estimated tokens, the token limit and prices)"
             ),

@@ -13,8 +13,8 @@ use crate::verdict::Task;
 /// Which steps are looked at, and how they are described.
 #[derive(Debug, clap::Args)]
 pub struct Span {
-    /// End of the window: a time step (32), seconds (3.2s), or worst: the first contact, else the first step of the
-    /// lowest risk score [default: the last step; two steps earlier for the safety task].
+    /// End of the window: a time step (32), seconds (3.2s), or worst: the first contact, else the worst risk
+    /// score at its smallest distance [default: the last step; two steps earlier for the safety task].
     #[arg(long, value_name = "STEP|SECONDS|worst", allow_negative_numbers = true)]
     at: Option<At>,
     /// Steps in the window [default: from the template, else 10].
@@ -29,11 +29,11 @@ pub struct Span {
     /// Decimals of metres, m/s and m/s²; radians get one more [default: from the template, else 2].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MOST_DECIMALS as i64))]
     precision: Option<u8>,
-    /// Wording: prose (sentences) or compact (a table) [default: from the template, else prose].
+    /// Wording: prose (sentences) or compact (a table) [default: from the template, else compact].
     #[arg(long, value_parser = form)]
     form: Option<Form>,
     /// Name contact between bodies in the description. This gives away the answer to the collision task; without it
-    /// only gaps and times show it [default: from the template, else no].
+    /// only the distance shows it [default: from the template, else no].
     #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
     contact: Option<bool>,
     /// Describe only this obstacle; the trajectory frame needs it.
@@ -123,6 +123,6 @@ fn yes(word: &str) -> Result<bool, String> {
 }
 
 /// `prose` or `compact`.
-fn form(word: &str) -> Result<Form, String> {
+pub fn form(word: &str) -> Result<Form, String> {
     Form::parse(word).ok_or_else(|| "expected prose or compact".into())
 }

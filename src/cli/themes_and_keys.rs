@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, json, output};
 use crate::render::ScreenPainter;
 use crate::settings::{Folders, ThemeFile};
-use crate::system::{KeyBinding, Terminal, available};
+use crate::system::{KeyBinding, Terminal, unknown};
 
 /// Arguments of `themes`.
 #[derive(Debug, clap::Args)]
@@ -17,7 +18,7 @@ pub struct Themes {
     /// Colour depth of the preview [default: that of the terminal, none in a pipe].
     #[arg(long, value_name = "COLOURS", value_parser = ["true", "256", "16", "none"])]
     depth: Option<String>,
-    /// Print JSON lines: one object a theme.
+    /// Print JSON lines: one object per theme.
     #[arg(long, conflicts_with = "depth")]
     json: bool,
 }
@@ -77,6 +78,22 @@ pub fn themes(arguments: &Themes, workbench: &Workbench) -> Outcome {
     output::text(&text.map_err(Failure::input)?)
 }
 
+/// A theme for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct ThemeDocument {
+    /// Name of the theme.
+    theme: String,
+    origin: String,
+    /// Whether it is made for dark backgrounds.
+    dark: Option<bool>,
+    problem: Option<String>,
+}
+
+impl json::Output for ThemeDocument {
+    const NAME: &'static str = "themes";
+    const TITLE: &'static str = "`themes --json`: one theme a line";
+}
+
 /// Every theme, or the one of this name, as JSON lines.
 fn theme_lines(name: Option<&str>, folder: &Path) -> Outcome {
     let mut all = ThemeFile::all(folder);
@@ -84,17 +101,18 @@ fn theme_lines(name: Option<&str>, folder: &Path) -> Outcome {
         let names: Vec<String> = all.iter().map(|theme| theme.name.clone()).collect();
         all.retain(|theme| theme.name == name);
         if all.is_empty() {
-            let meant = available(name, names.iter().map(String::as_str));
-            return Err(Failure::input(format!("no theme `{name}`{meant}")));
+            let unknown = unknown("theme", name, names.iter().map(String::as_str));
+            return Err(Failure::input(unknown));
         }
     }
     all.iter().try_for_each(|named| {
-        output::json(&json!({
-            "theme": named.name,
-            "origin": named.file.as_deref().unwrap_or("shipped"),
-            "dark": named.theme.as_ref().ok().map(|theme| theme.dark),
-            "problem": named.theme.as_ref().err().map(|mistakes| mistakes.join("; ")),
-        }))
+        let theme = named.theme.as_ref();
+        output::document(&ThemeDocument {
+            theme: named.name.clone(),
+            origin: named.file.as_deref().unwrap_or("shipped").to_string(),
+            dark: theme.ok().map(|theme| theme.dark),
+            problem: theme.err().map(|mistakes| mistakes.join("; ")),
+        })
     })
 }
 
@@ -104,7 +122,7 @@ pub fn keys(arguments: &Keys, workbench: &Workbench) -> Outcome {
     let preset = arguments.preset.as_deref();
     let written = match arguments.json {
         true => (workbench.key_bindings)(&folders.keymap(), preset)
-            .map(|bindings| bindings.iter().try_for_each(output::json)),
+            .map(|bindings| bindings.iter().try_for_each(output::document)),
         false => (workbench.keys)(&folders.keymap(), preset, arguments.print)
             .map(|text| output::text(&text)),
     };

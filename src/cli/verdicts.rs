@@ -11,6 +11,7 @@ use crate::formats::{EgoSelection, Entry, bundled};
 use crate::judge::{self, judge_collision};
 use crate::metrics::Thresholds;
 use crate::scenario::Scene;
+use crate::workflow::experiment_among;
 
 /// Whether a user is there to look at a screen and press keys.
 #[must_use]
@@ -33,6 +34,13 @@ fn dumb() -> bool {
 /// # Errors
 /// No scenario can be found or judged.
 pub fn without_terminal(paths: &[PathBuf], ego: &EgoSelection) -> Outcome {
+    if let Some(file) = experiment_among(paths).map_err(Failure::input)? {
+        let file = file.display();
+        return Err(Failure::input(format!(
+            "{}; `nearmiss evaluate {file} --dry-run` says what the experiment asks, without --dry-run it asks",
+            no_screen()
+        )));
+    }
     // What cannot be found is said alone: nothing comes after the heading then.
     let entries = if paths.is_empty() {
         bundled()
@@ -42,11 +50,7 @@ pub fn without_terminal(paths: &[PathBuf], ego: &EgoSelection) -> Outcome {
     output::say(&format!(
         "nearmiss: {}: the workbench cannot open. These commands work without it: {} (see `nearmiss --help`).\n\
          Verdicts of the built-in judge, {}, on the collision task:",
-        if dumb() {
-            "this terminal cannot move its cursor (TERM=dumb)"
-        } else {
-            "no terminal here"
-        },
+        no_screen(),
         commands().join(", "),
         judge::MODEL
     ));
@@ -65,15 +69,20 @@ pub fn without_terminal(paths: &[PathBuf], ego: &EgoSelection) -> Outcome {
         }
     }
     if failed > 0 {
-        return Err(Failure {
-            message: format!(
-                "{failed} of {} scenarios could not be judged",
-                entries.len()
-            ),
-            status: 1,
-        });
+        return Err(Failure::finding(format!(
+            "{failed} of {} scenarios could not be judged",
+            entries.len()
+        )));
     }
     Ok(())
+}
+
+/// Why the workbench cannot open.
+fn no_screen() -> &'static str {
+    match dumb() {
+        true => "this terminal cannot move its cursor (TERM=dumb)",
+        false => "no terminal here",
+    }
 }
 
 /// The names of all commands.

@@ -1,8 +1,9 @@
 //! The Cartesian description: positions of all participants on the map, step by step.
 
-use super::options::{Form, Options};
-use super::parts::{NO_EGO, heading, name, on_the_map, sizes, subject};
-use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
+use super::lanes::Lanes;
+use super::options::{Form, Moment, Options, everyone};
+use super::parts::{NO_EGO, heading, lane, name, on_the_map, sizes, subject};
+use super::table::{self, Cell, Column, column};
 use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Scene, Window};
 
@@ -13,63 +14,74 @@ pub(super) const MOTION: &[Column] = &[
     column("heading [rad]", "heading"),
     column("v [m/s]", "velocity"),
     column("a [m/s²]", "acceleration"),
-    column("lanelet", "lanelet"),
 ];
 
+/// What the lane is to the ego's.
+const LANE: &[Column] = &[column("lane", "lane")];
+
 /// The cells under [`MOTION`].
-pub(super) fn motion(scene: &Scene, motion: &Motion) -> [Cell; 6] {
+pub(super) fn motion(motion: &Motion) -> [Cell; 5] {
     [
         Cell::Real(motion.pose.position.x),
         Cell::Real(motion.pose.position.y),
         Cell::Angle(motion.pose.heading),
         Cell::Real(motion.velocity),
         Cell::Real(motion.acceleration),
-        Cell::lanelets(scene, motion),
     ]
 }
 
 pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
-    sizes(w, scene, &options.everyone(scene, window));
+    w.relative_to(window.last());
+    let described = options.described(scene, window);
+    sizes(w, scene, &everyone(&described));
     match options.form {
-        Form::Prose => prose(w, scene, window, options),
-        Form::Compact => compact(w, scene, window, options),
+        Form::Prose => prose(w, scene, described),
+        Form::Compact => compact(w, scene, described),
     }
 }
 
-fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
-    for step in options.steps(window) {
+fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>) {
+    let lanes = Lanes::new(scene);
+    for Moment { step, near, .. } in described {
         heading(w, scene, step);
         let Some(ego) = scene.ego.track.at(step) else {
             w.words(NO_EGO);
             continue;
         };
-        w.about(Subject::Ego, Some(step))
-            .words("  ego ")
-            .whole("id", scene.ego.id)
-            .words(": ");
-        on_the_map(w, scene, ego);
+        w.about(Subject::Ego, Some(step)).words("  ego: ");
+        on_the_map(w, ego);
+        lane(w, lanes.of_ego(ego));
         w.words("\n");
-        for (participant, motion) in options.near(scene, step) {
+        for (participant, motion) in near {
             w.about(subject(&participant), Some(step)).words("  ");
             name(w, &participant);
             w.words(": ");
-            on_the_map(w, scene, motion);
+            on_the_map(w, motion);
+            lane(w, lanes.of(ego, motion));
             w.words("\n");
         }
     }
 }
 
-fn compact(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
-    table::titles(w, WHEN_AND_WHO, &[MOTION]);
-    for step in options.steps(window) {
+fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>) {
+    let lanes = Lanes::new(scene);
+    table::titles(w, &[MOTION, LANE]);
+    for Moment { step, near, .. } in described {
         table::begin(w, scene, step, None);
         let ego = scene.ego.track.at(step);
-        let cells = ego.map(|ego| motion(scene, ego));
+        let cells = ego.map(motion);
         table::cells(w, MOTION, cells.as_ref().map_or(&[], |c| c));
+        table::cells(
+            w,
+            LANE,
+            &[Cell::words(ego.and_then(|ego| lanes.of_ego(ego)))],
+        );
         w.words("\n");
-        for (participant, there) in options.near(scene, step) {
+        for (participant, there) in near {
             table::begin(w, scene, step, Some(&participant));
-            table::cells(w, MOTION, &motion(scene, there));
+            table::cells(w, MOTION, &motion(there));
+            let words = ego.and_then(|ego| lanes.of(ego, there));
+            table::cells(w, LANE, &[Cell::words(words)]);
             w.words("\n");
         }
     }

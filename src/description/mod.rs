@@ -2,6 +2,7 @@
 
 mod cartesian;
 mod ego_centric;
+mod lanes;
 mod motion_words;
 mod options;
 mod parts;
@@ -16,9 +17,9 @@ mod writer;
 use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
-pub use options::{Form, Options};
+pub use options::{Form, Options, STANDS_FAR};
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
-pub use writer::{Description, Span, Subject, Value};
+pub use writer::{Description, Span, Subject, Value, has_relative_times};
 
 use writer::Writer;
 

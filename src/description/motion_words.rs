@@ -1,25 +1,31 @@
 //! Describes an obstacle's motion relative to the ego in a sentence without numbers.
 
-use crate::metrics::{Direction, Relation};
+use super::seen::Seen;
+use super::writer::Writer;
+use crate::metrics::Direction;
 
-/// Slower than this, m/s, or nearer, m, is nothing worth a word.
-const NOTICEABLE: f64 = 0.05;
-
-/// The sentence.
+/// The sentence; it follows from the numbers as they are written, so that the two never contradict each other.
 ///
-/// Contact is named only with `contact`; otherwise touching bodies get the same sentence as all bodies without a gap,
-/// so that the sentence does not tell them apart.
-pub(super) fn describe_motion(relation: &Relation, contact: bool) -> String {
-    if contact && relation.direction == Direction::Contact {
-        return "It touches the ego.".into();
+/// Contact is named only with `contact`; otherwise the sentence about touching bodies says only how the other moves.
+pub(super) fn describe_motion(w: &Writer, seen: &Seen, contact: bool) -> String {
+    let (v_long, v_lat) = seen.written_velocity(w);
+    let (v_long, v_lat) = (sign(v_long), sign(v_lat));
+    let gap_long = sign(w.written("gap_long", seen.relation.gap_long));
+    let gap_lat = sign(w.written("gap_lat", seen.relation.gap_lat));
+    if (gap_long, gap_lat) == (0, 0) {
+        let moves = moves(v_long, v_lat);
+        return match seen.distance == 0.0 {
+            true if contact && seen.direction == Direction::Contact => "It touches the ego.".into(),
+            true => format!("Seen from the ego it moves {moves}."),
+            false => format!(
+                "It overlaps the ego's extent in both directions without touching; seen from the ego it moves {moves}."
+            ),
+        };
     }
-    if !contact && relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
-        return only_moves(relation);
-    }
-    let long = match (side(relation.gap_long), side(relation.velocity.x)) {
+    let long = match (gap_long, v_long) {
         (0, 0) => "It is level with the ego and stays so",
-        (0, 1) => "It is level with the ego and moves forward past it",
-        (0, _) => "It is level with the ego and drops back past it",
+        (0, 1) => "It is level with the ego and moves forward",
+        (0, _) => "It is level with the ego and moves backward",
         (1, -1) => "Ahead of the ego, the gap is closing",
         (1, 1) => "Ahead of the ego, the gap is opening",
         (1, _) => "Ahead of the ego, the gap stays",
@@ -27,14 +33,14 @@ pub(super) fn describe_motion(relation: &Relation, contact: bool) -> String {
         (_, -1) => "Behind the ego, the gap is opening",
         _ => "Behind the ego, the gap stays",
     };
-    let lat = match (side(relation.gap_lat), side(relation.velocity.y)) {
+    let lat = match (gap_lat, v_lat) {
         (0, 0) => "it is in line with the ego and stays so",
-        (0, 1) => "it is in line with the ego and drifts to the left",
-        (0, _) => "it is in line with the ego and drifts to the right",
-        (1, -1) => "from the left it comes nearer sideways",
+        (0, 1) => "it is in line with the ego and moves to the left",
+        (0, _) => "it is in line with the ego and moves to the right",
+        (1, -1) => "on the left it comes nearer sideways",
         (1, 1) => "on the left it moves away sideways",
         (1, _) => "on the left it keeps its sideways distance",
-        (_, 1) => "from the right it comes nearer sideways",
+        (_, 1) => "on the right it comes nearer sideways",
         (_, -1) => "on the right it moves away sideways",
         _ => "on the right it keeps its sideways distance",
     };
@@ -42,27 +48,25 @@ pub(super) fn describe_motion(relation: &Relation, contact: bool) -> String {
 }
 
 /// How it moves, without a word of where it is.
-fn only_moves(relation: &Relation) -> String {
-    let long = match side(relation.velocity.x) {
+fn moves(v_long: i8, v_lat: i8) -> String {
+    let long = match v_long {
         0 => "neither forward nor backward",
         1 => "forward",
         _ => "backward",
     };
-    let lat = match side(relation.velocity.y) {
+    let lat = match v_lat {
         0 => "not sideways",
         1 => "to the left",
         _ => "to the right",
     };
-    format!("Seen from the ego it moves {long} and {lat}.")
+    format!("{long} and {lat}")
 }
 
-/// −1, 0 or 1; what is hardly noticeable is 0.
-fn side(value: f64) -> i8 {
-    if value > NOTICEABLE {
-        1
-    } else if value < -NOTICEABLE {
-        -1
-    } else {
-        0
+/// −1, 0 or 1.
+fn sign(value: f64) -> i8 {
+    match value {
+        v if v > 0.0 => 1,
+        v if v < 0.0 => -1,
+        _ => 0,
     }
 }

@@ -1,6 +1,24 @@
 //! Options of a description: contents and style.
 
+use std::collections::HashMap;
+
+use super::writer::written;
 use crate::scenario::{Motion, Participant, Scene, Window};
+
+/// Farther away than this, metres between centres, what stands all the time is described once.
+pub const STANDS_FAR: f64 = 20.0;
+
+/// A participant that is described at a step, with its motion.
+pub(super) type Near<'s> = (Participant<'s>, &'s Motion);
+
+/// A described step.
+pub(super) struct Moment<'s> {
+    pub step: i64,
+    /// Who is described at it, nearest first.
+    pub near: Vec<Near<'s>>,
+    /// Whether someone near is left out who is described at a later step.
+    pub left_out: bool,
+}
 
 /// Contents, precision and form of a description.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +31,7 @@ pub struct Options {
     pub stride: usize,
     /// Sentences or a table.
     pub form: Form,
-    /// Whether it is said that bodies touch, as direction and in words; the gaps tell it in any case.
+    /// Whether it is said that bodies touch, as direction and in words; the distance tells it in any case.
     pub contact: bool,
     /// Only this obstacle; the trajectory frame needs one, and takes it however far away it is.
     pub obstacle: Option<i64>,
@@ -23,9 +41,9 @@ pub struct Options {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Form {
     /// Sentences.
-    #[default]
     Prose,
     /// A table: one line of titles with units, one row a step and participant, `-` for no value.
+    #[default]
     Compact,
 }
 
@@ -55,7 +73,7 @@ impl Default for Options {
             radius: 30.0,
             precision: 2,
             stride: 1,
-            form: Form::Prose,
+            form: Form::default(),
             contact: false,
             obstacle: None,
         }
@@ -73,11 +91,7 @@ impl Options {
     }
 
     /// The participants near the ego at `step`, with their motion, nearest first.
-    pub(super) fn near<'a>(
-        &self,
-        scene: &'a Scene,
-        step: i64,
-    ) -> Vec<(Participant<'a>, &'a Motion)> {
+    fn near<'a>(&self, scene: &'a Scene, step: i64) -> Vec<Near<'a>> {
         let Some(ego) = scene.ego.track.at(step) else {
             return Vec::new();
         };
@@ -92,17 +106,47 @@ impl Options {
         near
     }
 
-    /// The obstacles near at a described step, in the order in which they come near.
-    pub(super) fn everyone<'a>(&self, scene: &'a Scene, window: &Window) -> Vec<Participant<'a>> {
-        let mut seen = std::collections::HashSet::new();
-        let mut everyone = Vec::new();
-        for step in self.steps(window) {
-            for (participant, _) in self.near(scene, step) {
-                if seen.insert(participant.obstacle.id) {
-                    everyone.push(participant);
-                }
+    /// The described steps, in order, each with the participants that are described at it, nearest first.
+    ///
+    /// One whose speed is written as 0 and whose centre is more than [`STANDS_FAR`] from the ego's whenever it is near
+    /// is described only at the last of these steps.
+    pub(super) fn described<'a>(&self, scene: &'a Scene, window: &Window) -> Vec<Moment<'a>> {
+        let steps = self.steps(window).into_iter();
+        let moment = |step| Moment {
+            step,
+            near: self.near(scene, step),
+            left_out: false,
+        };
+        let mut all: Vec<Moment<'a>> = steps.map(moment).collect();
+        // By id: whether it stands far away all the time, and its last step.
+        let mut known: HashMap<i64, (bool, i64)> = HashMap::new();
+        for Moment { step, near, .. } in &all {
+            let ego = scene.ego.track.at(*step).map(|ego| ego.pose.position);
+            for (participant, motion) in near {
+                let stands = written(motion.velocity, self.precision) == 0.0;
+                let far = ego.is_some_and(|p| (motion.pose.position - p).norm() > STANDS_FAR);
+                let entry = known
+                    .entry(participant.obstacle.id)
+                    .or_insert((true, *step));
+                *entry = (entry.0 && stands && far, *step);
             }
         }
-        everyone
+        for moment in &mut all {
+            let before = moment.near.len();
+            moment.near.retain(|(participant, _)| {
+                let known = known.get(&participant.obstacle.id);
+                known.is_none_or(|(far, last)| !far || *last == moment.step)
+            });
+            moment.left_out = moment.near.len() < before;
+        }
+        all
     }
+}
+
+/// The obstacles that are described, in the order in which they come near.
+pub(super) fn everyone<'a>(described: &[Moment<'a>]) -> Vec<Participant<'a>> {
+    let mut seen = std::collections::HashSet::new();
+    let all = described.iter().flat_map(|moment| &moment.near);
+    let first = all.filter(|(participant, _)| seen.insert(participant.obstacle.id));
+    first.map(|(participant, _)| *participant).collect()
 }

@@ -1,10 +1,12 @@
 //! Phrases and tables shared by several descriptions.
 
+use super::lanes::Lanes;
+use super::seen::Seen;
 use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Participant, Scene};
 
 /// The line for a step without a recorded ego.
-pub(super) const NO_EGO: &str = "  The ego is not recorded at this step.\n";
+pub(super) const NO_EGO: &str = "  The ego is not recorded at this time.\n";
 
 /// Whose the numbers about a participant are.
 pub(super) fn subject(participant: &Participant<'_>) -> Subject {
@@ -37,38 +39,61 @@ pub(super) fn sizes(w: &mut Writer, scene: &Scene, others: &[Participant<'_>]) {
     w.words(".\n");
 }
 
-/// The head of one step.
+/// The head of one step; where times are relative, its number is not said.
 pub(super) fn heading(w: &mut Writer, scene: &Scene, step: i64) {
-    w.about(Subject::Scene, Some(step))
-        .words("\nStep ")
-        .whole("step", step)
-        .words(", t = ")
-        .time(scene.time_of(step))
+    w.about(Subject::Scene, Some(step)).words("\n");
+    if !w.is_relative() {
+        w.words("Step ").whole("step", step).words(", ");
+    }
+    w.words("t = ")
+        .time(step, scene.scenario.dt())
         .words(" s:\n");
 }
 
 /// The ego's own motion, in a sentence.
-pub(super) fn ego_drives(w: &mut Writer, scene: &Scene, ego: &Motion, step: i64) {
+pub(super) fn ego_moves(w: &mut Writer, lanes: &Lanes<'_>, ego: &Motion, step: i64) {
     w.about(Subject::Ego, Some(step))
-        .words("  The ego drives at ")
+        .words("  The ego: velocity ")
         .number("velocity", ego.velocity)
-        .words(" m/s with acceleration ")
+        .words(" m/s, acceleration ")
         .number("acceleration", ego.acceleration)
-        .words(" m/s², ");
-    on_lanelets(w, scene, ego);
+        .words(" m/s²");
+    lane(w, lanes.of_ego(ego));
     w.words(".\n");
+}
+
+/// The words for a lane behind a comma, if there are any.
+pub(super) fn lane(w: &mut Writer, words: Option<&str>) {
+    if let Some(words) = words {
+        w.words(", ").words(words);
+    }
+}
+
+/// An obstacle with its direction and lane, in front of a colon.
+pub(super) fn name_and_place(
+    w: &mut Writer,
+    participant: &Participant<'_>,
+    step: i64,
+    seen: &Seen,
+    lane_words: Option<&str>,
+) {
+    w.about(subject(participant), Some(step)).words("  ");
+    name(w, participant);
+    w.words(" (").words(seen.direction.name());
+    lane(w, lane_words);
+    w.words("): ");
 }
 
 /// The sentence for a step at which no obstacle is near.
 pub(super) fn no_obstacles(w: &mut Writer, radius: f64) {
     w.about(Subject::Scene, None)
-        .words("  Nobody is within ")
+        .words("  No obstacle is within ")
         .number("radius", radius)
         .words(" m.\n");
 }
 
 /// Motion in the coordinates of the map, for the end of a line.
-pub(super) fn on_the_map(w: &mut Writer, scene: &Scene, motion: &Motion) {
+pub(super) fn on_the_map(w: &mut Writer, motion: &Motion) {
     w.words("at (")
         .number("x", motion.pose.position.x)
         .words(", ")
@@ -79,8 +104,7 @@ pub(super) fn on_the_map(w: &mut Writer, scene: &Scene, motion: &Motion) {
         .number("velocity", motion.velocity)
         .words(" m/s, acceleration ")
         .number("acceleration", motion.acceleration)
-        .words(" m/s², ");
-    on_lanelets(w, scene, motion);
+        .words(" m/s²");
 }
 
 /// The lanelets under a participant, for the end of a sentence.

@@ -3,11 +3,14 @@
 //! Nothing after the window is used, neither directly nor through the route along which lanes are followed.
 
 use super::ego_centric::{OWN, own, relative};
+use super::lanes::Lanes;
 use super::motion_words;
-use super::options::{Form, Options};
-use super::parts::{NO_EGO, ego_drives, heading, name, no_obstacles, on_lanelets, sizes, subject};
-use super::seen::direction;
-use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
+use super::options::{Form, Moment, Options, everyone};
+use super::parts::{
+    NO_EGO, ego_moves, heading, name, name_and_place, no_obstacles, sizes, subject,
+};
+use super::seen::Seen;
+use super::table::{self, Cell, Column, column};
 use super::writer::{Subject, Writer};
 use crate::metrics::{Context, Encounter, measure};
 use crate::scenario::{Participant, Scene, Window};
@@ -51,17 +54,17 @@ const WORST: &[(&str, &str, &str)] = &[
 /// Columns of [`WORST`].
 const WORST_COLUMNS: &[Column] = &[
     column("min distance [m]", "distance"),
-    column("at step", "step"),
+    column("at t [s]", "time"),
     column("min ttc [s]", "ttc"),
-    column("at step", "step"),
+    column("at t [s]", "time"),
     column("max drac [m/s²]", "drac"),
-    column("at step", "step"),
+    column("at t [s]", "time"),
     column("min risk", "risk"),
-    column("at step", "step"),
+    column("at t [s]", "time"),
 ];
 
 /// The subject: a scene that ends with the window, and the obstacles near in it.
-struct Described<'c, 's> {
+struct Measured<'c, 's> {
     scene: &'s Scene,
     /// Knows nothing but the window.
     context: &'c Context<'s>,
@@ -71,8 +74,10 @@ struct Described<'c, 's> {
 
 pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, options: &Options) {
     let scene = context.scene();
-    let everyone = options.everyone(scene, window);
-    let described = Described {
+    w.relative_to(window.last());
+    let described = options.described(scene, window);
+    let everyone = everyone(&described);
+    let measured = Measured {
         scene,
         context: &context.during(window),
         window,
@@ -80,12 +85,12 @@ pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, o
     };
     sizes(w, scene, &everyone);
     match options.form {
-        Form::Prose => described.prose(w, &everyone),
-        Form::Compact => described.compact(w, &everyone),
+        Form::Prose => measured.prose(w, described, &everyone),
+        Form::Compact => measured.compact(w, described, &everyone),
     }
 }
 
-impl Described<'_, '_> {
+impl Measured<'_, '_> {
     fn encounter(&self, participant: &Participant<'_>, step: i64) -> Option<Encounter<'_>> {
         let id = participant.obstacle.id;
         let mut all = self.context.participants().iter();
@@ -93,108 +98,91 @@ impl Described<'_, '_> {
         self.context.encounter(place, step)
     }
 
-    fn prose(&self, w: &mut Writer, everyone: &[Participant<'_>]) {
-        for step in self.options.steps(self.window) {
+    fn prose(&self, w: &mut Writer, described: Vec<Moment<'_>>, everyone: &[Participant<'_>]) {
+        let lanes = Lanes::new(self.scene);
+        for moment in described {
+            let step = moment.step;
             heading(w, self.scene, step);
             let Some(ego) = self.scene.ego.track.at(step) else {
                 w.words(NO_EGO);
                 continue;
             };
-            ego_drives(w, self.scene, ego, step);
-            let near = self.options.near(self.scene, step);
-            if near.is_empty() {
+            ego_moves(w, &lanes, ego, step);
+            if moment.near.is_empty() && !moment.left_out {
                 no_obstacles(w, self.options.radius);
             }
-            for (participant, motion) in near {
+            for (participant, motion) in moment.near {
                 let Some(encounter) = self.encounter(&participant, step) else {
                     continue;
                 };
-                let relation = encounter.relation();
-                w.about(subject(&participant), Some(step)).words("  ");
-                name(w, &participant);
-                w.words(" (")
-                    .words(direction(&encounter, &relation, self.options).name())
-                    .words(", ");
-                on_lanelets(w, self.scene, motion);
-                w.words("): ");
-                relative(w, &relation);
-                for (place, (column, before, after)) in SAID.iter().enumerate() {
-                    // The two times to close gaps belong together.
-                    let between = if column.quantity == "ttc_lat" {
-                        ", "
-                    } else {
-                        "; "
-                    };
-                    w.words(if place == 0 { "; " } else { between })
-                        .words(before);
-                    match read(column.quantity, &encounter) {
-                        Some(value) => said(w, column.quantity, value).words(after),
-                        None => w.words("none"),
-                    };
-                }
-                w.words(". ")
-                    .words(&motion_words::describe_motion(
-                        &relation,
-                        self.options.contact,
-                    ))
-                    .words("\n");
+                let seen = Seen::new(&encounter, self.options);
+                name_and_place(w, &participant, step, &seen, lanes.of(ego, motion));
+                relative(w, &seen.relation);
+                measures(w, &encounter);
+                let words = motion_words::describe_motion(w, &seen, self.options.contact);
+                w.words(". ").words(&words).words("\n");
             }
         }
         if everyone.is_empty() {
             return;
         }
-        w.about(Subject::Scene, None)
-            .words("\nWorst values from step ")
-            .whole("step", self.window.first())
-            .words(" to ")
-            .whole("step", self.window.last())
-            .words(":\n");
+        self.worst_heading(w);
         for participant in everyone {
             w.about(subject(participant), None).words("  ");
             name(w, participant);
             for (place, (id, before, after)) in WORST.iter().enumerate() {
                 w.words(if place == 0 { ": " } else { "; " }).words(before);
-                let Some((value, step)) = self.worst(participant, id) else {
+                let Some((value, step)) = self.worst(w, participant, id) else {
                     w.words("none");
                     continue;
                 };
                 w.about(subject(participant), Some(step));
                 said(w, id, value)
                     .words(after)
-                    .words(" at step ")
-                    .whole("step", step);
+                    .words(" at t = ")
+                    .time(step, self.scene.scenario.dt())
+                    .words(" s");
             }
             w.words(".\n");
         }
     }
 
-    fn compact(&self, w: &mut Writer, everyone: &[Participant<'_>]) {
+    fn worst_heading(&self, w: &mut Writer) {
+        let dt = self.scene.scenario.dt();
+        w.about(Subject::Scene, Some(self.window.first()))
+            .words("\nWorst values from t = ")
+            .time(self.window.first(), dt)
+            .words(" s to t = ")
+            .about(Subject::Scene, Some(self.window.last()))
+            .time(self.window.last(), dt)
+            .words(" s:\n");
+    }
+
+    fn compact(&self, w: &mut Writer, described: Vec<Moment<'_>>, everyone: &[Participant<'_>]) {
+        let lanes = Lanes::new(self.scene);
         let measures: Vec<Column> = SAID
             .iter()
             .map(|(c, ..)| column(c.title, c.quantity))
             .collect();
-        table::titles(w, WHEN_AND_WHO, &[OWN, RELATION, &measures]);
-        for step in self.options.steps(self.window) {
+        table::titles(w, &[OWN, RELATION, &measures]);
+        for Moment { step, near, .. } in described {
             table::begin(w, self.scene, step, None);
-            let ego = self
-                .scene
-                .ego
-                .track
-                .at(step)
-                .map(|ego| own(self.scene, ego));
-            table::cells(w, OWN, ego.as_ref().map_or(&[], |c| c));
+            let ego = self.scene.ego.track.at(step);
+            let cells = ego.map(|ego| own(&lanes, ego));
+            table::cells(w, OWN, cells.as_ref().map_or(&[], |c| c));
             table::cells(w, RELATION, &[]);
             table::cells(w, &measures, &[]);
             w.words("\n");
-            for (participant, motion) in self.options.near(self.scene, step) {
-                let Some(encounter) = self.encounter(&participant, step) else {
+            for (participant, motion) in near {
+                let Some((ego, encounter)) = ego.zip(self.encounter(&participant, step)) else {
                     continue;
                 };
-                let relation = encounter.relation();
+                let seen = Seen::new(&encounter, self.options);
+                let relation = &seen.relation;
                 table::begin(w, self.scene, step, Some(&participant));
-                table::cells(w, OWN, &[Cell::lanelets(self.scene, motion)]);
+                table::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
                 let cells = [
-                    Cell::Words(direction(&encounter, &relation, self.options).name()),
+                    Cell::Words(seen.direction.name()),
                     Cell::Real(relation.gap_long),
                     Cell::Real(relation.gap_lat),
                     Cell::Real(relation.velocity.x),
@@ -203,7 +191,7 @@ impl Described<'_, '_> {
                 table::cells(w, RELATION, &cells);
                 let cells: Vec<Cell> = measures
                     .iter()
-                    .map(|c| cell(c.quantity, read(c.quantity, &encounter)))
+                    .map(|c| cell(c.quantity, read(w, c.quantity, &encounter)))
                     .collect();
                 table::cells(w, &measures, &cells);
                 w.words("\n");
@@ -212,21 +200,17 @@ impl Described<'_, '_> {
         if everyone.is_empty() {
             return;
         }
-        w.about(Subject::Scene, None)
-            .words("\nWorst values from step ")
-            .whole("step", self.window.first())
-            .words(" to ")
-            .whole("step", self.window.last())
-            .words(":\n");
-        table::titles(w, "who", &[WORST_COLUMNS]);
+        self.worst_heading(w);
+        table::titles_after(w, "who", &[WORST_COLUMNS]);
         for participant in everyone {
             w.about(subject(participant), None);
             name(w, participant);
             for (place, (id, ..)) in WORST.iter().enumerate() {
-                let worst = self.worst(participant, id);
+                let worst = self.worst(w, participant, id);
                 w.about(subject(participant), worst.map(|(_, step)| step));
+                let dt = self.scene.scenario.dt();
                 let cells = match worst {
-                    Some((value, step)) => vec![cell(id, Some(value)), Cell::Whole(step)],
+                    Some((value, step)) => vec![cell(id, Some(value)), Cell::Time(step, dt)],
                     None => Vec::new(),
                 };
                 table::cells(w, &WORST_COLUMNS[2 * place..2 * place + 2], &cells);
@@ -236,18 +220,50 @@ impl Described<'_, '_> {
     }
 
     /// The most dangerous value of a measure in the window, and its first step.
-    fn worst(&self, participant: &Participant<'_>, id: &str) -> Option<(f64, i64)> {
+    fn worst(&self, w: &Writer, participant: &Participant<'_>, id: &str) -> Option<(f64, i64)> {
         let danger = measure(id)?.danger;
         let values = self.window.steps().filter_map(|step| {
             let encounter = self.encounter(participant, step)?;
-            Some((read(id, &encounter)?, step))
+            Some((read(w, id, &encounter)?, step))
         });
         values.min_by(|a, b| danger.compare(a.0, b.0))
     }
 }
 
-fn read(id: &str, encounter: &Encounter<'_>) -> Option<f64> {
-    (measure(id)?.compute)(encounter).value()
+/// The measures of an obstacle at a step.
+fn measures(w: &mut Writer, encounter: &Encounter<'_>) {
+    for (place, (column, before, after)) in SAID.iter().enumerate() {
+        // The two times to close gaps belong together.
+        let between = match column.quantity {
+            "ttc_lat" => ", ",
+            _ => "; ",
+        };
+        w.words(if place == 0 { "; " } else { between })
+            .words(before);
+        match read(w, column.quantity, encounter) {
+            Some(value) => said(w, column.quantity, value).words(after),
+            None => w.words("none"),
+        };
+    }
+}
+
+/// The lowest risk score that is written: whether bodies touch is for the reader to find.
+const LOWEST_RISK: f64 = 1.0;
+
+/// The value of a measure; no time where the speed that it is computed with is written as 0.
+fn read(w: &Writer, id: &str, encounter: &Encounter<'_>) -> Option<f64> {
+    let value = (measure(id)?.compute)(encounter).value()?;
+    let relation = encounter.relation();
+    let v_long = w.written("v_rel_long", relation.velocity.x);
+    let v_lat = w.written("v_rel_lat", relation.velocity.y);
+    match id {
+        "risk" => Some(value.max(LOWEST_RISK)),
+        "ttc_long" => (v_long != 0.0).then_some(value),
+        "ttc_lat" => (v_lat != 0.0).then_some(value),
+        "ttc" => (value == 0.0 || v_long != 0.0 || v_lat != 0.0).then_some(value),
+        "time_gap" => (w.written("velocity", encounter.ego.velocity) != 0.0).then_some(value),
+        _ => Some(value),
+    }
 }
 
 /// Scores are whole; everything else has decimals.

@@ -20,7 +20,11 @@ pub(super) enum Cell {
     Nothing,
     Real(f64),
     Angle(f64),
+    /// Degrees.
+    Degrees(f64),
     Whole(i64),
+    /// The time of a step, with the seconds of a step.
+    Time(i64, f64),
     Words(&'static str),
     /// The lanelets under a participant.
     Lanelets(Vec<i64>),
@@ -32,14 +36,28 @@ impl Cell {
         value.map_or(Self::Nothing, Self::Real)
     }
 
+    /// Words, or nothing.
+    pub fn words(words: Option<&'static str>) -> Self {
+        words.map_or(Self::Nothing, Self::Words)
+    }
+
     /// The lanelets under a participant.
     pub fn lanelets(scene: &Scene, motion: &Motion) -> Self {
         Self::Lanelets(scene.scenario.network.lanelets_at(&motion.pose.position))
     }
 }
 
-/// The line of titles; `first` are those of the columns that [`begin`] fills, or others.
-pub(super) fn titles(w: &mut Writer, first: &str, columns: &[&[Column]]) {
+/// The line of titles of rows that begin with [`begin`].
+pub(super) fn titles(w: &mut Writer, columns: &[&[Column]]) {
+    let first = match w.is_relative() {
+        true => "t [s],who",
+        false => "step,t [s],who",
+    };
+    titles_after(w, first, columns);
+}
+
+/// The line of titles with these `first`.
+pub(super) fn titles_after(w: &mut Writer, first: &str, columns: &[&[Column]]) {
     w.words(first);
     for column in columns.iter().copied().flatten() {
         w.words(",").words(column.title);
@@ -47,15 +65,13 @@ pub(super) fn titles(w: &mut Writer, first: &str, columns: &[&[Column]]) {
     w.words("\n");
 }
 
-/// Titles of the columns that [`begin`] fills.
-pub(super) const WHEN_AND_WHO: &str = "step,t [s],who";
-
 /// Begins a row: when and who.
 pub(super) fn begin(w: &mut Writer, scene: &Scene, step: i64, who: Option<&Participant<'_>>) {
-    w.about(Subject::Scene, Some(step))
-        .whole("step", step)
-        .words(",")
-        .time(scene.time_of(step))
+    w.about(Subject::Scene, Some(step));
+    if !w.is_relative() {
+        w.whole("step", step).words(",");
+    }
+    w.time(step, scene.scenario.dt())
         .words(",")
         .about(who.map_or(Subject::Ego, subject), Some(step));
     match who {
@@ -74,6 +90,8 @@ pub(super) fn cells(w: &mut Writer, columns: &[Column], cells: &[Cell]) {
             Cell::Nothing => w.words("-"),
             Cell::Real(value) => w.number(column.quantity, *value),
             Cell::Angle(value) => w.angle(column.quantity, *value),
+            Cell::Degrees(value) => w.degrees(column.quantity, *value),
+            Cell::Time(step, dt) => w.time(*step, *dt),
             Cell::Whole(value) => w.whole(column.quantity, *value),
             Cell::Words(words) => w.words(words),
             Cell::Lanelets(ids) if ids.is_empty() => w.words("-"),

@@ -1,17 +1,22 @@
 //! The trajectory description: motions of one obstacle and the ego, and the road they used.
+//!
+//! Its steps and times are those of the recording, and it names lanelets: the motion that is asked for is given in them.
 
 use std::collections::BTreeSet;
 
 use super::cartesian::{MOTION, motion};
 use super::ego_centric::relative;
 use super::options::{Form, Options};
-use super::parts::{NO_EGO, heading, name, on_the_map, sizes, subject};
+use super::parts::{NO_EGO, heading, name, on_lanelets, on_the_map, sizes, subject};
 use super::road;
-use super::seen::direction;
-use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
+use super::seen::Seen;
+use super::table::{self, Cell, Column, column};
 use super::writer::{Subject, Writer};
 use crate::metrics::Encounter;
-use crate::scenario::{Participant, Scene, Window};
+use crate::scenario::{Motion, Participant, Scene, Window};
+
+/// The lanelets under a participant.
+const LANELET: &[Column] = &[column("lanelet", "lanelet")];
 
 /// Relation of the obstacle to the ego.
 const RELATION: &[Column] = &[
@@ -53,11 +58,8 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
         heading(w, scene, step);
         match scene.ego.track.at(step) {
             Some(ego) => {
-                w.about(Subject::Ego, Some(step))
-                    .words("  ego ")
-                    .whole("id", scene.ego.id)
-                    .words(": ");
-                on_the_map(w, scene, ego);
+                w.about(Subject::Ego, Some(step)).words("  ego: ");
+                on_a_lanelet(w, scene, ego);
                 w.words("\n");
             }
             None => {
@@ -69,7 +71,7 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
         match who.at(step) {
             Some(motion) => {
                 w.words(": ");
-                on_the_map(w, scene, motion);
+                on_a_lanelet(w, scene, motion);
             }
             None => {
                 w.words(" is not there at this step");
@@ -77,34 +79,40 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
         }
         w.words("\n");
         if let Some(encounter) = Encounter::at(scene, who, step) {
-            let relation = encounter.relation();
+            let seen = Seen::new(&encounter, options);
             w.words("  seen from the ego: ")
-                .words(direction(&encounter, &relation, options).name())
+                .words(seen.direction.name())
                 .words(", distance ")
-                .number("distance", encounter.distance())
+                .number("distance", seen.distance)
                 .words(" m; ");
-            relative(w, &relation);
+            relative(w, &seen.relation);
             w.words("\n");
         }
     }
 }
 
+/// A motion on the map and the lanelets under it.
+fn on_a_lanelet(w: &mut Writer, scene: &Scene, motion: &Motion) {
+    on_the_map(w, motion);
+    w.words(", ");
+    on_lanelets(w, scene, motion);
+}
+
 fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], options: &Options) {
-    table::titles(w, WHEN_AND_WHO, &[MOTION, RELATION]);
+    table::titles(w, &[MOTION, LANELET, RELATION]);
     for &step in steps {
         table::begin(w, scene, step, None);
-        let ego = scene.ego.track.at(step).map(|ego| motion(scene, ego));
-        table::cells(w, MOTION, ego.as_ref().map_or(&[], |c| c));
+        on_the_map_cells(w, scene, scene.ego.track.at(step));
         table::cells(w, RELATION, &[]);
         w.words("\n");
         table::begin(w, scene, step, Some(who));
-        let other = who.at(step).map(|other| motion(scene, other));
-        table::cells(w, MOTION, other.as_ref().map_or(&[], |c| c));
+        on_the_map_cells(w, scene, who.at(step));
         let cells = Encounter::at(scene, who, step).map(|encounter| {
-            let relation = encounter.relation();
+            let seen = Seen::new(&encounter, options);
+            let relation = &seen.relation;
             [
-                Cell::Words(direction(&encounter, &relation, options).name()),
-                Cell::Real(encounter.distance()),
+                Cell::Words(seen.direction.name()),
+                Cell::Real(seen.distance),
                 Cell::Real(relation.gap_long),
                 Cell::Real(relation.gap_lat),
                 Cell::Real(relation.velocity.x),
@@ -114,4 +122,11 @@ fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], 
         table::cells(w, RELATION, cells.as_ref().map_or(&[], |c| c));
         w.words("\n");
     }
+}
+
+fn on_the_map_cells(w: &mut Writer, scene: &Scene, there: Option<&Motion>) {
+    let cells = there.map(motion);
+    table::cells(w, MOTION, cells.as_ref().map_or(&[], |c| c));
+    let lanelet = there.map(|there| Cell::lanelets(scene, there));
+    table::cells(w, LANELET, lanelet.as_slice());
 }

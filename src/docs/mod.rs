@@ -30,7 +30,9 @@ macro_rules! topics {
 
 topics! {
     workbench, "workbench", "workbench.md", ["keys", "themes"],
-        "The screen: time, map, list, asking, comparing, results";
+        "The screen: time, map, list, asking";
+    answers, "answers", "answers.md", [],
+        "Claims, answers side by side and blind, many at once, history, results";
     scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
         "File formats, where the ego comes from, the bundled scenarios";
     measures, "measures", "measures.md", ["metrics"],
@@ -41,14 +43,26 @@ topics! {
         "Descriptions, techniques, templates of your own, the template editor";
     providers, "providers", "providers.md", ["ask", "models"],
         "Language models: keys, addresses, prices, what is refused, what fails";
-    evaluation, "evaluation", "evaluation.md", ["evaluate", "batches", "report"],
+    evaluation, "evaluation", "evaluation.md", ["evaluate", "batches"],
         "Many scenarios and models: truth, leads, changed scenes, tables";
+    reports, "reports", "reports.md", ["report"],
+        "Tables over any axes, a page to read answers in, figures, LaTeX";
+    experiments, "experiments", "experiments.md", ["experiment"],
+        "A batch written down in a file, for others to repeat: experiment.toml";
+    ci, "ci", "ci.md", [],
+        "Requirements and regressions: exit status, JUnit XML, GitHub Actions";
+    statistics, "statistics", "statistics.md", [],
+        "What counts as an answer, what it cost, intervals, comparisons";
     planning, "planning", "planning.md", ["plan"],
         "The planner: how it drives the ego, and how drives end";
     generating, "generating", "generating.md", ["generate"],
         "Dangerous variants of safe scenarios: attack, gate, certificate";
     figures, "figures", "figures.md", ["render"],
         "Figures for papers: map, plot, screen; SVG, PNG, GIF";
+    corpora, "corpora", "corpora.md", ["index", "sample"],
+        "Thousands of scenarios: parts for several machines, continuing, an index, samples";
+    clusters, "clusters", "clusters.md", ["slurm"],
+        "Slurm job arrays, and parts of an experiment asked by several persons";
     store, "store", "store.md", ["runs", "ratings", "export", "import"],
         "Every run: nothing is paid for twice; search, export, SQL";
     configuration, "configuration", "configuration.md", ["doctor"],

@@ -1,10 +1,12 @@
 //! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
 use super::answer_outcome::too_long;
+use super::claims::{Subject, TimeOrigin, count};
 use super::prompt_summary::{TemplateVersion, how};
+use crate::judge;
 use crate::llm::Secrets;
-use crate::scenario::Scenario;
-use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
+use crate::scenario::{Scenario, Scene};
+use crate::store::{ClaimCounts, Consumed, Ending, Origin, Run, RunId, RunState};
 use crate::verdict::{ParseQuality, Parsed, ParsedAnswer, Reading, Verdict};
 
 /// The end of a run.
@@ -18,6 +20,8 @@ pub struct Answer {
     pub model: String,
     /// First and last time step that were described; `None` if that is not known of a recorded answer.
     pub window: Option<(i64, i64)>,
+    /// What the times in it count from.
+    pub times: TimeOrigin,
     /// How it was asked: frame and techniques.
     pub how: String,
     /// The model as the server named it.
@@ -215,6 +219,17 @@ impl Answer {
             .collect()
     }
 
+    /// Its claims about the obstacles of the scene that it is about.
+    #[must_use]
+    pub fn claims(&self, scene: &Scene) -> ClaimCounts {
+        let subject = Subject {
+            scene,
+            times: self.times,
+            window: self.window,
+        };
+        count(&self.reasoning, &self.text, &subject)
+    }
+
     /// How this is kept in the store.
     #[must_use]
     pub(super) fn ending(&self) -> Ending {
@@ -254,6 +269,7 @@ impl Answer {
             error,
             consumed: self.consumed,
             price_source: self.price_source.clone(),
+            claims: ClaimCounts::default(),
         }
     }
 
@@ -288,6 +304,15 @@ pub(crate) fn reading(how: &ParseQuality) -> String {
     match how {
         ParseQuality::Strict => STRICT.into(),
         ParseQuality::Repaired(notes) => format!("{REPAIRED}{}", notes.join("; ")),
+    }
+}
+
+/// What the times in a model's answer to these messages, or to this description, count from. The built-in judge does not
+/// read them, and speaks of the recording.
+pub(super) fn times(model: &str, messages: &str) -> TimeOrigin {
+    match model == judge::MODEL {
+        true => TimeOrigin::Recording,
+        false => TimeOrigin::of(messages),
     }
 }
 
@@ -337,6 +362,7 @@ impl From<Run> for Answer {
                 sample: run.question.sample,
             }),
             window: run.question.window,
+            times: times(&run.question.model, &run.question.messages),
             how: how(
                 &run.question.frame,
                 &run.question.techniques,

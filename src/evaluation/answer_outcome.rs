@@ -1,7 +1,8 @@
 //! The end of an answer: its verdict, or why it has none.
 
 use super::answer::{Answer, JudgeOutcome, MissingVerdict, TOO_LONG};
-use crate::llm::{Finish, LONGEST_ANSWER};
+use super::token_probability::token_probability;
+use crate::llm::{Finish, LONGEST_ANSWER, Token};
 use crate::verdict::{self, Task};
 
 /// Reads an answer whose text is complete, truncated or missing.
@@ -24,6 +25,16 @@ pub(super) fn read(task: Task, answer: &Answer, failure: Option<MissingVerdict>)
     }
 }
 
+/// Adds to a verdict what the log probabilities of its tokens say. Whether they say it, or are about no verdict.
+pub(super) fn weighed(task: Task, tokens: &[Token], judged: &mut JudgeOutcome) -> bool {
+    let JudgeOutcome::Verdict(parsed) = judged else {
+        return true;
+    };
+    let verdict = &mut parsed.verdict;
+    verdict.token_probability = token_probability(tokens, task, verdict.dangerous);
+    verdict.token_probability.is_some()
+}
+
 /// Why an answer that ended this way may hold no verdict.
 pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
     let why = match finish {
@@ -32,7 +43,7 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
         Finish::ContentFilter => "the server's content filter stopped the answer".to_string(),
         Finish::Blocked(why) => format!("the server's filter blocked the question ({why})"),
         Finish::Blank => {
-            "the answer is blank, as some servers make one that is not the JSON asked for; ask again".into()
+            "the answer is blank, as from some servers that fail to produce the requested JSON; ask again".into()
         }
         Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
         Finish::Refusal(text) => format!("the model declined: {text}"),
@@ -44,9 +55,7 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
 /// The message for an answer cut off by this program.
 pub(super) fn too_long() -> String {
     let limit = LONGEST_ANSWER >> 20;
-    format!(
-        "nearmiss cut the answer off: no more than {limit} MiB of one are read; set max_tokens, or choose another model"
-    )
+    format!("nearmiss cut the answer off at {limit} MiB; set max_tokens, or choose another model")
 }
 
 pub(super) fn word(finish: &Finish) -> String {

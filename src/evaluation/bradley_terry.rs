@@ -29,10 +29,10 @@ pub struct Strength {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoStrengths {
     /// Fewer than two items.
-    #[error("there are fewer than two to compare")]
+    #[error("fewer than two to compare")]
     TooFew,
     /// Some are never beaten by the others, or never met them: the likelihood has no greatest value.
-    #[error("some have not lost to any of the others, or not met them; more ratings are needed")]
+    #[error("not all are connected by wins; more ratings are needed")]
     Unbounded,
 }
 

@@ -9,39 +9,30 @@ use crate::formats::bundled;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, RenderError, Techniques};
 use crate::scenario::{Scene, Window};
+use crate::system::unknown;
 use crate::verdict::Task;
 
 /// Renders the template in a file for a bundled scenario, with every combination of techniques and contact.
 ///
 /// # Errors
-/// The template names an unknown task or frame, or cannot be rendered.
-pub fn dry_render(library: &Library, file: &str) -> Result<(), String> {
-    tried(library, file).map_err(|error| match error.line {
-        Some(_) => error.to_string(),
-        None => error.message,
-    })
-}
-
-/// The same, with file and line of what is wrong, where they are known.
-pub(super) fn tried(library: &Library, file: &str) -> Result<(), RenderError> {
+/// The template names an unknown task or frame, or cannot be rendered: with file and line, where they are known.
+pub fn dry_render(library: &Library, file: &str) -> Result<(), RenderError> {
     let wrong = |message: String| RenderError {
         file: file.to_string(),
         line: None,
         message,
     };
     let Some((template, _)) = library.file(file) else {
-        return Err(wrong("there is no such template".into()));
+        return Err(wrong("template not found".into()));
     };
     let front = &template.front;
     let Some(task) = Task::parse(&front.task) else {
-        let known = Task::ALL.map(Task::name).join(", ");
-        let why = format!("there is no task `{}`, but {known}", front.task);
-        return Err(wrong(why));
+        let known = Task::ALL.map(Task::name);
+        return Err(wrong(unknown("task", &front.task, known)));
     };
     let Some(frame) = Frame::parse(&front.frame) else {
-        let known = Frame::names();
-        let why = format!("there is no frame `{}`, but {known}", front.frame);
-        return Err(wrong(why));
+        let known = Frame::ALL.map(Frame::name);
+        return Err(wrong(unknown("frame", &front.frame, known)));
     };
     let Some(scene) = scene() else {
         return Err(wrong(
@@ -70,6 +61,7 @@ pub(super) fn tried(library: &Library, file: &str) -> Result<(), RenderError> {
             window: Window::ending_at(&scene, i64::MAX, decided.history),
             options: decided.options,
             thresholds: Arc::new(Thresholds::shipped().clone()),
+            horizon: Case::HORIZON,
         };
         let draft = Some((file, template.source.as_str()));
         prepare(case, library, draft).map_err(|error| match error {

@@ -27,7 +27,7 @@ pub struct Invariance {
     pub transform: Transform,
     /// Verdicts that turned from yes to no or from no to yes, of the pairs with two verdicts.
     pub flipped: Share,
-    /// Verdicts that name other obstacles as colliding or of extreme risk (scores 0 and 1), of the same pairs.
+    /// Verdicts that name other obstacles as the danger, of the same pairs: see [`Verdict::danger`].
     pub renamed: Share,
     /// The mean of the score afterwards less the score before, over all obstacles that both verdicts of a pair score.
     pub risk_change: Option<f64>,
@@ -51,8 +51,12 @@ impl Scored {
             AnswerStatus::Verdict(verdict) => Some(verdict),
             AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         });
-        for obstacle in verdicts.flat_map(|verdict| &mut verdict.obstacles) {
-            obstacle.id = ids.get(&obstacle.id).copied().unwrap_or(obstacle.id);
+        for verdict in verdicts {
+            let listed = verdict.obstacles.iter_mut().map(|o| &mut o.id);
+            let critical = verdict.critical.iter_mut().flatten().map(|c| &mut c.id);
+            for id in listed.chain(critical) {
+                *id = ids.get(id).copied().unwrap_or(*id);
+            }
         }
         self
     }
@@ -118,7 +122,8 @@ fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
         }
         let scenario = pair.original.scenario.as_str();
         flipped.count(scenario, a.dangerous != b.dangerous);
-        renamed.count(scenario, grave(a) != grave(b));
+        let named = |verdict: &Verdict| BTreeSet::from_iter(verdict.danger());
+        renamed.count(scenario, named(a) != named(b));
         let scores = scores(a);
         changes.extend(b.obstacles.iter().filter_map(|o| {
             let before = scores.get(&o.id)?;
@@ -141,14 +146,6 @@ fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
     })
 }
 
-/// The obstacles that a verdict names as the paper counts it: see [`super::names_obstacle`].
-fn grave(verdict: &Verdict) -> BTreeSet<i64> {
-    let all = verdict.obstacles.iter();
-    all.map(|o| o.id)
-        .filter(|id| super::names_obstacle(verdict, *id))
-        .collect()
-}
-
 fn scores(verdict: &Verdict) -> BTreeMap<i64, u8> {
     verdict
         .obstacles
@@ -163,6 +160,7 @@ mod tests {
     use super::*;
     use crate::evaluation::tests_scored::{answer, failed};
     use crate::store::RunId;
+    use crate::verdict::CriticalObstacle;
 
     #[test]
     fn flips_names_and_scores_are_counted_by_way_and_change() {
@@ -188,18 +186,14 @@ mod tests {
             (mirror.transform, mirror.way.model.as_str()),
             (Transform::Mirror, "m/x")
         );
-        let share = |hits, of| Share {
-            hits,
-            of,
-            scenarios: of,
-        };
-        assert_eq!(mirror.flipped, share(1, 3));
-        assert_eq!(mirror.renamed, share(2, 3));
+        let counts = |share: &Share| (share.hits, share.of, share.scenarios);
+        assert_eq!(counts(&mirror.flipped), (1, 3, 3));
+        assert_eq!(counts(&mirror.renamed), (2, 3, 3));
         assert_eq!((mirror.scores, mirror.without_verdict), (3, 1));
         // 0 → 0, 4 → 5 and 1 → 4.
         assert!((mirror.risk_change.unwrap() - 4.0 / 3.0).abs() < 1e-12);
         assert!((mirror.risk_distance.unwrap() - 4.0 / 3.0).abs() < 1e-12);
-        assert_eq!(found[1].flipped, share(0, 1));
+        assert_eq!(counts(&found[1].flipped), (0, 1, 1));
         assert_eq!(found[1].risk_change, Some(0.0));
     }
 
@@ -225,19 +219,20 @@ mod tests {
             (1, 1, 1)
         );
         let found = invariance(pairs(&answers[..3]));
-        assert_eq!(
-            (found[0].same_words, found[0].flipped.interval()),
-            (1, None)
-        );
+        assert_eq!((found[0].same_words, found[0].flipped.interval), (1, None));
     }
 
     #[test]
     fn ids_are_mapped_back_in_both_verdicts() {
         let mut scored = answer("a", "m/x", true, &[(1, 0), (3, 2)]);
+        if let AnswerStatus::Verdict(verdict) = &mut scored.status {
+            verdict.critical = Some(vec![CriticalObstacle::new(1)]);
+        }
         scored.reference = Some(scored.verdict().unwrap().clone());
         let back = scored.mapped_back(&BTreeMap::from([(1, 2), (2, 1)]));
         let ids = |v: &Verdict| v.obstacles.iter().map(|o| o.id).collect::<Vec<_>>();
         assert_eq!(ids(back.verdict().unwrap()), [2, 3]);
+        assert_eq!(back.verdict().unwrap().danger(), [2]);
         assert_eq!(ids(back.reference.as_ref().unwrap()), [2, 3]);
     }
 }

@@ -1,12 +1,17 @@
-//! Judges: the built-in one, or a language model behind an endpoint.
+//! Judges: the built-in one, a language model behind an endpoint, or answers that were recorded elsewhere.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use super::AxisValues;
 use crate::judge;
 use crate::llm::{Client, Endpoint, Environment, Parameters, Registry, RegistryError};
 
 /// Judges by model id.
 pub type Judges = BTreeMap<String, Judge>;
+
+/// How the ids of models begin whose answers were recorded elsewhere and imported.
+pub const RECORDED: &str = "recorded/";
 
 /// A judge.
 #[derive(Debug, Clone)]
@@ -15,6 +20,8 @@ pub enum Judge {
     Reference,
     /// A language model.
     Model(Box<ModelJudge>),
+    /// The imported answers of a model, `recorded/NAME`: nothing is sent.
+    Recorded(String),
 }
 
 /// A language model and how it is asked.
@@ -47,6 +54,9 @@ impl Judge {
         if id == judge::MODEL {
             return Ok(Self::Reference);
         }
+        if id.starts_with(RECORDED) {
+            return Ok(Self::Recorded(id.to_string()));
+        }
         let (endpoint, name) = registry.resolve(id, environment)?;
         Ok(Self::Model(Box::new(ModelJudge {
             id: id.to_string(),
@@ -57,12 +67,26 @@ impl Judge {
         })))
     }
 
+    /// The same judge, asked with these values of axes.
+    #[must_use]
+    pub fn under(&self, values: &AxisValues) -> Cow<'_, Self> {
+        match self {
+            Self::Model(model) if !values.is_empty() => {
+                let mut model = model.clone();
+                model.parameters = values.parameters(model.parameters);
+                Cow::Owned(Self::Model(model))
+            }
+            _ => Cow::Borrowed(self),
+        }
+    }
+
     /// The model id.
     #[must_use]
     pub fn id(&self) -> &str {
         match self {
             Self::Reference => judge::MODEL,
             Self::Model(model) => &model.id,
+            Self::Recorded(id) => id,
         }
     }
 }

@@ -38,7 +38,7 @@ pub enum LabelError {
         message: String,
     },
     /// A column is missing.
-    #[error("{file}: no column for the {what}; one of {known} is needed in the first line")]
+    #[error("{file}: no column for the {what}; the first line needs one of {known}")]
     Column {
         /// The file.
         file: String,
@@ -48,7 +48,7 @@ pub enum LabelError {
         known: String,
     },
     /// A value that says neither yes nor no.
-    #[error("{file}, line {line}: `{value}` is no {what}")]
+    #[error("{file}, line {line}: `{value}` is not {what}")]
     Value {
         /// The file.
         file: String,
@@ -60,7 +60,7 @@ pub enum LabelError {
         what: &'static str,
     },
     /// A scenario has two different labels.
-    #[error("{file}, line {line}: {scenario} has another label before; leave one of them out")]
+    #[error("{file}, line {line}: {scenario} already has a different label; remove one")]
     Contradiction {
         /// The file.
         file: String,
@@ -84,7 +84,7 @@ pub enum LabelError {
         there: String,
     },
     /// The file has no labels.
-    #[error("{file}: there is no label in it")]
+    #[error("{file}: has no labels")]
     Empty {
         /// The file.
         file: String,
@@ -103,7 +103,7 @@ const OBSTACLE: [&str; 2] = ["obstacle_id", "obstacle"];
 fn known_labels() -> &'static str {
     static WORDS: std::sync::LazyLock<String> = std::sync::LazyLock::new(|| {
         format!(
-            "label: it is one of {}, or of {}",
+            "a label; use one of {}, or of {}",
             DANGEROUS.join(", "),
             SAFE.join(", ")
         )
@@ -172,18 +172,18 @@ impl Labels {
             };
             let name = without_ending(cell(Some(scenario)));
             if name.is_empty() {
-                return Err(wrong(name, "name of a scenario"));
+                return Err(wrong(name, "a scenario name"));
             }
             let who = cell(obstacle).to_ascii_lowercase();
             let id = match who.as_str() {
                 // An empty cell alone is not a no: it may have been forgotten.
                 "" if answer.is_none() => {
-                    return Err(wrong("", "id of an obstacle, nor none"));
+                    return Err(wrong("", "an obstacle id or none"));
                 }
                 "" | "none" => None,
                 text => Some(
                     text.parse::<i64>()
-                        .map_err(|_| wrong(text, "id of an obstacle, nor none"))?,
+                        .map_err(|_| wrong(text, "an obstacle id or none"))?,
                 ),
             };
             let label = match (answer, cell(answer).to_ascii_lowercase().as_str()) {
@@ -193,11 +193,11 @@ impl Labels {
                 (_, text) => return Err(wrong(text, known_labels())),
             };
             if label == Label::Collision(None) && who == "none" {
-                let what = "obstacle of a scenario whose label is a collision; leave it empty if the obstacle is unknown";
+                let what = "an obstacle, but the label is a collision; leave it empty if the obstacle is unknown";
                 return Err(wrong(cell(obstacle), what));
             }
             if label == Label::Safe && id.is_some() {
-                let what = "obstacle of a scenario whose label is safe";
+                let what = "allowed as the obstacle of a safe scenario";
                 return Err(wrong(cell(obstacle), what));
             }
             any = true;
@@ -260,7 +260,7 @@ impl Labels {
         let ids: BTreeSet<i64> = scenario.obstacles.iter().map(|o| o.id).collect();
         let first: Vec<String> = ids.iter().take(NAMED).map(ToString::to_string).collect();
         let there = match ids.len() {
-            0 => "none at all".into(),
+            0 => "none".into(),
             all if all > NAMED => format!("{} and {} more", first.join(", "), all - NAMED),
             _ => first.join(", "),
         };
@@ -280,9 +280,9 @@ impl Labels {
         let mut strangers = self.0.keys().filter(|name| !there.contains(name.as_str()));
         let first = strangers.next()?;
         Some(match strangers.count() {
-            0 => format!("the truth speaks of {first}, which is not among these scenarios"),
+            0 => format!("the truth names {first}, which is not among these scenarios"),
             more => format!(
-                "the truth speaks of {} scenarios that are not among these, such as {first}",
+                "the truth names {} scenarios that are not among these, such as {first}",
                 more + 1
             ),
         })
@@ -294,6 +294,15 @@ impl Label {
     #[must_use]
     pub fn collides(self) -> bool {
         matches!(self, Self::Collision(_))
+    }
+
+    /// The critical obstacles that it tells: that which collides, where it is given.
+    #[must_use]
+    pub fn critical(self) -> Vec<i64> {
+        match self {
+            Self::Collision(obstacle) => obstacle.into_iter().collect(),
+            Self::Safe => Vec::new(),
+        }
     }
 }
 
@@ -335,17 +344,20 @@ mod tests {
             ),
             (
                 "name,label,obstacle_id\nx,yes,None\n",
-                "line 2: `None` is no obstacle",
+                "line 2: `None` is not an obstacle",
             ),
             ("name,obstacle_id\nx,7b\n", "line 2: `7b`"),
-            ("name,label\nx,1\nx,0\n", "line 3: x has another label"),
-            ("name,label\n,1\n", "line 2: `` is no name"),
-            ("name,obstacle_id\nx,\n", "line 2: `` is no id"),
+            (
+                "name,label\nx,1\nx,0\n",
+                "line 3: x already has a different label",
+            ),
+            ("name,label\n,1\n", "line 2: `` is not a scenario name"),
+            ("name,obstacle_id\nx,\n", "line 2: `` is not an obstacle id"),
             (
                 "name,label,obstacle_id\nx,no,7\n",
-                "line 2: `7` is no obstacle",
+                "line 2: `7` is not allowed",
             ),
-            ("name,label\n", "no label in it"),
+            ("name,label\n", "has no labels"),
             ("name,label\nx\n", "found record with 1 field"),
         ] {
             let error = read(text).unwrap_err();

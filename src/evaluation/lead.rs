@@ -4,6 +4,7 @@ use super::Label;
 use crate::judge::judge_collision;
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
+use crate::verdict::Task;
 
 /// End of the window before a collision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +16,9 @@ pub enum Lead {
     /// nearest step.
     Seconds(f64),
 }
+
+/// Steps that the scripts of "From Words to Collisions" describe.
+pub const PAPER_STEPS: usize = 10;
 
 /// A scenario with its label.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +54,7 @@ impl<'a> Labelled<'a> {
     pub fn doubt(&self) -> Option<&'static str> {
         match (self.label, self.contact) {
             (Label::Collision(_), None) => Some(
-                "labelled a collision, but no bodies overlap; the last recorded step stands for the collision",
+                "labelled a collision, but no bodies overlap; the last recorded step is used as the collision",
             ),
             (Label::Safe, Some(_)) => Some("labelled safe, but bodies overlap"),
             _ => None,
@@ -76,6 +80,21 @@ impl<'a> Labelled<'a> {
             .contains(&last)
             .then(|| Window::ending_at(self.scene, last, history))
     }
+
+    /// The window that the scripts of "From Words to Collisions" describe: of a collision its end, for the safety task
+    /// two steps before that; of a safe scenario its first `history` steps. `None` for other tasks.
+    #[must_use]
+    pub fn paper_window(&self, task: Task, history: usize) -> Option<Window> {
+        match (task, self.label) {
+            (Task::Collision, Label::Collision(_)) => Some(Window::ending_at(
+                self.scene,
+                self.scene.last_step(),
+                history,
+            )),
+            (Task::Collision | Task::Safety, _) => self.window(Lead::Paper, history),
+            (Task::Attacker | Task::Trajectory, _) => None,
+        }
+    }
 }
 
 /// The last step of the first whole window; of a shorter recording its last step.
@@ -95,6 +114,12 @@ impl std::fmt::Display for Lead {
 }
 
 impl Lead {
+    /// Whether a contact at this lead is later than a horizon, seconds: the truth of a window does not see it.
+    #[must_use]
+    pub fn is_beyond(self, horizon: Option<f64>) -> bool {
+        matches!((self, horizon), (Self::Seconds(lead), Some(horizon)) if lead > horizon)
+    }
+
     /// As stores keep it, those of earlier versions too; it is read again like what people write.
     #[must_use]
     pub fn stored(self) -> String {
@@ -117,7 +142,7 @@ impl std::str::FromStr for Lead {
         }
         match text.parse::<f64>() {
             Ok(seconds) if (0.0..=LONGEST).contains(&seconds) => Ok(Self::Seconds(seconds)),
-            _ => Err(format!("`end` or seconds from 0 to {LONGEST} are needed")),
+            _ => Err(format!("expected `end` or seconds from 0 to {LONGEST}")),
         }
     }
 }

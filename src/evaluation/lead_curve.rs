@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::share::{Share, Tally};
-use super::{AnswerStatus, Label, PromptConfig, Scored, names_obstacle};
+use super::{AnswerStatus, PromptConfig, Scored};
 
 /// An answer, with how long before the collision its window ended.
 #[derive(Debug, Clone, Copy)]
@@ -21,11 +21,11 @@ pub struct LeadPoint {
     pub lead: f64,
     /// Those that say yes, of those with a verdict, whomever they name.
     pub yes: Share,
-    /// Those that say yes and name the obstacle of the truth as colliding or of extreme risk, of those with a verdict
-    /// about a scenario whose truth has an obstacle: the rule of the table of a batch, see [`Scored::positive`].
+    /// Those that say yes and name an obstacle that is truly critical, of those with a verdict about a scenario whose
+    /// critical obstacles are known.
     pub named: Share,
-    /// Those that say yes, of those with a verdict about scenarios that are no collision in truth. These have the same
-    /// window at every lead and are asked once: with the first lead, or where the batch was begun without one, apart.
+    /// Those that say yes, of those with a verdict about windows that are safe in truth. Of older batches these are the
+    /// same at every lead and asked once: with the first lead, or where the batch was begun without one, apart.
     pub false_alarms: Share,
     /// Answers in which no verdict could be read.
     pub unparsed: u32,
@@ -89,9 +89,10 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
             AnswerStatus::Unasked(_) => point.unasked += 1,
             AnswerStatus::Verdict(verdict) => {
                 counts.yes.count(scenario, verdict.dangerous);
-                if let Some(Label::Collision(Some(obstacle))) = timed.scored.truth {
-                    let named = verdict.dangerous && names_obstacle(verdict, obstacle);
-                    counts.named.count(scenario, named);
+                let critical = &timed.scored.critical;
+                if !critical.is_empty() {
+                    let named = verdict.danger().iter().any(|id| critical.contains(id));
+                    counts.named.count(scenario, verdict.dangerous && named);
                 }
             }
         }
@@ -109,11 +110,13 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::evaluation::Label;
     use crate::evaluation::tests_scored::{answer, failed};
 
     fn about(scenario: &str, dangerous: bool, risks: &[(i64, u8)], truth: Label) -> Scored {
         Scored {
             truth: Some(truth),
+            critical: truth.critical(),
             ..answer(scenario, "m/x", dangerous, risks)
         }
     }

@@ -3,7 +3,11 @@
 
 pub(crate) mod annotations;
 mod answer;
+mod answer_case;
 mod answer_outcome;
+mod answer_page;
+mod answer_state;
+mod axes;
 /// Questions in bulk, resumable, in the store.
 pub mod batch;
 mod bradley_terry;
@@ -19,50 +23,77 @@ mod judges;
 mod labels;
 mod lead;
 mod lead_curve;
+mod leaks;
+mod naming;
 mod planning;
 mod predictors;
 mod price_words;
+mod probability;
 mod prompt_summary;
+mod protocol;
+mod provenance;
 mod question;
+mod rater_agreement;
+mod recorded_answer;
+mod regression;
 /// Questions that are handed to a provider as a batch.
 pub mod remote;
 /// Tables of how often answers are right.
 pub mod report;
 mod request;
+mod requirement;
 mod results;
 mod run_case;
 mod scored;
 mod settings;
 mod share;
+mod spending;
 mod standings;
 /// Statistics of yes-or-no answers.
 pub mod statistics;
 mod stream_recorder;
 #[cfg(test)]
 pub(crate) mod tests_scored;
+mod token_probability;
 mod validate;
 mod values;
+/// Windows that are asked about: dangerous ones, and safe ones like them.
+pub mod windows;
 
 pub use annotations::{Loss, Problem, annotations};
 pub(crate) use answer::reading;
 pub use answer::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
+pub use answer_case::AnswerCase;
+pub use answer_page::{AnswerDetail, AnswerPage, ShownClaim};
+pub use answer_state::{AnswerState, CountedAs};
+pub use axes::{Axes, AxisValues};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use confusion::Confusion;
 pub use defaults::default_frame;
 pub use dry_render::dry_render;
 pub use invariance::{Invariance, Pair, invariance, pairs};
-pub use judges::{Judge, Judges, ModelJudge};
+pub use judges::{Judge, Judges, ModelJudge, RECORDED};
 pub use labels::{Label, LabelError, Labels};
-pub use lead::{Labelled, Lead};
+pub use lead::{Labelled, Lead, PAPER_STEPS};
 pub use lead_curve::{LeadCurve, LeadPoint, Timed, lead_curves};
+pub use leaks::{Leak, SURFACE, leaks};
+pub use naming::{Naming, NamingIntervals};
 pub use planning::default_planning;
 pub use predictors::{Alarms, Candidate, Predictions, Setting};
+pub use probability::{ProbabilitySource, probability};
 pub use prompt_summary::{TemplateVersion, how};
-pub use question::{Case, CaseError, Question, prepare, template};
+pub use protocol::Protocol;
+pub use provenance::Provenance;
+pub use question::{Case, CaseError, Question, prepare, template, window_end};
+pub use rater_agreement::{PersonPair, RaterAgreement};
+pub use regression::{Regression, regressions};
+pub use requirement::{Check, Requirement};
 pub use results::{AnswerOutcome, Outcome, Results, results, with_intervals};
 pub use run_case::{AskError, Event, RunOptions, can_ask, run};
-pub use scored::{AnswerStatus, PromptConfig, Scored, named_obstacles, names_obstacle};
+pub use scored::{AnswerStatus, PromptConfig, Scored};
 pub use settings::{EffectiveSettings, Settings};
 pub use share::Share;
+pub use spending::{Attempt, Spending};
 pub use standings::{Standing, Standings, StandingsBy};
+pub use token_probability::{token_probability, with_token_probability};
 pub use validate::validate;

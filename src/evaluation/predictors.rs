@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::lead::first_whole;
+use super::windows::{Moment, Recording, SampledWindow, Sampling};
 use super::{Label, Labelled, Lead, Scored};
 use crate::judge::{self, Criterion};
 use crate::metrics::Thresholds;
@@ -25,11 +26,13 @@ pub struct Setting {
     pub leads: Vec<Lead>,
     /// Steps in a window, at least one.
     pub history: usize,
+    /// How far after its last step the truth of a window looks, seconds.
+    pub within: f64,
     /// Only obstacles whose centre is this near to the ego's at the end of a window, metres.
     pub radius: f64,
     /// Who is evaluated.
     pub candidates: Vec<Candidate>,
-    /// Thresholds of the risk scores: the obstacles that a yes names depend on them.
+    /// Thresholds of the risk scores.
     pub thresholds: Arc<Thresholds>,
     /// Whether every window of safe scenarios is looked at, for [`Predictions::alarms`].
     pub every_window: bool,
@@ -78,27 +81,47 @@ impl Setting {
         all
     }
 
-    /// Every candidate's answers about a scenario, in order.
+    /// The windows of every recording, in their order, by lead.
     #[must_use]
-    pub fn ask(&self, scenario: &str, case: &Labelled<'_>) -> Vec<Predictions> {
+    pub fn windows(&self, recordings: &[Recording]) -> Vec<Vec<Vec<SampledWindow>>> {
+        let mut by_recording = vec![vec![Vec::new(); self.leads.len()]; recordings.len()];
+        for (at, lead) in self.leads.iter().enumerate() {
+            let sampling = Sampling {
+                every_recording: false,
+                moment: Moment::Before(*lead),
+                history: self.history,
+                horizon: self.within,
+            };
+            for one in sampling.draw(recordings) {
+                by_recording[one.recording][at].push(one);
+            }
+        }
+        by_recording
+    }
+
+    /// Every candidate's answers about the windows of a scenario, by lead.
+    #[must_use]
+    pub fn ask(
+        &self,
+        scenario: &str,
+        case: &Labelled<'_>,
+        windows: &[Vec<SampledWindow>],
+    ) -> Vec<Predictions> {
         let ask = |candidate: &Candidate| {
-            let answer = |window: Window| {
+            let answer = |one: &SampledWindow| {
                 let (criterion, scene) = (&candidate.criterion, case.scene);
+                let window = &one.window;
                 let verdict =
-                    judge::verdict_by(criterion, scene, &window, self.radius, &self.thresholds);
-                Scored::built_in(scenario, candidate.name, Some(case.label), verdict)
+                    judge::verdict_by(criterion, scene, window, self.radius, &self.thresholds);
+                Scored {
+                    window: Some((window.first(), window.last())),
+                    critical: one.critical.clone(),
+                    ..Scored::built_in(scenario, candidate.name, Some(one.label), verdict)
+                }
             };
-            // A safe scenario has the same window at every lead.
-            let same = match case.label {
-                Label::Safe => case.window(Lead::Paper, self.history).map(answer),
-                Label::Collision(_) => None,
-            };
-            let at = |lead: &Lead| {
-                let own = || case.window(*lead, self.history).map(answer);
-                same.clone().or_else(own).into_iter().collect()
-            };
+            let at = |windows: &Vec<SampledWindow>| windows.iter().map(answer).collect();
             Predictions {
-                leads: self.leads.iter().map(at).collect(),
+                leads: windows.iter().map(at).collect(),
                 alarms: match case.label {
                     Label::Safe if self.every_window => self.alarms(candidate, case.scene),
                     _ => Alarms::default(),

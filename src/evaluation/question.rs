@@ -1,15 +1,16 @@
 //! Builds the messages of a case: the same for workbench, command line and batches.
 
+use super::claims::TimeOrigin;
 use super::prompt_summary::{TemplateVersion, how};
 use std::sync::Arc;
 
 use super::values::Values;
-use crate::description::{self, Frame, Options, Span};
-use crate::judge::{Judgement, judge_under};
+use crate::description::{self, Frame, Options};
+use crate::judge::{Criterion, Judgement, judge_under};
 use crate::llm::{Message, Role};
 use crate::metrics::{Context, Thresholds};
 use crate::prompts::{self, Library, Prompt, Techniques, Template};
-use crate::scenario::{Scene, Window};
+use crate::scenario::{Scene, Window, WindowEnd};
 use crate::verdict::{self, Task, Verdict};
 
 /// The task, the scene and its description.
@@ -31,13 +32,28 @@ pub struct Case {
     pub options: Options,
     /// Thresholds of the risk scores, in the prompt and for the built-in judge.
     pub thresholds: Arc<Thresholds>,
+    /// The horizon of the safety task: a contact within so many seconds after the window is critical.
+    pub horizon: f64,
 }
 
 impl Case {
+    /// The horizon of the built-in judge, seconds.
+    pub const HORIZON: f64 = Criterion::REFERENCE.horizon;
+
     /// What the built-in judge says about it.
     #[must_use]
     pub fn judgement(&self) -> Judgement {
         judge_under(&self.scene, self.task, &self.window, &self.thresholds)
+    }
+}
+
+/// Where the window of a task's question ends: of the collision task with the recording, of the others at the present
+/// step, whose past they look at.
+#[must_use]
+pub fn window_end(task: Task) -> WindowEnd {
+    match task {
+        Task::Collision => WindowEnd::Recording,
+        Task::Safety | Task::Attacker | Task::Trajectory => WindowEnd::Present,
     }
 }
 
@@ -48,8 +64,6 @@ pub struct Question {
     pub case: Case,
     /// The description of the scene.
     pub description: String,
-    /// The meaning of every number in the description.
-    pub spans: Vec<Span>,
     /// The filled template.
     pub prompt: Prompt,
     /// The template's file name.
@@ -128,7 +142,6 @@ pub fn prepare(
         template_hash: library.hash(&template.source),
         temperature: template.front.defaults.temperature,
         description: described.text,
-        spans: described.spans,
         turns: Vec::new(),
         case,
     })
@@ -175,6 +188,12 @@ impl Question {
     pub fn version(&self) -> Option<TemplateVersion> {
         let version = self.template_version.as_deref();
         TemplateVersion::new(&self.template, version, &self.template_hash)
+    }
+
+    /// What the times in answers to it count from.
+    #[must_use]
+    pub fn times(&self) -> TimeOrigin {
+        TimeOrigin::of(&self.description)
     }
 
     /// The messages as they are sent.

@@ -54,7 +54,7 @@ pub enum RemoteError {
     Provider(#[from] Error),
     /// A batch was sent, and it is unknown whether it arrived.
     #[error(
-        "batch {batch} may or may not have reached the provider: {error}; `nearmiss batches collect {batch}` finds out, and nothing is sent twice until then"
+        "batch {batch} may not have reached the provider: {error}; `nearmiss batches collect {batch}` finds out, and nothing is sent twice until then"
     )]
     Unknown {
         /// Its number.
@@ -67,7 +67,7 @@ pub enum RemoteError {
     Store(#[from] StoreError),
     /// Not all results arrived.
     #[error(
-        "batch {batch}: the provider says that {said} were answered, and gave {given}; those are kept, collect the others again later"
+        "batch {batch}: the provider reports {said} answers but returned {given}; these are kept, collect the others later"
     )]
     Short {
         /// Its number.
@@ -79,7 +79,7 @@ pub enum RemoteError {
     },
     /// The provider has no such batch any more, or not its results.
     #[error(
-        "the provider does not have it or its results any more ({error}); if that is so, `nearmiss batches give-up {batch}` frees its questions"
+        "the provider no longer has it or its results ({error}); if so, `nearmiss batches give-up {batch}` frees its questions"
     )]
     Gone {
         /// Its number.
@@ -89,15 +89,15 @@ pub enum RemoteError {
     },
     /// A batch shall be given up that may still bring answers.
     #[error(
-        "batch {0} may still bring answers; `nearmiss batches cancel {0}`, then collect it, or give it up with --force"
+        "batch {0} may still be answered; run `nearmiss batches cancel {0}`, then collect it, or give it up with --force"
     )]
     Kept(ProviderBatchId),
     /// There is no such batch.
-    #[error("there is no batch {0}; `nearmiss batches` lists them")]
+    #[error("no batch {0}; `nearmiss batches` lists all")]
     NoBatch(ProviderBatchId),
     /// The model is served elsewhere than when the batch was sent.
     #[error(
-        "batch {batch} was sent to {sent}, and {model} is now at {now}; set the provider's base_url as it was"
+        "batch {batch} was sent to {sent}, but {model} is now at {now}; restore the provider's base_url"
     )]
     Elsewhere {
         /// Its number.
@@ -199,8 +199,7 @@ async fn send(
     };
     if !store.about_to_submit(opened.id)? {
         return Err(RemoteError::Refused(
-            "another program gave the batch up while its questions were uploaded; submit it again"
-                .into(),
+            "another program gave up the batch during the upload; submit it again".into(),
         ));
     }
     match batches.create(&prepared).await {

@@ -5,7 +5,7 @@ use super::question::{Case, Question};
 use super::run_case::RunOptions;
 use crate::llm::{Parameters, Request, ResponseFormat, Schema};
 use crate::store::NewRun;
-use crate::verdict;
+use crate::verdict::{self, Task};
 
 /// Builds the request.
 pub fn request(question: &Question, model: &ModelJudge) -> Request {
@@ -16,10 +16,12 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
         parameters: Parameters {
             // A temperature that the user does not say may be the template's.
             temperature: model.parameters.temperature.or(question.temperature),
+            // They are about the yes or no of a verdict.
+            log_probabilities: model.parameters.log_probabilities && Task::VERDICTS.contains(&task),
             ..model.parameters
         },
-        // A chain of thought stands before the JSON, where a schema has no place for it.
-        schema: (!question.case.techniques.cot).then(|| Schema {
+        // The same form in all techniques: a chain of thought has its place in the justification, the first key.
+        schema: Some(Schema {
             name: format!("{}_verdict", task.name()),
             schema: verdict::schema(task),
         }),

@@ -6,19 +6,19 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::statistics::{Interval, f1_interval, shown};
-use super::{AnswerStatus, Confusion, PromptConfig, Scored, report};
-use crate::store::RunId;
+use super::{AnswerStatus, Confusion, Naming, PromptConfig, Scored, Spending, report};
+use crate::store::{ClaimCounts, RunId};
 
 /// Outcome of one question, compared with the ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Outcome {
-    /// AnswerStatus yes, and it is.
+    /// It says yes, and it is.
     TruePositive,
-    /// AnswerStatus yes, and it is not.
+    /// It says yes, and it is not.
     FalsePositive,
-    /// AnswerStatus no, and it is.
+    /// It says no, and it is.
     FalseNegative,
-    /// AnswerStatus no, and it is not.
+    /// It says no, and it is not.
     TrueNegative,
     /// There is a verdict, and the truth is unknown.
     Open,
@@ -39,8 +39,10 @@ pub struct AnswerOutcome {
     pub sample: u32,
     /// Its outcome.
     pub outcome: Outcome,
-    /// Of a false negative, whether it says yes and names another obstacle than the dangerous one.
-    pub named_another: bool,
+    /// The obstacles that it names beside those that are truly critical.
+    pub naming: Naming,
+    /// Its claims about obstacles, where they were checked.
+    pub claims: ClaimCounts,
 }
 
 /// The answers of one way of asking.
@@ -50,6 +52,8 @@ pub struct Results {
     pub way: PromptConfig,
     /// The answers, by scenario and sample.
     pub answers: Vec<AnswerOutcome>,
+    /// What was spent on the questions, every attempt included.
+    pub spending: Spending,
     /// The bootstrap interval of F1, over scenarios; `None` before [`with_intervals`] worked it out, and of few.
     pub f1: Option<Interval>,
     /// How many answers came to each outcome, in their order.
@@ -85,11 +89,6 @@ impl Outcome {
         )
     }
 
-    /// Whether a yes or no that came to this says yes about a dangerous scene and does not name who is dangerous.
-    fn names_another(self, said: Option<bool>) -> bool {
-        self == Self::FalseNegative && said == Some(true)
-    }
-
     /// Whether the answer was right; `None` if there is no verdict or no truth.
     #[must_use]
     pub fn is_right(self) -> Option<bool> {
@@ -106,16 +105,15 @@ impl AnswerOutcome {
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         let outcome = Outcome::of_scored(scored)?;
-        let said = match &scored.status {
-            AnswerStatus::Verdict(verdict) => Some(verdict.dangerous),
-            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
-        };
+        let mut naming = Naming::default();
+        naming.count(scored);
         Some(Self {
             run: scored.run,
             scenario: scored.scenario.clone(),
             sample: scored.sample,
             outcome,
-            named_another: outcome.names_another(said),
+            naming,
+            claims: scored.claims,
         })
     }
 }
@@ -123,13 +121,14 @@ impl AnswerOutcome {
 impl Results {
     /// The answers of a way, in any order.
     #[must_use]
-    pub fn new(way: PromptConfig, mut answers: Vec<AnswerOutcome>) -> Self {
+    pub fn new(way: PromptConfig, mut answers: Vec<AnswerOutcome>, spending: Spending) -> Self {
         answers.sort_by(|a, b| (&a.scenario, a.sample, a.run).cmp(&(&b.scenario, b.sample, b.run)));
         let count = |outcome| answers.iter().filter(|a| a.outcome == outcome).count() as u32;
         Self {
             counts: Outcome::ALL.map(count),
             way,
             answers,
+            spending,
             f1: None,
         }
     }
@@ -141,10 +140,28 @@ impl Results {
         all.find(|(o, _)| **o == outcome).map_or(0, |(_, n)| n)
     }
 
-    /// How many of the false negatives say yes and name another obstacle.
+    /// How often a truly critical obstacle is named, and only such.
     #[must_use]
-    pub fn named_another(&self) -> usize {
-        self.answers.iter().filter(|a| a.named_another).count()
+    pub fn naming(&self) -> Naming {
+        let mut all = Naming::default();
+        self.answers.iter().for_each(|a| all.add(&a.naming));
+        all
+    }
+
+    /// Right, wrong and open claims about obstacles of the answers that were checked, and how many these are.
+    #[must_use]
+    pub fn claims(&self) -> ([u32; 3], u32) {
+        let known = self.answers.iter().filter_map(|a| a.claims.known());
+        known.fold(([0; 3], 0), |(sum, answers), counts| {
+            ([0, 1, 2].map(|i| sum[i] + counts[i]), answers + 1)
+        })
+    }
+
+    /// The share of wrong claims of those that are right or wrong.
+    #[must_use]
+    pub fn wrong_claims(&self) -> Option<f64> {
+        let ([right, wrong, _], _) = self.claims();
+        (right + wrong > 0).then(|| f64::from(wrong) / f64::from(right + wrong))
     }
 
     /// The counts of those with a verdict and a truth.
@@ -190,7 +207,8 @@ impl Results {
     /// One flat object, with the names of reports; missing values are null.
     #[must_use]
     pub fn json(&self) -> Value {
-        let c = self.confusion();
+        let (c, naming) = (self.confusion(), self.naming());
+        let ([right, wrong, open], checked) = self.claims();
         let mut row = report::way(&self.way);
         row.insert("n".into(), json!(self.answers.len()));
         row.extend(report::counts(&c));
@@ -198,29 +216,59 @@ impl Results {
             ("unlabelled", json!(self.count(Outcome::Open))),
             ("unparsed", json!(self.count(Outcome::Unparsed))),
             ("failed", json!(self.count(Outcome::Failed))),
-            ("fn_wrong_obstacle", json!(self.named_another())),
             ("precision", json!(c.precision())),
             ("recall", json!(c.recall())),
             ("f1", json!(c.f1())),
             ("f1_ci", json!(self.f1.map(|i| [i.low, i.high]))),
+            ("naming_recall", json!(naming.recall())),
+            ("naming_precision", json!(naming.precision())),
+            ("claims_of", json!(checked)),
+            ("claims_right", json!((checked > 0).then_some(right))),
+            ("claims_wrong", json!((checked > 0).then_some(wrong))),
+            ("claims_open", json!((checked > 0).then_some(open))),
+            ("claims_wrong_share", json!(self.wrong_claims())),
+            ("cost_usd", json!(self.spending.cost())),
+            ("cost_unknown", json!(self.spending.unpriced())),
+            ("cost_unknown_most_usd", json!(self.spending.most())),
         ];
         row.extend(rest.map(|(name, value)| (name.to_string(), value)));
         Value::Object(row)
     }
 }
 
+/// The answers of a way, as they are counted one by one.
+#[derive(Debug, Default)]
+pub(super) struct CountedWay {
+    answers: Vec<AnswerOutcome>,
+    spending: Spending,
+}
+
+impl CountedWay {
+    /// Counts an answer; gives `false` where the question was not asked.
+    pub fn take(&mut self, scored: &Scored) -> bool {
+        self.spending.join(&scored.spending());
+        let answer = AnswerOutcome::of_scored(scored);
+        let asked = answer.is_some();
+        self.answers.extend(answer);
+        asked
+    }
+
+    /// What they come to; `None` if no question was asked.
+    pub fn results(self, way: PromptConfig) -> Option<Results> {
+        (!self.answers.is_empty()).then(|| Results::new(way, self.answers, self.spending))
+    }
+}
+
 /// Answers by prompt configuration; questions that were not asked are left out.
 #[must_use]
 pub fn results<'a>(scored: impl IntoIterator<Item = &'a Scored>) -> Vec<Results> {
-    let mut ways: BTreeMap<&PromptConfig, Vec<AnswerOutcome>> = BTreeMap::new();
+    let mut ways: BTreeMap<&PromptConfig, CountedWay> = BTreeMap::new();
     for one in scored {
-        if let Some(answer) = AnswerOutcome::of_scored(one) {
-            ways.entry(&one.way).or_default().push(answer);
-        }
+        ways.entry(&one.way).or_default().take(one);
     }
     let by_way = ways.into_iter();
     by_way
-        .map(|(way, answers)| Results::new(way.clone(), answers))
+        .filter_map(|(way, counted)| counted.results(way.clone()))
         .collect()
 }
 
@@ -237,6 +285,9 @@ mod tests {
             dangerous: true,
             obstacles: Vec::new(),
             justification: String::new(),
+            critical: None,
+            probability: None,
+            token_probability: None,
         };
         let label = |collides| match collides {
             true => Label::Collision(None),
@@ -253,6 +304,9 @@ mod tests {
             dangerous,
             obstacles: Vec::new(),
             justification: String::new(),
+            critical: None,
+            probability: None,
+            token_probability: None,
         })
     }
 

@@ -6,11 +6,12 @@ use std::time::Duration;
 use futures_util::StreamExt;
 use tokio::time::Instant;
 
-use super::answer::{Answer, JudgeOutcome, MissingVerdict};
-use super::answer_outcome::{read, stopped_short, too_long, word};
+use super::answer::{Answer, JudgeOutcome, MissingVerdict, times};
+use super::answer_outcome::{read, stopped_short, too_long, weighed, word};
 use super::judges::{Judge, ModelJudge};
 use super::price_words::stated;
 use super::question::Question;
+use super::recorded_answer::not_recorded;
 use super::request::{most_usd, record, request};
 use super::stream_recorder::StreamRecorder;
 use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
@@ -24,8 +25,8 @@ pub enum Event {
     Kept(RunId),
     /// Another program, or another task of this one, is asking the same under this number; its answer is waited for.
     Awaiting(RunId),
-    /// A chunk of the answer or its metadata arrived; [`Chunk::Usage`] and [`Chunk::Finished`] go into the [`Answer`]
-    /// instead.
+    /// A chunk of the answer or its metadata arrived; [`Chunk::Usage`], [`Chunk::LogProbabilities`] and
+    /// [`Chunk::Finished`] go into the [`Answer`] instead.
     Chunk(Chunk),
     /// The answer is not in the store; why, and where it is instead.
     NotStored(String),
@@ -68,9 +69,15 @@ pub async fn run(
         Some(store) => {
             let run = record(question, judge, wanted).map_err(StoreError::from)?;
             // A stored answer needs neither key nor budget, and an unaskable question leaves no run.
-            let there = match wanted.fresh {
-                true => None,
-                false => store.answer_to(&run)?,
+            let there = match judge {
+                _ if wanted.fresh => None,
+                // Nothing is sent, so there is no request to know its answer by; each batch keeps runs of its own.
+                Judge::Reference if wanted.batch.is_none() => {
+                    let (reasoning, text) = reference_texts(question)?;
+                    store.same_answer(&run, (&reasoning, &text))?
+                }
+                Judge::Recorded(_) => store.recorded_answer(&run)?,
+                _ => store.answer_to(&run)?,
             };
             if let Some(found) = there {
                 return Ok(replay(found, &mut on_event));
@@ -98,9 +105,13 @@ pub async fn run(
     let over_budget = match judge {
         Judge::Reference => asking.reference(question).map(|()| None)?,
         Judge::Model(model) => asking.model(question, model, &mut on_event).await,
+        Judge::Recorded(_) => return Err(AskError::NotRecorded(not_recorded(question))),
     };
     asking.answer.consumed.duration_ms = Some(asking.elapsed());
-    let ending = asking.answer.ending();
+    let mut ending = asking.answer.ending();
+    if asking.answer.arrived() {
+        ending.claims = asking.answer.claims(&question.case.scene);
+    }
     let texts = (
         asking.answer.reasoning.as_str(),
         asking.answer.text.as_str(),
@@ -145,6 +156,9 @@ pub enum AskError {
     /// It can be known without asking that there will be no answer.
     #[error("nothing was sent: {0}")]
     Refused(String),
+    /// The answer is to be a recorded one, and there is none.
+    #[error("{0}")]
+    NotRecorded(String),
     /// The same, because of money: it may cost more than the budget allows, or what it may cost is not known.
     #[error("nothing was sent: {0}")]
     OverBudget(String),
@@ -160,6 +174,8 @@ async fn ready(question: &Question, judge: &Judge) -> Result<(), AskError> {
         Judge::Reference => Err(AskError::Refused(
             "the built-in judge answers collision and safety only; choose a model".into(),
         )),
+        // Each question has its answer or not.
+        Judge::Recorded(_) => Ok(()),
         Judge::Model(model) => {
             let request = request(question, model);
             let checked = llm::check(&model.client, &model.endpoint, &request).await;
@@ -217,6 +233,7 @@ fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer 
         past: None,
         model: judge.id().to_string(),
         window: Some((case.window.first(), case.window.last())),
+        times: times(judge.id(), &question.description),
         how: question.how(),
         model_returned: None,
         judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
@@ -226,6 +243,13 @@ fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer 
         price_source: None,
         finish: None,
     }
+}
+
+/// Reasoning and answer of the built-in judge, as the store has them.
+fn reference_texts(question: &Question) -> Result<(String, String), StoreError> {
+    let judgement = question.case.judgement();
+    let text = serde_json::to_string(&judgement.verdict)?;
+    Ok((judgement.reasoning, text))
 }
 
 /// A question on its way.
@@ -274,6 +298,8 @@ impl Asking {
     ) -> Option<String> {
         let task = question.case.task;
         let request = request(question, model);
+        let weigh = llm::gives_log_probabilities(&model.endpoint, &request);
+        let mut tokens = Vec::new();
         let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request);
         let (mut failure, mut retried, mut begun) = (None, false, false);
         let mut over_budget = None;
@@ -297,6 +323,7 @@ impl Asking {
                     on_event(Event::Chunk(Chunk::Started { model }));
                 }
                 Ok(piece @ (Chunk::Reasoning(_) | Chunk::Text(_))) => self.piece(piece),
+                Ok(Chunk::LogProbabilities(given)) => tokens = given,
                 Ok(Chunk::Usage(usage)) => {
                     let consumed = &mut self.answer.consumed;
                     consumed.input_tokens = usage.input_tokens;
@@ -338,6 +365,13 @@ impl Asking {
         }
         let secrets = Secrets::sent(&model.client, &model.endpoint);
         self.answer.judged = read(task, &self.answer, failure).without(&secrets);
+        if weigh && !weighed(task, &tokens, &mut self.answer.judged) {
+            let note = match tokens.is_empty() {
+                true => "the server sent no log probabilities",
+                false => "the log probabilities do not show the token of the verdict",
+            };
+            on_event(Event::Chunk(Chunk::Note(note.into())));
+        }
         over_budget
     }
 }

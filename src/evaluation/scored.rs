@@ -1,9 +1,11 @@
 //! Answers with their ground truth: the input of every figure in a report.
 
-use super::{Confusion, Label, TemplateVersion};
+use super::answer::NOT_SENT;
+use super::{Attempt, AxisValues, Confusion, Label, Spending, TemplateVersion};
 use crate::description::Frame;
+use crate::judge;
 use crate::prompts::Techniques;
-use crate::store::{Consumed, RunId};
+use crate::store::{ClaimCounts, Consumed, RunId};
 use crate::verdict::{Task, Verdict};
 
 /// A prompt configuration: a row of a table.
@@ -17,6 +19,8 @@ pub struct PromptConfig {
     pub techniques: Option<Techniques>,
     /// Who is asked, as `provider/model`.
     pub model: String,
+    /// The values of the axes of its batch.
+    pub settings: AxisValues,
     /// The version of the prompt template; `None` for a judge without a prompt, for imported answers, and in plans,
     /// whose templates the batch pins.
     pub template: Option<TemplateVersion>,
@@ -55,43 +59,52 @@ pub struct Scored {
     pub way: PromptConfig,
     /// Which of several answers to the same question, from 0.
     pub sample: u32,
-    /// Its label; `None` if unknown.
+    /// Its label; `None` if unknown. Of a question about a drawn window, that of the window.
     pub truth: Option<Label>,
+    /// The obstacles that are truly critical; empty where there are none or they are not known.
+    pub critical: Vec<i64>,
     /// Its status.
     pub status: AnswerStatus,
     /// The built-in judge's verdict on the same question, where it was worked out.
     pub reference: Option<Verdict>,
+    /// First and last time step of its window, where one scenario may have several; `None` where the question is
+    /// about the whole recording, or was not asked.
+    pub window: Option<(i64, i64)>,
     /// Time, tokens and cost.
     pub consumed: Consumed,
+    /// The most that it can have cost, US dollars, where that was known when it was asked.
+    pub most_usd: Option<f64>,
+    /// Other attempts at the same question, in whose place this one counts: they were paid for, too.
+    pub superseded: Vec<Attempt>,
     /// The run in the store.
     pub run: Option<RunId>,
+    /// Its claims about obstacles, where they were checked.
+    pub claims: ClaimCounts,
 }
 
 impl Scored {
-    /// Whether it says yes; `None` if it holds no verdict.
-    ///
-    /// In the safety task a yes about a scenario whose truth names an obstacle has to name that obstacle as the danger,
-    /// see [`named_obstacles`]; else it is a no.
+    /// Whether it says yes; `None` if it holds no verdict. Which obstacles it names is counted apart: see
+    /// [`super::Naming`].
     #[must_use]
     pub fn positive(&self) -> Option<bool> {
-        let AnswerStatus::Verdict(verdict) = &self.status else {
-            return None;
-        };
-        Some(match (self.way.task, self.truth) {
-            (Task::Safety, Some(Label::Collision(Some(obstacle)))) => {
-                verdict.dangerous && names_obstacle(verdict, obstacle)
-            }
-            _ => verdict.dangerous,
-        })
+        self.status.verdict().map(|verdict| verdict.dangerous)
     }
 
-    /// Whether it says yes, whichever obstacle it names; `None` if it holds no verdict.
-    #[must_use]
-    pub fn dangerous(&self) -> Option<bool> {
-        match &self.status {
-            AnswerStatus::Verdict(verdict) => Some(verdict.dangerous),
-            _ => None,
+    /// Makes a yes of the safety task that does not name the obstacle that collides a no, as the paper counts; nothing
+    /// where that obstacle is not known.
+    pub fn require_naming(&mut self) {
+        if let (Task::Safety, AnswerStatus::Verdict(verdict)) = (self.way.task, &mut self.status) {
+            let named = verdict.danger();
+            let known = !self.critical.is_empty();
+            verdict.dangerous &= !known || named.iter().any(|id| self.critical.contains(id));
         }
+    }
+
+    /// Sets what is true: the label, and the obstacles that are truly critical.
+    pub fn tell(&mut self, truth: Option<(Label, Vec<i64>)>) {
+        let (label, critical) = truth.unzip();
+        self.truth = label;
+        self.critical = critical.unwrap_or_default();
     }
 
     /// The answer of a built-in predictor, which is asked without a prompt.
@@ -104,15 +117,47 @@ impl Scored {
                 frame: None,
                 techniques: None,
                 model: model.into(),
+                settings: AxisValues::default(),
                 template: None,
             },
             sample: 0,
             truth,
+            critical: truth.map(Label::critical).unwrap_or_default(),
             status: AnswerStatus::Verdict(verdict),
             reference: None,
+            window: None,
             consumed: Consumed::default(),
+            most_usd: None,
+            superseded: Vec::new(),
             run: None,
+            claims: ClaimCounts::default(),
         }
+    }
+
+    /// What was spent on the question, all attempts together. The built-in judge, and what was not sent, cost nothing,
+    /// which is known.
+    #[must_use]
+    pub fn spending(&self) -> Spending {
+        let mut sum = Spending::default();
+        let free = self.way.model == judge::MODEL || self.was_not_sent();
+        if self.was_asked() {
+            let cost = self.consumed.cost_usd.or(free.then_some(0.0));
+            sum.add(cost, self.most_usd);
+        }
+        for attempt in &self.superseded {
+            sum.add(attempt.consumed.cost_usd, attempt.most_usd);
+        }
+        sum
+    }
+
+    /// Whether there is a request behind it: what was cancelled or interrupted had one.
+    fn was_asked(&self) -> bool {
+        !matches!(self.status, AnswerStatus::Unasked(_)) || self.run.is_some()
+    }
+
+    /// Whether it is a failure without a request.
+    fn was_not_sent(&self) -> bool {
+        matches!(&self.status, AnswerStatus::Failed(why) if why.starts_with(NOT_SENT))
     }
 
     /// Whether it is true that it collides.
@@ -138,33 +183,3 @@ impl Confusion {
         counts
     }
 }
-
-/// Whether a verdict names an obstacle as the danger; see [`named_obstacles`].
-#[must_use]
-pub fn names_obstacle(verdict: &Verdict, obstacle: i64) -> bool {
-    let scores = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
-    named_obstacles(verdict.dangerous, scores).contains(&obstacle)
-}
-
-/// The obstacles that a verdict with these risk scores names as the danger.
-///
-/// Those that collide or are of extreme risk, the scores 0 and 1: so the paper counts the obstacles that a model found.
-/// Where a yes gives no obstacle so low a score, as for a collision that is predicted for later, those with the
-/// lowest one, 2 at most.
-#[must_use]
-pub fn named_obstacles(
-    dangerous: bool,
-    scores: impl Iterator<Item = (i64, u8)> + Clone,
-) -> Vec<i64> {
-    let lowest = scores.clone().map(|(_, score)| score).min();
-    let most = match lowest {
-        Some(PREDICTED) if dangerous => PREDICTED,
-        _ => EXTREME,
-    };
-    let named = scores.filter(|(_, score)| *score <= most);
-    named.map(|(id, _)| id).collect()
-}
-
-/// The risk scores of extreme risk, and the highest one of a collision that is only predicted.
-const EXTREME: u8 = 1;
-const PREDICTED: u8 = 2;

@@ -18,7 +18,7 @@ pub enum StandingsBy {
 }
 
 /// Standing of one model or prompt configuration.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Standing {
     /// Which.
     pub name: String,

@@ -1,6 +1,6 @@
 //! Scored answers for tests.
 
-use super::{AnswerStatus, PromptConfig, Scored};
+use super::{AnswerStatus, Label, PromptConfig, Scored};
 use crate::store::Consumed;
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
@@ -10,12 +10,16 @@ pub(crate) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64
         id,
         risk_score,
         reason: String::new(),
+        written_score: None,
     };
     let verdict = Verdict {
         task: Task::Safety,
         dangerous,
         obstacles: risks.iter().map(risk).collect(),
         justification: String::new(),
+        critical: None,
+        probability: None,
+        token_probability: None,
     };
     Scored {
         status: AnswerStatus::Verdict(verdict),
@@ -32,13 +36,41 @@ pub(super) fn failed(scenario: &str, model: &str) -> Scored {
             frame: None,
             techniques: None,
             model: model.into(),
+            settings: crate::evaluation::AxisValues::default(),
             template: None,
         },
         sample: 0,
         truth: None,
+        critical: Vec::new(),
         status: AnswerStatus::Failed("cut".into()),
         reference: None,
+        window: None,
         consumed: Consumed::default(),
+        most_usd: None,
+        superseded: Vec::new(),
         run: None,
+        claims: crate::store::ClaimCounts::default(),
     }
+}
+
+/// As many scenarios with a collision: the model calls the first `found` of them dangerous.
+pub(crate) fn collisions_found(model: &str, found: u32, all: u32) -> Vec<Scored> {
+    let one = |i: u32| {
+        let verdict = Verdict {
+            task: Task::Safety,
+            dangerous: i < found,
+            obstacles: Vec::new(),
+            justification: String::new(),
+            critical: None,
+            probability: None,
+            token_probability: None,
+        };
+        Scored::built_in(
+            &format!("S{i}"),
+            model,
+            Some(Label::Collision(None)),
+            verdict,
+        )
+    };
+    (0..all).map(one).collect()
 }

@@ -1,6 +1,6 @@
 //! Validates the user's templates: those that parse but cannot be rendered are not used.
 
-use super::dry_render::tried;
+use super::dry_render;
 use crate::prompts::Library;
 
 /// The library without the user's files that no prompt can be made of: each is tried on a bundled scenario, and where
@@ -23,7 +23,7 @@ pub fn validate(mut library: Library) -> Library {
 fn at_fault(library: &Library, file: &str) -> Option<(String, String)> {
     let users = library.users_in(file);
     let first = users.first()?;
-    let error = tried(library, file).err()?;
+    let error = dry_render(library, file).err()?;
     let culprit = users.iter().find(|one| **one == error.file);
     let Some(line) = error.line.filter(|_| culprit.is_some()) else {
         let message = match culprit {

@@ -3,6 +3,8 @@
 use serde::Serialize;
 
 use super::question::Case;
+use crate::description::STANDS_FAR;
+use crate::generation::Capability;
 use crate::metrics::{MEASURES, RiskLevel, Thresholds};
 use crate::prompts;
 use crate::scenario::Transform;
@@ -20,11 +22,15 @@ pub(super) struct Values<'a> {
     form: &'static str,
     /// Whether the description says that bodies touch.
     contact: bool,
+    /// Seconds after the window within which a contact is critical.
+    horizon: f64,
     /// Seconds between two time steps.
     dt: f64,
     /// Seconds between two described steps.
     spacing: f64,
     radius: f64,
+    /// Metres beyond which what always stands is described once.
+    far: f64,
     ego: i64,
     /// The obstacle that is described; none where all are.
     obstacle: Option<i64>,
@@ -34,6 +40,8 @@ pub(super) struct Values<'a> {
     /// Critical values of measures.
     thresholds: Vec<ThresholdValues>,
     limits: LimitValues,
+    /// What the obstacle that is described can do; none where all are described, or where it does not move by itself.
+    attacker: Option<AttackerValues>,
     /// The answer's form in readable JSON, and a line for each of its keys, both told from its schema.
     answer_form: String,
     answer_keys: String,
@@ -50,7 +58,7 @@ struct WindowValues {
     /// Steps that are described.
     described: usize,
     seconds: f64,
-    /// Seconds since time step 0 of the first described step and of the last.
+    /// Seconds since time step 0 of the first described step and of the last, as the trajectory frame counts them.
     from: f64,
     until: f64,
 }
@@ -74,6 +82,32 @@ struct LimitValues {
     curvature: f64,
 }
 
+/// What one road user can do, as the gate of changed motions asks it.
+#[derive(Debug, Serialize)]
+struct AttackerValues {
+    /// Between the axles, m.
+    wheelbase: f64,
+    /// Change of the steering angle, rad/s.
+    steering_rate: f64,
+    /// Acceleration along and across together, m/s².
+    friction: f64,
+    /// Change of the acceleration along the heading, m/s³.
+    jerk: f64,
+}
+
+impl AttackerValues {
+    fn of(case: &Case) -> Option<Self> {
+        let obstacle = case.scene.scenario.obstacle(case.options.obstacle?)?;
+        let able = Capability::for_obstacle(obstacle)?;
+        Some(Self {
+            wheelbase: plain(able.limits.wheelbase),
+            steering_rate: plain(able.limits.steering_rate),
+            friction: plain(able.limits.acceleration),
+            jerk: plain(able.jerk),
+        })
+    }
+}
+
 impl<'a> Values<'a> {
     pub fn new(case: &'a Case, description: &'a str, schema: &serde_json::Value) -> Self {
         let (first, last) = (case.window.first(), case.window.last());
@@ -90,9 +124,11 @@ impl<'a> Values<'a> {
             description,
             form: case.options.form.name(),
             contact: case.options.contact,
+            horizon: plain(case.horizon),
             dt,
             spacing: plain(dt * case.options.stride.max(1) as f64),
             radius: case.options.radius,
+            far: STANDS_FAR,
             ego: case.scene.ego.id,
             obstacle: case.options.obstacle,
             // That a scene was changed is for the store, not for a model.
@@ -117,6 +153,7 @@ impl<'a> Values<'a> {
                 lateral: limits.evasion,
                 curvature: limits.tightest,
             },
+            attacker: AttackerValues::of(case),
             answer_form: prompts::answer_form(schema),
             answer_keys: prompts::answer_keys(schema),
             answer_schema: schema.to_string(),

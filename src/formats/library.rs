@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::commonroad::{self, ReadError};
 use super::ego::sized;
 use super::{EgoError, find_recording, read_ego, read_ego_file};
-use crate::scenario::{Ego, Scenario};
+use crate::scenario::{ContentHash, Ego, Scenario};
 use crate::system;
 
 /// Location of a scenario.
@@ -122,12 +122,42 @@ impl Entry {
         let bytes = match &self.place {
             EntryLocation::Bundled(i) => BUNDLED[*i].1.to_vec(),
             EntryLocation::File(path) if commonroad::is_protobuf_name(path) => {
-                return Err(named("this is protobuf, which has no text to show"));
+                return Err(named("protobuf files have no text to show"));
             }
             EntryLocation::File(path) => system::read_file(path, system::LARGEST)
                 .map_err(|error| named(&system::words(&error)))?,
         };
-        String::from_utf8(bytes).map_err(|_| named("the file is not UTF-8 text"))
+        String::from_utf8(bytes).map_err(|_| named("not UTF-8 text"))
+    }
+
+    /// The hash of all that is read of it: its file with those it needs, and the ego that lies with it. It changes when
+    /// one of them does, wherever they lie.
+    ///
+    /// # Errors
+    /// What the system says about one of the files.
+    pub fn content_hash(&self) -> std::io::Result<ContentHash> {
+        let path = match &self.place {
+            EntryLocation::Bundled(i) => {
+                let (_, xml, ego) = BUNDLED[*i];
+                return Ok(ContentHash::of_parts([xml, ego]));
+            }
+            EntryLocation::File(path) => path,
+        };
+        let own = system::read_file(path, system::LARGEST)?;
+        let mut hash = ContentHash::digest(&own);
+        // The files that a protobuf scenario needs are found by reading it.
+        if commonroad::is_protobuf_name(path)
+            && let Ok(scenario) = commonroad::read_file(path)
+        {
+            hash = scenario.hash;
+        }
+        let ego = find_recording(path).map(|ego| system::read_file(&ego, system::LARGEST));
+        let ego = ego.transpose()?.unwrap_or_default();
+        Ok(ContentHash::of_parts([
+            hash.to_string().as_bytes(),
+            b"\n",
+            &ego,
+        ]))
     }
 
     /// Reads the ego that lies with the scenario, see [`find_recording`]; nothing if there is none.

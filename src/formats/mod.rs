@@ -3,13 +3,15 @@
 pub mod commonroad;
 mod ego;
 mod library;
+mod resolve;
 mod search;
 
 pub use ego::{
     EgoError, EgoSelection, ego_of_solution, find_recording, read_ego, read_ego_file,
-    read_recording, write_recording,
+    write_recording,
 };
 pub use library::{Entry, EntryLocation, bundled};
+pub use resolve::resolved;
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces,
     not_standard_input,

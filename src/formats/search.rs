@@ -52,7 +52,7 @@ pub enum LibraryError {
     },
     /// The path is `-`.
     #[error(
-        "-: standard input is not read; save it in a file and name that (one that is called `-` is meant by `./-`)"
+        "-: standard input is not supported; save it to a file (write `./-` for a file called `-`)"
     )]
     StandardInput,
     /// No scenario lies below a path.

@@ -52,7 +52,7 @@ impl AttackSetup<'_> {
     /// It does not exist.
     pub fn obstacle(&self, id: i64) -> Result<&Obstacle, Refusal> {
         let found = self.stage.scenario.obstacle(id);
-        found.ok_or_else(|| Refusal::answer(format!("there is no obstacle {id} in the scenario")))
+        found.ok_or_else(|| Refusal::answer(format!("no obstacle {id} in the scenario")))
     }
 
     /// The attack with a motion, if that meets the ego and passes the gate. The ego is not driven yet.
@@ -62,7 +62,7 @@ impl AttackSetup<'_> {
     pub fn attack(&self, asked: Motion, change: Change) -> Result<Attack, Refusal> {
         let obstacle = self.obstacle(change.obstacle)?;
         let rehearsal = OpenLoopScreening::evaluate(self.stage, obstacle, &change)
-            .ok_or_else(|| Refusal::answer("it never meets the ego"))?;
+            .ok_or_else(|| Refusal::answer("never present together with the ego"))?;
         Ok(Attack {
             asked,
             change: self.admitted(change, &rehearsal)?,

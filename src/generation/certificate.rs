@@ -173,8 +173,7 @@ impl std::fmt::Display for SearchEffort {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "{} manoeuvres of one acceleration and one offset, {} drives of the planner with everyone's future known \
-             ({} cycles, {} candidates), {} trajectories refused by the last check",
+            "{} manoeuvres of one acceleration and one offset, {} drives of the planner with all futures known ({} cycles, {} candidates), {} trajectories rejected by the final check",
             self.manoeuvres, self.drives, self.cycles, self.candidates, self.refused
         )
     }
@@ -187,7 +186,7 @@ impl std::fmt::Display for Unavoidable {
                 write!(f, "contact before the driver can react: {collision}")
             }
             Self::Ended(outcome) => write!(f, "over before the driver can react: {outcome}"),
-            Self::NothingFound => f.write_str("nothing that was tried avoids it"),
+            Self::NothingFound => f.write_str("no avoiding motion found"),
         }
     }
 }

@@ -21,10 +21,10 @@ pub enum ChangeError {
     #[error("no obstacle {0} in the scenario")]
     NoSuchObstacle(i64),
     /// Static and phantom obstacles cannot be given a motion.
-    #[error("obstacle {0} is none that moves")]
+    #[error("obstacle {0} does not move")]
     DoesNotMove(i64),
     /// It has nothing to begin with, or is not there at its first step.
-    #[error("obstacle {0} is not there at the step from which its motion is to change")]
+    #[error("obstacle {0} is absent at the step where its motion should change")]
     NotThere(i64),
 }
 

@@ -87,24 +87,11 @@ pub struct Effect {
 pub(super) const NEAR_MISS: u8 = 1;
 
 impl ClosedLoop {
-    /// Drives the baseline of a problem of `scenario`.
+    /// Drives the baseline of a problem of `scenario`. `watch` receives each cycle with its planner, and returns whether
+    /// to continue. When `cancel` is set, all drives end early: their results must be dropped then.
     ///
     /// # Errors
     /// The problem has no start or no goal, or no way leads to it.
-    pub fn new(
-        scenario: Arc<Scenario>,
-        problem: &PlanningProblem,
-        settings: &Settings,
-    ) -> Result<Self, DriveError> {
-        let cancel = Cancel::default();
-        Self::watched(scenario, problem, settings, &cancel, &mut |_, _| true)
-    }
-
-    /// The same; `watch` receives each cycle of the baseline with its planner, and returns whether to continue. When
-    /// `cancel` is set, all drives end early: their results must be dropped then.
-    ///
-    /// # Errors
-    /// Those of [`Self::new`].
     pub fn watched(
         scenario: Arc<Scenario>,
         problem: &PlanningProblem,

@@ -53,14 +53,16 @@ pub fn plan(
     way: usize,
 ) -> Result<Plan, Impossible> {
     let from = stage.step_at(manoeuvre.start);
-    let now = *obstacle
-        .track()
-        .at(from)
-        .ok_or_else(|| format!("obstacle {} is not there when it is to begin", obstacle.id))?;
+    let now = *obstacle.track().at(from).ok_or_else(|| {
+        format!(
+            "obstacle {} is absent when its manoeuvre should start",
+            obstacle.id
+        )
+    })?;
     let ways = stage.ways(obstacle, from);
     let recorded = ways
         .first()
-        .ok_or_else(|| format!("obstacle {} has no way to take", obstacle.id))?;
+        .ok_or_else(|| format!("obstacle {} has no route", obstacle.id))?;
     let last = obstacle.track().steps().end - 1;
     let aim = Aim {
         stage,
@@ -75,7 +77,7 @@ pub fn plan(
             let speed = manoeuvre.speed.unwrap_or(0.0);
             if speed >= now.velocity {
                 return Err(format!(
-                    "obstacle {} is too slow to brake: the speed that it is to brake to is not below its own",
+                    "obstacle {} is too slow to brake: the target speed is not below its own",
                     obstacle.id
                 ));
             }
@@ -89,7 +91,7 @@ pub fn plan(
         ManoeuvreKind::PullOut => {
             if now.velocity > STANDING {
                 return Err(format!(
-                    "obstacle {} does not stand when it is to pull out",
+                    "obstacle {} is not standing when it should pull out",
                     obstacle.id
                 ));
             }
@@ -142,7 +144,7 @@ impl Aim<'_> {
     /// The place of the ego's centre along its way at the end of the manoeuvre, and its speed.
     fn ego_at_end(&self) -> Result<(f64, f64), Impossible> {
         let step = self.from + self.stage.step_at(self.manoeuvre.duration);
-        let ego = self.stage.ego_at(step).ok_or("the ego is not there")?;
+        let ego = self.stage.ego_at(step).ok_or("the ego is absent")?;
         let beyond = (step - self.stage.steps.end()).max(0) as f64 * self.stage.dt();
         let s = self.stage.line.project(&ego.pose.position).s;
         Ok((s + ego.velocity * beyond, ego.velocity))
@@ -160,7 +162,7 @@ impl Aim<'_> {
         let here = self.stage.line.project(&self.now.pose.position).s;
         let distance = ego + lengths + gap - here;
         if distance < 0.0 {
-            return Err("it would have to drive backwards to be in front of the ego".into());
+            return Err("it would have to drive backwards to get in front of the ego".into());
         }
         Ok(self.beside(way, Some((distance, speed)), 0.0, None))
     }
@@ -178,7 +180,7 @@ impl Aim<'_> {
         let (ego, ego_speed) = self.ego_at_end()?;
         let here = self.stage.line.project(&self.now.pose.position).s;
         if ego < here {
-            return Err("it would have to drive backwards to be level with the ego".into());
+            return Err("it would have to drive backwards to get level with the ego".into());
         }
         let widths = f64::midpoint(self.size().1, self.ego_size().1);
         let to_side = self.side(way) * (widths + self.manoeuvre.gap.unwrap_or(0.3));
@@ -242,7 +244,7 @@ impl Aim<'_> {
             .filter_map(|way| Some((way, self.crossing(way)?)));
         let (way, (own, ego)) = { crossing }
             .nth(nth)
-            .ok_or("none of its ways crosses the ego's")?;
+            .ok_or("none of its routes crosses the ego's")?;
         let duration = match self.manoeuvre.gap {
             Some(gap) => self.arrival(ego - gap)?,
             None => self.manoeuvre.duration,
@@ -274,7 +276,7 @@ impl Aim<'_> {
         let later = self.from + 1..=*self.stage.steps.end();
         let mut later = later.filter_map(|step| Some((step, self.stage.ego_at(step)?)));
         let there = later.find(|(_, m)| self.stage.line.project(&m.pose.position).s + front >= s);
-        let (step, _) = there.ok_or("the ego does not get to the crossing")?;
+        let (step, _) = there.ok_or("the ego does not reach the crossing")?;
         Ok((step - self.from) as f64 * self.stage.dt())
     }
 }

@@ -48,10 +48,10 @@ pub fn follow(
     let now = *obstacle
         .track()
         .at(from)
-        .ok_or_else(|| Refusal::answer(format!("obstacle {id} is not there at step {from}")))?;
+        .ok_or_else(|| Refusal::answer(format!("obstacle {id} is absent at step {from}")))?;
     if plan.wanted.iter().all(Option::is_none) {
         return Err(Refusal::answer(format!(
-            "obstacle {id}: nothing is left to drive"
+            "obstacle {id}: no motion left to change"
         )));
     }
     let able = moderate(able);

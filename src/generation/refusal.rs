@@ -184,12 +184,12 @@ impl std::fmt::Display for Refusal {
             write!(f, "step {step}: ")?;
         }
         match &self.reason {
-            Reason::Start(what) => write!(f, "{what} at the start is not the recorded one")?,
+            Reason::Start(what) => write!(f, "{what} at the start differs from the recorded one")?,
             Reason::Overlap(id) => write!(f, "overlap with {id}")?,
             Reason::Obstacle(why) => write!(f, "{why}")?,
             Reason::Unable(id) => write!(
                 f,
-                "obstacle {id} does not move by itself, or has no body of one size"
+                "obstacle {id} does not move by itself, or its body has no fixed size"
             )?,
             Reason::Missing(id) => write!(f, "obstacle {id} of the original is missing")?,
             Reason::Added(id) => write!(f, "obstacle {id} is not in the original")?,
@@ -197,7 +197,7 @@ impl std::fmt::Display for Refusal {
                 write!(f, "obstacle {id} has another type, role or shape")?;
             }
             Reason::Unchanged => f.write_str("no obstacle moves differently from the original")?,
-            Reason::Differs(what) => write!(f, "{what} is not that of the original")?,
+            Reason::Differs(what) => write!(f, "{what} differs from the original")?,
             Reason::Answer(words) => f.write_str(words)?,
             other => f.write_str(other.name())?,
         }

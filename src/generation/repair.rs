@@ -124,11 +124,11 @@ fn sensible(
     let (start, duration) = (manoeuvre.start, manoeuvre.duration);
     let said = [manoeuvre.gap, manoeuvre.speed].into_iter().flatten();
     if !said.chain([start, duration]).all(f64::is_finite) {
-        return Err(Refusal::answer("the manoeuvre has a number that is none"));
+        return Err(Refusal::answer("the manoeuvre has an invalid number"));
     }
     if start < 0.0 || duration <= 0.0 || start > whole || duration > whole {
         return Err(Refusal::answer(format!(
-            "the manoeuvre begins at {start:.2} s and takes {duration:.2} s, and the scenario ends at {whole:.2} s"
+            "the manoeuvre starts at {start:.2} s and takes {duration:.2} s, but the scenario ends at {whole:.2} s"
         )));
     }
     let fastest = Capability::for_obstacle(obstacle).map(|able| able.limits.speed);
@@ -232,7 +232,7 @@ fn otherwise(
 ) -> Option<String> {
     if moved > FARTHEST {
         return Some(format!(
-            "the nearest motion that it can drive is {moved:.2} m away from this one at step {step}, at most {FARTHEST:.2} m are repaired"
+            "the nearest drivable motion is {moved:.2} m away at step {step}; at most {FARTHEST:.2} m are repaired"
         ));
     }
     points.iter().enumerate().find_map(|(place, point)| {
@@ -248,7 +248,7 @@ fn otherwise(
             .into_iter()
             .find_map(|(value, most, unit)| Some((value.filter(|v| *v > most)?, most, unit)))?;
         Some(format!(
-            "the nearest motion that it can drive differs by {value:.2} {unit} from waypoint {}, at most {most:.2} {unit} are repaired",
+            "the nearest drivable motion differs by {value:.2} {unit} from waypoint {}; at most {most:.2} {unit} are repaired",
             place + 1
         ))
     })

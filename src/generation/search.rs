@@ -51,7 +51,7 @@ impl std::fmt::Display for Effort {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "search, seed {}, at most {} motions, to be survived {:.1} s late",
+            "search, seed {}, at most {} motions, survivable with {:.1} s reaction time",
             self.seed, self.candidates, self.delay
         )
     }
@@ -87,6 +87,9 @@ const BEST: f64 = -3.0;
 /// One of this cost is a near miss that a good driver survives; half of the rounds are spent to find better ones.
 const GOOD: f64 = -2.0;
 
+/// Motions that each core tries before the progress is told.
+const AT_ONCE: usize = 4;
+
 /// Attacks checked for avoidability per round.
 const LOOKED_AT: usize = 2;
 
@@ -102,8 +105,8 @@ const SPREAD: f64 = 0.5;
 /// How much more often is drawn around what is better by 1.
 const SHARPNESS: f64 = 2.0;
 
-/// Searches for attacks; `only` names the one obstacle that may attack. `watch` receives the progress after each round
-/// and returns whether to continue. `stop` is polled before every motion and every drive: once it returns true, nothing
+/// Searches for attacks; `only` names the one obstacle that may attack. `watch` receives the progress whenever more
+/// motions were tried or driven, and returns whether to continue. `stop` is polled before every motion and every drive: once it returns true, nothing
 /// more is started.
 #[must_use]
 pub fn search_until(
@@ -177,8 +180,11 @@ impl Search<'_> {
                 }
             };
             let spread = SPREAD / round.max(1) as f64;
-            self.draw(count, round == 0, spread, &mut random);
-            self.drive(effort.drives, spread);
+            let goes_on = self.draw(count, round == 0, spread, &mut random, watch)
+                && self.drive(effort.drives, spread, watch);
+            if !goes_on {
+                break;
+            }
             self.look(effort.delay);
             // A motion that was not looked at may be one that cannot be survived.
             let survived = self.attacks().filter(|a| a.survivable == Some(true));
@@ -194,28 +200,42 @@ impl Search<'_> {
         self.tried.iter().map(|t| &t.attack)
     }
 
-    /// Draws motions, and keeps those that pass the gate.
-    fn draw(&mut self, count: usize, first: bool, spread: f64, random: &mut fastrand::Rng) {
+    /// Draws motions, and keeps those that pass the gate; says whether to continue.
+    fn draw(
+        &mut self,
+        count: usize,
+        first: bool,
+        spread: f64,
+        random: &mut fastrand::Rng,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> bool {
         let elite = surrogate::elite(&self.arms, &self.tried);
         let asked = draw(&self.arms, &elite, (count, first, spread), random);
-        let made: Vec<(usize, Numbers, Result<Attack, Refusal>)> = asked
-            .into_par_iter()
-            .map(|(arm, mut numbers)| {
-                let manoeuvre = self.arms[arm].manoeuvre(&mut numbers);
-                (arm, numbers, self.make(&self.arms[arm], manoeuvre))
-            })
-            .collect();
-        self.found.candidates += made.len();
-        for (arm, numbers, made) in made {
-            match made {
-                Ok(attack) => self.tried.push(Trial {
-                    arm,
-                    numbers,
-                    attack,
-                }),
-                Err(refusal) => self.found.refused.push(refusal),
+        for some in asked.chunks(AT_ONCE * rayon::current_num_threads()) {
+            let made: Vec<(usize, Numbers, Result<Attack, Refusal>)> = some
+                .par_iter()
+                .map(|(arm, numbers)| {
+                    let (arm, mut numbers) = (*arm, *numbers);
+                    let manoeuvre = self.arms[arm].manoeuvre(&mut numbers);
+                    (arm, numbers, self.make(&self.arms[arm], manoeuvre))
+                })
+                .collect();
+            self.found.candidates += made.len();
+            for (arm, numbers, made) in made {
+                match made {
+                    Ok(attack) => self.tried.push(Trial {
+                        arm,
+                        numbers,
+                        attack,
+                    }),
+                    Err(refusal) => self.found.refused.push(refusal),
+                }
+            }
+            if !watch(self.found.so_far(self.attacks())) {
+                return false;
             }
         }
+        true
     }
 
     fn make(&self, arm: &ManoeuvreSpace, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
@@ -231,19 +251,32 @@ impl Search<'_> {
         attempt().map_err(|refusal: Refusal| refusal.about(arm.obstacle, Some(kind)))
     }
 
-    /// Drives the ego against what is most promising.
-    fn drive(&mut self, drives: usize, apart: f64) {
+    /// Drives the ego against what is most promising; says whether to continue.
+    fn drive(
+        &mut self,
+        drives: usize,
+        apart: f64,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> bool {
         let chosen = surrogate::promising(&self.arms, &self.tried, drives, apart);
-        let all = self.tried.iter_mut().enumerate();
-        let chosen: Vec<&mut Attack> = all
-            .filter(|(i, _)| chosen.contains(i))
-            .map(|(_, tried)| &mut tried.attack)
-            .collect();
-        chosen.into_par_iter().for_each(|attack| {
-            if !(self.stop)() {
-                self.ground.drive(attack);
+        let mut chosen: Vec<usize> = chosen.into_iter().collect();
+        chosen.sort_unstable();
+        for some in chosen.chunks(rayon::current_num_threads().max(1)) {
+            let all = self.tried.iter_mut().enumerate();
+            let attacks: Vec<&mut Attack> = all
+                .filter(|(i, _)| some.contains(i))
+                .map(|(_, tried)| &mut tried.attack)
+                .collect();
+            attacks.into_par_iter().for_each(|attack| {
+                if !(self.stop)() {
+                    self.ground.drive(attack);
+                }
+            });
+            if !watch(self.found.so_far(self.attacks())) {
+                return false;
             }
-        });
+        }
+        true
     }
 
     /// Looks whether a good driver survives what the ego did not, the most dangerous first.

@@ -22,6 +22,8 @@ pub struct Variant<'a> {
     pub closed: &'a ClosedLoop,
     /// The change.
     pub change: &'a Change,
+    /// The original's file as it was named.
+    pub file: &'a str,
     /// The motion requested of the attacker.
     pub asked: &'a Motion,
     /// What it leads to.

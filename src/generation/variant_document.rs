@@ -38,6 +38,7 @@ pub(super) fn variant_document(
         "original": {
             "benchmark_id": original.header.benchmark_id,
             "sha256": original.hash.to_string(),
+            "file": variant.file,
         },
         "other_traffic": OTHERS,
         "attacker": effect.attacker,

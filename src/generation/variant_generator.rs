@@ -1,15 +1,13 @@
 //! Generates a scenario's dangerous variant without a language model.
 
-use std::sync::Arc;
-
 use super::attack::AttackSetup;
 use super::closed_loop_screening::NEAR_MISS;
 use super::{
     AttackContext, ClosedLoop, Effort, Gate, Progress, SearchResult, SelectedAttack, choose,
     search_until,
 };
-use crate::scenario::{Ego, PlanningProblem, Scenario};
-use crate::simulation::{Collision, DriveError, Outcome, Settings};
+use crate::scenario::Ego;
+use crate::simulation::{Collision, Outcome};
 
 /// A scenario whose ego has been driven once, ready to be attacked.
 #[derive(Debug)]
@@ -41,28 +39,13 @@ pub enum SearchEvent {
 /// Why no variant can be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum GeneratorError {
-    /// The ego cannot be driven.
-    #[error(transparent)]
-    Rollout(#[from] DriveError),
     /// An ego that stands cannot be attacked.
     #[error("the planned ego never moves, so there is nothing to attack")]
     Stands,
 }
 
 impl VariantGenerator {
-    /// Drives the ego of a planning problem.
-    ///
-    /// # Errors
-    /// See [`GeneratorError`].
-    pub fn new(
-        scenario: Arc<Scenario>,
-        problem: &PlanningProblem,
-        settings: &Settings,
-    ) -> Result<Self, GeneratorError> {
-        Self::from_closed_loop(ClosedLoop::new(scenario, problem, settings)?)
-    }
-
-    /// The same, where the ego was driven already.
+    /// Attacks the ego that was driven in a closed loop.
     ///
     /// # Errors
     /// [`GeneratorError::Stands`].

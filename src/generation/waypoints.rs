@@ -50,7 +50,7 @@ pub fn as_given(
         return Err(wrong);
     }
     let (Some(first), Some(last)) = (knots.first(), knots.last()) else {
-        return Err(vec![Refusal::answer("it has no waypoints")]);
+        return Err(vec![Refusal::answer("no waypoints")]);
     };
     let from = (first.time / dt - PART).ceil() as i64;
     let until = (last.time / dt + PART).floor() as i64;
@@ -131,14 +131,14 @@ fn wrong(
         let said = [knot.heading, knot.speed].into_iter().flatten();
         if !numbers.into_iter().chain(said).all(f64::is_finite) {
             found.push(Refusal::answer(format!(
-                "waypoint {number} has a number that is none"
+                "waypoint {number} has an invalid number"
             )));
             continue;
         }
         let step = (knot.time / dt).round();
         if step < 0.0 || step > last as f64 {
             found.push(Refusal::answer(format!(
-                "waypoint {number} is at step {step:.0}, and the scenario goes from step 0 to {last}"
+                "waypoint {number} is at step {step:.0}, but the scenario has steps 0 to {last}"
             )));
             continue;
         }
@@ -157,7 +157,7 @@ fn wrong(
         }
     }
     if found.is_empty() && steps_between(knots, dt) < 1 {
-        found.push(Refusal::answer("its waypoints are all within one step"));
+        found.push(Refusal::answer("all waypoints are within one step"));
     }
     found
 }

@@ -51,7 +51,7 @@ pub enum ReferencePathError {
         s: f64,
     },
     /// Longer than any road.
-    #[error("the line is {length:e} m long, at most {MOST_SPANS} m can be followed")]
+    #[error("the line is {length:e} m long; at most {MOST_SPANS} m are supported")]
     TooLong {
         /// Metres.
         length: f64,

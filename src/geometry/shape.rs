@@ -77,7 +77,7 @@ pub(super) fn box_frame(center: &Point, orientation: f64, origin_x_shift: f64) -
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// A length, width or radius is not a positive finite number.
-    #[error("{what} is {value}, a positive number of metres is needed")]
+    #[error("{what} is {value}; expected a positive number of metres")]
     NotPositive {
         /// Which dimension.
         what: &'static str,
@@ -85,16 +85,16 @@ pub enum ShapeError {
         value: f64,
     },
     /// A polygon has fewer than three different corners.
-    #[error("a polygon of {count} corners encloses nothing, at least 3 are needed")]
+    #[error("a polygon of {count} corners; at least 3 are needed")]
     TooFewCorners {
         /// How many there are.
         count: usize,
     },
     /// The corners of a polygon lie on one line or on one point.
-    #[error("the corners of the polygon lie on one line, so it encloses nothing")]
+    #[error("the corners of the polygon are collinear")]
     Flat,
     /// A polygon has more corners than can be prepared in reasonable time.
-    #[error("a polygon of {count} corners, at most {MOST_CORNERS} are measured")]
+    #[error("a polygon of {count} corners; at most {MOST_CORNERS} are supported")]
     TooManyCorners {
         /// How many there are.
         count: usize,

@@ -6,7 +6,7 @@ use super::Judgement;
 use super::reasoning::{metres, moment, name, risk, situation, value};
 use crate::metrics::{Encounter, Thresholds};
 use crate::scenario::{Participant, Scene};
-use crate::verdict::{ObstacleRisk, Task, Verdict};
+use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
 /// What one obstacle did over the whole recording.
 struct History<'a> {
@@ -66,6 +66,9 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             dangerous: first.is_some(),
             obstacles: histories.iter().map(|h| entry(scene, h)).collect(),
             justification,
+            critical: Some(histories.iter().filter_map(critical).collect()),
+            probability: Some(if first.is_some() { 1.0 } else { 0.0 }),
+            token_probability: None,
         },
         reasoning,
         prospects: Vec::new(),
@@ -121,7 +124,16 @@ fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
                 moment(scene, h.nearest_step)
             ),
         },
+        written_score: None,
     }
+}
+
+/// Those that touch the ego do so for certain: they are recorded.
+fn critical(h: &History<'_>) -> Option<CriticalObstacle> {
+    h.contact.map(|_| CriticalObstacle {
+        id: h.participant.obstacle.id,
+        probability: Some(1.0),
+    })
 }
 
 fn line(scene: &Scene, h: &History<'_>) -> String {
@@ -132,12 +144,12 @@ fn line(scene: &Scene, h: &History<'_>) -> String {
         .unwrap_or_default();
     match h.contact {
         Some(step) => format!(
-            "{who} touches the ego at {}: {before}. Risk {}.",
+            "{who} touches the ego at {}: {before}. Risk score {}.",
             moment(scene, step),
             risk(h.risk)
         ),
         None => format!(
-            "{who}: nearest at {}: {before}. Lowest risk {}.",
+            "{who}: nearest at {}: {before}. Worst risk score {}.",
             moment(scene, at),
             risk(h.risk)
         ),

@@ -16,6 +16,9 @@ use crate::verdict::{Task, Verdict};
 /// The model id under which the judge's answers are shown and stored.
 pub const MODEL: &str = "reference/geometry";
 
+/// Its name for people.
+pub const NAME: &str = "built-in judge";
+
 /// How an answer of this model came about, where no prompt had a part in it.
 #[must_use]
 pub fn how(model: &str) -> Option<&'static str> {

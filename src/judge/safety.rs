@@ -1,9 +1,7 @@
 //! Safety: how probable is it that bodies touch soon, from what was seen until now and nothing later?
 //!
-//! Risk scores agree with the probabilities. An obstacle that is critical has at most 2: the least of 2, the present
-//! risk, and the grade of the predicted time to contact in the table of risks. An obstacle that is not, and touches
-//! the ego in some predicted motions, has 3. Everyone else has the present risk, at least 3. So the list, in the
-//! order of scores and then of probabilities, has no milder score before a graver one.
+//! Risk scores grade the present, as the rubric of the prompts does. What comes is said by the probabilities of contact
+//! within the horizon: an obstacle from the threshold on is critical, whatever its score.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -14,15 +12,10 @@ use super::reasoning::{moment, name, risk, situation, value};
 use crate::metrics::{Encounter, Thresholds};
 use crate::scenario::prediction::{ObservedHistory, PredictedPath};
 use crate::scenario::{Participant, Scene, Window};
-use crate::verdict::{ObstacleRisk, Task, Verdict};
+use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
 /// Obstacles listed beside the critical ones.
 const MOST_LISTED: usize = 5;
-
-/// The worst risk score of an obstacle that is not critical, and the best of one that is: a list in the order of its
-/// scores has the critical ones first.
-const NOT_CRITICAL: u8 = 3;
-const CRITICAL: u8 = 2;
 
 /// What is said about one obstacle.
 struct Finding {
@@ -37,12 +30,17 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     // All that is predicted comes from here, and it ends with the window.
     let past = ObservedHistory::from_window(scene, window);
     let prospects = criterion.prospects(&past, None);
+    let probability = largest(&prospects);
     let mut found = findings(scene, &criterion, &past, prospects, thresholds);
+    // The critical ones first, by their probabilities; then the others, by their risk.
     found.sort_by(|a, b| {
-        let key = |f: &Finding| (!f.critical, f.entry.risk_score);
+        let score = |f: &Finding| match f.critical {
+            true => None,
+            false => Some(f.entry.risk_score),
+        };
         let probability = |f: &Finding| f.prospect.probability;
-        key(a)
-            .cmp(&key(b))
+        score(a)
+            .cmp(&score(b))
             .then(probability(b).total_cmp(&probability(a)))
     });
     let critical = found.iter().filter(|f| f.critical).count();
@@ -71,6 +69,9 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
             dangerous: critical > 0,
             obstacles: found.iter().map(|f| f.entry.clone()).collect(),
             justification,
+            critical: Some(found.iter().filter_map(Finding::critical).collect()),
+            probability: Some(probability),
+            token_probability: None,
         },
         reasoning,
         prospects: found.into_iter().map(|f| f.prospect).collect(),
@@ -89,14 +90,38 @@ pub fn verdict_by(
     thresholds: &Thresholds,
 ) -> Verdict {
     let past = ObservedHistory::from_window(scene, window);
-    let prospects = criterion.prospects(&past, Some(radius)).into_iter();
-    let critical = prospects.filter(|prospect| criterion.critical(prospect));
-    let found = findings(scene, criterion, &past, critical.collect(), thresholds);
+    let mut prospects = criterion.prospects(&past, Some(radius));
+    let probability = largest(&prospects);
+    prospects.retain(|prospect| criterion.critical(prospect));
+    let found = findings(scene, criterion, &past, prospects, thresholds);
     Verdict {
         task: Task::Safety,
         dangerous: !found.is_empty(),
+        critical: Some(found.iter().filter_map(Finding::critical).collect()),
         obstacles: found.into_iter().map(|f| f.entry).collect(),
         justification: String::new(),
+        probability: Some(probability),
+        token_probability: None,
+    }
+}
+
+/// The probability of a contact: that with the obstacle that is most probably touched.
+fn largest(prospects: &[CollisionPrediction]) -> f64 {
+    let all = prospects.iter().map(|p| p.probability);
+    stated(all.fold(0.0, f64::max))
+}
+
+/// Without the dust of a sum of many weights, and never rounded over the threshold.
+fn stated(probability: f64) -> f64 {
+    (probability * 1e6 + 1e-6).floor() / 1e6
+}
+
+impl Finding {
+    fn critical(&self) -> Option<CriticalObstacle> {
+        self.critical.then_some(CriticalObstacle {
+            id: self.prospect.id,
+            probability: Some(stated(self.prospect.probability)),
+        })
     }
 }
 
@@ -127,15 +152,7 @@ fn finding(
     prospect: CollisionPrediction,
 ) -> Finding {
     let critical = criterion.critical(&prospect);
-    let at_present = value("risk", encounter).map_or(5, |r| r as u8);
-    let score = if critical {
-        let coming = encounter.thresholds().risk.of_time(prospect.time);
-        at_present.min(coming).min(CRITICAL)
-    } else if prospect.probability > 0.0 {
-        NOT_CRITICAL
-    } else {
-        at_present.max(NOT_CRITICAL)
-    };
+    let score = value("risk", encounter).map_or(5, |r| r as u8);
     let when = match prospect.time {
         Some(0.0) => "in contact".to_string(),
         Some(time) => format!(
@@ -152,7 +169,8 @@ fn finding(
             format!(" (ego {}, it {})", words(mine), words(theirs))
         });
     let line = format!(
-        "{}: {when}{ways}; at {}: {}. Risk {}.",
+        "{}{}: {when}{ways}; at {}: {}. Risk at present {}.",
+        if critical { "Critical: " } else { "" },
         name(who),
         moment(scene, now),
         situation(encounter),
@@ -163,6 +181,7 @@ fn finding(
             id: who.obstacle.id,
             risk_score: score,
             reason: when,
+            written_score: None,
         },
         prospect,
         critical,

@@ -6,6 +6,7 @@ use super::chunk::{Chunk, Finish, LONGEST_ANSWER, Usage};
 use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
 use super::think_tags::{ContentPart, Splitter};
+use super::token::Token;
 
 /// The answer so far, and the chunks not yet taken.
 #[derive(Debug)]
@@ -18,6 +19,7 @@ pub(super) struct ResponseAccumulator {
     finish: Option<Finish>,
     refusal: String,
     usage: Option<Usage>,
+    tokens: Vec<Token>,
     content: Splitter,
     /// Reasoning came through a separate channel.
     reasoned: bool,
@@ -33,6 +35,9 @@ pub(super) struct ResponseAccumulator {
 /// Most characters of the words that servers have for models and for the end of an answer.
 const LONGEST_WORD: usize = 300;
 
+/// Most tokens whose log probabilities are kept; of more, the last ones: answers decide at the end.
+const MOST_TOKENS: usize = 20_000;
+
 impl ResponseAccumulator {
     /// An answer from that place, of which nothing has come yet.
     pub fn new(place: ProviderAddress) -> Self {
@@ -45,6 +50,7 @@ impl ResponseAccumulator {
             finish: None,
             refusal: String::new(),
             usage: None,
+            tokens: Vec::new(),
             content: Splitter::default(),
             reasoned: false,
             spoke: false,
@@ -69,7 +75,7 @@ impl ResponseAccumulator {
 
     /// A whole document came that holds no answer.
     pub fn no_answer(&self, document: &Value) -> Error {
-        self.malformed(format!("a document without an answer: `{document}`"))
+        self.malformed(format!("no answer in `{document}`"))
     }
 
     /// The server reports an error inside the answer.
@@ -112,6 +118,14 @@ impl ResponseAccumulator {
     /// The usage so far: servers repeat it, always counting from the beginning, so the last one holds.
     pub fn usage(&mut self, usage: Usage) {
         self.usage = Some(usage);
+    }
+
+    /// Tokens with their log probabilities, in their order.
+    pub fn tokens(&mut self, tokens: Vec<Token>) {
+        self.tokens.extend(tokens);
+        if self.tokens.len() > 2 * MOST_TOKENS {
+            self.tokens.drain(..self.tokens.len() - MOST_TOKENS);
+        }
     }
 
     /// Why the model stopped.
@@ -165,6 +179,10 @@ impl ResponseAccumulator {
             None => Finish::Other("unstated".into()),
         };
         self.start();
+        if !self.tokens.is_empty() {
+            let tokens = std::mem::take(&mut self.tokens);
+            self.chunks.push(Chunk::LogProbabilities(tokens));
+        }
         self.chunks.push(Chunk::Finished(finish));
     }
 
@@ -182,7 +200,7 @@ impl ResponseAccumulator {
             let (usage, dropped) = usage.plausible();
             if !dropped.is_empty() {
                 self.chunks.push(Chunk::Note(format!(
-                    "the server states {} that cannot be true; what it states is not counted",
+                    "the server reports implausible {}; not counted",
                     dropped.join(", ")
                 )));
             }

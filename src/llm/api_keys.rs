@@ -223,7 +223,7 @@ mod tests {
         environment.add(folder.path());
         let text = environment.problems.join("\n");
         assert!(
-            text.contains("line 2 is not NAME=value") && text.contains("this is a folder"),
+            text.contains("line 2 is not NAME=value") && text.contains("is a folder"),
             "{text}"
         );
         assert!(!format!("{environment:?}").contains("geheim"));

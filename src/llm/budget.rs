@@ -17,7 +17,7 @@ struct Ledger {
 /// A request could cost more than is left.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "it may cost ${needed:.4}, and of the budget of ${limit:.4} there is ${left:.4} left; raise the budget or lower max_tokens"
+    "it may cost ${needed:.4}, but ${left:.4} of the budget of ${limit:.4} is left; raise the budget or lower max_tokens"
 )]
 pub struct OverBudget {
     /// Most that the request may cost, US dollars.

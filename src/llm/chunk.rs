@@ -4,10 +4,13 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::token::Token;
+
 /// One piece of an answer, in the order of arrival.
 ///
 /// The order is: any number of `Note`, any number of `Retrying`, one `Started`, any mix of `Reasoning` and `Text`, at
-/// most one `Usage`, before it perhaps a `Note` about it, and on success exactly one `Finished`, which is last. A
+/// most one `Usage`, before it perhaps a `Note` about it, and on success at most one `LogProbabilities` and exactly one
+/// `Finished`, which is last. A
 /// failed answer ends with an error instead of `Finished`; everything that had arrived is delivered before the error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Chunk {
@@ -24,6 +27,8 @@ pub enum Chunk {
     Text(String),
     /// Usage as counted by the server.
     Usage(Usage),
+    /// The tokens of the answer with their log probabilities, where they were asked for and given.
+    LogProbabilities(Vec<Token>),
     /// A try failed in a way that may pass; the next one follows after the wait.
     Retrying {
         /// Number of the try that follows: 2 for the first repetition.

@@ -48,6 +48,8 @@ pub struct Endpoint {
     pub retry: Retry,
     /// How much of a schema the server understands.
     pub response_format: ResponseFormat,
+    /// Whether the beginning of questions is marked for the server's cache, where [`Quirks::cache_from`] allows it.
+    pub prompt_cache: bool,
     /// In what the model differs from others of its dialect.
     pub quirks: Quirks,
     /// How much may be asked at a time; shared by everyone who uses the same [`super::Client`] and provider's name.
@@ -130,6 +132,7 @@ impl Endpoint {
             timeouts: Timeouts::default(),
             retry: Retry::default(),
             response_format: ResponseFormat::default(),
+            prompt_cache: true,
             quirks: Quirks::default(),
             limits: Limits::default(),
             prices: Prices::default(),
@@ -152,7 +155,7 @@ impl Endpoint {
         parameters.max_tokens.or(self.quirks.max_tokens)
     }
 
-    /// What bounds the cost of an answer: the model's price and the most tokens it may have.
+    /// What bounds the cost of an answer: the model's price and the most tokens it may have, where these cost something.
     ///
     /// # Errors
     /// [`Error::Budget`] if one of them is not known, so that no budget can be kept.
@@ -169,13 +172,13 @@ impl Endpoint {
         let pricing = self.prices.pricing_for(model, today).ok_or_else(|| {
             let name = &self.name;
             no(format!(
-                "there is a budget, but no price is known for {model}; state one as [[provider.{name}.prices]] in config.toml, or leave the budget out"
+                "a budget needs a price, but none is known for {model}; set one as [[provider.{name}.prices]] in config.toml, or drop the budget"
             ))
         })?;
-        let limit = self.answer_limit(parameters).ok_or_else(|| {
-            no("there is a budget, but an answer without a limit can cost anything; set max_tokens"
-                .into())
-        })?;
+        let limit = self
+            .answer_limit(parameters)
+            .or(pricing.is_free().then_some(0))
+            .ok_or_else(|| no("a budget needs a token limit; set max_tokens".into()))?;
         Ok((pricing, limit))
     }
 
@@ -200,7 +203,7 @@ impl Endpoint {
         };
         let mut url = Url::parse(self.base_url.trim()).map_err(|e| {
             wrong(format!(
-                "this is no web address{}; write it like http://127.0.0.1:4021 or https://api.openai.com/v1",
+                "not a valid address{}; write it like http://127.0.0.1:4021 or https://api.openai.com/v1",
                 not_an_address(&e.to_string())
             ))
         })?;
@@ -243,9 +246,7 @@ impl Endpoint {
         let mut value =
             HeaderValue::from_str(&format!("{word}{key}")).map_err(|_| Error::Setup {
                 place: self.place(),
-                why: format!(
-                    "the key from {source} holds characters that no key has; copy it again"
-                ),
+                why: format!("the key from {source} contains invalid characters; copy it again"),
             })?;
         value.set_sensitive(true);
         Ok(Some((HeaderName::from_static(name), value)))
@@ -267,10 +268,10 @@ impl Endpoint {
 /// The missing part of an address, if that can be told.
 fn not_an_address(error: &str) -> &'static str {
     match error {
-        "relative URL without a base" => ", as it does not begin with http:// or https://",
-        "empty host" => ", as it names no host",
-        "invalid port number" => ", as its port is no number up to 65535",
-        "invalid IPv4 address" | "invalid IPv6 address" => ", as its host is no address",
+        "relative URL without a base" => ": it must start with http:// or https://",
+        "empty host" => ": no host",
+        "invalid port number" => ": the port must be a number up to 65535",
+        "invalid IPv4 address" | "invalid IPv6 address" => ": invalid host",
         _ => "",
     }
 }
@@ -312,8 +313,8 @@ mod tests {
     #[test]
     fn wrong_addresses_are_named() {
         for (base, part) in [
-            ("", "no web address"),
-            ("api.openai.com/v1", "does not begin with http://"),
+            ("", "not a valid address"),
+            ("api.openai.com/v1", "must start with http://"),
             ("localhost:8080", "`localhost:`"),
             ("ftp://x.org", "`ftp:`"),
         ] {

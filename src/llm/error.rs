@@ -48,7 +48,7 @@ pub enum Error {
     },
     /// Nothing listens there, or the name is unknown.
     #[error(
-        "cannot reach {place}: {why}; check that the server runs and that the address is right"
+        "cannot reach {place}: {why}; check that the server is running and the address is right"
     )]
     Refused {
         /// Where.
@@ -167,9 +167,7 @@ pub enum Error {
         retry: RetryHint,
     },
     /// The answer broke off; it may have been paid for, so it is not asked for again.
-    #[error(
-        "the answer of {place} broke off after {received} characters ({why}); run it again to get a whole one"
-    )]
+    #[error("the answer of {place} broke off after {received} characters ({why}); ask again")]
     Truncated {
         /// Where.
         place: ProviderAddress,
@@ -180,7 +178,7 @@ pub enum Error {
     },
     /// The response does not follow the protocol.
     #[error(
-        "{place} sent something that is no answer: {what}; check the address and the provider's dialect"
+        "{place} sent an unexpected response: {what}; check the address and the provider's dialect"
     )]
     Malformed {
         /// Where.
@@ -247,14 +245,16 @@ fn unauthorized_text(
 ) -> String {
     match (key_sent, key_source) {
         (true, Some(source)) => format!(
-            "{place} refused the key from {source} ({status}: {message}); check that key and what it may do"
+            "{place} rejected the key from {source} ({status}: {message}); check the key and its permissions"
         ),
         (true, None) => format!(
-            "{place} refused the key ({status}: {message}); check the configured key and what it may do"
+            "{place} rejected the key ({status}: {message}); check the configured key and its permissions"
         ),
-        (false, Some(source)) => format!("{place} wants a key ({status}: {message}); set {source}"),
+        (false, Some(source)) => {
+            format!("{place} requires a key ({status}: {message}); set {source}")
+        }
         (false, None) => {
-            format!("{place} wants a key ({status}: {message}); configure one for this provider")
+            format!("{place} requires a key ({status}: {message}); configure one for this provider")
         }
     }
 }
@@ -268,16 +268,16 @@ fn limited_text(
 ) -> String {
     if exhausted {
         return format!(
-            "the quota or credit at {place} is used up ({status}: {message}); top it up or choose another model"
+            "the quota or credit at {place} is exhausted ({status}: {message}); top it up or choose another model"
         );
     }
     let wait = match retry_after {
         // As some servers say it.
-        Some(wait) if wait.is_zero() => "wait a little".to_owned(),
-        Some(wait) => format!("it asks to wait {wait:?}"),
-        None => "wait a little".to_owned(),
+        Some(wait) if wait.is_zero() => "wait a moment".to_owned(),
+        Some(wait) => format!("wait {wait:?}"),
+        None => "wait a moment".to_owned(),
     };
-    format!("{place} is limiting requests ({status}: {message}); {wait}, or run fewer at once")
+    format!("{place} is rate-limiting requests ({status}: {message}); {wait}, or lower concurrency")
 }
 
 impl Error {
@@ -338,8 +338,7 @@ mod tests {
         let text = error.cleared_of(&endpoint.secrets()).to_string();
         assert_eq!(
             text,
-            "openai (https://api.openai.com/v1/chat/completions) refused the key from OPENAI_API_KEY \
-             (401: Incorrect API key provided: [31m [key]); check that key and what it may do"
+            "openai (https://api.openai.com/v1/chat/completions) rejected the key from OPENAI_API_KEY (401: Incorrect API key provided: [31m [key]); check the key and its permissions"
         );
     }
 

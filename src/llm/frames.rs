@@ -69,7 +69,7 @@ pub(super) async fn step(frames: &mut Frames, decoder: &mut Decoder) -> Vec<Resu
 /// The chunks at the end of a body that ended with a fault.
 pub(super) fn ended(decoder: &mut Decoder, fault: BodyError) -> Vec<Result<Chunk, Error>> {
     if fault == BodyError::TooLong {
-        let what = "more than any answer can be".to_owned();
+        let what = "too large for an answer".to_owned();
         return decoder.too_long(|place| Error::Malformed { place, what });
     }
     let items = decoder.ended(|place, received| match fault {
@@ -85,7 +85,7 @@ pub(super) fn ended(decoder: &mut Decoder, fault: BodyError) -> Vec<Result<Chunk
         },
         BodyError::NotText | BodyError::TooLong => Error::Malformed {
             place,
-            what: "bytes that are no UTF-8 text".to_owned(),
+            what: "not UTF-8 text".to_owned(),
         },
     });
     debug_assert!(decoder.is_done(), "an ended body leaves nothing to read");

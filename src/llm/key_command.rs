@@ -87,7 +87,7 @@ impl KeyCommand {
         };
         let status = tokio::time::timeout(patience, whole)
             .await
-            .map_err(|_| format!("the key command {self} did not end within {patience:?}"))?
+            .map_err(|_| format!("the key command {self} did not finish within {patience:?}"))?
             .map_err(|e| format!("the key command {self} failed: {e}"))?;
         if !status.success() {
             return Err(format!("the key command {self} failed ({status})"));
@@ -151,7 +151,7 @@ mod tests {
             assert!(!error.contains("geheim"), "{error}");
         }
         let error = shell("sleep 5").run_within(Duration::from_millis(50)).await;
-        assert!(error.unwrap_err().contains("did not end within 50ms"));
+        assert!(error.unwrap_err().contains("did not finish within 50ms"));
     }
 
     #[test]

@@ -28,7 +28,7 @@ impl Limits {
     pub(super) fn allow(&self, tokens: u32) -> Result<(), String> {
         match self.tokens_per_minute.map(NonZeroU32::get) {
             Some(most) if tokens > most => Err(format!(
-                "the question with its answer may take {tokens} tokens, but tokens_per_minute is {most}; raise it, or lower max_tokens"
+                "question and answer may take {tokens} tokens, but tokens_per_minute is {most}; raise it, or lower max_tokens"
             )),
             _ => Ok(()),
         }

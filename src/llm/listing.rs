@@ -154,17 +154,18 @@ impl Registry {
         all.collect()
     }
 
-    /// The providers whose server is on this machine: asking them costs nothing.
+    /// The providers that cost nothing: their server is on this machine, and neither a price nor a key is
+    /// stated ([`crate::llm::Prices::free`]).
     #[must_use]
-    pub fn here(&self, environment: &Environment) -> BTreeSet<String> {
-        let here = |(name, provider): (&String, &Provider)| {
+    pub fn free(&self, environment: &Environment) -> BTreeSet<String> {
+        let free = |(name, provider): (&String, &Provider)| {
             let endpoint = provider.endpoint(name, "", environment).ok()?;
-            endpoint.is_here().then(|| name.clone())
+            endpoint.prices.are_free().then(|| name.clone())
         };
-        self.providers.iter().filter_map(here).collect()
+        self.providers.iter().filter_map(free).collect()
     }
 
-    /// Price of a model, `provider/model`, on a day, if known.
+    /// The stated price of a model, `provider/model`, on a day, if known.
     #[must_use]
     pub fn pricing(&self, id: &str, day: Date) -> Option<Pricing> {
         let (name, model) = id.split_once('/')?;
@@ -189,7 +190,7 @@ impl Registry {
                 id: format!("{name}/{model}"),
                 dialect: provider.dialect.unwrap_or_default(),
                 key: key.clone(),
-                pricing: provider.prices().pricing_for(model, today),
+                pricing: provider.pricing(name, model, environment, today),
                 retirement: provider.entries(model).find_map(ModelEntry::retirement),
             }));
         }
@@ -205,7 +206,7 @@ impl Registry {
             id: id.to_string(),
             dialect: provider.dialect.unwrap_or_default(),
             key: provider.key_state(name, environment),
-            pricing: provider.prices().pricing_for(model, today),
+            pricing: provider.pricing(name, model, environment, today),
             retirement: provider.entries(model).find_map(ModelEntry::retirement),
         })
     }

@@ -1,5 +1,8 @@
 //! Token prices.
 
+mod bound;
+mod free;
+
 use jiff::Timestamp;
 use jiff::civil::{Date, Time, Weekday};
 use jiff::tz::{Offset, TimeZone};
@@ -154,6 +157,9 @@ impl Pricing {
     /// question of this length.
     #[must_use]
     pub fn cost(&self, usage: &Usage, asked: Timestamp) -> Option<f64> {
+        if self.is_free() {
+            return Some(0.0);
+        }
         let (input, output) = (usage.input_tokens?, usage.output_tokens?);
         let cached = usage.cached_tokens.unwrap_or(0);
         let written = usage.cache_write_tokens.unwrap_or(0);
@@ -173,22 +179,6 @@ impl Pricing {
     #[must_use]
     pub fn batch_cost(&self, usage: &Usage, asked: Timestamp) -> Option<f64> {
         Some(self.cost(usage, asked)? * self.batch_factor?)
-    }
-
-    /// The most that a request can cost, US dollars, whenever it is sent and whatever of it goes through a cache;
-    /// `None` if the price of a question of this length is not known.
-    #[must_use]
-    pub fn at_most(&self, input: u32, output: u32) -> Option<f64> {
-        // Tokens are estimated before they are sent: a question a quarter longer may be a dearer one.
-        let longest = u64::from(input) + u64::from(input) / 4;
-        let prices = [&self.at(u64::from(input))?.price, &self.at(longest)?.price];
-        let factor = self.peak.as_ref().map_or(1.0, |peak| peak.factor.max(1.0));
-        let most = prices.map(|price| {
-            let dearest = [price.cached, price.cache_write].into_iter().flatten();
-            let input_price = dearest.fold(price.input, f64::max);
-            f64::from(input) * input_price + f64::from(output) * price.output
-        });
-        Some(most[0].max(most[1]) * factor / 1e6)
     }
 
     fn factor(&self, at: Timestamp) -> f64 {
@@ -216,11 +206,11 @@ impl Peak {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    fn pricing() -> Pricing {
+    pub fn pricing() -> Pricing {
         Pricing {
             price: Price {
                 input: 2.0,
@@ -242,7 +232,7 @@ mod tests {
         }
     }
 
-    fn usage(input: u64, output: u64, cached: Option<u64>, written: Option<u64>) -> Usage {
+    pub fn usage(input: u64, output: u64, cached: Option<u64>, written: Option<u64>) -> Usage {
         Usage {
             input_tokens: Some(input),
             output_tokens: Some(output),
@@ -252,7 +242,7 @@ mod tests {
         }
     }
 
-    const QUIET: &str = "2026-11-20T12:00:00Z";
+    pub const QUIET: &str = "2026-11-20T12:00:00Z";
 
     #[test]
     fn every_kind_of_token_has_its_price() {
@@ -328,17 +318,6 @@ mod tests {
         assert_eq!(cost("2026-11-20T00:59:59Z"), 2.0);
         assert_eq!(cost("2026-11-20T04:00:00Z"), 2.0, "noon");
         assert_eq!(cost("2026-11-21T02:00:00Z"), 2.0, "a Saturday");
-    }
-
-    #[test]
-    fn the_most_is_no_less_than_any_cost() {
-        let most = pricing().at_most(1000, 1000).unwrap();
-        for (cached, written) in [(0, 0), (1000, 0), (0, 1000)] {
-            let usage = usage(1000, 1000, Some(cached), Some(written));
-            for at in [QUIET, "2026-11-20T01:00:00Z"] {
-                assert!(pricing().cost(&usage, at.parse().unwrap()).unwrap() <= most);
-            }
-        }
     }
 
     #[test]

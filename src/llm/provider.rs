@@ -35,6 +35,8 @@ pub(super) struct Provider {
     /// Whether keys may go to another machine unencrypted.
     pub allow_http: Option<bool>,
     pub response_format: Option<ResponseFormat>,
+    /// Whether the beginning of questions is marked for the server's cache; it is where the server has marks.
+    pub prompt_cache: Option<bool>,
     pub models: Option<Vec<ModelEntry>>,
     pub quirks: StatedQuirks,
     pub prices: Vec<PriceLine>,
@@ -52,7 +54,7 @@ pub(super) struct Provider {
 
 /// One string or several.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(untagged, expecting = "a string or a list of strings is needed")]
+#[serde(untagged, expecting = "expected a string or a list of strings")]
 pub(super) enum StringOrList {
     One(String),
     Many(Vec<String>),
@@ -229,9 +231,9 @@ fn date<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Date>, D::Error> 
         toml::Value::String(text) => text.clone(),
         other => other.to_string(),
     };
-    let date = text
-        .parse()
-        .map_err(|_| D::Error::custom(format!("`{text}` is no day; write it like 2026-11-30")))?;
+    let date = text.parse().map_err(|_| {
+        D::Error::custom(format!("`{text}` is not a date; write it like 2026-11-30"))
+    })?;
     Ok(Some(date))
 }
 
@@ -240,7 +242,7 @@ fn amount<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
     if amount.is_finite() && amount >= 0.0 {
         Ok(amount)
     } else {
-        Err(D::Error::custom(format!("`{amount}` is no amount")))
+        Err(D::Error::custom(format!("`{amount}` is not a price")))
     }
 }
 
@@ -257,7 +259,7 @@ fn hours<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<(Time, Time)>, D::E
     let spans = texts.iter().map(|text| {
         span(text).ok_or_else(|| {
             D::Error::custom(format!(
-                "`{text}` is no span of hours; write it like 09:00-12:00"
+                "`{text}` is not a time span; write it like 09:00-12:00"
             ))
         })
     });
@@ -270,7 +272,7 @@ fn offset<'de, D: Deserializer<'de>>(source: D) -> Result<i8, D::Error> {
         Ok(hours)
     } else {
         Err(D::Error::custom(format!(
-            "{hours} is no offset from UTC in hours"
+            "{hours} is not a UTC offset in hours"
         )))
     }
 }
@@ -296,6 +298,7 @@ impl Provider {
         over(&mut self.auth, user.auth);
         over(&mut self.allow_http, user.allow_http);
         over(&mut self.response_format, user.response_format);
+        over(&mut self.prompt_cache, user.prompt_cache);
         over(&mut self.peak, user.peak);
         over(&mut self.batch_factor, user.batch_factor);
         over(&mut self.requests_per_minute, user.requests_per_minute);
@@ -335,7 +338,7 @@ pub enum RegistryError {
     },
     /// No provider has this name.
     #[error(
-        "no provider `{name}`{known}; `nearmiss models` lists models; for your own server add [provider.{name}] with base_url to config.toml, or pass --base-url"
+        "unknown provider `{name}`{known}; `nearmiss models` lists all; for your own server add [provider.{name}] with base_url to config.toml, or pass --base-url"
     )]
     NoProvider {
         /// The name asked for.
@@ -352,7 +355,7 @@ pub enum RegistryError {
         message: String,
     },
     /// A provider's entry in a file is not right, and the provider is left out.
-    #[error("{place}: [provider.{name}] {message}; this provider is left out")]
+    #[error("{place}: [provider.{name}] {message}; this provider is disabled")]
     Broken {
         /// File and line.
         place: String,

@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use super::effort::EffortLevels;
+
 /// Parameters a model accepts, and how to send them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quirks {
@@ -15,6 +17,12 @@ pub struct Quirks {
     pub reasoning: bool,
     /// Encoding of reasoning effort; `None` for the dialect's default.
     pub efforts: Option<Efforts>,
+    /// The efforts that the model takes; `None` for those of the dialect.
+    pub effort_levels: Option<EffortLevels>,
+    /// Whether log probabilities are given.
+    pub log_probabilities: LogProbabilities,
+    /// The shortest beginning of a question that the server keeps in its cache where it is marked, tokens (Anthropic).
+    pub cache_from: Option<u32>,
     /// Token limit of an answer, sent if the request sets none.
     pub max_tokens: Option<u32>,
     /// The context window that is asked for, tokens (Ollama); `None` makes it fit the question.
@@ -31,6 +39,9 @@ impl Default for Quirks {
             seed: true,
             reasoning: false,
             efforts: None,
+            effort_levels: None,
+            log_probabilities: LogProbabilities::Given,
+            cache_from: None,
             max_tokens: None,
             context: None,
             require_parameters: false,
@@ -49,6 +60,19 @@ pub enum Temperature {
     Fixed,
     /// Only while it does not think.
     NotThinking,
+}
+
+/// Support for log probabilities.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LogProbabilities {
+    /// They are given.
+    #[default]
+    Given,
+    /// Only while it does not think.
+    NotThinking,
+    /// They are not.
+    Withheld,
 }
 
 /// How reasoning effort is encoded.
@@ -85,6 +109,12 @@ pub struct StatedQuirks {
     pub reasoning: Option<bool>,
     /// See [`Quirks::efforts`].
     pub efforts: Option<Efforts>,
+    /// See [`Quirks::effort_levels`].
+    pub effort_levels: Option<EffortLevels>,
+    /// See [`Quirks::log_probabilities`].
+    pub log_probabilities: Option<LogProbabilities>,
+    /// See [`Quirks::cache_from`].
+    pub cache_from: Option<u32>,
     /// See [`Quirks::max_tokens`].
     pub max_tokens: Option<u32>,
     /// See [`Quirks::context`].
@@ -103,6 +133,9 @@ impl StatedQuirks {
             seed: self.seed.or(other.seed),
             reasoning: self.reasoning.or(other.reasoning),
             efforts: self.efforts.or(other.efforts),
+            effort_levels: self.effort_levels.or(other.effort_levels),
+            log_probabilities: self.log_probabilities.or(other.log_probabilities),
+            cache_from: self.cache_from.or(other.cache_from),
             max_tokens: self.max_tokens.or(other.max_tokens),
             context: self.context.or(other.context),
             require_parameters: self.require_parameters.or(other.require_parameters),
@@ -121,6 +154,9 @@ impl StatedQuirks {
             seed: self.seed.unwrap_or(default.seed),
             reasoning: self.reasoning.unwrap_or(default.reasoning),
             efforts: self.efforts,
+            effort_levels: self.effort_levels,
+            log_probabilities: self.log_probabilities.unwrap_or(default.log_probabilities),
+            cache_from: self.cache_from,
             max_tokens: self.max_tokens,
             context: self.context,
             require_parameters: self

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use jiff::civil::Date;
 use serde::Deserialize;
 
 use super::api_keys::{Environment, ResolvedKey};
 use super::endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 use super::limits::Limits;
-use super::price::{PriceEntry, Prices};
+use super::price::{PriceEntry, Prices, Pricing};
 use super::provider::{PriceLine, Provider, RegistryError, StringOrList};
 use super::quirks::StatedQuirks;
 use crate::system::{available, did_you_mean};
@@ -126,9 +127,7 @@ impl Registry {
         endpoint.missing_key = provider.missing_key(&endpoint).map(|variable| {
             let problems = environment.problems.iter();
             let problems: String = problems.map(|p| format!("; {p}")).collect();
-            format!(
-                "a key is needed: set {variable} in the environment or in a .env file{problems}"
-            )
+            format!("no key: set {variable} in the environment or in a .env file{problems}")
         });
         Ok((endpoint, model.to_string()))
     }
@@ -148,7 +147,7 @@ impl Provider {
         let Some(url) = url.or_else(|| self.base_url.clone()) else {
             return Err(RegistryError::Entry {
                 name: name.to_string(),
-                message: "it has no base_url".into(),
+                message: "no base_url".into(),
             });
         };
         let quirks = self.entries(model).map(|entry| entry.quirks);
@@ -159,7 +158,7 @@ impl Provider {
         let headers = self.header_env.iter().filter_map(|(header, variable)| {
             Some((header.clone(), environment.variable(variable)?))
         });
-        Ok(Endpoint {
+        let mut endpoint = Endpoint {
             dialect,
             auth: self.auth,
             headers: headers.collect(),
@@ -176,6 +175,7 @@ impl Provider {
             response_format: format
                 .or(self.response_format)
                 .unwrap_or(ResponseFormat::Off),
+            prompt_cache: self.prompt_cache.unwrap_or(true),
             quirks: quirks.or(self.quirks).settled(),
             limits: Limits {
                 requests_per_minute: self.requests_per_minute,
@@ -184,10 +184,29 @@ impl Provider {
             },
             prices: self.prices(),
             ..Endpoint::new(name, dialect.protocol().base_url(&url))
-        })
+        };
+        // A server here that wants a key may forward to one that is paid.
+        let forwards = self.key_wanted || self.key_command.is_some() || !self.header_env.is_empty();
+        if endpoint.prices.entries.is_empty() && endpoint.is_here() && !forwards {
+            endpoint.prices = Prices::free();
+        }
+        Ok(endpoint)
     }
 
-    /// Known prices of its models.
+    /// The price of a model on a day, if known, with what is free on this machine.
+    pub(super) fn pricing(
+        &self,
+        name: &str,
+        model: &str,
+        environment: &Environment,
+        day: Date,
+    ) -> Option<Pricing> {
+        let endpoint = self.endpoint(name, model, environment);
+        let prices = endpoint.map_or_else(|_| self.prices(), |endpoint| endpoint.prices);
+        prices.pricing_for(model, day)
+    }
+
+    /// The prices of its models that are stated; [`Provider::endpoint`] knows which server is free.
     pub(super) fn prices(&self) -> Prices {
         let entries: Vec<PriceEntry> = self.prices.iter().flat_map(PriceLine::entries).collect();
         Prices {

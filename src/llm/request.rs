@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::effort::Effort;
+
 /// Author of a [`Message`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -48,42 +50,9 @@ pub struct Parameters {
     /// How much the model is to reason before it answers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effort: Option<Effort>,
-}
-
-/// Reasoning effort.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Effort {
-    /// Not at all.
-    Off,
-    /// A little.
-    Low,
-    /// As usual.
-    Medium,
-    /// A lot.
-    High,
-}
-
-impl Effort {
-    /// Every effort, the least first.
-    pub const ALL: [Self; 4] = [Self::Off, Self::Low, Self::Medium, Self::High];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Low => "low",
-            Self::Medium => "medium",
-            Self::High => "high",
-        }
-    }
-
-    /// The effort with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|effort| effort.name() == name)
-    }
+    /// Whether the log probabilities of the answer's tokens are asked for.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub log_probabilities: bool,
 }
 
 /// One question to one model.

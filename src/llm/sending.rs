@@ -11,6 +11,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use super::budget::Reservation;
 use super::client::Client;
 use super::deadlines::Deadlines;
+use super::effort;
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::limits::Gate;
@@ -50,6 +51,7 @@ impl Ready {
         request: &Request,
     ) -> Result<Self, Error> {
         let wrong = |place| |why| Error::Setup { place, why };
+        effort::check(endpoint, request)?;
         let (url, headers) = addressed(client, endpoint, request).await?;
         let endpoint = &*endpoint;
         let body = endpoint.dialect.protocol().body(endpoint, request);
@@ -90,6 +92,7 @@ pub(super) async fn sendable(
     request: &Request,
 ) -> Result<(), Error> {
     // The budget is checked before a command asks the user for a password.
+    effort::check(endpoint, request)?;
     drop(reserve(endpoint, request)?);
     let limit = endpoint.answer_limit(&request.parameters);
     let tokens = request.tokens().saturating_add(limit.unwrap_or(0));
@@ -148,7 +151,7 @@ fn reserve(endpoint: &Endpoint, request: &Request) -> Result<Option<Reservation>
         .ok_or_else(|| Error::Budget {
             place: endpoint.place(),
             why: format!(
-                "there is a budget, but the price that is known for {} does not hold for a question of about {tokens} tokens; state one as [[provider.{}.prices]] in config.toml, or leave the budget out",
+                "a budget needs a price, but the known one for {} does not cover questions of about {tokens} tokens; set one as [[provider.{}.prices]] in config.toml, or drop the budget",
                 request.model, endpoint.name
             ),
         })?;
@@ -172,7 +175,7 @@ fn headers(endpoint: &Endpoint) -> Result<HeaderMap, Error> {
         let (Ok(name), Ok(mut value)) = header else {
             return Err(Error::Setup {
                 place: endpoint.place(),
-                why: format!("`{name}` or its value is no header; check header_env"),
+                why: format!("`{name}` or its value is not a valid header; check header_env"),
             });
         };
         value.set_sensitive(true);

@@ -18,16 +18,9 @@ fn every_shipped_price_has_a_day_and_a_source() {
         .flat_map(|p| p.prices().entries)
         .collect();
     assert!(!all.is_empty());
-    let today: jiff::civil::Date = "2026-11-21".parse().unwrap();
+    let today: jiff::civil::Date = "2026-11-23".parse().unwrap();
     for entry in all {
         assert!(entry.as_of.is_some_and(|day| day <= today), "{entry:?}");
-        assert!(
-            entry
-                .source
-                .as_ref()
-                .is_some_and(|s| s.starts_with("https://")),
-            "{entry:?}"
-        );
         let price = entry.price;
         assert!(
             price.output >= price.input && price.input > 0.0,
@@ -45,6 +38,123 @@ fn every_shipped_price_has_a_day_and_a_source() {
         );
     }
     assert_eq!(prices("openai").entries, prices("openai-responses").entries);
+}
+
+/// Pages of others that quote a provider's list, where its own page could not be read with every rate of a model.
+const QUOTED: [&str; 2] = ["github.com", "docs.laozhang.ai"];
+
+#[test]
+fn every_source_is_a_page_of_the_provider_or_one_that_quotes_it() {
+    let own = |provider: &str| match provider {
+        "openai" | "openai-responses" => "developers.openai.com",
+        "gemini" => "ai.google.dev",
+        "deepseek" => "api-docs.deepseek.com",
+        "anthropic" => "platform.claude.com",
+        other => panic!("{other} has prices, but no site here"),
+    };
+    let (mut first_hand, mut all) = (0, 0);
+    for (name, provider) in shipped().providers {
+        for entry in provider.prices().entries {
+            let source = entry.source.clone().unwrap_or_default();
+            let url = reqwest::Url::parse(&source).unwrap();
+            let host = url.host_str().unwrap_or_default();
+            assert_eq!(url.scheme(), "https", "{entry:?}");
+            assert!(host == own(&name) || QUOTED.contains(&host), "{entry:?}");
+            first_hand += usize::from(host == own(&name));
+            all += 1;
+        }
+    }
+    assert!(first_hand >= 20, "{first_hand} of {all} at first hand");
+}
+
+#[test]
+fn what_is_read_from_and_written_to_the_cache_has_its_own_price() {
+    let day: jiff::civil::Date = "2026-11-20".parse().unwrap();
+    let prices = shipped().providers["anthropic"].prices();
+    let pricing = prices.pricing_for("claude-opus-5-5", day).unwrap();
+    let usage = |cached, written| Usage {
+        input_tokens: Some(1000),
+        output_tokens: Some(100),
+        cached_tokens: Some(cached),
+        cache_write_tokens: Some(written),
+        ..Usage::default()
+    };
+    let cost = |usage| (pricing.cost(&usage, QUIET.parse().unwrap()).unwrap() * 1e6).round();
+    assert_eq!(
+        cost(usage(0, 800)),
+        200.0 * 4.0 + 800.0 * 5.0 + 100.0 * 20.0
+    );
+    assert_eq!(
+        cost(usage(800, 0)),
+        (200.0 * 4.0_f64 + 800.0 * 0.2 + 100.0 * 20.0).round()
+    );
+    let words = pricing.bound_words().unwrap();
+    assert!(words.contains("×1.25 of input"), "{words}");
+}
+
+const QUIET: &str = "2026-11-20T12:00:00Z";
+
+#[test]
+fn models_take_the_efforts_that_their_providers_document() {
+    let registry = shipped();
+    let environment = Environment::from_lookup(|_| None);
+    let refused = |id: &str, effort| {
+        let (endpoint, model) = registry.resolve(id, &environment).unwrap();
+        let request = crate::llm::Request {
+            model,
+            messages: Vec::new(),
+            parameters: crate::llm::Parameters {
+                effort: Some(effort),
+                ..crate::llm::Parameters::default()
+            },
+            schema: None,
+        };
+        let checked = crate::llm::effort::check(&endpoint, &request);
+        checked.err().map(|error| error.to_string())
+    };
+    use crate::llm::Effort::{High, Low, Max, Medium, Minimal, Off, XHigh};
+    for (id, taken, not) in [
+        ("openai/gpt-6-luna", &[Off, XHigh, Max][..], &[Minimal][..]),
+        ("openai/gpt-6.2-sol", &[Low, Max], &[Off, Minimal]),
+        ("openai/gpt-6.1-sol", &[XHigh], &[Max, Off]),
+        ("openai-responses/gpt-6.1-sol", &[Max], &[Off]),
+        ("openai/gpt-5", &[Minimal, High], &[Off, Max]),
+        ("openai/o3", &[Medium], &[Minimal]),
+        (
+            "anthropic/claude-opus-5-5",
+            &[Low, XHigh, Max],
+            &[Off, Minimal],
+        ),
+        ("anthropic/claude-opus-5", &[Off, XHigh], &[Minimal]),
+        ("anthropic/claude-opus-4-6", &[Off, Max], &[XHigh]),
+        ("anthropic/claude-opus-4-5", &[High], &[Max]),
+        (
+            "gemini/gemini-3.8-flash",
+            &[Low, High],
+            &[Off, Minimal, Max],
+        ),
+        ("gemini/gemini-3.5-flash-lite", &[Minimal], &[XHigh]),
+        ("deepseek/deepseek-flash", &[Off, Max], &[Medium]),
+        ("openrouter/any/model", &[Minimal, XHigh], &[Max]),
+        ("ollama/qwen3", &[Off, Max], &[Minimal]),
+        // Only to be switched, or not at all: a note says so.
+        ("local/default", &[Off, Minimal, Max], &[]),
+        ("openai/gpt-4o", &[High], &[]),
+    ] {
+        for effort in taken {
+            assert_eq!(refused(id, *effort), None, "{id}");
+        }
+        for effort in not {
+            let words = refused(id, *effort).unwrap_or_default();
+            let model = id.split_once('/').unwrap().1;
+            let start = format!("{model} does not take effort {}; it takes ", effort.name());
+            assert!(words.contains(&start), "{id} {effort:?}: {words}");
+            let named = |one: &crate::llm::Effort| {
+                words.split("takes").last().unwrap().contains(one.name())
+            };
+            assert!(taken.iter().all(named), "{words}");
+        }
+    }
 }
 
 #[test]

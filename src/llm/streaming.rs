@@ -291,7 +291,7 @@ impl StreamingRequest {
         let framing = self.endpoint.dialect.protocol().framing();
         let mut decoder = Decoder::new(self.endpoint.dialect, self.endpoint.place());
         if kind == "text/html" {
-            let what = "a web page; the address may be that of a page for people".to_owned();
+            let what = "a web page; is the address that of a website?".to_owned();
             return self.fail(Error::Malformed {
                 place: self.endpoint.place(),
                 what,

@@ -29,10 +29,22 @@ impl Headline {
     /// The smallest values of a series with the measures `distance`, `ttc` and `risk`.
     #[must_use]
     pub fn from_series(series: &Series) -> Self {
+        Self::among(series, series.obstacles())
+    }
+
+    /// The same of one obstacle alone.
+    #[must_use]
+    pub fn of_obstacle(series: &Series, obstacle: i64) -> Self {
+        let known = series.obstacles().iter().position(|&id| id == obstacle);
+        let known = known.map_or(0..0, |place| place..place + 1);
+        Self::among(series, &series.obstacles()[known])
+    }
+
+    fn among(series: &Series, obstacles: &[i64]) -> Self {
         Self {
-            distance: nearest(series, "distance"),
-            ttc: nearest(series, "ttc"),
-            risk: nearest(series, "risk"),
+            distance: nearest(series, obstacles, "distance"),
+            ttc: nearest(series, obstacles, "ttc"),
+            risk: worst_risk(series, obstacles),
         }
     }
 
@@ -45,7 +57,8 @@ impl Headline {
         Self::from_series(&Series::from_context(&context, measures.collect()))
     }
 
-    /// The worst moment: the first contact; without one, the first step of the lowest risk score.
+    /// The worst moment: the first contact; without one, of the steps with the lowest risk score that of the smallest
+    /// distance, and of several such the first. The workbench, `--at worst` and figures all go there.
     #[must_use]
     pub fn worst(&self) -> Option<Nearest> {
         match self.collides() {
@@ -61,9 +74,36 @@ impl Headline {
     }
 }
 
-fn nearest(series: &Series, measure: &str) -> Option<Nearest> {
+/// The lowest risk score, at its smallest distance.
+fn worst_risk(series: &Series, obstacles: &[i64]) -> Option<Nearest> {
+    let lowest = nearest(series, obstacles, "risk")?;
+    let mut worst: Option<(f64, Nearest)> = None;
+    for &obstacle in obstacles {
+        let row = series.row("risk", obstacle).iter();
+        let distances = series.row("distance", obstacle);
+        for ((step, risk), distance) in series.steps().zip(row).zip(distances) {
+            if risk.value() != Some(lowest.value) {
+                continue;
+            }
+            let distance = distance.value().unwrap_or(f64::INFINITY);
+            let nearer = worst
+                .is_none_or(|(best, at)| distance < best || (distance == best && step < at.step));
+            if nearer {
+                let here = Nearest {
+                    step,
+                    obstacle,
+                    ..lowest
+                };
+                worst = Some((distance, here));
+            }
+        }
+    }
+    worst.map(|(_, at)| at).or(Some(lowest))
+}
+
+fn nearest(series: &Series, obstacles: &[i64], measure: &str) -> Option<Nearest> {
     let mut best: Option<Nearest> = None;
-    for &obstacle in series.obstacles() {
+    for &obstacle in obstacles {
         let row = series.row(measure, obstacle);
         for (step, reading) in series.steps().zip(row) {
             let Some(value) = reading.value() else {

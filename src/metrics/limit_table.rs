@@ -47,9 +47,9 @@ macro_rules! limits {
 
 limits! {
     "brake_threat", brake_threat, "m/s²", 0.1..=100.0, ["btn"],
-        "deceleration that btn is held against", "longitudinal limit of every vehicle of Althoff and Würsching, CommonRoad: Vehicle Models, 2020";
+        "deceleration that btn is compared with", "longitudinal limit of every vehicle of Althoff and Würsching, CommonRoad: Vehicle Models, 2020";
     "steer_threat", steer_threat, "m/s²", 0.1..=100.0, ["stn"],
-        "lateral acceleration that stn is held against", "default of commonroad-crime";
+        "lateral acceleration that stn is compared with", "default of commonroad-crime";
     "full_braking", full_braking, "m/s²", 0.1..=100.0, ["ttb", "ttr"],
         "full braking", "dry road";
     "kick_down", kick_down, "m/s²", 0.1..=100.0, ["ttk", "ttr"],
@@ -59,7 +59,7 @@ limits! {
     "tightest", tightest, "1/m", 0.001..=10.0, ["tts", "ttr"],
         "tightest curve that can be steered", "turning circle of a passenger car";
     "worst_case", worst_case, "m/s²", 0.1..=100.0, ["wttc"],
-        "acceleration feared of everyone who moves", "longitudinal limit of the CommonRoad vehicles";
+        "worst-case acceleration of all moving road users", "longitudinal limit of the CommonRoad vehicles";
     "tau", tau, "s", 0.01..=100.0, ["tet", "tit"],
         "ttc_lane below which tet and tit count", "Minderhoud and Bovy 2001";
     "madr_mean", madr.mean, "m/s²", 0.1..=100.0, ["cpi"],

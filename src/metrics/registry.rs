@@ -86,6 +86,25 @@ impl Measure {
     pub fn is_ordinal(&self) -> bool {
         self.id == super::risk::MEASURE.id
     }
+
+    /// Word for the most dangerous value. Of levels it is not "min": the lowest risk score is the highest danger.
+    #[must_use]
+    pub fn extreme(&self) -> &'static str {
+        match self.is_ordinal() {
+            true => "worst",
+            false => self.danger.extreme(),
+        }
+    }
+
+    /// Name of an axis of its values, by its short or its long name; it says which end of levels is the danger.
+    #[must_use]
+    pub fn axis_name(&self, name: &str) -> String {
+        match (self.is_ordinal(), self.unit) {
+            (true, _) => format!("{name}, 0 = collision"),
+            (false, "") => name.to_string(),
+            (false, unit) => format!("{name} ({unit})"),
+        }
+    }
 }
 
 /// Every measure, in the order of columns.

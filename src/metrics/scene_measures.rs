@@ -29,7 +29,7 @@ pub const SCENE_MEASURES: &[SceneMeasure] = &[
         name: "distance of the closest encounter",
         unit: "m",
         danger: Danger::Low,
-        source: "smallest recorded distance to anyone from now on (Eggert 2014)",
+        source: "smallest recorded distance to any obstacle from now on (Eggert 2014)",
         compute: |context, step| {
             least(context, step, |c, other, i| {
                 c.closest(other, i).map(|x| x.distance)
@@ -41,7 +41,7 @@ pub const SCENE_MEASURES: &[SceneMeasure] = &[
         name: "time to the recorded overlap",
         unit: "s",
         danger: Danger::Low,
-        source: "recorded time until the ego overlaps anyone (TTC* of CriMe)",
+        source: "recorded time until the ego overlaps any obstacle (TTC* of CriMe)",
         compute: |context, step| {
             let overlap =
                 |c: &Context<'_>, other, i| Some(c.time(i, c.closest(other, i)?.overlap?));
@@ -56,19 +56,19 @@ pub const SCENE_MEASURES: &[SceneMeasure] = &[
     manoeuvre(
         "ttb",
         "time to brake",
-        "latest full braking that avoids everyone (Hillenbrand 2006)",
+        "latest full braking that avoids all obstacles (Hillenbrand 2006)",
         |context, step| time(context, step, Starts::brake),
     ),
     manoeuvre(
         "ttk",
         "time to kick down",
-        "latest full acceleration that avoids everyone (Tamke 2011)",
+        "latest full acceleration that avoids all obstacles (Tamke 2011)",
         |context, step| time(context, step, Starts::kick_down),
     ),
     manoeuvre(
         "tts",
         "time to steer",
-        "latest evasive steering that avoids everyone (Hillenbrand 2006)",
+        "latest evasive steering that avoids all obstacles (Hillenbrand 2006)",
         |context, step| time(context, step, Starts::steer),
     ),
     manoeuvre(

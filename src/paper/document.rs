@@ -20,12 +20,13 @@ impl Paper {
             blocks.push(Block::Table(self.table(table)));
         }
         blocks.push(Block::Heading(
-            "Where the recorded answers do not give the published number".into(),
+            "Published numbers that the recorded answers do not reproduce".into(),
         ));
         blocks.push(self.departures().map_or_else(
             || {
                 Block::Text(
-                    "Every recorded count could be a random part of the published one.".into(),
+                    "Every recorded count is consistent with a random part of the published one."
+                        .into(),
                 )
             },
             Block::Table,
@@ -33,7 +34,8 @@ impl Paper {
         blocks.extend(self.contradictions().map(Block::Table));
         blocks.extend(self.report.blocks());
         Document {
-            title: "Recorded answers beside Tables I–IV of \"From Words to Collisions\"".into(),
+            title: "Recorded answers compared with Tables I–IV of \"From Words to Collisions\""
+                .into(),
             blocks,
         }
     }
@@ -43,8 +45,13 @@ impl Paper {
     /// # Errors
     /// Never in practice: the writer's own words.
     pub fn csv(&self) -> Result<String, String> {
-        let rows: Vec<Value> = self.comparisons.iter().map(Comparison::json).collect();
-        csv(&rows)
+        csv(&self.rows())
+    }
+
+    /// The lines of [`Paper::csv`] as objects.
+    #[must_use]
+    pub fn rows(&self) -> Vec<Value> {
+        self.comparisons.iter().map(Comparison::json).collect()
     }
 
     /// The cells of the recorded answers, and the comparisons.
@@ -74,24 +81,19 @@ impl Paper {
         let again = match again.is_empty() {
             true => String::new(),
             false => format!(
-                " Rows that stand in two tables are counted once: {}.",
+                " Rows in two tables are counted once: {}.",
                 again.join("; ")
             ),
         };
         let count = |finding| parts.iter().filter(|p| p.finding == finding).count();
         [
             format!(
-                "The paper's tables are about 100 collisions and 100 normal scenarios (104 for some models), the recorded \
-                 answers here about {} and {}. So shares are compared, not counts: were the recorded answers a random part \
-                 of those that the paper counted, how probable would a count be that is no likelier than the recorded one? \
-                 (Two-sided hypergeometric test, not corrected for many rows: one in twenty would differ by chance.) \
-                 Impossible: so few cannot be left of the published answers. Which of these scenarios the paper counted is \
-                 not known.",
+                "The paper's tables cover 100 collisions and 100 normal scenarios (104 for some models), the recorded answers here {} and {}. So shares are compared, not counts: if the recorded answers were a random part of those the paper counted, how probable is a count at least as unlikely as the recorded one? (Two-sided hypergeometric test, not corrected for multiple rows: one in twenty differs by chance.) Impossible: no part of the published answers has such a count. Which of these scenarios the paper counted is unknown. As in the paper, a yes of the safety task that does not name the obstacle that collides counts as a no here.",
                 most(DataHalf::Collision),
                 most(DataHalf::Normal)
             ),
             format!(
-                "Of {} published counts {} agree, {} differ, {} are impossible, and of {} nothing was recorded.{again}",
+                "Of {} published counts {} agree, {} differ, {} are impossible, and {} have no recorded answers.{again}",
                 parts.len(),
                 count(Finding::Agrees),
                 count(Finding::Differs),
@@ -111,7 +113,7 @@ impl Paper {
         let task = rows.first().map_or("", |c| c.published.way.task.name());
         let mut table = Table::new(
             format!(
-                "Table {name} of the paper, {task} task, beside the recorded answers and the built-in judge: TP/FP/FN/TN"
+                "Table {name} of the paper, {task} task, with the recorded answers and the built-in judge: TP/FP/FN/TN"
             ),
             format!("nearmiss-paper-{}", name.to_lowercase()),
             &[
@@ -146,7 +148,7 @@ impl Paper {
                 recorded.map_or_else(|| NONE.into(), |r| r.unparsed.to_string()),
                 with_interval(
                     recorded.and_then(Cell::f1),
-                    recorded.and_then(|r| r.f1_interval),
+                    recorded.and_then(|r| r.intervals.f1),
                 ),
                 four(c.reference.as_ref().map(|r| &r.confusion)),
                 number(c.reference.as_ref().and_then(Cell::f1), 2),
@@ -159,7 +161,7 @@ impl Paper {
 
     fn departures(&self) -> Option<Table> {
         let mut table = Table::new(
-            "Published and recorded shares that do not agree, with Wilson intervals of 95 %",
+            "Published and recorded shares that differ, with 95 % Wilson intervals",
             "nearmiss-paper-departures",
             &[
                 "<Table",
@@ -210,7 +212,7 @@ impl Paper {
 
     fn contradictions(&self) -> Option<Table> {
         let mut table = Table::new(
-            "Published rates that are not those of the published counts",
+            "Published rates that do not match the published counts",
             "nearmiss-paper-contradictions",
             &["<Table", "<Row", "<What"],
         );
@@ -255,7 +257,7 @@ impl Comparison {
             map.insert("f1".into(), json!(cell.f1()));
             map.insert(
                 "f1_ci".into(),
-                json!(cell.f1_interval.map(|i| [i.low, i.high])),
+                json!(cell.intervals.f1.map(|i| [i.low, i.high])),
             );
             map
         };

@@ -81,7 +81,7 @@ pub fn find(root: &Path) -> (Vec<Recorded>, Vec<Problem>) {
     if halves == 0 {
         search.complain(
             root,
-            "there are no recorded answers; `Results/output_validation` or `Results/output_validation_normal` is needed",
+            "no recorded answers; expected `Results/output_validation` or `Results/output_validation_normal`",
         );
     }
     (search.found, search.problems)
@@ -133,14 +133,17 @@ impl Search {
         for (name, task) in [("agent", Task::Safety), ("scenario", Task::Collision)] {
             let tasks = folder.join(name);
             if !tasks.is_dir() {
-                self.absent(&tasks, "is not there: no answers to this task");
+                self.absent(&tasks, "missing: no answers to this task");
                 continue;
             }
             for method in self.folders(&tasks) {
                 let Some(asked) = FolderQuestion::from_name(task, &file_name(&method)) else {
                     let known =
                         "cart or ego, and base, ablation, cot or icl, as in ego_cot; or safety";
-                    self.complain(&method, format!("is no way of asking that is known, and was passed over; there are {known}"));
+                    self.complain(
+                        &method,
+                        format!("unknown prompt configuration, skipped; available: {known}"),
+                    );
                     continue;
                 };
                 for engine in self.folders(&method) {
@@ -154,7 +157,7 @@ impl Search {
     fn answer(&mut self, scenario: &Path, engine: &Path, asked: FolderQuestion, collision: bool) {
         let analysis = engine.join("analysis");
         if !analysis.is_dir() {
-            return self.absent(&analysis, "is not there: no answer");
+            return self.absent(&analysis, "missing: no answer");
         }
         let mut files = self.inside(&analysis);
         files.retain(|path| path.is_file());
@@ -163,23 +166,20 @@ impl Search {
         let text = |path: &PathBuf| path.extension().is_some_and(|x| x == "txt");
         let chosen = usual.or_else(|| files.iter().find(|p| text(p)).cloned());
         let Some(file) = chosen else {
-            return self.absent(&analysis, "has no *.txt: no answer");
+            return self.absent(&analysis, "no *.txt: no answer");
         };
         for other in files.iter().filter(|other| **other != file) {
-            let message = format!("was passed over, as {} is the answer", file_name(&file));
+            let message = format!("skipped; {} is the answer", file_name(&file));
             self.remark(other, message);
         }
         if !file_name(&file).ends_with("_all_timesteps.txt") {
-            self.remark(
-                &file,
-                "has another name than …_all_timesteps.txt; it was taken as the answer",
-            );
+            self.remark(&file, "not named …_all_timesteps.txt; taken as the answer");
         }
         let Some(text) = self.text(&file) else {
             return;
         };
         if text.trim().is_empty() {
-            self.remark(&file, "is empty; the answer is kept as it is");
+            self.remark(&file, "empty; the answer is kept");
         }
         let Some(model) = self.model(engine) else {
             return;
@@ -214,10 +214,7 @@ impl Search {
             "openai" => "gpt-4o",
             "deepseek" => "deepseek-chat",
             other => {
-                self.remark(
-                    engine,
-                    "is a model that the paper does not name; its folder's name is used",
-                );
+                self.remark(engine, "not a model of the paper; its folder name is used");
                 other
             }
         };
@@ -230,10 +227,7 @@ impl Search {
             Ok(data) if data.len() > LARGEST => {
                 self.complain(
                     file,
-                    format!(
-                        "has {} bytes, more than any answer, and was passed over",
-                        data.len()
-                    ),
+                    format!("has {} bytes, too large for an answer; skipped", data.len()),
                 );
                 return None;
             }
@@ -243,7 +237,7 @@ impl Search {
             Ok(bytes) => Some(match String::from_utf8(bytes) {
                 Ok(text) => text,
                 Err(error) => {
-                    self.complain(file, "is not UTF-8; what could not be read was replaced");
+                    self.complain(file, "not UTF-8; unreadable characters were replaced");
                     String::from_utf8_lossy(error.as_bytes()).into_owned()
                 }
             }),

@@ -2,70 +2,45 @@
 
 use std::path::Path;
 
+use rayon::prelude::*;
 use serde_json::json;
 
 use super::recorded::{Recorded, find};
-use super::scenes::{Opened, of_answers, safety_window, subject};
+use super::scenes::{claims, described, of_answers, subject};
 use crate::evaluation::{Problem, reading};
-use crate::store::{Ending, Key, NewRun, Origin, Run, RunId, RunState};
-use crate::verdict::Task;
+use crate::scenario::Scene;
+use crate::store::{ClaimCounts, Ending, Key, NewRun, Origin, Run, RunId, RunState};
 
 /// A scenario whose file was found.
-#[derive(Debug, Clone, PartialEq)]
 struct Tied {
     hash: String,
-    ego: Option<Driven>,
-}
-
-/// A recorded ego.
-#[derive(Debug, Clone, PartialEq)]
-struct Driven {
-    /// As the store writes it.
-    ego: String,
-    /// The paper's window in collisions, and in safe scenarios.
-    windows: [Option<(i64, i64)>; 2],
+    scene: Option<Scene>,
 }
 
 /// Every answer recorded below `root`, as a run that was read at `now_ms`, and everything there that is none.
 ///
 /// An answer is tied to its scenario by the name, and by the hash of the file where that lies below the same folder.
-/// The window of the safety task is the paper's; of the other tasks it is not known.
+/// Its window is the one that the paper's scripts describe; of tasks other than collision and safety it is not known.
 #[must_use]
 pub fn runs(root: &Path, now_ms: i64) -> (Vec<Run>, Vec<Problem>) {
     let (answers, mut problems) = find(root);
-    let tied = of_answers(&answers, root, &mut problems, |_, opened| Tied::of(&opened));
+    let tied = of_answers(&answers, root, &mut problems, |_, opened| Tied {
+        hash: opened.scenario.hash.to_string(),
+        scene: opened.scene,
+    });
     let run = |answer| {
         let tied = tied.get(&subject(answer));
         run_of(answer, tied, root, now_ms)
     };
-    let runs = answers.iter().map(run).collect();
+    let runs = answers.par_iter().map(run).collect();
     (runs, problems)
-}
-
-impl Tied {
-    fn of(opened: &Opened) -> Self {
-        let driven = |scene| {
-            let window = |collision| safety_window(scene, collision).map(|w| (w.first(), w.last()));
-            Driven {
-                ego: scene.ego.to_string(),
-                windows: [true, false].map(window),
-            }
-        };
-        Self {
-            hash: opened.scenario.hash.to_string(),
-            ego: opened.scene.as_ref().map(driven),
-        }
-    }
 }
 
 fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> Run {
     let said = answer.read();
     let techniques = answer.techniques.to_string();
-    let ego = tied.and_then(|tied| tied.ego.as_ref());
-    let window = match answer.task {
-        Task::Safety => ego.and_then(|ego| ego.windows[usize::from(!answer.collision)]),
-        _ => None,
-    };
+    let scene = tied.and_then(|tied| tied.scene.as_ref());
+    let window = scene.and_then(|scene| described(scene, answer.task, answer.collision));
     let key = Key::digest(&json!({
         "recorded": answer.model,
         "scenario": answer.scenario,
@@ -97,11 +72,11 @@ fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> R
             batch: None,
             scenario: answer.scenario.clone(),
             scenario_hash: tied.map(|tied| tied.hash.clone()),
-            ego: ego.map_or_else(|| "recorded".into(), |found| found.ego.clone()),
+            ego: scene.map_or_else(|| "recorded".into(), |scene| scene.ego.to_string()),
             task: answer.task,
             frame: answer.frame.to_string(),
             techniques,
-            window,
+            window: window.map(|window| (window.first(), window.last())),
             model: answer.model.clone(),
             provider: "recorded".into(),
             dialect: None,
@@ -119,9 +94,11 @@ fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> R
         ending: Ending {
             verdict,
             reading: Some(how),
+            claims: scene.map_or_else(ClaimCounts::default, |scene| claims(answer, scene)),
             ..Ending::bare(state)
         },
         verdict_json,
+        most_usd: None,
         notes: String::new(),
         pinned: false,
         deleted_ms: None,

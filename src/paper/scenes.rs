@@ -7,12 +7,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::Recorded;
-use crate::evaluation::{Label, Labelled, Lead, Problem};
+use crate::evaluation::claims::{self, TimeOrigin};
+use crate::evaluation::{Label, Labelled, PAPER_STEPS, Problem};
 use crate::formats::Entry;
 use crate::scenario::{Scenario, Scene, Window};
-
-/// Steps that the paper's scripts describe.
-const HISTORY: usize = 10;
+use crate::store::ClaimCounts;
+use crate::verdict::Task;
 
 /// The name of a scenario, and whether it is in the half of the collisions.
 pub(super) type Subject<'a> = (&'a str, bool);
@@ -93,12 +93,23 @@ pub(super) fn label_of_half(collision: bool) -> Label {
     }
 }
 
-/// The paper's window of the safety task.
-pub(super) fn safety_window(scene: &Scene, collision: bool) -> Option<Window> {
+/// The window that the paper's scripts describe to a task, where it is known.
+pub(super) fn described(scene: &Scene, task: Task, collision: bool) -> Option<Window> {
     let labelled = Labelled {
         scene,
         label: label_of_half(collision),
         contact: None,
     };
-    labelled.window(Lead::Paper, HISTORY)
+    labelled.paper_window(task, PAPER_STEPS)
+}
+
+/// The claims of a recorded answer, checked against its scene.
+pub(super) fn claims(answer: &Recorded, scene: &Scene) -> ClaimCounts {
+    let window = described(scene, answer.task, answer.collision);
+    let subject = claims::Subject {
+        scene,
+        times: TimeOrigin::Recording,
+        window: window.map(|window| (window.first(), window.last())),
+    };
+    claims::count("", &answer.text, &subject)
 }

@@ -5,18 +5,21 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::recorded::{Recorded, find};
-use super::scenes::{label_of_half, of_answers, safety_window, subject};
+use super::scenes::{claims, described, label_of_half, of_answers, subject};
 use crate::description::Frame;
-use crate::evaluation::{AnswerStatus, Label, Labels, Problem, PromptConfig, Scored, annotations};
+use crate::evaluation::{
+    AnswerStatus, AxisValues, Label, Labels, Problem, PromptConfig, Scored, annotations,
+};
 use crate::judge;
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
-use crate::store::Consumed;
+use crate::store::{ClaimCounts, Consumed};
 use crate::verdict::{Task, Verdict};
 
-/// The built-in judge's verdicts on both tasks, as far as it can be asked.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// A scene, and the built-in judge's verdicts on both tasks, as far as it can be asked.
+#[derive(Default)]
 struct Reference {
+    scene: Option<Scene>,
     collision: Option<Verdict>,
     safety: Option<Verdict>,
 }
@@ -33,16 +36,20 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
     let (labels, wrong) = annotations(root);
     problems.extend(wrong);
     let references = of_answers(&answers, root, &mut problems, |collision, opened| {
-        let scene = opened.scene.as_ref();
+        let scene = opened.scene;
         scene.map_or_else(Reference::default, |scene| Reference::on(scene, collision))
     });
     let one = |answer: &Recorded| Scored {
+        critical: label(&labels, &answer.scenario, answer.collision)
+            .map(Label::critical)
+            .unwrap_or_default(),
         scenario: answer.scenario.clone(),
         way: PromptConfig {
             task: answer.task,
             frame: Frame::parse(answer.frame),
             techniques: Some(answer.techniques),
             model: answer.model.clone(),
+            settings: AxisValues::default(),
             template: None,
         },
         sample: 0,
@@ -51,8 +58,15 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
         reference: references
             .get(&subject(answer))
             .and_then(|r| r.of(answer.task).cloned()),
+        window: None,
         consumed: Consumed::default(),
+        most_usd: None,
+        superseded: Vec::new(),
         run: None,
+        claims: references
+            .get(&subject(answer))
+            .and_then(|r| r.scene.as_ref())
+            .map_or_else(ClaimCounts::default, |scene| claims(answer, scene)),
     };
     let mut scored: Vec<Scored> = answers.par_iter().map(one).collect();
     for (&(name, collision), reference) in &references {
@@ -89,11 +103,12 @@ fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
 }
 
 impl Reference {
-    fn on(scene: &Scene, collision: bool) -> Self {
-        let safety = |window: Window| judge::judge(scene, Task::Safety, &window).verdict;
+    fn on(scene: Scene, collision: bool) -> Self {
+        let safety = |window: Window| judge::judge(&scene, Task::Safety, &window).verdict;
         Self {
-            collision: Some(judge::judge_collision(scene, Thresholds::shipped()).verdict),
-            safety: safety_window(scene, collision).map(safety),
+            collision: Some(judge::judge_collision(&scene, Thresholds::shipped()).verdict),
+            safety: described(&scene, Task::Safety, collision).map(safety),
+            scene: Some(scene),
         }
     }
 

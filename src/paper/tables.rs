@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::description::Frame;
 use crate::evaluation::report::{Cell, Report, ReportSubject};
 use crate::evaluation::statistics::{Interval, part_of, wilson};
-use crate::evaluation::{Confusion, PromptConfig, Scored};
+use crate::evaluation::{AxisValues, Confusion, PromptConfig, Scored};
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::verdict::Task;
@@ -120,6 +120,7 @@ pub fn published() -> Result<Vec<Published>, String> {
                 frame: Some(Frame::parse(&row.frame).ok_or_else(|| word("the frame"))?),
                 techniques: Some(Techniques::parse(&row.techniques)?),
                 model: row.model,
+                settings: AxisValues::default(),
                 template: None,
             },
             table: row.table,
@@ -147,11 +148,11 @@ impl Published {
         let compared = names.into_iter().zip(rates).zip(self.rates);
         compared
             .filter_map(|((name, counted), printed)| {
-                // DataHalf a unit of the last digit that is printed.
+                // Half a unit of the last digit that is printed.
                 let off = counted.is_none_or(|counted| (counted - printed).abs() > 0.005 + 1e-9);
                 let counted = counted.map_or_else(|| "none".into(), |c| format!("{c:.3}"));
                 off.then(|| {
-                    format!("{name} is printed as {printed:.2}, and its counts give {counted}")
+                    format!("{name} is printed as {printed:.2}, but its counts give {counted}")
                 })
             })
             .collect()
@@ -165,8 +166,11 @@ impl Paper {
     /// As [`published`].
     pub fn from_scored(scored: &[Scored]) -> Result<Self, String> {
         let report = Report::from_scored(scored);
+        let mut counted = scored.to_vec();
+        counted.iter_mut().for_each(Scored::require_naming);
+        let counted = Report::from_scored(&counted);
         let find = |wanted: &dyn Fn(&PromptConfig) -> bool| {
-            report.whole().find(|c| wanted(&c.way)).cloned()
+            counted.whole().find(|c| wanted(&c.way)).cloned()
         };
         let compare = |row: Published| {
             let recorded = find(&|way| *way == row.way);
@@ -283,6 +287,7 @@ mod tests {
                 frame: Some(Frame::Cartesian),
                 techniques: Some(Techniques::ALL),
                 model: "recorded/gemini-1.5-pro".into(),
+                settings: AxisValues::default(),
                 template: None,
             },
             truth: Some(Label::Safe),
@@ -303,7 +308,7 @@ mod tests {
             [("II", "I"), ("II", "I"), ("IV", "III"), ("IV", "III")]
         );
         let text = paper.document().markdown();
-        let said = "Of 48 published counts 0 agree, 0 differ, 1 are impossible, and of 47 nothing was recorded";
+        let said = "Of 48 published counts 0 agree, 0 differ, 1 are impossible, and 47 have no recorded answers";
         assert!(text.contains(said), "{text}");
         assert!(
             text.contains("cartesian All Gemini-1.5Pro in II as in I"),

@@ -110,7 +110,7 @@ pub struct Feasible {
 
 /// All bounds that a trajectory breaks, in order of time; never empty.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{} ({} broken in all)", .0[0], .0.len())]
+#[error("{} ({} in all)", .0[0], .0.len())]
 pub struct FeasibilityError(pub Vec<Broken>);
 
 /// How exactly a trajectory must be met.

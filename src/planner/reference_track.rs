@@ -28,7 +28,7 @@ pub struct ReferenceTrack {
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceTrackError {
     /// The planning problem has no start.
-    #[error("planning problem {problem} does not say where the ego starts")]
+    #[error("planning problem {problem} has no start position")]
     NoStart {
         /// Its id.
         problem: i64,

@@ -29,6 +29,6 @@ pub fn unavoided(scenario: &Scenario) -> Option<String> {
         (_, Some((last, others))) => (format!("obstacles {} and {last}", others.join(", ")), "are"),
     };
     Some(format!(
-        "{who} {is} given as regions (occupancy sets): the planner does not avoid these, and contact with them is not counted"
+        "{who} {is} given as regions (occupancy sets): the planner does not avoid them, and contact with them is not counted"
     ))
 }

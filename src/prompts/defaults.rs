@@ -50,7 +50,9 @@ fn radius<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
     if metres.is_finite() && metres > 0.0 {
         return Ok(Some(metres));
     }
-    Err(D::Error::custom("radius is a positive number of metres"))
+    Err(D::Error::custom(
+        "radius must be a positive number of metres",
+    ))
 }
 
 fn precision<'de, D: Deserializer<'de>>(from: D) -> Result<Option<usize>, D::Error> {
@@ -59,7 +61,7 @@ fn precision<'de, D: Deserializer<'de>>(from: D) -> Result<Option<usize>, D::Err
     match decimals.filter(|d| *d <= MOST_DECIMALS) {
         Some(decimals) => Ok(Some(decimals)),
         None => Err(D::Error::custom(format!(
-            "precision is a number of decimals from 0 to {MOST_DECIMALS}"
+            "precision must be 0 to {MOST_DECIMALS} decimals"
         ))),
     }
 }
@@ -76,5 +78,5 @@ fn temperature<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Err
     if (0.0..=2.0).contains(&value) {
         return Ok(Some(value));
     }
-    Err(D::Error::custom("temperature lies between 0 and 2"))
+    Err(D::Error::custom("temperature must be from 0 to 2"))
 }

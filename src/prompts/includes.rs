@@ -25,6 +25,14 @@ pub(super) fn included<'f>(
     found
 }
 
+impl super::Library {
+    /// The names of the fragments that a text includes, and that those include.
+    #[must_use]
+    pub fn included(&self, source: &str) -> BTreeSet<&str> {
+        included(source, self.fragments())
+    }
+}
+
 /// SHA-256, hexadecimal, of a template and the fragments that it includes.
 #[must_use]
 pub fn hash(source: &str, fragments: &BTreeMap<String, String>) -> String {

@@ -32,8 +32,10 @@ const SHIPPED: &[Shipped] = shipped![
     "_cartesian.md",
     "_critical.md",
     "_ego.md",
+    "_horizon.md",
     "_metrics.md",
     "_risk.md",
+    "_scene.md",
     "attacker-ego.md",
     "attacker-metrics.md",
     "collision-cartesian.md",
@@ -92,10 +94,10 @@ impl std::fmt::Display for Problem {
         let instead = match self.instead {
             Fallback::Shipped => "the shipped template is used instead",
             Fallback::LastGood => "its last good version stays in use",
-            Fallback::Nothing => "it is not used",
-            Fallback::Usual => "the usual template is used",
+            Fallback::Nothing => "the file is not used",
+            Fallback::Usual => "the default template is used",
         };
-        write!(f, "{}: {}; {instead}", self.path.display(), self.message)
+        write!(f, "{}: {} ({instead})", self.path.display(), self.message)
     }
 }
 
@@ -272,7 +274,7 @@ impl Library {
         for (task, frame, file) in chosen.all() {
             let front = self.templates.get(&file).map(|(t, _)| &t.front);
             let why = match front {
-                None => format!("{task}.{frame}: there is no template {file}"),
+                None => format!("{task}.{frame}: no template {file}"),
                 Some(front) if front.task != task || front.frame != frame => {
                     let (of, at) = (&front.task, &front.frame);
                     format!("{task}.{frame}: {file} is for {of} in frame {at}")

@@ -12,12 +12,14 @@ pub fn template_file(name: &str) -> Result<String, String> {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
     if stem.is_empty() || !stem.chars().all(allowed) {
         return Err(format!(
-            "`{}` is no name for a template; letters, digits, - and . are allowed",
+            "invalid template name `{}`; letters, digits, - and . are allowed",
             name.trim()
         ));
     }
     if stem.starts_with(['_', '.']) {
-        return Err(format!("`{stem}`: a template's name begins with a letter"));
+        return Err(format!(
+            "invalid template name `{stem}`; it must start with a letter"
+        ));
     }
     Ok(format!("{stem}.md"))
 }

@@ -52,7 +52,7 @@ fn no_thread(file: &str, error: &std::io::Error) -> RenderError {
     RenderError {
         file: file.to_string(),
         line: None,
-        message: format!("no thread for it: {}", crate::system::words(error)),
+        message: format!("cannot start a thread: {}", crate::system::words(error)),
     }
 }
 
@@ -100,7 +100,7 @@ fn fill(
                 ErrorKind::UnknownBlock => RenderError {
                     file: file.to_string(),
                     line: None,
-                    message: format!("there is no `{{% block {name} %}}` in it"),
+                    message: format!("no `{{% block {name} %}}`"),
                 },
                 _ => fail(error),
             })
@@ -161,7 +161,7 @@ fn said(error: &minijinja::Error) -> String {
     let whole = match error.detail() {
         _ if kind == ErrorKind::OutOfFuel => {
             let most = guard::MOST_STEPS;
-            format!("{kind}: filling it takes more than {most} steps, the limit")
+            format!("{kind}: rendering exceeds the limit of {most} steps")
         }
         Some(detail) => format!("{kind}: {detail}"),
         None => kind.to_string(),

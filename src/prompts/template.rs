@@ -53,7 +53,7 @@ pub struct Template {
 pub enum TemplateError {
     /// The file does not begin with front matter.
     #[error(
-        "line 1: a template begins with `+++`, a TOML table with name, version, task and frame, and `+++`"
+        "line 1: a template starts with `+++`, a TOML table with name, version, task and frame, and `+++`"
     )]
     NoFrontMatter,
     /// Front matter or text is not what is needed.
@@ -97,7 +97,7 @@ impl Template {
             return Err(TemplateError::Wrong {
                 line: line(schema.span().start),
                 message: format!(
-                    "the answer to the task {} has the schema of that name, not {}",
+                    "the answer to task {} needs the schema of that name, not {}",
                     written.task,
                     schema.get_ref()
                 ),

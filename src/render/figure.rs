@@ -6,7 +6,8 @@ use super::palette::Palette;
 use super::plot::Plot;
 use super::scene::{Basemap, MapRequest, MapScene, TrailSpan};
 use super::view::{MapExtent, Subject, Variation, View};
-use crate::metrics::{Context, MEASURES, Measure, Series, Thresholds};
+use crate::metrics::{Context, Headline, MEASURES, Measure, Series, Thresholds};
+use crate::scenario::{Window, WindowRule};
 
 /// What is on a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +33,8 @@ pub struct Look {
     pub obstacles: Vec<i64>,
     /// The measures that are plotted.
     pub measures: Vec<&'static Measure>,
+    /// The question whose window plots shade.
+    pub window: Option<WindowRule>,
     /// Width and height, points; the height follows from what is on it where it is not given.
     pub size: (f64, Option<f64>),
     /// Colours.
@@ -60,6 +63,7 @@ impl Default for Look {
             ego_up: false,
             obstacles: Vec::new(),
             measures: MEASURES.iter().filter(|m| m.id == "distance").collect(),
+            window: None,
             size: (COLUMN, None),
             palette: Palette::paper(),
         }
@@ -70,13 +74,13 @@ impl Default for Look {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FigureError {
     /// Nothing can be plotted without an ego.
-    #[error("measures are about an ego, and there is none; choose one, or draw the map")]
+    #[error("measures need an ego, but there is none; choose one, or draw the map")]
     NoEgo,
     /// No obstacle has this id.
     #[error("no obstacle {0} in the scenario")]
     NoSuchObstacle(i64),
     /// An obstacle is the ego, and cannot be highlighted beside it.
-    #[error("{0} is the ego; obstacles are pointed out beside it")]
+    #[error("{0} is the ego and cannot be highlighted as an obstacle")]
     IsEgo(i64),
 }
 
@@ -90,6 +94,7 @@ pub struct Figure<'a> {
     series: Option<Series>,
     name: &'a str,
     telling: i64,
+    contact: Option<i64>,
 }
 
 impl<'a> Figure<'a> {
@@ -116,13 +121,16 @@ impl<'a> Figure<'a> {
             return Err(FigureError::NoEgo);
         }
         let mut telling = subject.steps().start;
-        let mut series = None;
+        let (mut series, mut contact) = (None, None);
         if let Some(scene) = subject.scene {
+            telling = Headline::compute(scene, thresholds)
+                .worst()
+                .map_or(telling, |worst| worst.step);
             let context = Context::under(scene, thresholds);
             let distance = MEASURES.iter().filter(|m| m.id == "distance").collect();
             let distances = Series::from_context(&context, distance);
-            if let Some((step, _)) = distances.most_dangerous("distance") {
-                telling = step;
+            if let Some((step, smallest)) = distances.most_dangerous("distance") {
+                contact = (smallest == 0.0).then_some(step);
                 let who = distances.most_dangerous_at("distance", step);
                 if look.obstacles.is_empty() {
                     look.obstacles.extend(who.map(|(id, _)| id));
@@ -141,6 +149,7 @@ impl<'a> Figure<'a> {
             series,
             name,
             telling,
+            contact,
         })
     }
 
@@ -155,7 +164,7 @@ impl<'a> Figure<'a> {
         self
     }
 
-    /// The step that tells most: the first of the smallest distance; without an ego the first one.
+    /// The step that tells most: see [`Headline::worst`]; without an ego the first one.
     #[must_use]
     pub fn telling_step(&self) -> i64 {
         self.telling
@@ -232,6 +241,8 @@ impl<'a> Figure<'a> {
                 series,
                 dt: self.subject.scenario.dt(),
                 cursor: Some(step),
+                window: self.window(step),
+                contact: self.contact,
                 emphasised,
                 thresholds: self.thresholds,
                 palette: &look.palette,
@@ -246,6 +257,12 @@ impl<'a> Figure<'a> {
             plot.draw(&mut picture);
         }
         picture
+    }
+
+    /// The window that plots shade at a step.
+    fn window(&self, step: i64) -> Option<Window> {
+        let rule = self.look.window.filter(|_| self.series.is_some())?;
+        Some(rule.at(self.subject.scene?, step))
     }
 
     fn provenance(&self, step: i64) -> Provenance {
@@ -281,6 +298,10 @@ impl<'a> Figure<'a> {
         if self.look.what != FigureContent::Map {
             let ids: Vec<&str> = self.look.measures.iter().map(|m| m.id).collect();
             facts.push(("measures", ids.join(", ")));
+        }
+        if let Some(window) = self.window(step) {
+            let words = format!("steps {} to {}", window.first(), window.last());
+            facts.push(("window", words));
         }
         Provenance {
             title: format!("{name}, t = {seconds:.1} s"),

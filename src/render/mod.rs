@@ -6,8 +6,10 @@
 
 mod animation;
 pub mod cells;
+mod chart;
 mod clip;
 mod color;
+mod coverage;
 mod display;
 mod figure;
 mod format;
@@ -26,13 +28,15 @@ mod tests;
 mod view;
 
 pub use animation::{AnimationError, animate};
+pub use chart::{Axis as ChartAxis, Bar, BarChart, ChartPoint, ChartSeries, PointChart};
 pub use color::Color;
+pub use coverage::coverage_picture;
 pub use display::{Anchor, Area, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
 pub use figure::{COLUMN, Figure, FigureContent, FigureError, Look, MILLIMETRE, PIXEL};
 pub use format::Format;
 pub use map_page::MapPage;
 pub use palette::Palette;
-pub use plot::{Ticks, steps};
+pub use plot::{Ticks, runs, steps, value_range};
 pub use raster::{MOST_PIXELS, RasterError, pixels, png};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
 pub use svg::svg;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Color;
 use crate::settings::{AUTO, NamedTheme, ThemeColor, ThemeFile};
-use crate::system::did_you_mean;
+use crate::system::unknown;
 
 /// A colour for every role.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +17,8 @@ pub struct Palette {
     pub dim: Color,
     /// Grid lines and frames.
     pub grid: Color,
+    /// The window of a question in a plot.
+    pub shade: Color,
     /// The surface of the road.
     pub road: Color,
     /// The surface of pavements and of lanes for bicycles.
@@ -49,6 +51,7 @@ const PAPER: Palette = Palette {
     text: Color::hex(0x1a1a1a),
     dim: Color::hex(0x666666),
     grid: Color::hex(0xdddddd),
+    shade: Color::hex(0xe9f0f6),
     road: Color::hex(0xebedef),
     path: Color::hex(0xf5f3ee),
     lane: Color::hex(0x80868c),
@@ -102,9 +105,8 @@ impl Palette {
             },
             None if name == "paper" => Ok(PAPER),
             None => Err(format!(
-                "no theme `{name}` for pictures{}; available: {} and files in {}",
-                did_you_mean(name, Self::names()),
-                Self::names().join(", "),
+                "{}; your own themes go in {}",
+                unknown("theme", name, Self::names()),
                 folder.display()
             )),
         }
@@ -135,6 +137,7 @@ impl Palette {
             text,
             dim: or(theme.dim, base.dim),
             grid: background.towards(text, 0.16),
+            shade: or(theme.shade, background.towards(text, 0.07)),
             road: or(theme.map_road, background.towards(text, 0.07)),
             path: or(theme.map_path, background.towards(text, 0.04)),
             lane: or(theme.lane, base.lane),

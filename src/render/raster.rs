@@ -20,7 +20,7 @@ pub const MOST_PIXELS: u64 = 64_000_000;
 pub enum RasterError {
     /// It would be too large, or nothing at all.
     #[error(
-        "{width} × {height} pixels: a picture has 1 to {} million; choose another size or a lower resolution",
+        "{width} × {height} pixels: pictures have 1 to {} million; choose another size or a lower resolution",
         MOST_PIXELS / 1_000_000
     )]
     Size {

@@ -7,7 +7,7 @@ use super::*;
 use crate::formats::{EgoSelection, bundled};
 use crate::geometry::Point;
 use crate::metrics::{MEASURES, Thresholds};
-use crate::scenario::Scene;
+use crate::scenario::{Scene, WindowEnd, WindowRule};
 
 fn scene(name: &str) -> Scene {
     let entry = bundled()
@@ -129,6 +129,38 @@ fn the_contact_is_marked_at_its_step_alone() {
     assert!(!paths(&figure.at(step), "contact").is_empty());
     assert!(paths(&figure.at(step - 5), "contact").is_empty());
     assert_eq!(figure.obstacles(), [301]);
+}
+
+#[test]
+fn plots_shade_the_window_of_the_question_and_mark_the_contact() {
+    let drawn = |name, end, step| {
+        let look = Look {
+            what: FigureContent::Plot,
+            window: Some(WindowRule { end, history: 10 }),
+            ..Look::default()
+        };
+        let scene = scene(name);
+        let picture = figure(&scene, look).at(step);
+        let window = paths(&picture, "window");
+        let contact = paths(&picture, "contact");
+        let across = |spots: &[Spot]| Area::around(spots).map(|a| (a.x, a.right()));
+        let named = svg(&picture).contains(">contact<");
+        assert_eq!(named, !contact.is_empty(), "{name}");
+        let first = |all: Vec<(Vec<Spot>, _)>| all.first().and_then(|(s, _)| across(s));
+        (first(window), first(contact), scene.steps())
+    };
+    let (moving, contact, steps) = drawn("RedLight", WindowEnd::Present, 40);
+    let (last, _, _) = drawn("RedLight", WindowEnd::Recording, 40);
+    let ((from, to), (end_from, end_to)) = (moving.unwrap(), last.unwrap());
+    // Ten steps, nine times the way between two.
+    let step = (to - from) / 9.0;
+    assert!((end_to - end_from - 9.0 * step).abs() < 1e-6);
+    let later = (steps.end - 1 - 40) as f64 * step;
+    assert!((end_to - to - later).abs() < 1e-6, "{end_to} {to} {later}");
+    // The contact at step 59, as the judge has it.
+    let contact = contact.unwrap();
+    assert!((contact.0 - to - 19.0 * step).abs() < 1e-6, "{contact:?}");
+    assert_eq!(drawn("CutIn", WindowEnd::Present, 20).1, None);
 }
 
 #[test]

@@ -35,8 +35,8 @@ impl MapExtent {
     pub fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
-                "`{text}` is no view; there are ego, ego,WIDTH, all and X,Y,WIDTH, in metres, where WIDTH is between \
-                 {LEAST} and {MOST}"
+                "unknown view `{text}`; write ego, ego,WIDTH, all or X,Y,WIDTH, in metres, with WIDTH from \
+                 {LEAST} to {MOST}"
             )
         };
         let numbers = |words: &[&str]| {

@@ -28,6 +28,21 @@ pub fn is_valid(id: &str) -> bool {
     country && map && configuration && prediction && parts.next().is_none()
 }
 
+/// The scenarios on the same map, often cut from the same recordings: `DEU_Bremen-7` of `DEU_Bremen-7_12_T-1`. A
+/// name that does not begin as an id is a family of its own.
+#[must_use]
+pub fn family(id: &str) -> &str {
+    let rest = id.strip_prefix("C-").unwrap_or(id);
+    let end = rest
+        .match_indices('_')
+        .nth(1)
+        .map_or(rest.len(), |(at, _)| at);
+    match is_valid(&rest[..end]) {
+        true => &rest[..end],
+        false => id,
+    }
+}
+
 fn is_number(text: &str) -> bool {
     !text.starts_with('0') && !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
@@ -100,6 +115,20 @@ mod tests {
             assert!(!is_valid(id), "{id}");
         }
         assert_eq!(normalized("ZAM_test_0-1"), "ZAM_ZAMtest01-1");
+    }
+
+    #[test]
+    fn a_family_is_a_map() {
+        for (id, wanted) in [
+            ("DEU_Bremen-7_12_T-1", "DEU_Bremen-7"),
+            ("C-DEU_Bremen-7_12_T-1", "DEU_Bremen-7"),
+            ("DEU_Bremen-7_12_T-1-copy", "DEU_Bremen-7"),
+            ("ZAM_Tutorial-1", "ZAM_Tutorial-1"),
+            ("my_own_file", "my_own_file"),
+            ("", ""),
+        ] {
+            assert_eq!(family(id), wanted);
+        }
     }
 
     #[test]

@@ -74,12 +74,12 @@ impl fmt::Display for Jump {
         } = self;
         write!(
             f,
-            "it jumps {metres:.1} m from step {from} to {to}, where its speed explains {explained:.1} m"
+            "jumps {metres:.1} m from step {from} to {to}; its speed explains {explained:.1} m"
         )?;
         match more {
             0 => Ok(()),
-            1 => f.write_str("; 1 more jump follows"),
-            more => write!(f, "; {more} more jumps follow"),
+            1 => f.write_str("; 1 more jump"),
+            more => write!(f, "; {more} more jumps"),
         }
     }
 }
@@ -126,7 +126,7 @@ mod tests {
         let slow = track(&[(0, 0.0), (1, 2.0), (2, 9.0)], Some(20.0));
         assert_eq!(
             slow.jump(0.1).map(|j| j.to_string()).as_deref(),
-            Some("it jumps 7.0 m from step 1 to 2, where its speed explains 2.0 m")
+            Some("jumps 7.0 m from step 1 to 2; its speed explains 2.0 m")
         );
     }
 }

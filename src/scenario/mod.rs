@@ -38,8 +38,8 @@ pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use road::{
-    Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, Leg, Route, RouteError,
-    Side,
+    Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, LaneRelation,
+    LaneRelations, Leg, Route, RouteError, Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use signs::SignMeaning;
@@ -47,7 +47,7 @@ pub use summary::{alike, in_short};
 pub use track::{DerivedCounts, LONGEST_TRACK, Motion, Sample, Track};
 pub use transform::{Transform, TransformError, Transformed};
 pub use vehicle::{VehicleModel, VehicleType};
-pub use window::Window;
+pub use window::{Window, WindowEnd, WindowRule};
 
 /// One scenario: a map with traffic on it and a planning problem.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::road::Index;
 use super::{LaneletType, LineMarking, RoadUser, SignalColor, TrafficDirection};
@@ -25,13 +25,15 @@ pub struct LaneletNetwork {
 }
 
 /// A piece of lane between two borders, driven from the first to the last points.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Lanelet {
     /// Unique in the scenario.
     pub id: i64,
     /// Border on the left of the driving direction.
+    #[serde(flatten, serialize_with = "left_bound")]
     pub left: Bound,
     /// Border on the right.
+    #[serde(flatten, serialize_with = "right_bound")]
     pub right: Bound,
     /// Lanelets that end where this one begins.
     pub predecessors: Vec<i64>,
@@ -50,9 +52,43 @@ pub struct Lanelet {
     /// Road users that may use it in both directions.
     pub users_bidirectional: Vec<RoadUser>,
     /// Signs that hold on it.
+    #[serde(rename = "traffic_signs")]
     pub signs: Vec<i64>,
     /// Lights that hold on it.
+    #[serde(rename = "traffic_lights")]
     pub lights: Vec<i64>,
+}
+
+fn left_bound<S: Serializer>(bound: &Bound, to: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Left<'a> {
+        left_bound: &'a [Point],
+        left_line_marking: LineMarking,
+        #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+        left_heights: &'a [f64],
+    }
+    let left = Left {
+        left_bound: &bound.points,
+        left_line_marking: bound.marking,
+        left_heights: &bound.heights,
+    };
+    left.serialize(to)
+}
+
+fn right_bound<S: Serializer>(bound: &Bound, to: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Right<'a> {
+        right_bound: &'a [Point],
+        right_line_marking: LineMarking,
+        #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+        right_heights: &'a [f64],
+    }
+    let right = Right {
+        right_bound: &bound.points,
+        right_line_marking: bound.marking,
+        right_heights: &bound.heights,
+    };
+    right.serialize(to)
 }
 
 /// One border of a lanelet.

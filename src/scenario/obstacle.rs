@@ -97,7 +97,7 @@ impl ObstacleParts {
         match self.initial.iter().chain(later).filter(region).count() {
             0 => None,
             count => Some(format!(
-                "in {count} of its states the position is a region; the middle is taken wherever it moves or is measured"
+                "position is a region in {count} states; its centre is used"
             )),
         }
     }

@@ -1,5 +1,7 @@
 //! Planning problems: the ego's initial state and its goals.
 
+use serde::Serialize;
+
 use super::{LaneletNetwork, Motion, Position, Quantity, State, Steps};
 use crate::geometry::{Footprint, Pose, angle_between};
 
@@ -15,9 +17,10 @@ pub struct PlanningProblem {
 }
 
 /// One goal: all of its conditions must hold.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Goal {
     /// When, in time steps.
+    #[serde(rename = "time_step")]
     pub time: Steps,
     /// Where; several regions are alternatives.
     pub positions: Vec<Position>,

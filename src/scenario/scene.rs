@@ -137,12 +137,9 @@ impl Scene {
             return Err(SceneError::NoSuchObstacle { id, known });
         };
         let refuse = |why| SceneError::NotAnEgo { id, why };
-        let footprint = obstacle
-            .footprint
-            .clone()
-            .ok_or(refuse("it has no shape"))?;
+        let footprint = obstacle.footprint.clone().ok_or(refuse("no shape"))?;
         if obstacle.role != ObstacleRole::Dynamic || obstacle.track().iter().count() < 2 {
-            return Err(refuse("it has no trajectory"));
+            return Err(refuse("no trajectory"));
         }
         let ego = Ego {
             id,

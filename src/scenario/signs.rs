@@ -66,7 +66,7 @@ const WORDS: &[(&str, &str)] = &[
     ("205", "yield"),
     ("206", "stop"),
     ("208", "yield to oncoming"),
-    ("209", "this way only"),
+    ("209", "mandatory direction"),
     ("211", "turn here"),
     ("215", "roundabout"),
     ("220", "one way"),
@@ -88,7 +88,7 @@ const WORDS: &[(&str, &str)] = &[
     ("276", "no overtaking"),
     ("277", "no overtaking by trucks"),
     ("278", "end of limit"),
-    ("280", "overtaking again"),
+    ("280", "end of no overtaking"),
     ("282", "end of all limits"),
     ("283", "no stopping"),
     ("286", "no parking"),
@@ -133,7 +133,7 @@ impl SignElement {
         if self.id == "275" {
             return Some(match speed() {
                 Some(least) => SignMeaning::LeastSpeed(least),
-                None => SignMeaning::Words("least speed"),
+                None => SignMeaning::Words("minimum speed"),
             });
         }
         let words = |id: &str| WORDS.iter().find(|(known, _)| *known == id);

@@ -18,7 +18,7 @@ impl Scenario {
             (
                 "format",
                 format!(
-                    "CommonRoad {}, {} s a step",
+                    "CommonRoad {}, {} s per step",
                     if header.version.is_empty() {
                         "of no version"
                     } else {
@@ -30,11 +30,11 @@ impl Scenario {
             (
                 "road",
                 format!(
-                    "{} lanelets, {} signs, {} lights, {} intersections",
-                    network.lanelets.len(),
-                    network.signs.len(),
-                    network.lights.len(),
-                    network.intersections.len()
+                    "{}, {}, {}, {}",
+                    counted(network.lanelets.len(), "lanelet"),
+                    counted(network.signs.len(), "sign"),
+                    counted(network.lights.len(), "light"),
+                    counted(network.intersections.len(), "intersection")
                 ),
             ),
             ("obstacles", self.kinds()),
@@ -102,9 +102,16 @@ impl Scenario {
         }
         let kinds: Vec<String> = kinds
             .iter()
-            .map(|(kind, count)| format!("{count} {kind}"))
+            .map(|(kind, count)| format!("{count} × {kind}"))
             .collect();
         kinds.join(", ")
+    }
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
     }
 }
 

@@ -39,8 +39,11 @@ pub struct Config {
     pub temperature: Option<f64>,
     /// Most tokens an answer may have; the server's default where it is not set.
     pub max_tokens: Option<u32>,
-    /// How much models are to reason: `off`, `low`, `medium` or `high`; the server's default where it is not set.
+    /// How much models are to reason: `off`, `minimal`, `low`, `medium`, `high`, `xhigh` or `max`; the server's default
+    /// where it is not set.
     pub effort: Option<String>,
+    /// Whether the log probabilities of answers are asked for, where a model gives them.
+    pub log_probabilities: bool,
     /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
     pub concurrency: std::num::NonZeroU32,
     /// Most US dollars that one session of the workbench, or one `ask`, may cost; without it there is no bound.
@@ -49,6 +52,8 @@ pub struct Config {
     pub person: Option<String>,
     /// Where pictures are saved; the current folder where it is not set.
     pub pictures: Option<PathBuf>,
+    /// Folder of the index that the workbench opens with; none where it is not set.
+    pub index: Option<PathBuf>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -72,10 +77,12 @@ impl Default for Config {
             temperature: None,
             max_tokens: None,
             effort: None,
+            log_probabilities: false,
             concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
             budget: None,
             person: None,
             pictures: None,
+            index: None,
             providers: toml::Table::new(),
             planner: toml::Table::new(),
         }
@@ -84,7 +91,7 @@ impl Default for Config {
 
 /// Why a configuration file is not in use.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}; the defaults are in use", self.in_short())]
+#[error("{}; using the defaults", self.in_short())]
 pub struct ConfigError {
     /// Which file.
     pub file: String,
@@ -120,7 +127,7 @@ impl ConfigError {
             .collect();
         match &lines[..] {
             [] => first,
-            [one] => format!("{first} (and another mistake in line {one})"),
+            [one] => format!("{first} (and another error in line {one})"),
             more => format!("{first} (and more in lines {})", more.join(", ")),
         }
     }
@@ -136,7 +143,7 @@ impl Config {
     /// let file = folder.path().join("config.toml");
     /// std::fs::write(&file, "modle = \"openai/gpt-4o\"")?;
     /// let error = Config::read(&file).unwrap_err().to_string();
-    /// assert!(error.contains("config.toml:1: modle is not known; did you mean model?"), "{error}");
+    /// assert!(error.contains("config.toml:1: unknown key `modle`; did you mean `model`?"), "{error}");
     /// # Ok::<(), std::io::Error>(())
     /// ```
     ///
@@ -187,13 +194,15 @@ mod tests {
         let error = Config::read(&path).unwrap_err();
         assert_eq!(error.mistakes.len(), 1);
         assert!(
-            error.to_string().contains("config.toml:2: radios "),
+            error
+                .to_string()
+                .contains("config.toml:2: unknown key `radios`"),
             "{error}"
         );
         for (wrong, key) in [
             ("theme = 3", "theme"),
             ("history = -1", "history"),
-            ("effort = \"max\"", "effort"),
+            ("effort = \"huge\"", "effort"),
             ("concurrency = 0", "concurrency"),
             ("budget = -1.0", "budget"),
             ("editor = \"ed\"", "editor"),
@@ -213,7 +222,7 @@ mod tests {
         assert!(
             error
                 .to_string()
-                .contains("(and more in lines 2, 3); the defaults"),
+                .contains("(and more in lines 2, 3); using the defaults"),
             "{error}"
         );
         std::fs::write(

@@ -190,24 +190,24 @@ impl PlannerKey {
         };
         match &self.allowed {
             Number(range) => format!(
-                "a number from {} to {}{unit} is needed",
+                "expected a number from {} to {}{unit}",
                 range.start(),
                 range.end()
             ),
             Whole(range) => format!(
-                "a whole number from {} to {}{unit} is needed",
+                "expected a whole number from {} to {}{unit}",
                 range.start(),
                 range.end()
             ),
             Odd(range) => format!(
-                "an odd number from {} to {}{unit} is needed",
+                "expected an odd number from {} to {}{unit}",
                 range.start(),
                 range.end()
             ),
             Words(words) => {
                 let words: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
                 match words.split_last() {
-                    Some((last, others)) => format!("{} or {last} is needed", others.join(", ")),
+                    Some((last, others)) => format!("expected {} or {last}", others.join(", ")),
                     None => String::new(),
                 }
             }
@@ -250,7 +250,7 @@ pub(super) fn wrong(section: &Table) -> Vec<(Vec<String>, String)> {
             value => {
                 let words = match TABLES.contains(&name.as_str()) {
                     true => Some(format!(
-                        "planner.{name} = {}: a table is needed: [planner.{name}]",
+                        "planner.{name} = {}: expected a table: [planner.{name}]",
                         shown(value)
                     )),
                     false => wrong_value(name, value),
@@ -265,7 +265,7 @@ pub(super) fn wrong(section: &Table) -> Vec<(Vec<String>, String)> {
 fn wrong_value(id: &str, value: &Value) -> Option<String> {
     let Some(key) = PlannerKey::named(id) else {
         let all: Vec<&str> = PlannerKey::ALL.iter().map(|key| key.id).collect();
-        return Some(format!("planner.{id} is not known{}", near(id, &all)));
+        return Some(format!("unknown key `planner.{id}`{}", near(id, &all)));
     };
     (!key.allows(value)).then(|| format!("planner.{id} = {}: {}", shown(value), key.needed()))
 }
@@ -300,38 +300,44 @@ mod tests {
         for (text, said) in [
             (
                 "horizon = 0",
-                "planner.horizon = 0: a number from 0.5 to 20 s",
+                "planner.horizon = 0: expected a number from 0.5 to 20 s",
             ),
-            ("horizon = nan", "planner.horizon = nan: a number"),
-            ("horizon = \"4\"", "planner.horizon = \"4\": a number"),
+            ("horizon = nan", "planner.horizon = nan: expected a number"),
+            (
+                "horizon = \"4\"",
+                "planner.horizon = \"4\": expected a number",
+            ),
             (
                 "replan = 1.5",
-                "planner.replan = 1.5: a whole number from 1 to 1000 steps",
+                "planner.replan = 1.5: expected a whole number from 1 to 1000 steps",
             ),
-            ("vehicle = 5", "planner.vehicle = 5: a whole number"),
+            (
+                "vehicle = 5",
+                "planner.vehicle = 5: expected a whole number",
+            ),
             (
                 "prediction = \"oracle\"",
-                "planner.prediction = \"oracle\": \"recorded\", \"constant-velocity\" or \"lane\" is",
+                "planner.prediction = \"oracle\": expected \"recorded\", \"constant-velocity\" or \"lane\"",
             ),
             (
                 "horizn = 3",
-                "planner.horizn is not known; did you mean horizon?",
+                "unknown key `planner.horizn`; did you mean `horizon`?",
             ),
             (
                 "sampling = 3",
-                "planner.sampling = 3: a table is needed: [planner.sampling]",
+                "planner.sampling = 3: expected a table: [planner.sampling]",
             ),
             (
                 "[sampling]\noffsets = 4",
-                "planner.sampling.offsets = 4: an odd number from 3 to 31",
+                "planner.sampling.offsets = 4: expected an odd number from 3 to 31",
             ),
             (
                 "[weights]\nrisk = -1",
-                "planner.weights.risk = -1: a number from 0 to 1000000",
+                "planner.weights.risk = -1: expected a number from 0 to 1000000",
             ),
             (
                 "[weights]\nrisks = 1",
-                "planner.weights.risks is not known; did you mean weights.risk?",
+                "unknown key `planner.weights.risks`; did you mean `weights.risk`?",
             ),
         ] {
             let found = words(text);

@@ -35,7 +35,7 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 fn wrong(key: &str, value: Value) -> Option<String> {
     let Some(known) = KEYS.iter().find(|known| known.name == key) else {
         let all: Vec<&str> = KEYS.iter().map(|known| known.name).collect();
-        return Some(format!("{key} is not known{}", near(key, &all)));
+        return Some(format!("unknown key `{key}`{}", near(key, &all)));
     };
     let shown = shown(&value);
     let alone = Table::from_iter([(key.to_string(), value)]);
@@ -44,6 +44,9 @@ fn wrong(key: &str, value: Value) -> Option<String> {
         _ => Some(format!("{key} = {shown}: {}", known.needed)),
     }
 }
+
+/// The words for how much models are to reason.
+const EFFORTS: [&str; 7] = ["off", "minimal", "low", "medium", "high", "xhigh", "max"];
 
 /// Whether values of the right kind are in their bounds, too.
 fn can_be_meant(config: &Config) -> bool {
@@ -61,7 +64,7 @@ fn can_be_meant(config: &Config) -> bool {
         && config.history != Some(0)
         && config.max_tokens != Some(0)
         && config.temperature.is_none_or(|t| (0.0..=2.0).contains(&t))
-        && one_of(&config.effort, &["off", "low", "medium", "high"])
+        && one_of(&config.effort, &EFFORTS)
         && one_of(&config.glyphs, &["auto", "unicode", "ascii"])
         && one_of(
             &config.map,
@@ -77,8 +80,8 @@ fn can_be_meant(config: &Config) -> bool {
 /// The one of all keys that was probably meant, or all of them.
 pub(super) fn near(key: &str, all: &[&str]) -> String {
     match nearest(key, all.iter().copied()) {
-        Some(known) => format!("; did you mean {known}?"),
-        None => format!("; there are {}", all.join(", ")),
+        Some(known) => format!("; did you mean `{known}`?"),
+        None => format!("; available: {}", all.join(", ")),
     }
 }
 
@@ -97,8 +100,8 @@ fn no_toml(text: &str, error: &toml::de::Error) -> Mistake {
     let written = line.and_then(|line| text.lines().nth(line - 1));
     let key = written.and_then(|written| Some(written.split_once('=')?.0.trim()));
     let words = match key.filter(|key| !key.is_empty()) {
-        Some(key) => format!("{key}: this is not TOML: {words}"),
-        None => format!("this is not TOML: {words}"),
+        Some(key) => format!("{key}: invalid TOML: {words}"),
+        None => format!("invalid TOML: {words}"),
     };
     Mistake { line, words }
 }
@@ -121,14 +124,14 @@ mod tests {
             temperature = 3\neditor = \"ed\"\nqwrtz = 1\nprovider = [1]\n";
         let found = said(text);
         let starts = [
-            "1: radius = \"lots\": a number is needed",
-            "2: mouse = 1: true or false is needed",
-            "3: modell is not known; did you mean model?",
-            "6: max_tokens = 5000000000: a whole number",
-            "7: temperature = 3: a number from 0 to 2",
-            "8: editor = \"ed\": \"plain\", \"vim\"",
-            "9: qwrtz is not known; there are theme, glyphs,",
-            "10: provider = a list: a table for each",
+            "1: radius = \"lots\": expected a number",
+            "2: mouse = 1: expected true or false",
+            "3: unknown key `modell`; did you mean `model`?",
+            "6: max_tokens = 5000000000: expected a whole number",
+            "7: temperature = 3: expected a number from 0 to 2",
+            "8: editor = \"ed\": expected \"plain\", \"vim\"",
+            "9: unknown key `qwrtz`; available: theme, glyphs,",
+            "10: provider = a list: expected a table for each",
         ];
         assert_eq!(found.len(), starts.len(), "{found:#?}");
         for (found, start) in found.iter().zip(starts) {
@@ -141,7 +144,7 @@ mod tests {
     fn what_is_no_toml_is_named_without_its_value() {
         let found = said("mouse = true\napi_key = sk-secret\n");
         assert!(
-            found[0].starts_with("2: api_key: this is not TOML: "),
+            found[0].starts_with("2: api_key: invalid TOML: "),
             "{found:?}"
         );
         assert!(!found[0].contains("secret"), "{found:?}");

@@ -38,32 +38,32 @@ const fn key(
     }
 }
 
-const BOOLEAN: &str = "true or false is needed";
-const COUNT: &str = "a whole number of at least 1 (and less than 4294967296) is needed";
+const BOOLEAN: &str = "expected true or false";
+const COUNT: &str = "expected a whole number from 1 to 4294967295";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 19] = [
+pub(super) const KEYS: [Key; 21] = [
     key(
         "theme",
-        "a text is needed, the name of a theme such as \"dark\"",
+        "expected the name of a theme, such as \"dark\"",
         "auto: dark or light, as the terminal's background is",
         |config| text(&config.theme),
     ),
     key(
         "glyphs",
-        "\"auto\", \"unicode\" or \"ascii\" is needed",
+        "expected \"auto\", \"unicode\" or \"ascii\"",
         "auto: what the locale says",
         |config| text(&config.glyphs),
     ),
     key(
         "map",
-        "\"auto\", \"pixels\", \"cells\", \"braille\" or \"ascii\" is needed",
+        "expected \"auto\", \"pixels\", \"cells\", \"braille\" or \"ascii\"",
         "auto: the best that the terminal can do",
         |config| text(&config.map),
     ),
     key(
         "map_blocks",
-        "\"auto\", \"quadrants\", \"sextants\" or \"octants\" is needed",
+        "expected \"auto\", \"quadrants\", \"sextants\" or \"octants\"",
         "auto: those that the terminal is known to draw",
         |config| text(&config.map_blocks),
     ),
@@ -71,31 +71,31 @@ pub(super) const KEYS: [Key; 19] = [
     key("session", BOOLEAN, "", |config| Some(config.session.into())),
     key(
         "editor",
-        "\"plain\", \"vim\" or \"emacs\" is needed",
+        "expected \"plain\", \"vim\" or \"emacs\"",
         "",
         |config| Some(config.editor.name().into()),
     ),
     key(
         "model",
-        "a text is needed, provider/model, such as \"openai/gpt-4o\"",
+        "expected provider/model, such as \"openai/gpt-4o\"",
         "the built-in judge, reference/geometry",
         |config| text(&config.model),
     ),
     key(
         "history",
-        "a whole number of at least 1 is needed",
+        "expected a whole number of at least 1",
         "the template's",
         |config| Some(i64::try_from(config.history?).ok()?.into()),
     ),
     key(
         "radius",
-        "a number is needed, metres, more than 0",
+        "expected a number of metres above 0",
         "the template's",
         |config| config.radius.map(Value::Float),
     ),
     key(
         "temperature",
-        "a number from 0 to 2 is needed",
+        "expected a number from 0 to 2",
         "the template's, else not sent",
         |config| config.temperature.map(Value::Float),
     ),
@@ -104,39 +104,45 @@ pub(super) const KEYS: [Key; 19] = [
     }),
     key(
         "effort",
-        "\"off\", \"low\", \"medium\" or \"high\" is needed",
+        "expected \"off\", \"minimal\", \"low\", \"medium\", \"high\", \"xhigh\" or \"max\"",
         "not sent",
         |config| text(&config.effort),
     ),
+    key("log_probabilities", BOOLEAN, "", |config| {
+        Some(config.log_probabilities.into())
+    }),
     key("concurrency", COUNT, "", |config| {
         Some(config.concurrency.get().into())
     }),
     key(
         "budget",
-        "a number is needed, US dollars, more than 0",
+        "expected a number of US dollars above 0",
         "no bound",
         |config| config.budget.map(Value::Float),
     ),
-    key(
-        "person",
-        "a text is needed, a name",
-        "the user's name",
-        |config| text(&config.person),
-    ),
+    key("person", "expected a name", "the user's name", |config| {
+        text(&config.person)
+    }),
     key(
         "pictures",
-        "a text is needed, a folder",
+        "expected a folder",
         "the current folder",
         |config| Some(config.pictures.as_ref()?.display().to_string().into()),
+    ),
+    key(
+        "index",
+        "expected the folder of an index",
+        "no index",
+        |config| Some(config.index.as_ref()?.display().to_string().into()),
     ),
     // These are printed as sections.
     key(
         "provider",
-        "a table for each is needed: [provider.NAME]",
+        "expected a table for each: [provider.NAME]",
         "",
         |_| None,
     ),
-    key("planner", "a table is needed: [planner]", "", |_| None),
+    key("planner", "expected a table: [planner]", "", |_| None),
 ];
 
 fn text(text: &Option<String>) -> Option<Value> {

@@ -10,7 +10,7 @@ mod solution;
 pub use closed_loop::{DriveSpan, Driver, Look, MOST_DRIVEN, ResumableRollout};
 pub use collision::{Collision, ContactSide};
 pub use outcome::Outcome;
-pub use rollout::{Cycle, DriveError, Rollout, Settings, drive};
+pub use rollout::{Cycle, DriveError, Rollout, Settings};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

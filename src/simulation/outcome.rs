@@ -38,7 +38,7 @@ impl std::fmt::Display for Outcome {
             Self::Collision(collision) => write!(f, "collision with {collision}"),
             Self::Timeout => f.write_str("goal not reached in time"),
             Self::OffRoad => f.write_str("off the road"),
-            Self::Infeasible => f.write_str("nothing that the vehicle can drive"),
+            Self::Infeasible => f.write_str("no feasible motion"),
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use super::{Driver, Outcome};
+use super::Outcome;
 use crate::geometry::Pose;
 use crate::planner::{
     self, Forecast, Limits, MOST_STEPS, Plan, ReferenceTrack, ReferenceTrackError, VehicleState,
 };
-use crate::scenario::{Motion, PlanningProblem, Sample, Scenario, StateField, Track};
+use crate::scenario::{Motion, PlanningProblem, Sample, StateField, Track};
 
 /// Settings of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +61,7 @@ pub enum DriveError {
         problem: i64,
     },
     /// The start lacks something.
-    #[error("planning problem {problem} does not say {what} of the ego at its start")]
+    #[error("planning problem {problem} has no {what} at its start")]
     NoStart {
         /// Its id.
         problem: i64,
@@ -70,8 +70,7 @@ pub enum DriveError {
     },
     /// A plan would have more steps than one can have.
     #[error(
-        "time steps of {dt} s are too short to plan with: {horizon} s ahead would be {:.0} steps, and a plan has \
-         {MOST_STEPS} at most; a shorter --horizon, or longer time steps",
+        "time steps of {dt} s are too short: a horizon of {horizon} s needs {:.0} steps, but a plan has at most {MOST_STEPS}; shorten --horizon",
         horizon / dt
     )]
     TooFine {
@@ -80,19 +79,6 @@ pub enum DriveError {
         /// How far ahead is planned, seconds.
         horizon: f64,
     },
-}
-
-/// Drives the ego of a planning problem.
-///
-/// # Errors
-/// The problem has no start or no goal, or no way leads to it.
-pub fn drive(
-    scenario: &Scenario,
-    problem: &PlanningProblem,
-    settings: &Settings,
-) -> Result<Rollout, DriveError> {
-    let driver = Driver::new(scenario, problem, settings)?;
-    Ok(driver.drive(scenario, &driver.whole()))
 }
 
 /// The state a problem starts with.

@@ -45,7 +45,7 @@ fn a_plan_never_has_more_steps_than_memory_has_room_for() {
 #[test]
 fn steps_that_are_too_short_to_plan_with_are_named() {
     let scenario = changed(&[("timeStepSize=\"0.1\"", "timeStepSize=\"0.001\"")]);
-    let error = drive(&scenario, &scenario.planning_problems[0], &usual());
+    let error = Driver::new(&scenario, &scenario.planning_problems[0], &usual());
     let words = error.unwrap_err().to_string();
     assert!(
         words.contains("0.001 s") && words.contains("4000 steps"),
@@ -56,7 +56,8 @@ fn steps_that_are_too_short_to_plan_with_are_named() {
 #[test]
 fn the_longest_steps_are_driven() {
     let scenario = changed(&[("timeStepSize=\"0.1\"", "timeStepSize=\"10\"")]);
-    let driven = drive(&scenario, &scenario.planning_problems[0], &usual()).unwrap();
+    let driver = Driver::new(&scenario, &scenario.planning_problems[0], &usual()).unwrap();
+    let driven = driver.drive(&scenario, &driver.whole());
     assert!(driven.states.len() > 1);
 }
 

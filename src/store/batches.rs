@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::database::now_ms;
 use super::items::{STATE, insert};
 use super::rows::from_row;
-use super::{NewItem, Store, StoreError};
+use super::{Look, NewItem, Store, StoreError};
 use crate::verdict::Task;
 
 /// Identifies a batch; people call it `b7`.
@@ -26,7 +26,7 @@ impl std::str::FromStr for BatchId {
         let digits = text.strip_prefix(['b', 'B']).unwrap_or(text);
         match digits.parse() {
             Ok(id) if id > 0 => Ok(Self(id)),
-            _ => Err("a batch is called b and a number, such as b7".into()),
+            _ => Err("a batch name is b and a number, such as b7".into()),
         }
     }
 }
@@ -44,6 +44,9 @@ pub struct Batch {
     pub spec: String,
     /// The parts of it that are here, such as `1/4`; `None` if it is whole.
     pub shard: Option<String>,
+    /// Looks at its test split before that was complete.
+    #[serde(default)]
+    pub looks: Vec<Look>,
 }
 
 /// Progress of a batch: its scenarios, and its questions by state.
@@ -128,7 +131,14 @@ impl Store {
     pub fn batch(&self, id: BatchId) -> Result<Option<Batch>, StoreError> {
         let connection = self.lock();
         let sql = format!("SELECT {COLUMNS} FROM batches WHERE id = ?1");
-        Ok(connection.query_row(&sql, [id.0], from_row).optional()?)
+        let found: Option<Batch> = connection.query_row(&sql, [id.0], from_row).optional()?;
+        drop(connection);
+        found.map(|batch| self.with_looks(batch)).transpose()
+    }
+
+    fn with_looks(&self, batch: Batch) -> Result<Batch, StoreError> {
+        let looks = self.looks(batch.id)?;
+        Ok(Batch { looks, ..batch })
     }
 
     /// The batch that was begun last.
@@ -138,7 +148,9 @@ impl Store {
     pub fn last_batch(&self) -> Result<Option<Batch>, StoreError> {
         let connection = self.lock();
         let sql = format!("SELECT {COLUMNS} FROM batches ORDER BY id DESC LIMIT 1");
-        Ok(connection.query_row(&sql, [], from_row).optional()?)
+        let found: Option<Batch> = connection.query_row(&sql, [], from_row).optional()?;
+        drop(connection);
+        found.map(|batch| self.with_looks(batch)).transpose()
     }
 
     /// Every batch and how far it is, the newest first.
@@ -157,6 +169,12 @@ impl Store {
         );
         let mut statement = connection.prepare(&sql)?;
         let rows = statement.query_map([], |row| Ok((from_row(row)?, from_row(row)?)))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        let found: Vec<(Batch, Progress)> = rows.collect::<Result<_, _>>()?;
+        drop(statement);
+        drop(connection);
+        let found = found.into_iter();
+        found
+            .map(|(batch, progress)| Ok((self.with_looks(batch)?, progress)))
+            .collect()
     }
 }

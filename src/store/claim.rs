@@ -60,6 +60,78 @@ impl Store {
         }
     }
 
+    /// The newest run with these texts, reasoning and answer, as its whole answer to the same question, asked the same way under the same
+    /// parameters: for judges that are sent no request, which therefore has no key.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn same_answer(
+        &self,
+        run: &NewRun,
+        (reasoning, answer): (&str, &str),
+    ) -> Result<Option<Run>, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT * FROM runs WHERE scenario_hash IS ?1 AND task = ?2 AND model = ?3 AND scenario = ?4 AND ego = ?5
+                 AND frame = ?6 AND techniques = ?7 AND window_first IS ?8 AND window_last IS ?9 AND parameters = ?10
+                 AND sample = ?11 AND reasoning = ?12 AND answer = ?13 AND state = 'answered' AND deleted_ms IS NULL
+             ORDER BY id DESC LIMIT 1",
+        )?;
+        let (first, last) = run.window.unzip();
+        let found = statement.query_row(
+            params![
+                run.scenario_hash,
+                run.task.name(),
+                run.model,
+                run.scenario,
+                run.ego,
+                run.frame,
+                run.techniques,
+                first,
+                last,
+                run.parameters,
+                run.sample,
+                reasoning,
+                answer
+            ],
+            |row| rows::shown(row, MOST_SHOWN),
+        );
+        Ok(found.optional()?)
+    }
+
+    /// The newest imported answer of a recorded model to the same question: about the same scenario and steps, to the
+    /// same task, in the same frame, with the same techniques. Of imported answers whose scenario file was not there,
+    /// its name decides; their steps are not known.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn recorded_answer(&self, run: &NewRun) -> Result<Option<Run>, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT * FROM runs WHERE model = ?1 AND task = ?2 AND frame = ?3 AND techniques = ?4 AND sample = ?5
+                 AND (scenario_hash = ?6 OR (scenario_hash IS NULL AND scenario = ?7))
+                 AND (window_first IS NULL OR (window_first IS ?8 AND window_last IS ?9))
+                 AND origin = 'recorded' AND state = 'answered' AND deleted_ms IS NULL
+             ORDER BY scenario_hash IS NULL, id DESC LIMIT 1",
+        )?;
+        let (first, last) = run.window.unzip();
+        let found = statement.query_row(
+            params![
+                run.model,
+                run.task.name(),
+                run.frame,
+                run.techniques,
+                run.sample,
+                run.scenario_hash,
+                run.scenario,
+                first,
+                last,
+            ],
+            |row| rows::shown(row, MOST_SHOWN),
+        );
+        Ok(found.optional()?)
+    }
+
     /// The newest whole answer to the request with this key and sample number.
     ///
     /// # Errors
@@ -188,7 +260,7 @@ pub(super) fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), S
                 run.0,
                 RunState::Interrupted.name(),
                 now_ms(),
-                "the program ended before the answer was whole"
+                "the program ended before the answer was complete"
             ],
         )?;
         transaction.execute("DELETE FROM claims WHERE run = ?1", [run.0])?;

@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 use super::durable::Log;
 use super::migrate::migrate;
+use super::model_words::KnownModels;
 use super::read_only;
 use crate::system;
 
@@ -20,6 +21,8 @@ pub struct Store {
     log: Option<Log>,
     /// Where the copy lies that is read in place of a file that cannot be written. It goes after the connection.
     _copy: Option<TempDir>,
+    /// For searches.
+    models: Mutex<KnownModels>,
 }
 
 /// Errors of the store.
@@ -27,7 +30,7 @@ pub struct Store {
 pub enum StoreError {
     /// The folder cannot be made.
     #[error(
-        "{folder}: {}; set NEARMISS_DATA to a folder that can be written",
+        "{folder}: {}; set NEARMISS_DATA to a writable folder",
         system::words(source)
     )]
     Folder {
@@ -56,11 +59,11 @@ pub enum StoreError {
         source: std::io::Error,
     },
     /// SQLite refused.
-    #[error("the store of runs: {0}")]
+    #[error("the store: {0}")]
     Database(#[from] rusqlite::Error),
     /// The file was written by a newer program.
     #[error(
-        "the store of runs has version {found}, this program knows {known}; use a newer nearmiss, or set NEARMISS_DATA to another folder"
+        "the store has version {found}, but this program supports {known}; update nearmiss, or set NEARMISS_DATA to another folder"
     )]
     Newer {
         /// Version of the file.
@@ -72,19 +75,19 @@ pub enum StoreError {
     #[error("a verdict cannot be stored: {0}")]
     Json(#[from] serde_json::Error),
     /// What was written may not be on the disk.
-    #[error("the store of runs cannot be synced to the disk: {}", system::words(.0))]
+    #[error("the store cannot be synced to disk: {}", system::words(.0))]
     Sync(std::io::Error),
     /// An answer arrived but could not be stored; where it is instead.
     #[error("{0}")]
     Unstored(String),
     /// A word that another version wrote.
-    #[error("the store of runs: {0}")]
+    #[error("the store: {0}")]
     Word(String),
     /// No run has this number.
-    #[error("there is no run {0}; `nearmiss runs` lists them")]
+    #[error("no run {0}; `nearmiss runs` lists all")]
     NoRun(super::RunId),
     /// A person has no rating with this number.
-    #[error("there is no rating {0} of this person")]
+    #[error("no rating {0} by this person")]
     NoRating(i64),
     /// A run is pinned and shall be deleted.
     #[error("run {0} is pinned; `nearmiss runs unpin {0}` before it can be deleted")]
@@ -155,6 +158,7 @@ impl Store {
             connection: Mutex::new(connection),
             log,
             _copy: None,
+            models: Mutex::default(),
         };
         store.interrupt_abandoned()?;
         store.take_in();
@@ -168,6 +172,7 @@ impl Store {
             connection: Mutex::new(connection),
             log: None,
             _copy: None,
+            models: Mutex::default(),
         }
     }
 
@@ -177,6 +182,10 @@ impl Store {
             _copy: Some(copy),
             ..self
         }
+    }
+
+    pub(super) fn known_models(&self) -> MutexGuard<'_, KnownModels> {
+        self.models.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, Connection> {

@@ -5,13 +5,14 @@ use jiff::civil::Date;
 use jiff::tz::TimeZone;
 use rusqlite::types::Value;
 
-use super::{Origin, RunState};
+use super::{Origin, RunState, SUPERSEDED, StoreError};
 use crate::verdict::Task;
 
 /// Filters on runs; unset ones do not restrict.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Filter {
-    /// Words that all occur in scenario, answer, reasoning, justification or notes; each may be the beginning of one.
+    /// Words that all occur in scenario, answer, reasoning, justification or notes, each as a word or the beginning of
+    /// one; or in the model's id, as any part of it.
     pub words: Option<String>,
     /// A part of the model's id, in any case.
     pub model: Option<String>,
@@ -20,7 +21,7 @@ pub struct Filter {
     /// The task.
     pub task: Option<Task>,
     /// Where they stand.
-    pub state: Option<RunState>,
+    pub state: Option<StateFilter>,
     /// Where they come from.
     pub origin: Option<Origin>,
     /// The batch they belong to.
@@ -35,6 +36,68 @@ pub struct Filter {
     pub pinned: bool,
     /// The deleted ones instead of the others.
     pub deleted: bool,
+}
+
+/// Which answers a filter asks for by their state: the states that runs are stored with, and those that reports tell
+/// apart among them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum StateFilter {
+    /// Runs stored with this state.
+    Stored(RunState),
+    /// Of the answered ones those without a verdict.
+    Unparsed,
+    /// Of the truncated ones those that a filter of the server stopped.
+    Filtered,
+    /// Those that are arriving, as reports call them.
+    Waiting,
+    /// Those in whose place another run counts.
+    Superseded,
+}
+
+impl StateFilter {
+    /// Every one.
+    pub const ALL: [Self; 10] = [
+        Self::Stored(RunState::Answered),
+        Self::Unparsed,
+        Self::Stored(RunState::Truncated),
+        Self::Filtered,
+        Self::Stored(RunState::Failed),
+        Self::Stored(RunState::Cancelled),
+        Self::Stored(RunState::Interrupted),
+        Self::Stored(RunState::Running),
+        Self::Waiting,
+        Self::Superseded,
+    ];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stored(state) => state.name(),
+            Self::Unparsed => "unparsed",
+            Self::Filtered => "filtered",
+            Self::Waiting => "waiting",
+            Self::Superseded => "superseded",
+        }
+    }
+
+    /// The one with a name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+
+    fn condition(self) -> String {
+        match self {
+            Self::Stored(state) => format!("state = '{}'", state.name()),
+            Self::Unparsed => "state = 'answered' AND verdict IS NULL".into(),
+            Self::Filtered => {
+                "state = 'truncated' AND finish IN ('content_filter', 'blocked')".into()
+            }
+            Self::Waiting => "state = 'running'".into(),
+            Self::Superseded => SUPERSEDED.into(),
+        }
+    }
 }
 
 /// Decision of a verdict.
@@ -69,11 +132,21 @@ impl Decision {
     }
 }
 
+/// A filter in SQL.
+pub(super) struct Condition {
+    /// What follows FROM.
+    pub(super) sql: String,
+    /// Its values in order.
+    pub(super) values: Vec<Value>,
+    /// Whether runs come from the index of words, which has them by number.
+    pub(super) by_words: bool,
+}
+
 /// A part of a filter that means nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FilterError {
     /// An unknown word.
-    #[error("{field}: there are {known}, not `{word}`")]
+    #[error("unknown {field} `{word}`; available: {known}")]
     Word {
         /// Of what.
         field: &'static str,
@@ -91,10 +164,10 @@ pub enum FilterError {
         why: String,
     },
     /// Nothing after the colon.
-    #[error("{0}: say what after the colon")]
+    #[error("`{0}:` needs a value after the colon")]
     Empty(&'static str),
     /// An unknown name before a colon.
-    #[error("`{0}:` is no filter; there are {names}", names = Filter::NAMES)]
+    #[error("unknown filter `{0}:`; available: {names}", names = Filter::NAMES)]
     Name(String),
 }
 
@@ -141,7 +214,7 @@ impl Filter {
             "scenario" => self.scenario = text("scenario")?,
             "batch" => self.batch = text("batch")?,
             "task" => self.task = word("task", value, &Task::ALL, Task::name)?,
-            "state" => self.state = word("state", value, RunState::ALL, RunState::name)?,
+            "state" => self.state = word("state", value, &StateFilter::ALL, StateFilter::name)?,
             "origin" => self.origin = word("origin", value, Origin::ALL, Origin::name)?,
             "verdict" => self.verdict = word("verdict", value, &Decision::ALL, Decision::name)?,
             "since" => self.since_ms = day("since", value)?,
@@ -151,18 +224,35 @@ impl Filter {
         Ok(true)
     }
 
-    /// What follows FROM, with its values in order.
-    pub(super) fn condition(&self) -> (String, Vec<Value>) {
+    /// What follows FROM. `models` gives the models whose names contain a word: the word finds their runs, too.
+    pub(super) fn condition(
+        &self,
+        models: impl Fn(&str) -> Result<Vec<String>, StoreError>,
+    ) -> Result<Condition, StoreError> {
         let mut parts = vec![format!(
             "deleted_ms IS {}NULL",
             if self.deleted { "NOT " } else { "" }
         )];
         let mut values = Vec::new();
         let mut tables = "runs";
-        if let Some(words) = &self.words {
+        let mut of_texts = Vec::new();
+        for word in self.words.iter().flat_map(|words| words.split_whitespace()) {
+            let found = models(word)?;
+            if found.is_empty() {
+                of_texts.push(word);
+                continue;
+            }
+            let places = vec!["?"; found.len()].join(", ");
+            parts.push(format!(
+                "(model IN ({places}) OR runs.id IN (SELECT rowid FROM runs_text WHERE runs_text MATCH ?))"
+            ));
+            values.extend(found.into_iter().map(Value::from));
+            values.push(Value::from(matching(&[word])));
+        }
+        if !of_texts.is_empty() {
             tables = "runs_text JOIN runs ON runs.id = runs_text.rowid";
             parts.push("runs_text MATCH ?".into());
-            values.push(Value::from(matching(words)));
+            values.push(Value::from(matching(&of_texts)));
         }
         let mut part = |sql: &str, value: Option<Value>| {
             if let Some(value) = value {
@@ -178,11 +268,11 @@ impl Filter {
             text(&self.scenario),
         );
         part("task = ?", name(self.task.map(Task::name)));
-        part("state = ?", name(self.state.map(RunState::name)));
         part("origin = ?", name(self.origin.map(Origin::name)));
         part("batch = ?", text(&self.batch));
         part("created_ms >= ?", self.since_ms.map(Value::from));
         part("created_ms < ?", self.before_ms.map(Value::from));
+        parts.extend(self.state.map(StateFilter::condition));
         match self.verdict {
             Some(Decision::Dangerous) => parts.push("dangerous = 1".into()),
             Some(Decision::Safe) => parts.push("dangerous = 0".into()),
@@ -192,7 +282,11 @@ impl Filter {
         if self.pinned {
             parts.push("pinned = 1".into());
         }
-        (format!("{tables} WHERE {}", parts.join(" AND ")), values)
+        Ok(Condition {
+            sql: format!("{tables} WHERE {}", parts.join(" AND ")),
+            values,
+            by_words: !of_texts.is_empty(),
+        })
     }
 }
 
@@ -202,9 +296,9 @@ fn is_name(word: &str) -> bool {
 }
 
 /// Words as FTS5 wants them: all of them, each a word or the beginning of one, and none of them an operator.
-fn matching(words: &str) -> String {
+fn matching(words: &[&str]) -> String {
     let quoted = words
-        .split_whitespace()
+        .iter()
         .map(|word| format!("\"{}\"*", word.replace('"', "\"\"")));
     quoted.collect::<Vec<_>>().join(" ")
 }
@@ -275,7 +369,7 @@ mod tests {
             model: Some("GPT".into()),
             task: Some(Task::Collision),
             verdict: Some(Decision::Dangerous),
-            state: Some(RunState::Answered),
+            state: Some(StateFilter::Stored(RunState::Answered)),
             since_ms: Some(1_769_817_600_000),
             pinned: true,
             ..Filter::default()
@@ -286,10 +380,10 @@ mod tests {
             assert_eq!(Filter::read(words).unwrap().words.as_deref(), Some(words));
         }
         for (wrong, said) in [
-            ("bogus:thing", "`bogus:` is no filter; there are model: "),
-            ("brakes Model:", "`Model:` is no filter"),
+            ("bogus:thing", "unknown filter `bogus:`; available: model: "),
+            ("brakes Model:", "unknown filter `Model:`"),
             ("verdict:maybe", "dangerous, safe, none"),
-            ("state:", "state: say what"),
+            ("state:", "`state:` needs a value"),
             ("task:x", "collision"),
             ("since:yesterday", "2026-01-31"),
         ] {

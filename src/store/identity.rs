@@ -19,6 +19,10 @@ pub struct Identity<'a> {
     pub lead: Option<&'a str>,
     /// The change of the scene.
     pub transform: Option<&'a str>,
+    /// First and last step of its window, where it was drawn.
+    pub window: Option<(i64, i64)>,
+    /// Values of the axes of the batch.
+    pub settings: Option<&'a str>,
     /// Sample number among several answers.
     pub sample: u32,
 }
@@ -35,6 +39,8 @@ impl NewItem {
             techniques: self.techniques.as_deref(),
             lead: self.lead.as_deref(),
             transform: self.transform.as_deref(),
+            window: self.window,
+            settings: self.settings.as_deref(),
             sample: self.sample,
         }
     }

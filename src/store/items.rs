@@ -1,15 +1,35 @@
 //! Batch items: each question's state, and its newest complete answers.
 
 use rusqlite::{Connection, Row, params};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::list::MOST_SHOWN;
 use super::run::names;
-use super::{BatchId, Consumed, Key, RunId, Store, StoreError, StoredTemplate, key, rows};
+use super::{
+    BatchId, Consumed, Key, RunId, SceneRecord, SplitPart, Store, StoreError, StoredTemplate, key,
+    rows,
+};
 use crate::verdict::Task;
 
+/// What is known of the window of a question.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct WindowFacts {
+    /// First and last time step.
+    pub steps: (i64, i64),
+    /// Obstacles that the ego touches in the window or within the horizon after it, the first one first.
+    pub critical: Vec<i64>,
+    /// Obstacles near the ego at one of its steps.
+    pub obstacles: u64,
+    /// The ego's speed at its end, m/s.
+    pub speed: f64,
+    /// Tokens of the question, estimated.
+    pub tokens: u64,
+    /// SHA-256 of the template and its fragments.
+    pub template_hash: String,
+}
+
 /// A question to ask.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NewItem {
     /// The scenario's file, or the name of a bundled one.
     pub path: String,
@@ -33,6 +53,19 @@ pub struct NewItem {
     pub lead: Option<String>,
     /// What is changed about the scene, such as `mirror`; `None` if it is as it is.
     pub transform: Option<String>,
+    /// First and last time step of its window, where it was drawn; `None` for the one that task and lead give.
+    #[serde(default)]
+    pub window: Option<(i64, i64)>,
+    /// What is known of its window; `None` if it cannot be asked, or was asked by an earlier version.
+    #[serde(default, deserialize_with = "rows::json")]
+    pub facts: Option<WindowFacts>,
+    /// What a bundle says about its scene; `None` for a question that was asked here.
+    #[serde(
+        default,
+        deserialize_with = "rows::json",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub scene: Option<SceneRecord>,
     /// The key of the request; `None` if none is sent.
     #[serde(deserialize_with = "key::kept")]
     pub key: Option<Key>,
@@ -44,6 +77,12 @@ pub struct NewItem {
     /// Why it cannot be asked; `None` if it can.
     #[serde(skip)]
     pub unaskable: Option<String>,
+    /// Values of the axes of its batch, such as `effort low`; `None` without axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settings: Option<String>,
+    /// The part of a split that its scenario is in; `None` if the batch has no split.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub split: Option<SplitPart>,
 }
 
 /// State of a batch question.
@@ -65,7 +104,7 @@ names!(ItemState, Waiting => "waiting", Answered => "answered", Truncated => "tr
     Unaskable => "unaskable");
 
 /// A question of a batch.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Item {
     /// Its place in the batch, from 0.
     pub place: u64,
@@ -79,7 +118,21 @@ pub struct Item {
     pub run: Option<RunId>,
     /// Why there is no whole answer, or why it was not asked.
     pub error: Option<String>,
+    /// Whether the newest whole answer to it has no verdict that could be read; known only from [`Store::items`].
+    #[serde(default, deserialize_with = "said", skip_serializing)]
+    pub unparsed: bool,
 }
+
+fn said<'de, D: serde::Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
+    rows::truth(from).map(|truth| truth.unwrap_or(false))
+}
+
+/// Whether the newest whole answer to a row of `items` has no verdict.
+const UNPARSED: &str = "coalesce(CASE WHEN items.key IS NULL
+             THEN (SELECT verdict IS NULL FROM runs WHERE id = items.run AND state = 'answered' AND deleted_ms IS NULL)
+             ELSE (SELECT verdict IS NULL FROM runs WHERE runs.key = items.key AND runs.sample = items.sample
+                       AND runs.state = 'answered' AND runs.deleted_ms IS NULL ORDER BY runs.id DESC LIMIT 1)
+             END, 0)";
 
 /// Current state of a row of `items`. A deleted answer does not count: its question is to be asked again.
 pub(super) const STATE: &str = "CASE WHEN items.state = 'answered' AND items.key IS NOT NULL AND NOT EXISTS (
@@ -96,6 +149,8 @@ pub struct NewestAnswer {
     pub run: RunId,
     /// The answer's text; the reasoning where that is all that was said.
     pub text: String,
+    /// The verdict as it is kept, as JSON: it may say what the text does not, such as log probabilities.
+    pub verdict: Option<String>,
     /// The template it was asked with.
     pub template: StoredTemplate,
     /// Time, tokens and cost.
@@ -115,8 +170,9 @@ pub(super) fn insert(
     )?;
     let mut statement = connection.prepare_cached(
         "INSERT INTO items (batch, place, path, scenario, scenario_hash, ego, task, frame, techniques, model, sample,
-             key, collides, obstacle, state, error, lead, transform)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18)",
+             key, collides, obstacle, state, error, lead, transform, window_first, window_last, facts, settings, split)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22,
+             ?23)",
     )?;
     for (place, item) in (first..).zip(items) {
         let state = match item.unaskable {
@@ -142,16 +198,39 @@ pub(super) fn insert(
             item.unaskable,
             item.lead,
             item.transform,
+            item.window.map(|(first, _)| first),
+            item.window.map(|(_, last)| last),
+            known(item)?,
+            item.settings,
+            item.split.map(SplitPart::name),
         ])?;
     }
     Ok(())
 }
 
+/// The column `facts`: what is known of the window, with the record of the scene as its field `scene`.
+fn known(item: &NewItem) -> Result<Option<String>, StoreError> {
+    let mut known = serde_json::to_value(&item.facts)?;
+    if let Some(scene) = &item.scene {
+        known["scene"] = serde_json::to_value(scene)?;
+    }
+    Ok((!known.is_null()).then(|| known.to_string()))
+}
+
+/// The record of the scene of a row of `items`.
+const SCENE: &str = "json_extract(items.facts, '$.scene') AS scene";
+
 fn item(row: &Row<'_>) -> Result<Item, rusqlite::Error> {
-    let mut item: Item = rows::from_row(row)?;
-    let unaskable = item.state == ItemState::Unaskable;
-    item.asked.unaskable = item.error.clone().filter(|_| unaskable);
-    Ok(item)
+    rows::from_row(row).map(Item::with_reason)
+}
+
+impl Item {
+    /// The same with the reason why it cannot be asked, where that is its state.
+    pub(super) fn with_reason(mut self) -> Self {
+        let unaskable = self.state == ItemState::Unaskable;
+        self.asked.unaskable = self.error.clone().filter(|_| unaskable);
+        self
+    }
 }
 
 impl Store {
@@ -162,7 +241,7 @@ impl Store {
     pub fn items(&self, batch: BatchId) -> Result<Vec<Item>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(&format!(
-            "SELECT items.*, {STATE} AS now FROM items WHERE batch = ?1 ORDER BY place"
+            "SELECT items.*, {SCENE}, {STATE} AS now, {UNPARSED} AS unparsed FROM items WHERE batch = ?1 ORDER BY place"
         ))?;
         let rows = statement.query_map([batch.0], item)?;
         Ok(rows.collect::<Result<_, _>>()?)
@@ -260,10 +339,10 @@ impl Store {
     ) -> Result<Vec<(Item, Option<NewestAnswer>)>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
-            &format!("SELECT items.*, {STATE} AS now, found.id AS found,
+            &format!("SELECT items.*, {SCENE}, {STATE} AS now, found.id AS found,
                  CASE WHEN trim(found.answer) = '' THEN found.reasoning ELSE found.answer END AS text,
                  found.input_tokens, found.output_tokens, found.reasoning_tokens, found.cached_tokens, found.cost_usd,
-                 found.first_chunk_ms, found.duration_ms, found.template, found.template_version, found.template_hash
+                 found.first_chunk_ms, found.duration_ms, found.template, found.template_version, found.template_hash, found.verdict
              FROM items LEFT JOIN runs AS found ON found.id = CASE
                  WHEN items.key IS NULL THEN
                      (SELECT id FROM runs WHERE id = items.run AND state = 'answered' AND deleted_ms IS NULL)
@@ -284,6 +363,7 @@ impl Store {
                         let text = row.get_ref("text")?.as_str()?;
                         text[..text.floor_char_boundary(MOST_SHOWN)].to_owned()
                     },
+                    verdict: row.get("verdict")?,
                     template: rows::from_row(row)?,
                     consumed: rows::from_row(row)?,
                 }),

@@ -16,10 +16,15 @@ pub fn item(scenario: &str, sample: u32) -> NewItem {
         sample,
         lead: None,
         transform: None,
+        window: None,
+        facts: None,
+        scene: None,
         key: Key::parse(&"a".repeat(64)),
         collides: Some(true),
         obstacle: Some(7),
         unaskable: None,
+        settings: None,
+        split: None,
     }
 }
 

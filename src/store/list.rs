@@ -4,7 +4,7 @@ use rusqlite::types::Value;
 use rusqlite::{Connection, OptionalExtension, params, params_from_iter};
 use serde::{Deserialize, Serialize};
 
-use super::{Filter, Run, RunId, Store, StoreError, StoredTemplate, rows};
+use super::{Filter, Run, RunId, SUPERSEDED, Store, StoreError, StoredTemplate, rows};
 use crate::verdict::Task;
 
 /// Most of each text of a run that is read to be looked at, in bytes: as much as is taken of an answer today. Programs
@@ -19,7 +19,7 @@ const MOST_TOGETHER: usize = 16 << 20;
 const LITTLE: usize = 64 << 10;
 
 /// A run in a list.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Summary {
     /// Its number.
     pub run: i64,
@@ -52,6 +52,10 @@ pub struct Summary {
     pub most_usd: Option<f64>,
     /// Tokens of the answer, where known.
     pub output_tokens: Option<u64>,
+    /// Why the model stopped, where it said so.
+    pub finish: Option<String>,
+    /// Whether another run counts in its place: a newer or better answer to the same request and sample.
+    pub superseded: bool,
     /// Whether it is kept from deletion.
     pub pinned: bool,
     /// Where words were searched for: a place where they occur, with `[` and `]` around them.
@@ -59,10 +63,13 @@ pub struct Summary {
 }
 
 /// The columns of a summary, but for the excerpt.
-pub(super) const COLUMNS: &str =
-    "runs.id AS run, created_ms, origin, state, runs.scenario AS scenario, task, frame, techniques,
-    template, template_version, template_hash, model, sample,
-    dangerous, cost_usd, most_usd, output_tokens, pinned";
+pub(super) fn columns() -> String {
+    format!(
+        "runs.id AS run, created_ms, origin, state, runs.scenario AS scenario, task, frame, techniques,
+         template, template_version, template_hash, model, sample,
+         dangerous, cost_usd, most_usd, output_tokens, finish, {SUPERSEDED} AS superseded, pinned"
+    )
+}
 
 /// A place where the words that are searched for occur.
 pub(super) const EXCERPT: &str = "snippet(runs_text, -1, '[', ']', '…', 12)";
@@ -142,17 +149,16 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn list(&self, filter: &Filter, most: usize) -> Result<Vec<Summary>, StoreError> {
-        let (condition, mut values) = filter.condition();
-        let excerpt = match &filter.words {
-            Some(_) => EXCERPT,
-            None => "NULL",
-        };
+        let connection = self.lock();
+        let found = filter.condition(|word| self.models_with(&connection, word))?;
+        let (condition, mut values) = (found.sql, found.values);
+        let excerpt = if found.by_words { EXCERPT } else { "NULL" };
         values.push(Value::from(i64::try_from(most).unwrap_or(i64::MAX)));
         let sql = format!(
-            "SELECT {COLUMNS}, {excerpt} AS excerpt
-             FROM {condition} ORDER BY created_ms DESC, runs.id DESC LIMIT ?"
+            "SELECT {}, {excerpt} AS excerpt
+             FROM {condition} ORDER BY created_ms DESC, runs.id DESC LIMIT ?",
+            columns()
         );
-        let connection = self.lock();
         let mut statement = connection.prepare_cached(&sql)?;
         let found = statement.query_map(params_from_iter(values), rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
@@ -163,9 +169,10 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn numbers(&self, filter: &Filter) -> Result<Vec<RunId>, StoreError> {
-        let (condition, values) = filter.condition();
-        let sql = format!("SELECT runs.id FROM {condition} ORDER BY created_ms, runs.id");
         let connection = self.lock();
+        let found = filter.condition(|word| self.models_with(&connection, word))?;
+        let (condition, values) = (found.sql, found.values);
+        let sql = format!("SELECT runs.id FROM {condition} ORDER BY created_ms, runs.id");
         let mut statement = connection.prepare_cached(&sql)?;
         let found = statement.query_map(params_from_iter(values), |row| Ok(RunId(row.get(0)?)))?;
         Ok(found.collect::<Result<_, _>>()?)

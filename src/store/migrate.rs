@@ -5,13 +5,16 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 6] = [
+const MIGRATIONS: [&str; 9] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
     include_str!("migrations/3.sql"),
     include_str!("migrations/4.sql"),
     include_str!("migrations/5.sql"),
     include_str!("migrations/6.sql"),
+    include_str!("migrations/7.sql"),
+    include_str!("migrations/8.sql"),
+    include_str!("migrations/9.sql"),
 ];
 
 /// The version of a file that this program writes.
@@ -196,5 +199,77 @@ mod tests {
             (&None, &None)
         );
         assert_eq!(items[1].asked, changed);
+    }
+    #[test]
+    fn a_store_of_version_7_keeps_its_answers_and_takes_counts_of_claims() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..7] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 7).unwrap();
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        let claims = |store: &Store| store.run(RunId(1)).unwrap().unwrap().ending.claims;
+        assert_eq!(claims(&store).known(), None, "it was not checked");
+        let counts = crate::store::ClaimCounts {
+            claims_right: Some(3),
+            claims_wrong: Some(1),
+            claims_open: Some(0),
+            claims_check: Some(1),
+        };
+        store.keep_claims(&[(RunId(1), counts)]).unwrap();
+        drop(store);
+        let store = Store::open(&path).unwrap();
+        assert_eq!(claims(&store), counts);
+        assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
+        let outcomes = store.outcomes(&Filter::default()).unwrap();
+        assert_eq!(outcomes[0].claims.known(), Some([3, 1, 0]));
+        // What it exports comes back the same.
+        let run = store.run(RunId(1)).unwrap().unwrap();
+        let line = run.to_record().to_string();
+        let back = crate::store::Run::from_record(&line).unwrap();
+        assert_eq!(back.ending.claims, counts);
+    }
+
+    #[test]
+    fn a_store_of_version_8_keeps_its_batches_and_takes_axes_splits_and_looks() {
+        use crate::store::{BatchId, NewItem, SplitPart};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..8] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 8).unwrap();
+        let old = "INSERT INTO batches (id, created_ms, updated_ms, spec) VALUES (3, 1, 1, '{}');
+            INSERT INTO items (batch, place, path, scenario, task, model, sample, state)
+            VALUES (3, 0, 'A', 'A', 'safety', 'lab/tiny', 0, 'waiting')";
+        connection.execute_batch(old).unwrap();
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        let batch = BatchId(3);
+        let more = NewItem {
+            settings: Some("effort low".into()),
+            split: Some(SplitPart::Test),
+            ..crate::store::items::tests::item("A", 0)
+        };
+        store
+            .extend_batch(batch, "{}", std::slice::from_ref(&more), None)
+            .unwrap();
+        let progress = store.split_progress(batch, SplitPart::Test).unwrap();
+        store.record_look(batch, progress).unwrap();
+        drop(store);
+        let store = Store::open(&path).unwrap();
+        let items = store.items(batch).unwrap();
+        assert_eq!(
+            (&items[0].asked.settings, items[0].asked.split),
+            (&None, None)
+        );
+        assert_eq!(items[1].asked, more);
+        assert_eq!(store.looks(batch).unwrap().len(), 1);
     }
 }

@@ -4,7 +4,8 @@ use rusqlite::params_from_iter;
 use serde::Deserialize;
 
 use super::{
-    Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, StoredTemplate, key, rows,
+    ClaimCounts, Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, StoredTemplate,
+    key, rows,
 };
 use crate::verdict::Task;
 
@@ -43,15 +44,22 @@ pub struct Outcome {
     pub sample: u32,
     /// Where it stands.
     pub state: RunState,
+    /// Why the model stopped, where it said so.
+    pub finish: Option<String>,
     /// The verdict as JSON, where there is one.
     pub verdict: Option<String>,
     /// How the verdict was read, or why there is none.
     pub reading: Option<String>,
     /// Why there is no answer.
     pub error: Option<String>,
+    /// The most that it can have cost, US dollars, where that was known when it was asked.
+    pub most_usd: Option<f64>,
     /// What it consumed.
     #[serde(flatten)]
     pub consumed: Consumed,
+    /// Its claims about obstacles, where they were checked.
+    #[serde(flatten)]
+    pub claims: ClaimCounts,
 }
 
 impl Store {
@@ -60,14 +68,16 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn outcomes(&self, filter: &Filter) -> Result<Vec<Outcome>, StoreError> {
-        let (condition, values) = filter.condition();
+        let connection = self.lock();
+        let found = filter.condition(|word| self.models_with(&connection, word))?;
+        let (condition, values) = (found.sql, found.values);
         let sql = format!(
             "SELECT runs.id AS run, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
-                 template, template_version, template_hash, window_first, window_last, model, sample, state, verdict, reading, error, input_tokens, output_tokens,
-                 reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key
+                 template, template_version, template_hash, window_first, window_last, model, sample, state, finish, verdict, reading, error, most_usd, input_tokens, output_tokens,
+                 reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key,
+                 claims_right, claims_wrong, claims_open, claims_check
              FROM {condition} ORDER BY created_ms, runs.id"
         );
-        let connection = self.lock();
         let mut statement = connection.prepare_cached(&sql)?;
         let found = statement.query_map(params_from_iter(values), rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)

@@ -3,7 +3,8 @@
 use rusqlite::types::Value;
 use rusqlite::{InterruptHandle, params_from_iter};
 
-use super::list::{COLUMNS, EXCERPT};
+use super::filter::Condition;
+use super::list::{EXCERPT, columns};
 use super::{Filter, Run, Store, StoreError, Summary, rows};
 
 /// A place in a list of runs.
@@ -42,7 +43,7 @@ pub enum Edge {
 /// A part of a list.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Page {
-    /// The newest first. With words to search for, that is the order in which the store got them.
+    /// The newest first. With words to search for in texts, that is the order in which the store got them.
     pub rows: Vec<Summary>,
     /// Whether there are more in the direction in which it was read.
     pub more: bool,
@@ -71,9 +72,13 @@ impl Store {
     /// # Errors
     /// SQLite refused, or was interrupted.
     pub fn page(&self, filter: &Filter, edge: Edge, most: usize) -> Result<Page, StoreError> {
-        let (condition, mut values) = filter.condition();
-        // The index of words gives its rows by number. By time it would have to look at every match first.
-        let by_words = filter.words.is_some();
+        let connection = self.lock();
+        let Condition {
+            sql: condition,
+            mut values,
+            // The index of words gives its rows by number. By time it would have to look at every match first.
+            by_words,
+        } = filter.condition(|word| self.models_with(&connection, word))?;
         let (place, order) = match by_words {
             true => ("runs_text.rowid", ["runs_text.rowid"].as_slice()),
             false => (
@@ -105,10 +110,10 @@ impl Store {
         let one_more = i64::try_from(most).unwrap_or(i64::MAX).saturating_add(1);
         values.push(Value::from(one_more));
         let sql = format!(
-            "SELECT {COLUMNS}, {excerpt} AS excerpt FROM {condition}{bound} ORDER BY {} LIMIT ?",
+            "SELECT {}, {excerpt} AS excerpt FROM {condition}{bound} ORDER BY {} LIMIT ?",
+            columns(),
             order.join(", ")
         );
-        let connection = self.lock();
         let mut statement = connection.prepare_cached(&sql)?;
         let found = statement.query_map(params_from_iter(values), rows::from_row)?;
         let mut rows = found.collect::<Result<Vec<_>, _>>()?;
@@ -125,10 +130,12 @@ impl Store {
     /// # Errors
     /// SQLite refused, or was interrupted.
     pub fn count_to(&self, filter: &Filter, most: u64) -> Result<u64, StoreError> {
-        let (condition, mut values) = filter.condition();
-        values.push(Value::from(i64::try_from(most).unwrap_or(i64::MAX)));
-        let sql = format!("SELECT count(*) FROM (SELECT 1 FROM {condition} LIMIT ?)");
         let connection = self.lock();
+        let mut found = filter.condition(|word| self.models_with(&connection, word))?;
+        let most = i64::try_from(most).unwrap_or(i64::MAX);
+        found.values.push(Value::from(most));
+        let sql = format!("SELECT count(*) FROM (SELECT 1 FROM {} LIMIT ?)", found.sql);
+        let values = found.values;
         let mut statement = connection.prepare_cached(&sql)?;
         Ok(statement.query_row(params_from_iter(values), |row| row.get(0))?)
     }

@@ -118,12 +118,17 @@ impl Store {
     /// # Errors
     /// A run does not exist; SQLite refused.
     pub fn rate(&self, rating: &NewRating) -> Result<i64, StoreError> {
+        self.rate_at(rating, now_ms())
+    }
+
+    /// Keeps a rating that was made at this time, milliseconds since 1970, UTC.
+    pub(super) fn rate_at(&self, rating: &NewRating, created_ms: i64) -> Result<i64, StoreError> {
         self.durably(|transaction| {
             transaction.execute(
                 "INSERT INTO ratings (created_ms, person, scenario, task, blind, seed, choice, notes)
                  VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
                 params![
-                    now_ms(),
+                    created_ms,
                     rating.person,
                     rating.scenario,
                     rating.task.name(),

@@ -24,8 +24,8 @@ pub enum RecordError {
         known: String,
     },
     /// It was written by a newer program.
-    #[error("the run has format {0}, and this version reads up to {FORM}; update nearmiss")]
-    Newer(u32),
+    #[error("the line has format {0}, and this version reads up to {1}; update nearmiss")]
+    Newer(u32, u32),
     /// A word that is not known.
     #[error("unknown {field} `{word}`")]
     Word {
@@ -63,13 +63,14 @@ fn without_place(error: &serde_json::Error) -> String {
 }
 
 /// The form of the records.
-const FORM: u32 = 2;
+const FORM: u32 = 4;
 
 /// The fields of a record behind `nearmiss_run`, in the order of the columns of `runs`.
 const FIELDS: &str = "id key sample batch origin source created_ms updated_ms scenario scenario_hash ego task frame \
     techniques window model model_returned provider dialect endpoint address template template_version template_hash \
     messages parameters answer_schema state answer reasoning finish verdict reading error input_tokens output_tokens \
-    reasoning_tokens cached_tokens cost_usd price_source first_chunk_ms duration_ms notes pinned deleted_ms";
+    reasoning_tokens cached_tokens cost_usd most_usd price_source first_chunk_ms duration_ms claims_right claims_wrong \
+    claims_open claims_check notes pinned deleted_ms";
 
 /// Those that are JSON inside JSON, and text in the store.
 const DOCUMENTS: [&str; 4] = ["messages", "parameters", "answer_schema", "verdict"];
@@ -113,10 +114,10 @@ impl Run {
         }
         let form: Form = serde_json::from_str(line)?;
         if form.nearmiss_run > FORM {
-            return Err(RecordError::Newer(form.nearmiss_run));
+            return Err(RecordError::Newer(form.nearmiss_run, FORM));
         }
         let mut record: Map<String, Value> = serde_json::from_str(line)?;
-        for name in ["schema_version", "nearmiss_run", "seconds"] {
+        for name in ["schema_version", "nearmiss_run", "seconds", "answer_state"] {
             record.remove(name);
         }
         // What a later version may have as the only name of the number.

@@ -51,10 +51,30 @@ fn read<T: DeserializeOwned>(row: &Row<'_>, most: usize) -> Result<T, Error> {
         .map_err(|mistake| Error::FromSqlConversionFailure(0, Type::Text, mistake.into()))
 }
 
-/// A truth value as the database has them, for a part of a value that is read with [`from_row`].
+/// A truth value as the database or JSON has them, for a part of a value that is read with [`from_row`].
 pub fn truth<'de, D: Deserializer<'de>>(from: D) -> Result<Option<bool>, D::Error> {
-    let number: Option<i64> = serde::Deserialize::deserialize(from)?;
-    Ok(number.map(|number| number != 0))
+    #[derive(serde::Deserialize)]
+    #[serde(untagged)]
+    enum Truth {
+        Number(i64),
+        Said(bool),
+    }
+    let found: Option<Truth> = serde::Deserialize::deserialize(from)?;
+    Ok(found.map(|found| match found {
+        Truth::Number(number) => number != 0,
+        Truth::Said(truth) => truth,
+    }))
+}
+
+/// A value that the database has as JSON, and exports as it is; nothing where an unknown version wrote it.
+pub fn json<'de, D: Deserializer<'de>, T: DeserializeOwned>(
+    from: D,
+) -> Result<Option<T>, D::Error> {
+    let value: Option<serde_json::Value> = serde::Deserialize::deserialize(from)?;
+    Ok(value.and_then(|value| match value {
+        serde_json::Value::String(text) => serde_json::from_str(&text).ok(),
+        value => serde_json::from_value(value).ok(),
+    }))
 }
 
 /// The columns of a row as the entries of a map.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::{Key, key};
+use super::{ClaimCounts, Key, key};
 use crate::verdict::{ParsedAnswer, Task};
 
 /// Identifies a run in its store.
@@ -64,7 +64,9 @@ pub struct NewRun {
 }
 
 /// The template that a run was asked with.
-#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 pub struct StoredTemplate {
     /// Its file name; empty where it is not known.
     pub template: String,
@@ -229,6 +231,9 @@ pub struct Ending {
     pub consumed: Consumed,
     /// Where the cost comes from.
     pub price_source: Option<String>,
+    /// Its claims about obstacles, where they were checked.
+    #[serde(flatten)]
+    pub claims: ClaimCounts,
 }
 
 impl Ending {
@@ -244,6 +249,7 @@ impl Ending {
             error: None,
             consumed: Consumed::default(),
             price_source: None,
+            claims: ClaimCounts::default(),
         }
     }
 }
@@ -278,6 +284,9 @@ pub struct Run {
     /// The verdict as it is kept, for programs that know more than [`Ending::verdict`] can say.
     #[serde(rename = "verdict")]
     pub verdict_json: Option<String>,
+    /// The most that it can have cost, US dollars, where that was known when it was asked.
+    #[serde(default)]
+    pub most_usd: Option<f64>,
     /// What a person wrote about it.
     pub notes: String,
     /// Whether it is kept from deletion.

@@ -1,6 +1,6 @@
 //! Secondary runs: answers at other leads or about changed scenes, beside a batch's primary questions.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{RunId, Store, StoreError};
 
@@ -14,6 +14,10 @@ pub struct SecondaryRuns {
     pub changed: BTreeSet<RunId>,
     /// The others of batches: answers to first questions, whatever else they answer.
     pub first: BTreeSet<RunId>,
+    /// The values of the axes of their batches, of those that were asked with some.
+    pub settings: BTreeMap<RunId, String>,
+    /// Answers to questions of a test split that is not complete, whatever else they answer.
+    pub locked: BTreeSet<RunId>,
 }
 
 impl Store {
@@ -23,6 +27,7 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn asides(&self) -> Result<SecondaryRuns, StoreError> {
+        let locked = self.locked_runs()?.into_keys().collect();
         let connection = self.lock();
         // What a batch was begun with comes first: questions without a lead, else the lead that stands first.
         let mut statement = connection.prepare_cached(
@@ -46,7 +51,10 @@ impl Store {
         )?;
         let rows =
             statement.query_map([], |row| Ok((RunId(row.get(0)?), row.get::<_, i64>(1)?)))?;
-        let mut asides = SecondaryRuns::default();
+        let mut asides = SecondaryRuns {
+            locked,
+            ..SecondaryRuns::default()
+        };
         for row in rows {
             let (run, kind) = row?;
             let runs = match kind {
@@ -55,6 +63,16 @@ impl Store {
                 _ => &mut asides.changed,
             };
             runs.insert(run);
+        }
+        let mut statement = connection.prepare_cached(
+            "SELECT run, settings FROM items WHERE settings IS NOT NULL AND run IS NOT NULL
+             UNION ALL SELECT runs.id, items.settings FROM items
+                 JOIN runs ON runs.key = items.key AND runs.sample = items.sample WHERE items.settings IS NOT NULL",
+        )?;
+        let rows = statement.query_map([], |row| Ok((RunId(row.get(0)?), row.get(1)?)))?;
+        for row in rows {
+            let (run, settings) = row?;
+            asides.settings.insert(run, settings);
         }
         Ok(asides)
     }

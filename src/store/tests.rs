@@ -6,10 +6,10 @@ mod verdicts;
 use super::*;
 use crate::verdict::{ParsedAnswer, Task, Verdict};
 
-mod asides;
 mod clocks;
-mod looking;
+mod long_answers;
 mod pages;
+mod secondary_runs;
 mod truths;
 
 /// A question that is never sent.
@@ -54,6 +54,9 @@ fn answered(store: &Store, run: &NewRun, text: &str) -> RunId {
         dangerous: true,
         obstacles: vec![],
         justification: "it brakes".into(),
+        critical: None,
+        probability: None,
+        token_probability: None,
     };
     let ending = Ending {
         verdict: Some(ParsedAnswer::Verdict(verdict)),
@@ -272,10 +275,10 @@ fn a_record_is_the_run_again_and_a_changed_one_is_refused() {
     );
     let changed = line.replace("0.5", "0.7");
     assert!(matches!(Run::from_record(&changed), Err(RecordError::Key)));
-    let newer = line.replace("\"nearmiss_run\":2", "\"nearmiss_run\":3");
+    let newer = line.replace("\"nearmiss_run\":4", "\"nearmiss_run\":5");
     assert!(matches!(
         Run::from_record(&newer),
-        Err(RecordError::Newer(3))
+        Err(RecordError::Newer(5, 4))
     ));
     let odd = line.replace("\"answered\"", "\"pondering\"");
     assert!(matches!(
@@ -354,7 +357,7 @@ fn lists_are_narrowed_down_by_words_and_columns() {
     );
     assert!(
         runs(Filter {
-            state: Some(RunState::Failed),
+            state: Some(StateFilter::Stored(RunState::Failed)),
             ..Filter::default()
         })
         .is_empty()

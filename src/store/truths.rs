@@ -1,19 +1,24 @@
 //! Ground truths that batches store for their runs.
 
-use super::rows::from_row;
-use super::{BatchId, RunId, Store, StoreError};
+use super::rows::{self, from_row};
+use super::{BatchId, RunId, Store, StoreError, WindowFacts};
 
-/// Label of a run's scenario, from its batch.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Deserialize)]
+/// What is true about a run, from its batch.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 pub struct RunLabel {
     /// The run.
     pub run: RunId,
     /// The batch.
     pub batch: BatchId,
-    /// Whether the ego collides.
+    /// Whether the ego collides: in the scenario, or as the truth of its window says where that was drawn.
     pub collides: bool,
     /// The colliding obstacle, where known.
     pub obstacle: Option<i64>,
+    /// Whether its window was drawn, so that the truth is that of the window.
+    pub drawn: bool,
+    /// What is known of its window.
+    #[serde(deserialize_with = "rows::json")]
+    pub facts: Option<WindowFacts>,
 }
 
 impl Store {
@@ -25,7 +30,9 @@ impl Store {
     pub fn truths(&self) -> Result<Vec<RunLabel>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
-            "SELECT items.run, items.batch, collides, obstacle FROM items JOIN runs ON runs.id = items.run
+            "SELECT items.run, items.batch, collides, obstacle,
+                 items.window_first IS NOT NULL AS drawn, items.facts
+             FROM items JOIN runs ON runs.id = items.run
              WHERE collides IS NOT NULL AND transform IS NULL
              ORDER BY items.run, coalesce(runs.batch = 'b' || items.batch, 0) DESC, items.batch",
         )?;

@@ -32,15 +32,15 @@ impl std::fmt::Display for UnstoredAnswer {
         match &self.file {
             Some(file) if self.beside => write!(
                 f,
-                "it is in {}, and is taken in when the store can be written again",
+                "saved to {}; it is imported when the store is writable again",
                 file.display()
             ),
             Some(file) => write!(
                 f,
-                "it is in {0}: `nearmiss import {0}` when the store can be written again",
+                "saved to {0}; run `nearmiss import {0}` when the store is writable again",
                 file.display()
             ),
-            None => f.write_str("nor could it be written to a file: make room on the disk"),
+            None => f.write_str("it could not be saved to a file either; free disk space"),
         }
     }
 }
@@ -85,6 +85,7 @@ impl Store {
             reasoning: reasoning.to_owned(),
             ending: ending.clone(),
             verdict_json: verdict.and_then(|said| serde_json::to_string(said).ok()),
+            most_usd: None,
             notes: String::new(),
             pinned: false,
             deleted_ms: None,

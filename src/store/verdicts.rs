@@ -3,7 +3,7 @@
 use rusqlite::params;
 use serde::Deserialize;
 
-use super::{Origin, Store, StoreError, rows};
+use super::{Origin, SUPERSEDED, Store, StoreError, rows};
 use crate::verdict::Task;
 
 /// Verdict of a stored answer.
@@ -26,8 +26,9 @@ pub struct StoredVerdict {
 }
 
 impl Store {
-    /// The newest verdict of each scenario, ego, task, model, frame and techniques, but none of the model
-    /// `but`; all of them, or those about one scenario, by hash and name as in [`Store::of_scenario`].
+    /// The verdicts in all whole answers, whatever template they were asked with, without those in whose place another
+    /// answer to the same request counts ([`SUPERSEDED`]) and those of the model `but`; all of them, or those about one
+    /// scenario, by hash and name as in [`Store::of_scenario`].
     ///
     /// # Errors
     /// SQLite refused.
@@ -41,13 +42,11 @@ impl Store {
             None => "?2 IS NULL AND ?3 IS NULL",
             Some(_) => "(scenario_hash = ?2 OR (scenario_hash IS NULL AND scenario = ?3))",
         };
-        // Beside max(), SQLite gives the other columns of the same row.
         let sql = format!(
-            "SELECT scenario_hash, scenario, ego, origin, task, window_first, window_last, dangerous,
-                 max(id)
+            "SELECT scenario_hash, scenario, ego, origin, task, window_first, window_last, dangerous
              FROM runs
-             WHERE deleted_ms IS NULL AND dangerous IS NOT NULL AND model <> ?1 AND {which}
-             GROUP BY scenario_hash, scenario, ego, origin, task, model, frame, techniques"
+             WHERE deleted_ms IS NULL AND state = 'answered' AND dangerous IS NOT NULL AND model <> ?1 AND {which}
+                 AND NOT {SUPERSEDED}"
         );
         let mut statement = connection.prepare_cached(&sql)?;
         let (hash, name) = of.unzip();

@@ -11,15 +11,13 @@ use crate::system;
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// There is something at the path already, and overwriting was not asked for.
-    #[error(
-        "{0}: there is a file already, and it was left as it is; name another file, or ask for it to be overwritten"
-    )]
+    #[error("{0}: already exists; choose another name, or overwrite it")]
     Exists(PathBuf),
     /// What is at the path is no file that could be replaced: a folder, a pipe, a device.
-    #[error("{0}: this is not a regular file, so it cannot be replaced")]
+    #[error("{0}: not a regular file, so it cannot be replaced")]
     NotAFile(PathBuf),
     /// The folder that the file is to lie in does not exist.
-    #[error("{file}: there is no folder {folder}; make it first", file = .0.display(), folder = .1.display())]
+    #[error("{file}: no folder {folder}; create it first", file = .0.display(), folder = .1.display())]
     NoFolder(PathBuf, PathBuf),
     /// The system refused.
     #[error("{path}: {}", system::words(source))]

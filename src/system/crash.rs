@@ -64,11 +64,11 @@ fn sentence(
     let file = crashed.file.as_deref();
     let file = file.map(|file| format!(" ({})", file.display()));
     let report = match written {
-        Ok(path) => format!("a report lies in {}", path.display()),
+        Ok(path) => format!("the report is in {}", path.display()),
         Err(why) => format!("no report could be written ({why})"),
     };
     let all = format!(
-        "nearmiss: a fault of the program ended it while {doing}{}; {report}",
+        "nearmiss: internal error while {doing}{}; {report}",
         file.unwrap_or_default()
     );
     all.chars()

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 /// An action with its keys.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct KeyBinding {
     /// Where the keys work.
     pub scope: &'static str,

@@ -140,11 +140,15 @@ mod tests {
         open(0o755);
         assert_eq!(close("runs"), (0o700, 0o600));
         open(0o755);
-        assert_eq!(close("walks"), (0o755, 0o600), "something else lies there");
+        assert_eq!(
+            close("walks"),
+            (0o755, 0o600),
+            "something else is in its place"
+        );
         open(0o2775);
-        assert_eq!(close("runs"), (0o2775, 0o664), "a group shares it");
+        assert_eq!(close("runs"), (0o2775, 0o664), "shared by a group");
         open(0o1777);
-        assert_eq!(close("runs"), (0o1777, 0o600), "all users write there");
+        assert_eq!(close("runs"), (0o1777, 0o600), "writable by all users");
         close_file(&folder.path().join("nowhere"));
         close_folder(&folder.path().join("nowhere"), |_| true);
     }

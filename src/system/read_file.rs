@@ -36,7 +36,7 @@ fn check(found: &Metadata) -> Result<()> {
     }
     if !found.is_file() {
         return Err(Error::other(
-            "not a regular file but a pipe, a device or a socket; save what comes from it in a file and name that",
+            "a pipe, device or socket, not a regular file; save its data to a file first",
         ));
     }
     Ok(())
@@ -84,7 +84,7 @@ pub fn read_text(path: &Path, most: u64) -> Result<String> {
 }
 
 fn mebibytes(bytes: u64) -> String {
-    format!("{} MiB, more than is read", bytes >> 20)
+    format!("{} MiB, too large to read", bytes >> 20)
 }
 
 #[cfg(test)]

@@ -38,14 +38,24 @@ pub fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
     names
 }
 
-/// `; did you mean a, b or c?`, or nothing where no name is alike.
+/// ``; did you mean `a`, `b` or `c`?``, or nothing where no name is alike.
 #[must_use]
 pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     match &similar(word, known)[..] {
         [] => String::new(),
-        [one] => format!("; did you mean {one}?"),
-        [first @ .., last] => format!("; did you mean {} or {last}?", first.join(", ")),
+        [one] => format!("; did you mean `{one}`?"),
+        [first @ .., last] => format!("; did you mean `{}` or `{last}`?", first.join("`, `")),
     }
+}
+
+/// ``unknown task `saftey`; did you mean `safety`?``: the error for a word that is none of the known ones.
+#[must_use]
+pub fn unknown<'a>(
+    what: &str,
+    word: &str,
+    known: impl IntoIterator<Item = &'a str> + Clone,
+) -> String {
+    format!("unknown {what} `{word}`{}", available(word, known))
 }
 
 /// What is known instead of a word: the names that it may mean, or all of them where it is like none and they are few.
@@ -102,8 +112,12 @@ mod tests {
         assert_eq!(similar("cutin", scenarios), ["ZAM_CutIn-1_1_T-1"]);
         assert_eq!(
             available("saftey", ["collision", "safety"]),
-            "; did you mean safety?"
+            "; did you mean `safety`?"
         );
         assert_eq!(available("x", ["a", "b"]), "; available: a, b");
+        assert_eq!(
+            unknown("command", "promts", commands),
+            "unknown command `promts`; did you mean `prompts` or `prompt`?"
+        );
     }
 }

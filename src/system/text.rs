@@ -24,14 +24,14 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
     let line = |at: usize| 1 + rest[..at].iter().filter(|b| **b == b'\n').count();
     if let Some(at) = rest.iter().position(|b| *b == 0) {
         return Err(format!(
-            "line {}: a zero byte; the file is no text, or not UTF-8: save it as such",
+            "line {}: a zero byte; not a text file, or not UTF-8: save it as UTF-8",
             line(at)
         ));
     }
     if let Err(error) = std::str::from_utf8(rest) {
         let at = error.valid_up_to();
         return Err(format!(
-            "line {}: the file is not UTF-8 text, the byte 0x{:02x} is in it; save it as UTF-8",
+            "line {}: not UTF-8 text (byte 0x{:02x}); save the file as UTF-8",
             line(at),
             rest[at]
         ));
@@ -65,10 +65,7 @@ mod tests {
             (wide("a\nb", u16::to_be_bytes), "line 1: a zero byte"),
             (b"\xff\xfe\0\0a\0\0\0".to_vec(), "UTF-32"),
             (b"a\nb\n\0".to_vec(), "line 3: a zero byte"),
-            (
-                b"a\ncaf\xe9".to_vec(),
-                "line 2: the file is not UTF-8 text, the byte 0xe9",
-            ),
+            (b"a\ncaf\xe9".to_vec(), "line 2: not UTF-8 text (byte 0xe9"),
         ] {
             let said = text_of(bytes).unwrap_err();
             assert!(said.contains(words), "{said}");

@@ -105,7 +105,9 @@ pub fn shown_value(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => format!("{text:?}"),
         DeValue::Integer(number) => number.as_str().to_string(),
+        DeValue::Float(number) => number.as_str().to_string(),
         DeValue::Boolean(yes) => yes.to_string(),
+        DeValue::Array(_) => "a list".into(),
         other => format!("a {}", other.type_str()),
     }
 }

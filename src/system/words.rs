@@ -9,12 +9,10 @@ pub fn words(error: &Error) -> String {
     let said = match error.kind() {
         ErrorKind::NotFound => "no such file or folder",
         ErrorKind::PermissionDenied => "permission denied",
-        ErrorKind::IsADirectory => "this is a folder, and a file is needed",
-        ErrorKind::NotADirectory => "a part of this path is a file, and a folder is needed there",
-        ErrorKind::ReadOnlyFilesystem => {
-            "nothing can be written here; the file system is read-only"
-        }
-        ErrorKind::StorageFull => "no space is left on the device",
+        ErrorKind::IsADirectory => "is a folder, not a file",
+        ErrorKind::NotADirectory => "part of this path is a file, not a folder",
+        ErrorKind::ReadOnlyFilesystem => "the file system is read-only",
+        ErrorKind::StorageFull => "no space left on the device",
         _ => return without_number(&error.to_string()),
     };
     said.to_string()

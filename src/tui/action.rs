@@ -4,10 +4,12 @@
 
 mod default_keys;
 mod groups;
+mod menu_labels;
 mod synonyms;
 
 pub use default_keys::ACTIONS;
 pub use groups::{order_of, title_of};
+pub use menu_labels::menu_label;
 pub use synonyms::synonyms_of;
 
 /// A user action, described in [`ACTIONS`].
@@ -70,6 +72,10 @@ pub enum Action {
     Follow,
     EgoUp,
     FitMap,
+    SplitMap,
+    PinMoment,
+    MomentBack,
+    MomentForward,
     TakeTape,
     SwapTape,
     NextPaths,
@@ -103,7 +109,7 @@ pub enum Action {
     ToggleIcl,
     PromptView,
     Edit,
-    ResetTemplate,
+    DiscardDraft,
     RereadTemplates,
     Run,
     RunAnew,
@@ -186,6 +192,22 @@ pub enum Action {
     SavedViews,
     RawAnswer,
     UnfoldJson,
+    Experiment,
+    NewExperiment,
+    RunExperiment,
+    StopExperiment,
+    ExperimentResults,
+    EditExperiment,
+    ExperimentText,
+    ExperimentPart,
+    RereadExperiment,
+    Coverage,
+    ChooseIndex,
+    CoverageLeft,
+    CoverageRight,
+    OpenCoverage,
+    NextSeverity,
+    CoverageWindows,
 }
 
 impl Action {
@@ -223,8 +245,12 @@ pub enum Scope {
     Jobs,
     /// On the screen of results.
     Results,
+    /// On the coverage map of an index.
+    Coverage,
     /// On the screen of two versions of a prompt.
     Versions,
+    /// On the screen of an experiment.
+    Experiment,
     /// In the template editor, where keys write and nothing else holds.
     Editor,
     /// On the screen of answers side by side, which has keys for everything itself.
@@ -233,7 +259,7 @@ pub enum Scope {
 
 impl Scope {
     /// Every scope with its name in keymap files and its description.
-    pub const ALL: [(Self, &'static str, &'static str); 12] = [
+    pub const ALL: [(Self, &'static str, &'static str); 14] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
@@ -243,10 +269,16 @@ impl Scope {
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
         (Self::Results, "results", "on the screen of results"),
+        (Self::Coverage, "coverage", "on the coverage map"),
         (
             Self::Versions,
             "versions",
             "on the screen of two prompt versions",
+        ),
+        (
+            Self::Experiment,
+            "experiment",
+            "on the screen of an experiment",
         ),
         (Self::Editor, "editor", "in the template editor"),
         (
@@ -271,7 +303,9 @@ impl Scope {
             Self::History
                 | Self::Jobs
                 | Self::Results
+                | Self::Coverage
                 | Self::Versions
+                | Self::Experiment
                 | Self::Editor
                 | Self::Compare
         )
@@ -288,6 +322,16 @@ pub const EVEN_THERE: [Action; 8] = [
     Action::History,
     Action::TaskList,
     Action::SavePicture,
+];
+
+/// Actions that give the focus to another pane.
+pub const MOVES_FOCUS: [Action; 6] = [
+    Action::NextPane,
+    Action::PreviousPane,
+    Action::FocusLeft,
+    Action::FocusDown,
+    Action::FocusUp,
+    Action::FocusRight,
 ];
 
 /// A line of the table.

@@ -59,11 +59,33 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
     let path = folder.path().join(name);
     let write = std::fs::File::create_new(&path).and_then(|mut f| f.write_all(text.as_bytes()));
     write.map_err(|e| format!("{}: {}", path.display(), system::words(&e)))?;
+    run(command, &path).map_err(|why| {
+        // The user's text is not lost.
+        let differs =
+            system::read_file(&path, system::LARGEST).is_ok_and(|bytes| bytes != text.as_bytes());
+        if differs {
+            let kept = folder.keep().join(name);
+            return format!("{why}; changes not applied, but kept in {}", kept.display());
+        }
+        format!("{why}; the template is as it was")
+    })
+}
+
+/// Lets the user edit a file of theirs where it is, and gives its text. The terminal must be theirs meanwhile.
+///
+/// # Errors
+/// The editor cannot be started, says that it failed, or leaves what is no text.
+pub fn edit_file(command: &[String], path: &Path) -> Result<String, String> {
+    run(command, path)
+}
+
+/// Runs the editor on a file, and reads that.
+fn run(command: &[String], path: &Path) -> Result<String, String> {
     let shown = command.join(" ");
     let mut editor = Command::new(&command[0]);
-    editor.args(&command[1..]).arg(&path);
+    editor.args(&command[1..]).arg(path);
     let started = system::job_control::with_default(|| editor.spawn());
-    let result = match started.and_then(|mut editor| editor.wait()) {
+    match started.and_then(|mut editor| editor.wait()) {
         Err(error) => Err(format!(
             "`{shown}` cannot be started: {}; set VISUAL or EDITOR to your editor",
             system::words(&error)
@@ -72,21 +94,8 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
             Some(code) => format!("`{shown}` ended with status {code}"),
             None => format!("`{shown}` was ended by a signal"),
         }),
-        Ok(_) => read(&path).map_err(|why| format!("`{shown}` left no text: {why}")),
-    };
-    result.map_err(|why| {
-        // The user's text is not lost.
-        let differs =
-            system::read_file(&path, system::LARGEST).is_ok_and(|bytes| bytes != text.as_bytes());
-        if differs {
-            let kept = folder.keep().join(name);
-            return format!(
-                "{why}; nothing was taken over, what was written is in {}",
-                kept.display()
-            );
-        }
-        format!("{why}; the template is as it was")
-    })
+        Ok(_) => read(path).map_err(|why| format!("`{shown}` left no text: {why}")),
+    }
 }
 
 fn read(path: &Path) -> Result<String, String> {
@@ -138,7 +147,7 @@ mod tests {
             "{error}"
         );
         let error = sh("printf mine > \"$1\"; exit 1").unwrap_err();
-        let (_, path) = error.rsplit_once(" is in ").unwrap();
+        let (_, path) = error.rsplit_once(" kept in ").unwrap();
         assert_eq!(std::fs::read_to_string(path).unwrap(), "mine");
         std::fs::remove_dir_all(Path::new(path).parent().unwrap()).unwrap();
         let error = sh("printf '\\377' > \"$1\"").unwrap_err();

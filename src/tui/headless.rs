@@ -11,6 +11,7 @@ use super::loaded::Opened;
 use super::message::runs::ResultsCommand;
 use super::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::model::Model;
+use super::pixels::Encoder;
 use super::tasks::history::Judging;
 use super::theme::Theme;
 use super::update::{compute_now, update};
@@ -29,6 +30,8 @@ pub struct Stage {
     model: Model,
     terminal: Terminal<TestBackend>,
     asked: Vec<JobId>,
+    /// What is computed beside the loop, and has yet to be.
+    waiting: Vec<Effect>,
 }
 
 impl Stage {
@@ -47,6 +50,7 @@ impl Stage {
             model,
             terminal: Terminal::new(backend).map_err(|e| e.to_string())?,
             asked: Vec::new(),
+            waiting: Vec::new(),
         };
         // Drawn before, so that the map knows its size when it is pointed at the ego.
         stage.draw();
@@ -97,6 +101,25 @@ impl Stage {
         }
     }
 
+    /// Goes a time step on, and leaves what that asks to be computed for [`Stage::compute`]; says whether there was one.
+    pub fn step(&mut self) -> bool {
+        let before = self.model.clock.step();
+        let effects = Key::parse("right").map(|key| update(&mut self.model, Msg::Key(key)));
+        self.waiting.extend(effects.into_iter().flatten());
+        self.model.clock.step() != before
+    }
+
+    /// Computes what waits for it.
+    pub fn compute(&mut self) {
+        let waiting = std::mem::take(&mut self.waiting);
+        compute_now(&mut self.model, waiting);
+    }
+
+    /// Shows the map as an image from now on, as kitty does, in cells of so many pixels; compressed or not.
+    pub fn show_pixels(&mut self, cell: (u16, u16), compressed: bool) {
+        self.model.map.images.encoder = Some(Encoder::kitty(cell, compressed));
+    }
+
     /// Asks a model, and gives the place of its answer. It says nothing by itself.
     pub fn ask(&mut self, model: &str) -> usize {
         self.model.model = model.into();
@@ -116,14 +139,15 @@ impl Stage {
     /// An answer has ended, and this was all of it.
     pub fn end(&mut self, answer: usize, text: &str) {
         let column = self.model.column_mut(self.asked[answer]);
-        let (model, how, window) = column.map_or_else(Default::default, |c| {
-            (c.model.clone(), c.how.clone(), c.steps)
+        let (model, how, window, times) = column.map_or_else(Default::default, |c| {
+            (c.model.clone(), c.how.clone(), c.steps, c.times)
         });
         let whole = Answer {
             run: None,
             model,
             past: None,
             window,
+            times,
             how,
             model_returned: None,
             judged: JudgeOutcome::Missing(MissingVerdict::NotInAnswer("no verdict in it".into())),
@@ -151,9 +175,9 @@ impl Stage {
     /// # Errors
     /// The scenario has no planning problem, or the planner cannot begin.
     pub fn drive(&mut self) -> Result<(), String> {
-        let key = Key::parse("shift-w").unwrap_or_else(|| panic!("shift-w is a key"));
-        let asks = self.send(Msg::Key(key)).into_iter();
-        let begin = asks.filter_map(|effect| match effect {
+        let keys = ["space", "e", "p"].map(Key::parse).into_iter().flatten();
+        let asks: Vec<Effect> = keys.flat_map(|key| self.send(Msg::Key(key))).collect();
+        let begin = asks.into_iter().filter_map(|effect| match effect {
             Effect::Start(id, JobRequest::Plan(entry, change, _)) => Some((id, entry, change)),
             _ => None,
         });
@@ -237,6 +261,9 @@ impl Stage {
         let model = &self.model;
         let drawn = self.terminal.draw(|frame| views::draw(frame, model));
         assert!(drawn.is_ok(), "the screen is in memory");
+        if self.model.drawn.has_consequences() {
+            self.send(Msg::Drawn);
+        }
     }
 
     /// Draws a frame with nothing on it: what a screen of this size costs in any case.

@@ -56,7 +56,7 @@ pub fn split(screen: Rect, model: &Model) -> Option<ScreenAreas> {
                 arranged.low(body, sizes.wide, (model.list.longest, model.focus));
             }
             (TWO_COLUMNS.., _) => arranged.compact(body, sizes.compact, model.focus),
-            _ => arranged.narrow(body, model.focus),
+            _ => arranged.narrow(body, sizes.narrow, model.focus),
         }
     }
     Some(ScreenAreas {

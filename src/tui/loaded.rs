@@ -3,22 +3,23 @@
 mod authorship;
 mod cycle;
 mod drive_files;
-mod facts;
 mod generated;
 mod picture;
 mod planned;
+mod saved;
 mod source;
 mod variant;
 
 use std::sync::Arc;
 
+pub use crate::workflow::{Facts, Tally, Verdicts, country_of};
 pub use authorship::{AuthoringProgress, Authorship, Writer};
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
-pub use facts::{Facts, Tally, Verdicts, country_of};
 pub use generated::{GenerationInputs, GenerationProgress};
 pub use picture::{PictureJob, PictureKind};
 pub use planned::PlannedEgo;
+pub use saved::SavedVariant;
 pub use source::Source;
 pub use variant::{
     GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
@@ -64,6 +65,8 @@ pub struct Opened {
     pub planned: Option<Arc<PlannedEgo>>,
     /// The variant that was made of it, where that or the original beside it is shown.
     pub variant: Option<VariantShown>,
+    /// Its origin, where it is a variant that was saved.
+    pub saved: Option<Arc<SavedVariant>>,
 }
 
 /// The measures that the workbench shows.
@@ -88,6 +91,20 @@ impl Opened {
     /// # Errors
     /// As of [`Opened::read`]; or it has no ego, without which nothing can be changed.
     pub fn changed(
+        entry: &Entry,
+        wanted: &EgoSelection,
+        thresholds: &Thresholds,
+        change: Option<Transform>,
+    ) -> Result<Self, String> {
+        let mut opened = Self::alone(entry, wanted, thresholds, change)?;
+        if change.is_none() {
+            opened.saved = SavedVariant::of(entry, thresholds).map(Arc::new);
+        }
+        Ok(opened)
+    }
+
+    /// The same without the original of a saved variant.
+    fn alone(
         entry: &Entry,
         wanted: &EgoSelection,
         thresholds: &Thresholds,
@@ -136,6 +153,7 @@ impl Opened {
             collision,
             planned: None,
             variant: None,
+            saved: None,
         }
     }
 

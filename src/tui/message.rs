@@ -1,6 +1,7 @@
 //! Messages that `update` receives and effects that it returns, both plain data.
 
 mod computation;
+pub mod experiment;
 mod job;
 pub mod runs;
 
@@ -25,6 +26,7 @@ use crate::scenario::Transform;
 use crate::settings::{Config, SavedView, SavedViews, Tags};
 use crate::store::{NewRating, Rating, Unrated};
 use crate::verdict::Task;
+use crate::workflow::FolderOfExperiments;
 
 /// A message to `update`.
 #[derive(Debug)]
@@ -97,6 +99,8 @@ pub enum Msg {
     Pictured(Result<String, String>),
     /// A while has passed since something changed: the session is to be kept.
     KeepSession,
+    /// A folder was looked through for experiment files.
+    ExperimentFiles(PathBuf, Result<FolderOfExperiments, String>),
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
@@ -159,6 +163,8 @@ pub struct ExternalEdit {
     pub text: String,
     /// Whether it is a read-only copy, whose changes are discarded.
     pub copy: bool,
+    /// The user's own file, which is edited where it is; the text is what it held before.
+    pub place: Option<PathBuf>,
 }
 
 /// An effect to be performed outside the model.
@@ -236,6 +242,8 @@ pub enum Effect {
     UseTemplate(String),
     /// Let the user edit a text in an editor of theirs.
     EditOutside(ExternalEdit),
+    /// Look through a folder for experiment files; an empty path is the working folder.
+    ListExperiments(PathBuf),
     /// Read the source of a scenario, by its place in the list.
     ReadSource(usize, Entry),
     /// Read all templates again.

@@ -6,8 +6,10 @@ mod camera;
 mod claims;
 mod compare;
 mod editor;
+mod experiment;
 mod generation;
 mod history;
+mod index;
 mod jobs;
 mod judgements;
 mod jump_list;
@@ -26,6 +28,7 @@ mod question;
 mod reading;
 mod results;
 mod rollout_cache;
+mod setting_words;
 mod sizes;
 mod timeline;
 mod values;
@@ -35,28 +38,32 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use crate::evaluation::claims::counted;
 pub use answers::{Answers, Column, Progress, ShownAnswer, parts};
 pub use batch::{Card, MarkedScenarios};
-pub use camera::Camera;
-pub use claims::{Claims, Document, counted};
+pub use camera::{Camera, NEIGHBOURHOOD};
+pub use claims::{Claims, Document};
 pub use compare::{
     BlindMode, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
     PendingRating, REASONS, shuffle,
 };
 pub use editor::{Change, Editor, Find, HEAVY, next, rows, width_of};
+pub use experiment::ExperimentView;
 pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
+pub use index::IndexChoice;
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use judgements::Judgements;
 pub use jump_list::{JumpList, Place};
 pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, MapPicture, Readings};
 pub use list::{
-    Filtering, Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest,
+    Filtering, Group, Grouping, HEADLINE, Line, List, ListIndex, Matching, Order, Row, TERMS,
+    WordMatch, nearest,
 };
 pub use look::{Glyphs, Look, MapChoice, themes_shown};
 pub use map::{
-    Detail, End, Foreseen, Foresight, Future, Layers, Measurement, On, PathRequest, Tape, Tools,
-    as_text,
+    Detail, End, Foreseen, Foresight, Future, Halves, Layers, Measurement, Moment, On, PathRequest,
+    Tape, Tools, Trails, as_text,
 };
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
@@ -69,12 +76,12 @@ pub use prices::{Prices, RequestTokens};
 pub use prompt::{EntryLine, PromptPane, PromptView, diff_of};
 pub use reading::ReadingView;
 pub use results::{COLUMNS as RESULTS_COLUMNS, ResultsDrawn, ResultsView};
-pub use sizes::{Border, Edge, PaneShares, Sizes};
+pub use sizes::{Arrangement, Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 pub use versions::{PromptVersion, VersionKind, VersionsView};
 
-use super::action::{Action, EVEN_THERE, Scope};
+use super::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope};
 use super::clock::Clock;
 use super::loaded::{Opened, Source};
 use super::message::{JobId, OpenId};
@@ -82,12 +89,12 @@ use super::screens::{self, Screen, Screens};
 use super::session::SessionState;
 use super::theme::Theme;
 use crate::description::Frame;
-use crate::evaluation::{EffectiveSettings, Settings};
+use crate::evaluation::{EffectiveSettings, Settings, window_end};
 use crate::judge;
 use crate::llm::ModelOffer;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::scenario::{Scene, Window};
+use crate::scenario::{Scene, Window, WindowRule};
 use crate::settings::Config;
 use crate::store::{Run, RunId};
 use crate::verdict::Task;
@@ -151,6 +158,8 @@ pub struct Model {
     pub placed: Option<i64>,
     /// Seconds within which a second Ctrl-C ends the program.
     pub quit_within: f64,
+    /// Seconds within which Esc ends the search for an attack.
+    pub stop_within: f64,
     /// How it is asked.
     pub techniques: Techniques,
     /// Whether the techniques were chosen, or are the template's.
@@ -181,12 +190,16 @@ pub struct Model {
     pub marks: MarkedScenarios,
     /// A batch of questions that waits for a yes.
     pub card: Option<Card>,
+    /// The chosen index of a corpus.
+    pub index: IndexChoice,
     /// Everything that runs, and what ran.
     pub jobs: Jobs,
     /// Results of all stored answers.
     pub results: ResultsView,
     /// Two versions of the prompt over many scenarios.
     pub versions: VersionsView,
+    /// The experiment that is shown or asked.
+    pub experiment: ExperimentView,
     /// How long the program has been running; the loop sets it.
     pub uptime: Duration,
     /// Screens over the main screen.
@@ -247,6 +260,7 @@ impl Model {
             frame_chosen: None,
             placed: None,
             quit_within: 0.0,
+            stop_within: 0.0,
             techniques: Techniques::ALL,
             techniques_chosen: false,
             prompt: PromptPane::new(config.editor),
@@ -265,9 +279,15 @@ impl Model {
             reopened: None,
             marks: MarkedScenarios::default(),
             card: None,
+            index: IndexChoice {
+                folder: config.index.clone(),
+                configured: config.index.clone(),
+                ..IndexChoice::default()
+            },
             jobs: Jobs::default(),
             results: ResultsView::default(),
             versions: VersionsView::default(),
+            experiment: ExperimentView::default(),
             uptime: Duration::ZERO,
             screens: Screens::default(),
             toasts: Vec::new(),
@@ -298,11 +318,16 @@ impl Model {
     #[must_use]
     pub fn window(&self) -> Option<Window> {
         let scene = self.scene()?;
-        let last = match self.task {
-            Task::Collision => scene.last_step(),
-            Task::Safety | Task::Attacker | Task::Trajectory => self.clock.step(),
-        };
-        Some(Window::ending_at(scene, last, self.decided().history))
+        Some(self.window_rule().at(scene, self.clock.step()))
+    }
+
+    /// How that window is chosen.
+    #[must_use]
+    pub fn window_rule(&self) -> WindowRule {
+        WindowRule {
+            end: window_end(self.task),
+            history: self.decided().history,
+        }
     }
 
     /// How the scene is described: as the configuration says, else as the saved template does.
@@ -325,7 +350,8 @@ impl Model {
     pub fn scope(&self) -> Scope {
         match self.screens.top() {
             Some(screen) => screen.scope(),
-            None if self.compare.open => Scope::Compare,
+            None if self.compare.open && !self.look.in_menu() => Scope::Compare,
+            None if self.compare.open => Scope::Global,
             None => self.focus.scope(),
         }
     }
@@ -334,6 +360,11 @@ impl Model {
     /// is below it alone, and other windows open over it.
     #[must_use]
     pub fn takes(&self, action: Action) -> bool {
+        // Keys belong to a full screen while it is open: no pane gets the focus.
+        let on_screen = self.compare.open || self.prompt.editing;
+        if on_screen && self.screens.is_empty() && MOVES_FOCUS.contains(&action) {
+            return false;
+        }
         let scope = self.screens.top().map(Screen::scope);
         scope.is_none_or(Scope::is_own) || EVEN_THERE.contains(&action) || screens::opens(action)
     }
@@ -347,8 +378,10 @@ impl Model {
             || self.jobs.has_batch()
             || self.screens.iter().any(|screen| screen.moves(self))
             || self.prompt.waits()
+            || self.list.waits()
             || self.driver.waits.is_some()
             || self.quit_within > 0.0
+            || self.stop_within > 0.0
     }
 
     /// The question with this number, if it is still shown.

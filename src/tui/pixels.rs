@@ -21,6 +21,8 @@ const KITTY_IDS: [u32; 2] = [0x6e_6d_01, 0x6e_6d_02];
 #[derive(Debug, Clone)]
 pub struct Encoder {
     picker: Picker,
+    /// Whether the terminal takes compressed images: fewer bytes for more work.
+    compress: bool,
 }
 
 /// The map as it is sent to the terminal.
@@ -91,13 +93,37 @@ impl Encoder {
     /// Uses what was found out about a terminal; `None` where it shows no images.
     #[must_use]
     pub fn new(picker: Picker) -> Option<Self> {
-        (picker.protocol_type() != ProtocolType::Halfblocks).then_some(Self { picker })
+        let compress = picker
+            .capabilities()
+            .contains(&Capability::KittyCompression);
+        let shows = picker.protocol_type() != ProtocolType::Halfblocks;
+        shows.then_some(Self { picker, compress })
+    }
+
+    /// As for kitty with cells of so many pixels, without asking a terminal.
+    #[must_use]
+    pub fn kitty(cell: (u16, u16), compress: bool) -> Self {
+        #[expect(deprecated, reason = "no terminal is asked")]
+        let mut picker = Picker::from_fontsize(cell.into());
+        picker.set_protocol_type(ProtocolType::Kitty);
+        Self { picker, compress }
     }
 
     /// Whether other things can be drawn over an image and taken away again.
     #[must_use]
     pub fn can_be_covered(&self) -> bool {
         self.picker.protocol_type() == ProtocolType::Kitty
+    }
+
+    /// How many pixels of the screen one pixel of a picture covers in each direction: kitty enlarges pictures, so while
+    /// time passes, a quarter of the pixels is painted and sent.
+    #[must_use]
+    pub fn coarseness(&self, playing: bool) -> u32 {
+        if playing && self.picker.protocol_type() == ProtocolType::Kitty {
+            2
+        } else {
+            1
+        }
     }
 
     /// Width and height of a cell, pixels.
@@ -124,11 +150,8 @@ impl ImageRequest {
         let protocol = match picker.protocol_type() {
             ProtocolType::Kitty => {
                 let id = KITTY_IDS[usize::from(!self.count.is_multiple_of(2))];
-                let compress = picker
-                    .capabilities()
-                    .contains(&Capability::KittyCompression);
-                Kitty::new(image, size, id, picker.tmux_detected(), compress, false)
-                    .map(Protocol::Kitty)
+                let (in_tmux, compress) = (picker.tmux_detected(), self.encoder.compress);
+                Kitty::new(image, size, id, in_tmux, compress, false).map(Protocol::Kitty)
             }
             _ => picker.new_protocol(image, size, Resize::Crop(None)),
         };
@@ -208,6 +231,30 @@ mod tests {
             .unwrap();
         let rendered = pixels(&picture(), 72.0).unwrap().take();
         assert_eq!(pixels_sent, rendered);
+    }
+
+    #[test]
+    fn playback_is_coarser_where_the_terminal_enlarges_pictures() {
+        let kitty = Encoder::kitty((10, 20), true);
+        assert_eq!((kitty.coarseness(true), kitty.coarseness(false)), (2, 1));
+        let mut sixel = kitty.clone();
+        sixel.picker.set_protocol_type(ProtocolType::Sixel);
+        assert_eq!(sixel.coarseness(true), 1);
+        let mut images = crate::tui::model::Tools::default().images;
+        images.encoder = Some(kitty);
+        let mut ask = |dpi| {
+            images
+                .request(picture(), dpi, (4, 2))
+                .map(|asked| asked.run())
+        };
+        let coarse = ask(36.0).unwrap();
+        assert!(ask(72.0).is_none(), "one after the other");
+        images.take(coarse).unwrap();
+        let sharp = images.request(picture(), 72.0, (4, 2));
+        images
+            .take(sharp.expect("at rest it is sharp").run())
+            .unwrap();
+        assert!(images.request(picture(), 72.0, (4, 2)).is_none());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The main loop: drain all messages, draw once if something changed, sleep; at most 60 frames a second, keys excepted.
 
 mod ending;
+mod experiment_file;
 mod last_opened;
 mod pace;
 mod prepare;
@@ -15,6 +16,7 @@ use self::ending::{Ending, TerminationSignal};
 use self::last_opened::LastOpened;
 use self::pace::Pace;
 use self::prepare::prepare;
+use super::action::Action;
 use super::external_editor;
 use super::message::{Effect, ExternalEdit, Msg};
 use super::model::Model;
@@ -22,7 +24,7 @@ use super::reload::{self, Stamps};
 use super::session;
 use super::tasks::{LoopEffect, Tasks};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
-use super::update::{start, update};
+use super::update::{perform, start, update};
 use super::{screenshot, views, widgets};
 use crate::formats::{EgoSelection, Entry, EntryLocation, not_standard_input};
 use crate::settings::Folders;
@@ -33,11 +35,12 @@ use crate::system::job_control::{self, JobSignal};
 /// Result of running the workbench.
 pub type RunResult = Result<(), String>;
 
-/// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego.
+/// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego and the index in a folder; an
+/// experiment file in place of paths is opened with its scenarios.
 ///
 /// # Errors
 /// A path is not there; the terminal cannot be taken, or went away.
-pub fn run(paths: Vec<PathBuf>, ego: EgoSelection) -> RunResult {
+pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> RunResult {
     // Better said on the shell, where the mistake was made.
     for path in &paths {
         not_standard_input(path).map_err(|error| error.to_string())?;
@@ -46,6 +49,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection) -> RunResult {
                 .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
         }
     }
+    let (paths, experiment) = experiment_file::split_off(paths)?;
     // Before the first thread is started.
     job_control::take_over().map_err(|e| the_terminal(&e))?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -53,7 +57,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection) -> RunResult {
         .enable_all()
         .build()
         .map_err(|e| system::words(&e))?;
-    let ended = runtime.block_on(workbench(paths, ego));
+    let ended = runtime.block_on(workbench(paths, experiment, ego, index));
     // Files that are still being read do not keep the program from ending.
     runtime.shutdown_background();
     ended
@@ -76,14 +80,19 @@ fn the_terminal(error: &std::io::Error) -> String {
     format!("the terminal: {}", system::words(error))
 }
 
-async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> RunResult {
+async fn workbench(
+    paths: Vec<PathBuf>,
+    experiment: Option<PathBuf>,
+    ego: EgoSelection,
+    index: Option<PathBuf>,
+) -> RunResult {
     give_back_on_panic();
     let folders = Folders::find()?;
     folders.close();
     // Without marks a scenario that ends the program is opened again; everything else continues.
     let unmarked = system::activity::keep_marks(&folders.marks()).err();
     let stamps = Stamps::read(&folders);
-    let (mut model, models, background) = prepare(paths, &ego, &folders);
+    let (mut model, models, background) = prepare(paths, &ego, index, &folders);
     if let Some(error) = unmarked {
         let folder = folders.marks();
         model.complain(format!("{}: {}", folder.display(), system::words(&error)));
@@ -129,7 +138,11 @@ async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> RunResult {
         stray: background.late,
         tried: LastOpened::default(),
     };
-    let effects = start(&looping.model);
+    let mut effects = start(&mut looping.model);
+    if experiment.is_some() {
+        looping.model.experiment.chosen = experiment;
+        effects.extend(perform(&mut looping.model, Action::Experiment));
+    }
     if looping.perform(effects).map_err(|e| the_terminal(&e))? {
         return Ok(());
     }
@@ -259,7 +272,7 @@ impl Loop {
                 self.apply(Msg::Drawing)?;
                 self.screen.draw(|frame| views::draw(frame, &self.model))?;
                 pace.drawn(Instant::now());
-                if self.model.drawn.has_picture() {
+                if self.model.drawn.has_consequences() {
                     self.apply(Msg::Drawn)?;
                 }
                 self.tried.drawn(self.model.opening.is_some());
@@ -302,9 +315,13 @@ impl Loop {
         signals: &mut Ending,
     ) -> std::io::Result<(Result<String, String>, bool)> {
         self.screen.lend();
-        let ExternalEdit { file, text, .. } = sent.clone();
-        let mut editing =
-            tokio::task::spawn_blocking(move || external_editor::edit(&command, &file, &text));
+        let ExternalEdit {
+            file, text, place, ..
+        } = sent.clone();
+        let mut editing = tokio::task::spawn_blocking(move || match place {
+            Some(path) => external_editor::edit_file(&command, &path),
+            None => external_editor::edit(&command, &file, &text),
+        });
         let mut ends = false;
         let edited = loop {
             tokio::select! {

@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::style::{Color as Ink, Modifier};
 
 use super::action::Action;
-use super::loaded::Opened;
+use super::loaded::{Facts, Opened, Verdicts};
 use super::message::{Effect, Msg};
 use super::model::Model;
 use super::theme::Theme;
@@ -14,6 +14,7 @@ use super::update::{self, update};
 use super::views;
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
+use crate::render::cells::Blocks;
 use crate::render::{Cell, Color, Palette, Screen, ScreenRequest};
 use crate::settings::{Config, Folders};
 
@@ -29,6 +30,10 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     let mut model = Model::new(Vec::new(), config, theme, library, Vec::new());
     model.thresholds = std::sync::Arc::new(super::tasks::thresholds(&folders.thresholds())?);
     model.size = wanted.size;
+    // Pictures are drawn by the program itself, the finest blocks too.
+    model.look.blocks_here = Blocks::Octants;
+    let config = model.config.clone();
+    model.look.configure_map(&config);
     // Drawn once before, so that the map knows its size when it is pointed at the ego.
     paint(&model)?;
     let thresholds = model.thresholds.clone();
@@ -50,6 +55,13 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
         let effects = update(&mut model, msg);
         todo.extend(update::compute_now(&mut model, effects));
     }
+    let facts = Facts::read(
+        &wanted.entry,
+        &wanted.ego,
+        &thresholds,
+        &Verdicts::default(),
+    );
+    drop(update(&mut model, Msg::Surveyed(0, facts)));
     if let Some(id) = wanted.obstacle {
         let known = model
             .opened
@@ -199,6 +211,11 @@ mod tests {
         assert_eq!(painted.cells.len(), 120 * 40);
         let words: String = painted.cells.iter().map(|c| c.symbol.as_str()).collect();
         assert!(words.contains("ZAM_RedLight-1_1_T-1") && words.contains("contact"));
+        // The map is made of cells that a picture can draw, and the list knows its scenario.
+        let blocks = words.chars().filter_map(Blocks::of_symbol);
+        let octants = blocks.filter(|(blocks, _)| *blocks == Blocks::Octants);
+        assert!(octants.count() > 10, "{words}");
+        assert!(words.contains("0X") && !words.contains(" … "), "{words}");
         let unknown = ScreenRequest {
             obstacle: Some(-7),
             ..wanted

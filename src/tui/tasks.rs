@@ -2,7 +2,9 @@
 
 mod batch;
 pub mod drives;
+mod experiment;
 pub mod history;
+mod index;
 mod job;
 pub mod making;
 pub mod pictures;
@@ -34,7 +36,7 @@ use crate::prompts::Library;
 use crate::settings::{Config, Folders, SavedViews, TextFile};
 use crate::simulation::Settings;
 use crate::store::{Origin, Store};
-use crate::workflow::{AskRequest, Models, ask};
+use crate::workflow::{AskRequest, Models, ask, experiments_in};
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
@@ -65,6 +67,8 @@ pub struct Tasks {
     /// Tells the reading of results that is under way to end.
     results: Arc<std::sync::atomic::AtomicBool>,
     batches: batch::Batches,
+    /// The user's providers, as the configuration has them.
+    providers: toml::Table,
     /// Requests of batches at once, to one provider.
     concurrency: std::num::NonZeroU32,
     /// Scenarios whose facts are wanted.
@@ -117,6 +121,7 @@ impl Tasks {
             history: None,
             results: Arc::default(),
             batches: batch::Batches::default(),
+            providers: config.providers.clone(),
             concurrency: config.concurrency,
         }
     }
@@ -232,6 +237,10 @@ impl Tasks {
                 self.change_template(file.clone(), move || templates::choose(&folder, &file));
             }
             Effect::EditOutside(outside) => return Some(LoopEffect::EditOutside(outside)),
+            Effect::ListExperiments(folder) => self.background(move || {
+                let found = experiments_in(&folder);
+                Msg::ExperimentFiles(folder, found)
+            }),
             Effect::ReadSource(place, entry) => {
                 self.background(move || Msg::Source(place, Source::read(&entry).map(Box::new)))
             }
@@ -368,6 +377,7 @@ fn parameters(config: &Config) -> Parameters {
         max_tokens: config.max_tokens,
         seed: None,
         effort: config.effort.as_deref().and_then(Effort::parse),
+        log_probabilities: config.log_probabilities,
     }
 }
 

@@ -15,7 +15,7 @@ use ratatui::text::Line;
 
 use super::user_file::{all_visible, first};
 use crate::settings::{self, NamedTheme, ThemeColor, ThemeFile};
-use crate::system::did_you_mean;
+use crate::system::unknown;
 
 pub use crate::settings::{AUTO, ROLES};
 pub use color::components;
@@ -56,9 +56,8 @@ impl Theme {
     fn unknown(name: &str, folder: &Path) -> String {
         let names: Vec<&str> = ThemeFile::pairs().chain(ThemeFile::shipped()).collect();
         format!(
-            "no theme `{name}`{}; available: {} and files in {}",
-            did_you_mean(name, names.iter().copied()),
-            names.join(", "),
+            "{}; `nearmiss themes` lists all, your own go in {}",
+            unknown("theme", name, names.iter().copied()),
             folder.display()
         )
     }
@@ -207,10 +206,10 @@ mod tests {
                 .unwrap_err()
                 .contains("auto, contrast, colorblind")
         );
-        assert!(load("../dark").unwrap_err().contains("no theme"));
+        assert!(load("../dark").unwrap_err().contains("unknown theme"));
         let odd = load("odd").unwrap_err();
         assert!(
-            odd.contains("odd.toml:3: roles.a") && !odd.contains('\x1b'),
+            odd.contains("odd.toml:3: unknown role `roles.a") && !odd.contains('\x1b'),
             "{odd:?}"
         );
         // Not black, which stands for the default's text.

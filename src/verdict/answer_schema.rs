@@ -8,30 +8,46 @@ use serde::{Deserialize, Serialize};
 use super::notes::Notes;
 use super::trajectory::TrajectoryAnswer;
 use super::values::Object;
-use super::{AttackerChoice, ObstacleRisk, Task, Verdict};
+use super::{AttackerChoice, CriticalObstacle, ObstacleRisk, Task, Verdict};
 
 /// The answer to the collision task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct CollisionAnswer {
-    /// Whether the ego collides with anyone.
-    pub collision: bool,
+    /// Why, with times and numbers, before you decide.
+    pub justification: String,
     /// The obstacles that matter, most dangerous first.
     pub obstacles: Vec<ObstacleRisk>,
-    /// Why, in a few sentences that cite steps and numbers.
-    pub justification: String,
+    /// The obstacles that touch the ego, the first contact first; empty if none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Vec<CriticalObstacle>")]
+    pub critical_obstacles: Option<Vec<CriticalObstacle>>,
+    /// The probability that the ego collides, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64", range(min = 0.0, max = 1.0))]
+    pub probability: Option<f64>,
+    /// Whether the ego collides.
+    pub collision: bool,
 }
 
 /// The answer to the safety task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct SafetyAnswer {
-    /// Whether the scene becomes safety-critical for the ego in the near future.
-    pub safety_critical: bool,
+    /// Why, with times and numbers, before you decide.
+    pub justification: String,
     /// The obstacles that matter, most dangerous first.
     pub obstacles: Vec<ObstacleRisk>,
-    /// Why, in a few sentences that cite steps and numbers.
-    pub justification: String,
+    /// The obstacles expected to touch the ego within the horizon, most critical first; empty if none is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Vec<CriticalObstacle>")]
+    pub critical_obstacles: Option<Vec<CriticalObstacle>>,
+    /// The probability that the ego touches another body within the horizon, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64", range(min = 0.0, max = 1.0))]
+    pub probability: Option<f64>,
+    /// Whether the scene is safety-critical: whether that contact is to be expected.
+    pub safety_critical: bool,
 }
 
 impl From<CollisionAnswer> for Verdict {
@@ -41,6 +57,9 @@ impl From<CollisionAnswer> for Verdict {
             dangerous: answer.collision,
             obstacles: answer.obstacles,
             justification: answer.justification,
+            critical: answer.critical_obstacles,
+            probability: answer.probability,
+            token_probability: None,
         }
     }
 }
@@ -52,6 +71,9 @@ impl From<SafetyAnswer> for Verdict {
             dangerous: answer.safety_critical,
             obstacles: answer.obstacles,
             justification: answer.justification,
+            critical: answer.critical_obstacles,
+            probability: answer.probability,
+            token_probability: None,
         }
     }
 }
@@ -76,11 +98,20 @@ pub fn schema(task: Task) -> serde_json::Value {
     value
 }
 
+/// Keys that are asked for and that older answers do not have.
+const LATER: [&str; 2] = ["critical_obstacles", "probability"];
+
 /// The schema of a task, ready to check answers.
 fn validator(task: Task) -> Option<&'static jsonschema::Validator> {
     static ALL: OnceLock<Vec<(Task, Option<jsonschema::Validator>)>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
-        let make = |task| (task, jsonschema::draft202012::new(&schema(task)).ok());
+        let make = |task| {
+            let mut schema = schema(task);
+            if let Some(required) = schema["required"].as_array_mut() {
+                required.retain(|key| !LATER.iter().any(|later| key == later));
+            }
+            (task, jsonschema::draft202012::new(&schema).ok())
+        };
         Task::ALL.map(make).into()
     });
     let (_, validator) = all.iter().find(|(t, _)| *t == task)?;
@@ -177,11 +208,43 @@ mod tests {
     }
 
     #[test]
+    fn reasons_come_first_and_the_decision_last() {
+        for task in Task::VERDICTS {
+            let schema = schema(task);
+            let keys: Vec<&String> = schema["properties"]
+                .as_object()
+                .into_iter()
+                .flat_map(|o| o.keys())
+                .collect();
+            assert_eq!(
+                keys[..4],
+                [
+                    "justification",
+                    "obstacles",
+                    "critical_obstacles",
+                    "probability"
+                ]
+            );
+            assert_eq!(keys[4..], [task.key()]);
+            let critical = &schema["properties"]["critical_obstacles"]["items"];
+            assert_eq!(
+                critical["required"],
+                serde_json::json!(["id", "probability"])
+            );
+            for probability in [&schema["properties"], &critical["properties"]] {
+                let probability = &probability["probability"];
+                assert_eq!(probability["type"], "number");
+                assert_eq!(probability["maximum"], 1.0);
+            }
+        }
+    }
+
+    #[test]
     fn the_schema_is_strict_and_inline() {
         let schema = schema(Task::Collision);
         let text = schema.to_string();
         assert!(!text.contains("$ref"), "{text}");
-        assert_eq!(schema["required"].as_array().map(Vec::len), Some(3));
+        assert_eq!(schema["required"].as_array().map(Vec::len), Some(5));
         assert_eq!(schema["additionalProperties"], false);
         let obstacle = &schema["properties"]["obstacles"]["items"];
         assert_eq!(obstacle["required"].as_array().map(Vec::len), Some(3));

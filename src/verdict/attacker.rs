@@ -12,12 +12,12 @@ use super::values::{self, Id, Object};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct AttackerChoice {
+    /// Why this one, in a few sentences that cite steps and numbers.
+    pub justification: String,
     /// Id of the obstacle whose motion is to be changed; null if none can endanger the ego.
     pub attacker: Option<i64>,
     /// The obstacles that come into question, the best attacker first.
     pub obstacles: Vec<ObstacleRisk>,
-    /// Why this one, in a few sentences that cite steps and numbers.
-    pub justification: String,
 }
 
 const CHOICES: [&str; 9] = [
@@ -69,7 +69,7 @@ pub(super) fn interpret(object: &Object, notes: &mut Notes) -> Option<AttackerCh
         }
         Some(value) => Some(known(&values::id(value))?),
         None if candidates.is_some() || by_groups || !obstacles.is_empty() => {
-            notes.add("no attacker is chosen in so many words, so the first candidate was taken");
+            notes.add("no attacker is named explicitly, so the first candidate was used");
             let riskiest = obstacles.iter().min_by_key(|o| o.risk_score).map(|o| o.id);
             first.or(riskiest)
         }

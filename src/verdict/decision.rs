@@ -135,7 +135,7 @@ pub(super) fn merge(
     if merged.len() == last.len() && listed.is_empty() {
         return None;
     }
-    notes.add("several objects were put together");
+    notes.add("several objects were merged");
     if !listed.is_empty() && !merged.contains_key("obstacles") {
         merged.insert("obstacles".into(), listed.into());
     }
@@ -150,7 +150,7 @@ pub(super) fn obstacles(
 ) -> Vec<ObstacleRisk> {
     let found = groups::obstacles(object, notes);
     if decision.from_groups && decision.dangerous && found.is_empty() {
-        notes.add("an obstacle is named, but by no id");
+        notes.add("an obstacle is named without an id");
     }
     found
 }

@@ -30,7 +30,8 @@ pub(super) struct Entry {
     pub reason: String,
 }
 
-const IDS: [&str; 6] = [
+/// Keys of ids.
+pub(super) const IDS: [&str; 6] = [
     "id",
     "obstacleid",
     "obstacle",
@@ -161,7 +162,8 @@ pub(super) fn obstacles(object: &Object, notes: &mut Notes) -> Vec<ObstacleRisk>
     found
 }
 
-/// Adds an obstacle; the group it is in counts more than a score that says otherwise.
+/// Adds an obstacle; the group it is in counts more than a score that says otherwise: by it the paper counts whom an
+/// answer names.
 pub(super) fn add(
     found: &mut Vec<ObstacleRisk>,
     entry: Entry,
@@ -171,10 +173,13 @@ pub(super) fn add(
     let id = match entry.id {
         Id::Is(id) => id,
         Id::Unclear(text) => {
-            return notes.add(format!(
-                "`{text}` is not the id of one obstacle and was left out"
-            ));
+            return notes.add(format!("`{text}` is not an obstacle id and was left out"));
         }
+    };
+    // What is only predicted to be of a level is graded one level less dangerous.
+    let written_score = match group {
+        Some(group) => entry.score.filter(|score| *score != group.level),
+        None => None,
     };
     let risk_score = match (group, entry.score) {
         (Some(group), score) => {
@@ -183,7 +188,7 @@ pub(super) fn add(
                 && !group.name.to_lowercase().contains("predicted")
             {
                 notes.add(format!(
-                    "the score of obstacle {id} is another than that of its group, which counts"
+                    "the score of obstacle {id} differs from that of its group, which is used"
                 ));
             }
             group.level
@@ -199,6 +204,7 @@ pub(super) fn add(
         id,
         risk_score,
         reason: entry.reason,
+        written_score,
     });
 }
 

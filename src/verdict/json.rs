@@ -3,7 +3,7 @@
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{ObstacleRisk, Task, Verdict};
+use super::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
 impl Serialize for Verdict {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -11,6 +11,16 @@ impl Serialize for Verdict {
         map.serialize_entry("task", &self.task)?;
         map.serialize_entry(self.task.key(), &self.dangerous)?;
         map.serialize_entry("obstacles", &self.obstacles)?;
+        // Answers that do not say these are written as they always were.
+        if let Some(critical) = &self.critical {
+            map.serialize_entry("critical_obstacles", critical)?;
+        }
+        if let Some(probability) = &self.probability {
+            map.serialize_entry("probability", probability)?;
+        }
+        if let Some(probability) = &self.token_probability {
+            map.serialize_entry("token_probability", probability)?;
+        }
         map.serialize_entry("justification", &self.justification)?;
         map.end()
     }
@@ -23,6 +33,9 @@ struct Form {
     safety_critical: Option<bool>,
     obstacles: Vec<ObstacleRisk>,
     justification: String,
+    critical_obstacles: Option<Vec<CriticalObstacle>>,
+    probability: Option<f64>,
+    token_probability: Option<f64>,
 }
 
 impl<'de> Deserialize<'de> for Verdict {
@@ -40,6 +53,9 @@ impl<'de> Deserialize<'de> for Verdict {
             dangerous: dangerous.ok_or_else(|| serde::de::Error::missing_field(form.task.key()))?,
             obstacles: form.obstacles,
             justification: form.justification,
+            critical: form.critical_obstacles,
+            probability: form.probability,
+            token_probability: form.token_probability,
         })
     }
 }
@@ -50,21 +66,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_and_back() {
-        let verdict = Verdict {
+    fn there_and_back_with_and_without_probabilities() {
+        let mut verdict = Verdict {
             task: Task::Safety,
             dangerous: true,
             obstacles: vec![ObstacleRisk {
                 id: 7,
                 risk_score: 1,
                 reason: "near".into(),
+                written_score: None,
             }],
             justification: "because".into(),
+            critical: None,
+            probability: None,
+            token_probability: None,
         };
         let text = serde_json::to_string(&verdict).unwrap();
         assert!(
             text.starts_with(r#"{"task":"safety","safety_critical":true,"obstacles":[{"id":7,"#)
         );
+        assert!(!text.contains("probability"), "{text}");
+        assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
+        verdict.critical = Some(vec![CriticalObstacle::new(7)]);
+        verdict.probability = Some(0.9);
+        verdict.token_probability = Some(0.97);
+        verdict.obstacles[0].written_score = Some(3);
+        let text = serde_json::to_string(&verdict).unwrap();
         assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
     }
 }

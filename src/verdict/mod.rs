@@ -2,11 +2,13 @@
 
 mod answer_schema;
 mod attacker;
+mod critical;
 mod decision;
 mod groups;
 mod json;
 mod lenient;
 mod motion;
+mod naming;
 mod notes;
 mod parse;
 mod parsed_answer;
@@ -17,6 +19,8 @@ use serde::{Deserialize, Serialize};
 
 pub use answer_schema::{CollisionAnswer, SafetyAnswer, schema};
 pub use attacker::AttackerChoice;
+pub use critical::CriticalObstacle;
+pub use lenient::{ReasonedAnswer, reasons_first};
 pub use parse::{NoVerdict, ParseQuality, Parsed, Reading, parse, read};
 pub use parsed_answer::ParsedAnswer;
 pub use trajectory::{
@@ -29,7 +33,7 @@ pub use trajectory::{
 pub enum Task {
     /// Does the ego collide in the recorded scene?
     Collision,
-    /// Will the scene become safety-critical for the ego in the near future?
+    /// Will the ego's body touch another body within a horizon?
     Safety,
     /// Whose motion could be changed so that it endangers the ego?
     Attacker,
@@ -90,6 +94,19 @@ pub struct ObstacleRisk {
     /// Why, in a sentence.
     #[serde(default)]
     pub reason: String,
+    /// The score that the model wrote, where the group that it put the obstacle in says otherwise and counts. It is
+    /// not asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(skip)]
+    pub written_score: Option<u8>,
+}
+
+impl ObstacleRisk {
+    /// The score as the model wrote it; the one of its group where it wrote none.
+    #[must_use]
+    pub fn stated_score(&self) -> u8 {
+        self.written_score.unwrap_or(self.risk_score)
+    }
 }
 
 /// A judge's verdict.
@@ -103,6 +120,14 @@ pub struct Verdict {
     pub obstacles: Vec<ObstacleRisk>,
     /// Why, in a few sentences.
     pub justification: String,
+    /// The critical obstacles, most critical first: in the safety task those expected to touch the ego within the
+    /// horizon, in the collision task those that touch it. `None` where the answer has no such list, as the paper's.
+    pub critical: Option<Vec<CriticalObstacle>>,
+    /// The stated probability that the answer to the question is yes, 0 to 1.
+    pub probability: Option<f64>,
+    /// The probability of a yes by the log probabilities of the tokens with which the answer decides, 0 to 1. It is
+    /// not in the answer's text; `None` where the server gave no log probabilities.
+    pub token_probability: Option<f64>,
 }
 
 impl Verdict {
@@ -110,6 +135,18 @@ impl Verdict {
     #[must_use]
     pub fn worst(&self) -> Option<&ObstacleRisk> {
         self.obstacles.iter().min_by_key(|o| o.risk_score)
+    }
+
+    /// The obstacle that matters most, and its risk score where it has one: the first critical one of a yes, else
+    /// [`Self::worst`].
+    #[must_use]
+    pub fn foremost(&self) -> Option<(i64, Option<u8>)> {
+        let critical = self.critical.as_ref().filter(|_| self.dangerous);
+        let first = critical.and_then(|all| all.first()).map(|c| {
+            let listed = self.obstacles.iter().find(|o| o.id == c.id);
+            (c.id, listed.map(|o| o.risk_score))
+        });
+        first.or_else(|| self.worst().map(|o| (o.id, Some(o.risk_score))))
     }
 
     /// Yes or no in the words of the task.

@@ -50,18 +50,17 @@ pub(super) fn interpret(
     if points.is_none() && manoeuvre.is_none() {
         return Ok(None);
     }
-    let obstacle =
-        values::find(object, &OBSTACLES).ok_or("it does not say which obstacle moves")?;
+    let obstacle = values::find(object, &OBSTACLES).ok_or("no obstacle to move is named")?;
     let Id::Is(obstacle) = values::id(obstacle) else {
         return Err(format!(
-            "`{}` is not the id of one obstacle",
+            "`{}` is not an obstacle id",
             values::short(obstacle)
         ));
     };
     let waypoints = points.map(|v| waypoints(v, notes)).transpose()?;
     let manoeuvre = manoeuvre.map(|v| read_manoeuvre(v, object)).transpose()?;
     let justification = super::parse::justification(object, notes);
-    notes.add("it was read from other words than those asked for");
+    notes.add("read from keys other than those requested");
     Ok(Some(TrajectoryAnswer {
         obstacle,
         waypoints,
@@ -77,7 +76,7 @@ pub(super) fn waypoints(value: &Value, notes: &mut Notes) -> Result<Vec<Waypoint
         Value::Array(items) if items.iter().all(Value::is_array) => rows(items, notes),
         Value::Array(items) => {
             let read = items.iter().enumerate().map(|(place, item)| {
-                let object = item.as_object().ok_or("is no object")?;
+                let object = item.as_object().ok_or("is not an object")?;
                 point(object, None).map_err(|error| number_of(place, &error))
             });
             read.collect()
@@ -86,18 +85,18 @@ pub(super) fn waypoints(value: &Value, notes: &mut Notes) -> Result<Vec<Waypoint
             if let Some(inner) = values::find(object, &POINTS).filter(|v| v.is_array()) {
                 return waypoints(inner, notes);
             }
-            notes.add("the keys of the waypoints were taken as their seconds");
+            notes.add("the keys of the waypoints were read as seconds");
             let read = object.iter().enumerate().map(|(place, (key, value))| {
                 let time = values::number(&Value::String(key.clone()));
-                let time = time.ok_or_else(|| number_of(place, "its key is no time"))?;
+                let time = time.ok_or_else(|| number_of(place, "its key is not a time"))?;
                 let inner = value
                     .as_object()
-                    .ok_or_else(|| number_of(place, "is no object"))?;
+                    .ok_or_else(|| number_of(place, "is not an object"))?;
                 point(inner, Some(time)).map_err(|error| number_of(place, &error))
             });
             read.collect()
         }
-        _ => Err("its waypoints are no list".into()),
+        _ => Err("its waypoints are not a list".into()),
     }
 }
 
@@ -126,14 +125,14 @@ fn point(object: &Object, time: Option<f64>) -> Result<WaypointAnswer, String> {
         ),
     };
     let (Some(x), Some(y)) = (x, y) else {
-        return Err("it has no position".into());
+        return Err("no position".into());
     };
     let whole = step
         .filter(|s| s.fract() == 0.0 && s.abs() < 1e15)
         .map(|s| s as i64);
     let time = if whole.is_some() { None } else { time };
     if whole.is_none() && time.is_none() {
-        return Err("it has neither a step nor a time".into());
+        return Err("neither step nor time".into());
     }
     Ok(WaypointAnswer {
         step: whole,
@@ -154,13 +153,13 @@ fn rows(items: &[Value], notes: &mut Notes) -> Result<Vec<WaypointAnswer>, Strin
     };
     let rows: Option<Vec<_>> = items.iter().enumerate().map(read).collect();
     let rows = rows.ok_or(
-        "a waypoint that is a list needs a step or time, x, y, and perhaps heading and velocity",
+        "a waypoint given as a list needs a step or time, x, y, and optionally heading and velocity",
     )?;
     let steps = rows.iter().all(|(_, row)| row[0].fract() == 0.0);
     notes.add(if steps {
-        "whole numbers in front of the waypoints were taken as steps"
+        "whole numbers before the waypoints were read as steps"
     } else {
-        "numbers in front of the waypoints were taken as seconds"
+        "numbers before the waypoints were read as seconds"
     });
     let read = |(_, row): (usize, Vec<f64>)| WaypointAnswer {
         step: steps.then_some(row[0] as i64),
@@ -178,18 +177,18 @@ fn read_manoeuvre(value: &Value, around: &Object) -> Result<Manoeuvre, String> {
     let object = value.as_object().unwrap_or(around);
     let names = ["kind", "type", "name", "manoeuvre", "maneuver"];
     let word = get(object, &names).or(Some(value)).and_then(Value::as_str);
-    let word = word.ok_or("its manoeuvre has no kind")?;
+    let word = word.ok_or("the manoeuvre has no kind")?;
     let kind = kind(word).ok_or_else(|| {
         let known: Vec<_> = ManoeuvreKind::ALL.iter().map(|k| k.name()).collect();
         format!(
-            "there is no manoeuvre `{word}`, there are {}",
+            "unknown manoeuvre `{word}`; available: {}",
             known.join(", ")
         )
     })?;
     let number = |names: &[&str]| get(object, names).and_then(values::number);
     let start =
-        number(&["start", "starttime", "begin", "time"]).ok_or("its manoeuvre has no start")?;
-    let duration = number(&["duration", "length"]).ok_or("its manoeuvre has no duration")?;
+        number(&["start", "starttime", "begin", "time"]).ok_or("the manoeuvre has no start")?;
+    let duration = number(&["duration", "length"]).ok_or("the manoeuvre has no duration")?;
     Ok(Manoeuvre {
         kind,
         start,

@@ -37,9 +37,9 @@ impl Notes {
         match piece.end {
             End::Whole => {}
             End::CutOff => {
-                self.add("the answer breaks off inside its JSON, and what came before was read")
+                self.add("the answer breaks off inside its JSON; the part before was read")
             }
-            End::Broken => self.add("the JSON is broken, and what came before was read"),
+            End::Broken => self.add("the JSON is broken; the part before was read"),
         }
     }
 

@@ -9,7 +9,9 @@ use super::lenient::{self, End, JsonPiece};
 use super::notes::Notes;
 use super::trajectory::TrajectoryAnswer;
 use super::values::{self, Object};
-use super::{AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, decision, motion};
+use super::{
+    AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, critical, decision, motion,
+};
 
 /// How an answer was parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,10 +53,10 @@ pub enum NoVerdict {
     #[error("the answer breaks off inside its JSON")]
     CutOff,
     /// There is JSON, but it does not answer the question.
-    #[error("the answer's JSON does not say `{0}`")]
+    #[error("the answer's JSON has no `{0}`")]
     NoDecision(&'static str),
     /// One object says yes and no.
-    #[error("the answer contradicts itself: `{0}` and `{1}` do not agree")]
+    #[error("the answer contradicts itself: `{0}` and `{1}` disagree")]
     Contradictory(String, String),
     /// It is there, but cannot be meant so.
     #[error("the answer cannot be used: {0}")]
@@ -161,8 +163,7 @@ impl<'a> AnswerObjects<'a> {
                 .take(1)
                 .any(|before| before.dangerous != strict.dangerous)
             {
-                notes
-                    .add("an earlier object of the answer says otherwise, and the last one counts");
+                notes.add("an earlier object of the answer differs; the last one is used");
             }
             return Ok(Some(Reading {
                 said: strict.into(),
@@ -180,7 +181,7 @@ impl<'a> AnswerObjects<'a> {
                 .take(1)
                 .any(|before| before.dangerous != decision.dangerous)
         {
-            notes.add("an earlier object of the answer says otherwise, and the last one counts");
+            notes.add("an earlier object of the answer differs; the last one is used");
         }
         let obstacles = decision::obstacles(object, &decision, &mut notes);
         if decision.as_asked {
@@ -189,12 +190,17 @@ impl<'a> AnswerObjects<'a> {
             notes.add(decision.note.clone());
         }
         let justification = justification(object, &mut notes);
+        let critical = critical::obstacles(object, &mut notes);
+        let probability = critical::probability(object, &mut notes);
         Ok(Some(Reading {
             said: ParsedAnswer::Verdict(Verdict {
                 task,
                 dangerous: decision.dangerous,
                 obstacles,
                 justification,
+                critical,
+                probability,
+                token_probability: None,
             }),
             how: notes.how(),
         }))
@@ -209,7 +215,7 @@ impl<'a> AnswerObjects<'a> {
             }
             let mut notes = self.notes(piece);
             let choice = strict::<AttackerChoice>(Task::Attacker, object).or_else(|| {
-                notes.add("it was read from other words than those asked for");
+                notes.add("read from keys other than those requested");
                 attacker::interpret(object, &mut notes)
             })?;
             Some(Reading {
@@ -259,13 +265,13 @@ impl<'a> AnswerObjects<'a> {
             .collect();
         let mut ids = ids.into_iter();
         let (Some(obstacle), None) = (ids.next(), ids.next()) else {
-            let why = "it has waypoints, but does not say which one obstacle moves";
+            let why = "waypoints without the one obstacle that moves";
             return Err(NoVerdict::Unusable(why.into()));
         };
         for piece in self.pieces {
             notes.note_repairs(piece);
         }
-        notes.add("the waypoints were put together from several objects");
+        notes.add("the waypoints were merged from several objects");
         let waypoints =
             motion::waypoints(&Value::Array(points), &mut notes).map_err(NoVerdict::Unusable)?;
         let answer = TrajectoryAnswer {
@@ -323,7 +329,7 @@ pub(super) fn justification(object: &Object, notes: &mut Notes) -> String {
     ];
     let found = values::find(object, &names).and_then(values::text);
     found.unwrap_or_else(|| {
-        notes.add("there is no justification");
+        notes.add("no justification");
         String::new()
     })
 }

@@ -61,13 +61,13 @@ impl ParsedAnswer {
     #[must_use]
     pub fn named(&self) -> Vec<i64> {
         match self {
-            Self::Verdict(verdict) => verdict.obstacles.iter().map(|o| o.id).collect(),
+            Self::Verdict(verdict) => {
+                let critical = verdict.critical.iter().flatten().map(|c| c.id);
+                once(verdict.obstacles.iter().map(|o| o.id).chain(critical))
+            }
             Self::Attacker(choice) => {
                 let listed = choice.obstacles.iter().map(|o| o.id);
-                let mut named: Vec<i64> = choice.attacker.into_iter().chain(listed).collect();
-                let mut seen = std::collections::HashSet::new();
-                named.retain(|id| seen.insert(*id));
-                named
+                once(choice.attacker.into_iter().chain(listed))
             }
             Self::Trajectory(new) => vec![new.obstacle],
         }
@@ -79,6 +79,12 @@ impl Verdict {
     pub fn texts_mut(&mut self) -> impl Iterator<Item = &mut String> {
         texts_mut(&mut self.justification, &mut self.obstacles)
     }
+}
+
+/// Each id once, in order.
+fn once(ids: impl Iterator<Item = i64>) -> Vec<i64> {
+    let mut seen = std::collections::HashSet::new();
+    ids.filter(|id| seen.insert(*id)).collect()
 }
 
 fn texts_mut<'a>(
@@ -155,6 +161,7 @@ mod tests {
             id: 7,
             risk_score: 1,
             reason: "near".into(),
+            written_score: None,
         };
         let point = |at, x| Waypoint {
             at,
@@ -169,6 +176,9 @@ mod tests {
                 dangerous: true,
                 obstacles: vec![near.clone()],
                 justification: "because".into(),
+                critical: None,
+                probability: None,
+                token_probability: None,
             }),
             ParsedAnswer::Attacker(AttackerChoice {
                 attacker: Some(7),

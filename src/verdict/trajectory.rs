@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct TrajectoryAnswer {
+    /// Why this endangers the ego, in a few sentences.
+    pub justification: String,
     /// Id of the obstacle that is to move so.
     pub obstacle: i64,
     /// Its positions in time, in order; null if a manoeuvre is given.
     pub waypoints: Option<Vec<WaypointAnswer>>,
     /// What it does; null if waypoints are given.
     pub manoeuvre: Option<Manoeuvre>,
-    /// Why this endangers the ego, in a few sentences.
-    pub justification: String,
 }
 
 /// A waypoint as it is written: at a step or at a time, the other one null.
@@ -167,8 +167,8 @@ impl TryFrom<TrajectoryAnswer> for NewMotion {
                 Motion::Waypoints(in_order(points.collect::<Result<_, _>>()?)?)
             }
             (None, Some(manoeuvre)) => Motion::Manoeuvre(sensible(manoeuvre)?),
-            (None, None) => return Err("it has neither waypoints nor a manoeuvre".into()),
-            (Some(_), Some(_)) => return Err("it has both waypoints and a manoeuvre".into()),
+            (None, None) => return Err("neither waypoints nor a manoeuvre".into()),
+            (Some(_), Some(_)) => return Err("both waypoints and a manoeuvre".into()),
         };
         Ok(Self {
             obstacle: answer.obstacle,
@@ -245,7 +245,7 @@ fn in_order(points: Vec<Waypoint>) -> Result<Vec<Waypoint>, String> {
     };
     for pair in points.windows(2) {
         if !rises(pair)? {
-            return Err("its waypoints are not in the order of time".into());
+            return Err("the waypoints are not in time order".into());
         }
     }
     Ok(points)
@@ -254,10 +254,10 @@ fn in_order(points: Vec<Waypoint>) -> Result<Vec<Waypoint>, String> {
 fn sensible(manoeuvre: Manoeuvre) -> Result<Manoeuvre, String> {
     let negative = |value: Option<f64>| value.is_some_and(|v| v < 0.0);
     if manoeuvre.start < 0.0 || manoeuvre.duration <= 0.0 {
-        return Err("its manoeuvre needs a start from 0 on and a duration above 0".into());
+        return Err("the manoeuvre needs a start of at least 0 and a duration above 0".into());
     }
     if negative(manoeuvre.gap) || negative(manoeuvre.speed) {
-        return Err("gap and speed of its manoeuvre cannot be negative".into());
+        return Err("gap and speed of the manoeuvre cannot be negative".into());
     }
     Ok(manoeuvre)
 }

@@ -38,13 +38,30 @@ impl Models {
         parameters: Parameters,
         budget: Option<f64>,
     ) -> Self {
+        Self::within(registry, environment, parameters, budget.map(Budget::new))
+    }
+
+    /// The same within a budget that others may share.
+    #[must_use]
+    pub fn within(
+        registry: Registry,
+        environment: Environment,
+        parameters: Parameters,
+        budget: Option<Budget>,
+    ) -> Self {
         Self {
             registry,
             environment,
             client: Client::new(),
             parameters,
-            budget: budget.map(Budget::new),
+            budget,
         }
+    }
+
+    /// The budget, which its clones share; `None` if there is none.
+    #[must_use]
+    pub fn budget(&self) -> Option<Budget> {
+        self.budget.clone()
     }
 
     /// The judge with a model id, or the built-in one. A missing key is an error only once the model is asked.

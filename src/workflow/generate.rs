@@ -150,8 +150,7 @@ pub fn generate(
 fn can_attack(prepared: &PreparedPlan, attacker: Option<i64>) -> Result<(), PlanError> {
     let Some(id) = attacker else { return Ok(()) };
     let obstacle = prepared.scenario.obstacle(id);
-    let obstacle =
-        obstacle.ok_or_else(|| prepared.mismatch(&format!("there is no obstacle {id} in it")))?;
+    let obstacle = obstacle.ok_or_else(|| prepared.mismatch(&format!("no obstacle {id}")))?;
     if obstacle.role != ObstacleRole::Dynamic || Capability::for_obstacle(obstacle).is_none() {
         return Err(prepared.mismatch(&format!("obstacle {id} does not move by itself")));
     }

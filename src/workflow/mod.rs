@@ -3,30 +3,64 @@
 //! - [`open`]: a scenario with its ego, optionally with a changed scene
 //! - [`ask`]: one question to a model, its answer stored before it is shown
 //! - [`batch`]: many questions, stored before they are asked, and resumable
+//! - [`Experiment`]: a batch written down in a file, for others to repeat
+//! - [`pack`], [`unpack`]: a batch with its answers as one file, for other machines
+//! - [`Selector`]: the scenarios that a filter of the list lets through
 //! - [`compare_versions`]: the stored answers to two versions of a prompt, scenario by scenario
 //! - [`prepare`]: the planner drives the ego of a planning problem
+//! - [`VariantOrigin`]: the original of a saved variant
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
+//! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
+//! - [`answer_page`]: the answers of a report with their texts, claims and pictures
+//! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
+//! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
 //!
 //! Computations run on the calling thread and call `on_event` there. They end early when their
 //! [`Cancel`](crate::planner::Cancel) is set, even inside a planning cycle, and then have no outcome. Work that waits
 //! for a server is a future: dropping it cancels the request.
 
+mod answer_page;
 mod ask;
 pub mod batch;
+mod bundle;
+mod claims;
+mod corpus_index;
+mod experiment;
 mod generate;
+pub mod journal;
 mod open;
+mod original;
 mod plan;
+mod scenario_filter;
 mod truth;
 mod versions;
 
+pub use answer_page::answer_page;
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
+pub use bundle::{
+    BUNDLE_FORMAT, BundleError, Manifest, Member, PackRequest, Packed, PackedScenario,
+    UnpackRequest, Unpacked, pack, read_manifest, stored_bundle, unpack,
+};
+pub use claims::{count_claims, files_of_batches, is_unchecked};
+pub use corpus_index::{index_parts, read_index};
+pub use experiment::{
+    EXPERIMENT_KEYS, Experiment, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentKey,
+    ExperimentProgress, FolderOfExperiments, PreparedExperiment, WayProgress, WriteExperimentError,
+    experiment_among, experiment_schema, experiments_in, hashes_in, hashes_of, is_experiment_file,
+    reasons_of, selected,
+};
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
+pub use original::VariantOrigin;
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
-pub use truth::{StoredQuestion, TruthChoice, TruthSearch, batch_labels};
+pub use scenario_filter::{
+    Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
+    TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
+};
+pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, batch_labels};
 
 pub use versions::{
     ComparedAnswers, SideTotals, VersionChange, VersionComparison, VersionSource, VersionTotals,

@@ -113,7 +113,7 @@ fn chosen(
     let problems = &scenario.planning_problems;
     if problems.is_empty() {
         return Err(PlanError::NothingToPlan(format!(
-            "{}: no planning problem in it, so there is nothing to plan",
+            "{}: no planning problem, so nothing to plan",
             entry.display()
         )));
     }
@@ -129,11 +129,11 @@ fn chosen(
             known.push(format!("and {} more", problems.len() - NAMED));
         }
         let ids = match &known[..] {
-            [only] => format!("the only one in it has the id {only}"),
-            _ => format!("those in it have the ids {}", known.join(", ")),
+            [only] => format!("the only one is {only}"),
+            _ => format!("available: {}", known.join(", ")),
         };
         PlanError::Mismatch(format!(
-            "{}: no planning problem has the id {id}; {ids}",
+            "{}: no planning problem {id}; {ids}",
             entry.display()
         ))
     })
@@ -152,8 +152,7 @@ fn within_horizon(
         return Ok(());
     }
     Err(PlanError::Mismatch(format!(
-        "{}: {} steps of a plan cannot be driven before the next one: with a horizon of {horizon} s and {dt} s a step it \
-         has {most}; --replan {most} at most, or a longer --horizon",
+        "{}: --replan {} is too large: a horizon of {horizon} s has {most} steps of {dt} s; use at most --replan {most}, or a longer --horizon",
         entry.display(),
         settings.replan
     )))
@@ -182,7 +181,7 @@ impl PreparedPlan {
         match start.map(|v| v.middle()).filter(|v| *v > most) {
             None => Ok(()),
             Some(start) => Err(self.nothing(&format!(
-                "planning problem {} starts at {start} m/s, and a {} goes {most} m/s at most; --vehicle names another",
+                "planning problem {} starts at {start} m/s, but the {} reaches at most {most} m/s; choose another with --vehicle",
                 problem.id,
                 vehicle.name()
             ))),

@@ -101,7 +101,7 @@ fn errors_name_the_scenario_and_what_is_there() {
     let error = prepare(&wrong).unwrap_err();
     assert!(matches!(error, PlanError::Mismatch(_)));
     let words = error.to_string();
-    assert!(words.starts_with(&entry.display()) && words.contains("the only one in it has the id"));
+    assert!(words.starts_with(&entry.display()) && words.contains("the only one is"));
     let prepared = prepare(&request(&entry, &settings)).unwrap();
     let absent = GenerateRequest {
         prepared: &prepared,
@@ -110,5 +110,5 @@ fn errors_name_the_scenario_and_what_is_there() {
         source: AttackSource::Search(&crate::generation::Effort::default()),
     };
     let error = generate(&absent, &Cancel::default(), &mut |_| {}).unwrap_err();
-    assert!(error.to_string().contains("there is no obstacle -4"));
+    assert!(error.to_string().contains("no obstacle -4"));
 }

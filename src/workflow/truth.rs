@@ -8,13 +8,13 @@ use rayon::prelude::*;
 
 use super::{OpenRequest, open};
 use crate::evaluation::batch::{self, Spec, TruthSource};
-use crate::evaluation::report::{QuestionKey, RecordedScene, Truth};
+use crate::evaluation::report::{BatchTruth, QuestionKey, RecordedScene, Truth};
 use crate::evaluation::{Label, Labelled};
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{self, judge_under};
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Transform, Window, obstacle_taken};
-use crate::store::{Outcome, Store, StoreError};
+use crate::store::{Outcome, RunId, Store, StoreError};
 use crate::verdict::{Task, Verdict};
 
 /// What answers are compared with.
@@ -60,15 +60,25 @@ pub struct TruthSearch<'a> {
 /// Files that may hold a scene, and answers about it.
 type AskedScene<'a> = (Vec<&'a Entry>, Vec<&'a Outcome>);
 
-/// Labels from batches, by run.
-type BatchLabels = HashMap<crate::store::RunId, (String, Label)>;
+/// Truths from batches, by run.
+type BatchTruths = HashMap<RunId, BatchTruth>;
 
-/// Labels that batches have for their runs, each with the batch, and those of them that are not worked out by
-/// geometry.
+/// What batches say is true about their runs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BatchLabels {
+    /// Of runs about windows that were drawn: no other truth counts for these.
+    pub windows: BatchTruths,
+    /// Of all runs.
+    pub all: BatchTruths,
+    /// Those of them that are not worked out by geometry.
+    pub told: BatchTruths,
+}
+
+/// What batches say is true about their runs.
 ///
 /// # Errors
 /// The store cannot be read.
-pub fn batch_labels(store: &Store) -> Result<(BatchLabels, BatchLabels), StoreError> {
+pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
     let computed: BTreeSet<_> = store
         .batches()?
         .into_iter()
@@ -78,20 +88,26 @@ pub fn batch_labels(store: &Store) -> Result<(BatchLabels, BatchLabels), StoreEr
         })
         .map(|(batch, _)| batch.id.to_string())
         .collect();
-    let all: BatchLabels = store
-        .truths()?
-        .into_iter()
-        .map(|one| {
-            let label = match one.collides {
-                true => Label::Collision(one.obstacle),
-                false => Label::Safe,
-            };
-            (one.run, (one.batch.to_string(), label))
-        })
-        .collect();
-    let told = all.iter().filter(|(_, (of, _))| !computed.contains(of));
-    let told = told.map(|(run, label)| (*run, label.clone())).collect();
-    Ok((all, told))
+    let mut labels = BatchLabels::default();
+    for one in store.truths()? {
+        let label = match one.collides {
+            true => Label::Collision(one.obstacle),
+            false => Label::Safe,
+        };
+        let truth = BatchTruth {
+            batch: one.batch.to_string(),
+            label,
+            critical: batch::critical_of(label, one.facts.as_ref()),
+        };
+        if one.drawn {
+            labels.windows.insert(one.run, truth.clone());
+        }
+        if !computed.contains(&truth.batch) {
+            labels.told.insert(one.run, truth.clone());
+        }
+        labels.all.insert(one.run, truth);
+    }
+    Ok(labels)
 }
 
 impl TruthSearch<'_> {
@@ -106,7 +122,7 @@ impl TruthSearch<'_> {
         choice: TruthChoice,
     ) -> Result<(Truth, Vec<TruthChoice>), StoreError> {
         use TruthChoice::{Judge, Labels, Recorded, Usual};
-        let (all, told) = batch_labels(store)?;
+        let BatchLabels { windows, all, told } = batch_labels(store)?;
         let layout = self.layout();
         let labelled =
             !layout.is_empty() || self.outcomes.iter().any(|one| told.contains_key(&one.run));
@@ -114,7 +130,10 @@ impl TruthSearch<'_> {
             true => vec![Usual, Labels, Recorded],
             false => vec![Usual, Recorded, Judge],
         };
-        let mut truth = Truth::default();
+        let mut truth = Truth {
+            windows,
+            ..Truth::default()
+        };
         match choice {
             Usual => (truth.of_batches, truth.layout) = (all, layout),
             Labels => (truth.of_batches, truth.layout) = (told, layout),
@@ -205,8 +224,7 @@ impl TruthSearch<'_> {
         let mut scenes: BTreeMap<(&str, &str), AskedScene<'_>> = BTreeMap::new();
         for one in self.outcomes {
             let whose_own = truth.judge.is_some() && one.model == judge::MODEL;
-            if whose_own || !Task::VERDICTS.contains(&one.task) || truth.label(one, None).is_some()
-            {
+            if whose_own || !Task::VERDICTS.contains(&one.task) || truth.label(one).is_some() {
                 continue;
             }
             let Some(files) = files.get(name_of(one)) else {

@@ -1,15 +1,15 @@
 //! Two versions of a prompt over the same scenarios: their stored answers beside the truth, and what changed.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use super::batch::{BatchError, BatchPlan, DryRun, DryRunEvent};
 use crate::evaluation::batch::{Estimate, Variant, label_of, way_of};
-use crate::evaluation::statistics::McNemar;
-use crate::evaluation::{AnswerStatus, Judges, Label, Outcome, Scored};
+use crate::evaluation::statistics::{FEWEST, PairedTest};
+use crate::evaluation::{AnswerStatus, Judges, Label, Outcome, Scored, with_token_probability};
 use crate::formats::Entry;
 use crate::planner::Cancel;
-use crate::store::{NewItem, Run, SameQuestion, Store, StoreError};
+use crate::store::{NewItem, Run, RunId, SameQuestion, Store, StoreError};
 use crate::verdict;
 
 /// A version of a prompt.
@@ -40,6 +40,8 @@ pub struct VersionComparison {
     pub estimates: [Estimate; 2],
     /// Scenarios that are left out because their truth is unknown.
     pub unlabelled: usize,
+    /// Scenarios that are left out because an answer is one of a locked test split.
+    pub locked: usize,
 }
 
 /// What the second version changed about an answer.
@@ -83,14 +85,12 @@ pub struct VersionTotals {
     pub better: usize,
     /// Those that became wrong.
     pub worse: usize,
-    /// McNemar's p value; `None` below ten pairs, or where none became right or wrong.
-    pub p: Option<f64>,
+    /// The paired permutation test by scenario of the second version's right answers minus the first's; `None` below
+    /// ten scenarios, or where none became right or wrong.
+    pub test: Option<PairedTest>,
     /// Each version.
     pub sides: [SideTotals; 2],
 }
-
-/// A test of fewer pairs would say nothing.
-const FEWEST: usize = 10;
 
 /// Finds the stored answers to two versions; nothing is asked. Nothing where `cancel` asked for an end. `on_progress`
 /// is told how many questions of both were made.
@@ -137,7 +137,8 @@ pub fn compare_versions(
             answers: [a, b],
         })
     });
-    comparison.rows = rows.collect();
+    let locked = store.locked_runs()?;
+    comparison.set_rows(rows.collect(), |run| locked.contains_key(&run));
     Ok(Some(comparison))
 }
 
@@ -199,26 +200,52 @@ fn scored(item: &NewItem, run: Option<Run>) -> Result<Scored, StoreError> {
                 false => &run.answer,
             };
             match verdict::parse(item.task, text) {
-                Ok(parsed) => AnswerStatus::Verdict(parsed.verdict),
+                Ok(parsed) => AnswerStatus::Verdict(with_token_probability(
+                    parsed.verdict,
+                    run.verdict_json.as_deref(),
+                )),
                 Err(why) => AnswerStatus::Unparsed(why.to_string()),
             }
         }
         (None, Some(why)) => AnswerStatus::Failed(why.clone()),
-        (None, None) => AnswerStatus::Unasked("it was not asked yet".into()),
+        (None, None) => AnswerStatus::Unasked("not asked yet".into()),
     };
     Ok(Scored {
         scenario: item.scenario.clone(),
         way: way_of(item).map_err(StoreError::Word)?,
         sample: item.sample,
         truth: label_of(item),
+        critical: item
+            .facts
+            .iter()
+            .flat_map(|facts| facts.critical.clone())
+            .collect(),
         status,
         reference: None,
+        window: item.window,
+        most_usd: None,
+        superseded: Vec::new(),
         consumed: run
             .as_ref()
             .map(|run| run.ending.consumed)
             .unwrap_or_default(),
+        claims: run
+            .as_ref()
+            .map(|run| run.ending.claims)
+            .unwrap_or_default(),
         run: run.map(|run| run.id),
     })
+}
+
+impl VersionChange {
+    /// Right answers of the second version minus those of the first.
+    fn gain(self) -> f64 {
+        match self {
+            Self::Better => 1.0,
+            Self::Worse => -1.0,
+            Self::Missing | Self::Same | Self::Other => 0.0,
+        }
+    }
 }
 
 impl ComparedAnswers {
@@ -239,9 +266,7 @@ impl ComparedAnswers {
         match (right(a) == Some(true), right(b) == Some(true)) {
             (false, true) => VersionChange::Better,
             (true, false) => VersionChange::Worse,
-            _ if a.positive() == b.positive() && a.dangerous() == b.dangerous() => {
-                VersionChange::Same
-            }
+            _ if a.positive() == b.positive() => VersionChange::Same,
             _ => VersionChange::Other,
         }
     }
@@ -254,6 +279,17 @@ impl ComparedAnswers {
 }
 
 impl VersionComparison {
+    /// Takes the scenarios without those of which an answer is locked.
+    fn set_rows(&mut self, rows: Vec<ComparedAnswers>, is_locked: impl Fn(RunId) -> bool) {
+        let all = rows.len();
+        let may_be_shown = |row: &ComparedAnswers| {
+            let mut runs = row.answers.iter().filter_map(|one| one.run);
+            !runs.any(&is_locked)
+        };
+        self.rows = rows.into_iter().filter(may_be_shown).collect();
+        self.locked = all - self.rows.len();
+    }
+
     /// The scenarios that a version was not asked about yet.
     #[must_use]
     pub fn missing(&self, side: usize) -> Vec<Entry> {
@@ -265,8 +301,14 @@ impl VersionComparison {
     #[must_use]
     pub fn totals(&self) -> VersionTotals {
         let mut totals = VersionTotals::default();
+        let mut scenarios: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
         for row in &self.rows {
             let change = row.change();
+            if change != VersionChange::Missing {
+                let (gained, answers) = scenarios.entry(&row.answers[0].scenario).or_default();
+                *gained += change.gain();
+                *answers += 1.0;
+            }
             totals.pairs += usize::from(change != VersionChange::Missing);
             totals.better += usize::from(change == VersionChange::Better);
             totals.worse += usize::from(change == VersionChange::Worse);
@@ -276,10 +318,9 @@ impl VersionComparison {
                 side.add(one);
             }
         }
-        if totals.pairs >= FEWEST && totals.better + totals.worse > 0 {
-            let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-            let (worse, better) = (count(totals.worse), count(totals.better));
-            totals.p = Some(McNemar::from_discordant(worse, better).p);
+        if scenarios.len() >= FEWEST as usize && totals.better + totals.worse > 0 {
+            let differences = scenarios.values().map(|(gained, answers)| gained / answers);
+            totals.test = PairedTest::of_differences(&differences.collect::<Vec<_>>());
         }
         totals
     }
@@ -303,81 +344,5 @@ impl SideTotals {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::store::RunId;
-    use crate::verdict::{ObstacleRisk, Task, Verdict};
-
-    fn said(task: Task, truth: Label, dangerous: bool, named: i64) -> Scored {
-        let verdict = Verdict {
-            task,
-            dangerous,
-            obstacles: vec![ObstacleRisk {
-                id: named,
-                risk_score: 0,
-                reason: String::new(),
-            }],
-            justification: String::new(),
-        };
-        let mut scored = Scored::built_in("a", "lab/small", Some(truth), verdict);
-        scored.run = Some(RunId(1));
-        scored.consumed.input_tokens = Some(100);
-        scored.consumed.output_tokens = Some(20);
-        scored.consumed.cost_usd = Some(0.5);
-        scored
-    }
-
-    fn row(a: Scored, b: Scored) -> ComparedAnswers {
-        ComparedAnswers {
-            entry: Entry::of_argument(Path::new("a.xml")),
-            answers: [a, b],
-        }
-    }
-
-    #[test]
-    fn a_change_is_held_against_the_truth() {
-        use VersionChange::{Better, Missing, Other, Same, Worse};
-        let truth = Label::Collision(Some(7));
-        let yes = |named| said(Task::Safety, truth, true, named);
-        let no = || said(Task::Safety, truth, false, 7);
-        let mut unread = no();
-        unread.status = AnswerStatus::Unparsed("no JSON".into());
-        let mut missing = no();
-        missing.status = AnswerStatus::Unasked("not yet".into());
-        missing.run = None;
-        for (a, b, change) in [
-            (no(), yes(7), Better),
-            (yes(7), no(), Worse),
-            (yes(7), yes(7), Same),
-            (no(), no(), Same),
-            // A yes that names another obstacle is wrong, as a no is.
-            (yes(7), yes(8), Worse),
-            (no(), yes(8), Other),
-            (unread.clone(), yes(7), Better),
-            (unread.clone(), no(), Other),
-            (yes(7), missing.clone(), Missing),
-        ] {
-            assert_eq!(row(a.clone(), b.clone()).change(), change, "{a:?} {b:?}");
-        }
-        assert!(row(yes(7), missing).is_missing(1));
-    }
-
-    #[test]
-    fn totals_count_changes_and_costs_and_test_only_enough_pairs() {
-        let one = |dangerous| said(Task::Collision, Label::Collision(None), dangerous, 1);
-        let mut comparison = VersionComparison::default();
-        for n in 0..9 {
-            comparison.rows.push(row(one(n > 6), one(true)));
-        }
-        let totals = comparison.totals();
-        assert_eq!((totals.pairs, totals.changed), (9, 7));
-        assert_eq!((totals.better, totals.worse), (7, 0));
-        assert_eq!(totals.p, None, "nine pairs are too few");
-        assert_eq!((totals.sides[0].right, totals.sides[1].right), (2, 9));
-        assert_eq!((totals.sides[0].tokens, totals.sides[1].usd), (1080, 4.5));
-        comparison.rows.push(row(one(true), one(true)));
-        let p = comparison.totals().p;
-        // 2 · ½⁷
-        assert!(p.is_some_and(|p| (p - 0.015_625).abs() < 1e-12), "{p:?}");
-    }
-}
+#[path = "versions_tests.rs"]
+mod tests;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::source::{self, Source, Target};
 
 /// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 14] = [
+const DOMAIN: [&str; 15] = [
     "geometry",
     "scenario",
     "formats",
@@ -18,6 +18,7 @@ const DOMAIN: [&str; 14] = [
     "planner",
     "simulation",
     "generation",
+    "corpus",
     "store",
     "render",
 ];
@@ -31,6 +32,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "scenario" => &["geometry"],
         "formats" => &["scenario", "geometry"],
         "metrics" | "planner" => &["scenario", "geometry"],
+        "corpus" => &["metrics", "scenario", "geometry"],
         "description" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
         // Drives are written as solutions, variants as scenarios.
@@ -48,7 +50,9 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "store" => &["verdict"],
         // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both
         // their colours.
-        "render" => &["metrics", "formats", "scenario", "geometry", "settings"],
+        "render" => &[
+            "metrics", "corpus", "formats", "scenario", "geometry", "settings",
+        ],
         "evaluation" => &DOMAIN,
         "paper" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
         "workflow" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
@@ -73,7 +77,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
 const EVERYWHERE: &str = "system";
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 17] = [
+const HOMES: [(&str, &[&str]); 19] = [
     ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
@@ -85,7 +89,9 @@ const HOMES: [(&str, &[&str]); 17] = [
     ("rstar", &["geometry/", "scenario/road/"]),
     ("i_overlay", &["geometry/"]),
     ("petgraph", &["scenario/road/"]),
-    ("parquet", &["cli/output/"]),
+    ("tar", &["workflow/bundle/"]),
+    ("flate2", &["workflow/bundle/"]),
+    ("parquet", &["cli/output/", "corpus/parts.rs"]),
     ("indicatif", &["cli/"]),
     ("tiny_skia", &["render/"]),
     ("png", &["render/"]),

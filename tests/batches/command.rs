@@ -86,7 +86,7 @@ async fn what_cannot_be_done_is_said() {
     let run = |arguments: &[&str]| tokio::task::block_in_place(|| home.run(arguments));
     run(&["batches", "collect", "7"])
         .status(2)
-        .says(&["there is no batch 7"]);
+        .says(&["no batch 7"]);
     // Without its key nothing can be asked; the batch stays.
     run(&["batches", "collect"]).status(1).says(&["LAB_KEY"]);
     let elsewhere = "[provider.lab]\ndialect = \"anthropic\"\nbase_url = \"http://127.0.0.1:9\"\n";

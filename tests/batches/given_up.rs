@@ -36,13 +36,13 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
                 world.words = "no such batch".into();
             }
             run(&home, &["batches", "collect"]).status(1).says(&[
-                "does not have it",
+                "no longer has it",
                 "`nearmiss batches give-up 1` frees its questions",
             ]);
             assert_eq!(states(&home), ["running", "running"], "nothing by itself");
             run(&home, &["batches", "give-up", "1"]).status(0).says(&[
                 "given up; 2 questions can be asked again: `nearmiss evaluate --resume b1`",
-                "may be paid twice",
+                "may pay twice",
             ]);
             assert_eq!(
                 states(&home),
@@ -84,9 +84,9 @@ async fn a_provider_that_refuses_keeps_no_other_from_its_questions() {
         .status(1)
         .says(&[
             "a/tiny: ",
-            "refused the key",
+            "rejected the key",
             "b/tiny: 2 questions with the provider",
-            "1 model could not be handed everything",
+            "not everything could be submitted for 1 model",
             "--resume b1",
         ]);
     assert_eq!(second.world().batches.len(), 1);
@@ -98,14 +98,14 @@ async fn what_may_still_come_is_given_up_by_force_only() {
     provider.world().state = "in_progress".into();
     let home = handed(&provider, Dialect::OpenAiChat);
     run(&home, &["batches", "give-up", "1"]).status(2).says(&[
-        "may still bring answers",
+        "may still be answered",
         "batches cancel 1",
         "--force",
     ]);
     provider.world().refuse = Some(401);
     run(&home, &["batches", "give-up", "1"])
         .status(2)
-        .says(&["refused the key", "--force"]);
+        .says(&["rejected the key", "--force"]);
     run(&home, &["batches", "give-up", "9"])
         .status(2)
         .says(&["no batch 9"]);

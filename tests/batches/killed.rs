@@ -67,7 +67,7 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
         let tag = rows[1]["tag"].clone().unwrap();
         let (there, _) = second.world().batches[0].items[0].clone();
         assert!(there.starts_with(&tag), "{there}");
-        let begins = format!("the ids of its questions begin with {tag}; ");
+        let begins = format!("question ids starting with {tag}; ");
         let listed = run(&home, &["batches"]).status(0).stdout;
         let lost = ["no id came back", &begins, "`nearmiss batches collect 2`"];
         assert!(lost.iter().all(|words| listed.contains(words)), "{listed}");

@@ -138,33 +138,44 @@ fn what_the_judge_does_not_look_at_is_said() {
 }
 
 #[test]
-fn scores_of_the_safety_task_follow_the_probabilities() {
+fn critical_obstacles_of_the_safety_task_follow_the_probabilities() {
     let home = Home::new();
     for (name, _) in BUNDLED {
         for at in ["15", "30", "45"] {
             let ended = home.run(&["ask", name, "--task", "safety", "--at", at, "--json"]);
             let document = ended.status(0).json();
-            let scores = document["obstacles"].as_array().unwrap();
+            let said = &document["verdict"];
+            let scores = said["obstacles"].as_array().unwrap();
             let predicted = document["prediction"]["obstacles"].as_array().unwrap();
-            let mut before = 0;
+            let probability = |p: &serde_json::Value| p["probability"].as_f64().unwrap();
+            let critical = |p: &&serde_json::Value| probability(p) >= 0.3;
+            // The critical ones first, the most probable first; then the others by their present risk.
+            let first: Vec<_> = predicted.iter().filter(critical).collect();
+            let named = said["critical_obstacles"].as_array().unwrap();
+            let id = |o: &serde_json::Value| o["id"].as_i64();
+            let ids = |all: &[&serde_json::Value]| all.iter().map(|o| id(o)).collect::<Vec<_>>();
+            assert_eq!(
+                named.iter().map(id).collect::<Vec<_>>(),
+                ids(&first),
+                "{document}"
+            );
+            assert!(
+                first
+                    .windows(2)
+                    .all(|p| probability(p[0]) >= probability(p[1]))
+            );
+            assert_eq!(document["dangerous"], !first.is_empty());
             for (score, predicted) in scores.iter().zip(predicted) {
                 assert_eq!(score["id"], predicted["id"]);
-                let score = score["risk_score"].as_u64().unwrap();
-                let probability = predicted["probability"].as_f64().unwrap();
-                assert!(score >= before, "{name} {at}: {document}");
-                before = score;
-                let expected = match probability {
-                    p if p >= 0.3 => 0..=2,
-                    p if p > 0.0 => 3..=3,
-                    _ => 3..=5,
-                };
-                assert!(expected.contains(&score), "{name} {at}: {document}");
             }
-            let calm = |p: &&serde_json::Value| p["probability"].as_f64() < Some(0.3);
-            let calm: Vec<_> = predicted.iter().filter(calm).collect();
-            assert!(calm.windows(2).all(|pair| {
-                pair[0]["probability"].as_f64() >= pair[1]["probability"].as_f64()
-            }));
+            let rest = &scores[first.len()..];
+            let grave = |o: &serde_json::Value| o["risk_score"].as_u64();
+            assert!(
+                rest.windows(2).all(|o| grave(&o[0]) <= grave(&o[1])),
+                "{document}"
+            );
+            let most = named.first().map_or(0.0, probability);
+            assert!(said["probability"].as_f64().unwrap() >= most, "{document}");
         }
     }
 }

@@ -79,7 +79,7 @@ const MATRIX: [&str; 10] = [
     "--techniques",
     "base,cp+cot",
     "--samples",
-    "2",
+    "4",
 ];
 
 fn begin<'a>(more: &[&'a str]) -> Vec<&'a str> {
@@ -124,10 +124,11 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
     assert_eq!(total(&wanted, &TRUE_AND_FALSE), 64);
     assert!(total(&wanted, &["tp", "fp"]) > 8 && total(&wanted, &["tn", "fn"]) > 8);
     let counts = answered(&calm);
-    assert_eq!(counts.len(), 32);
+    // Four windows: of the two collisions and of two safe scenarios.
+    assert_eq!(counts.len(), 16);
     assert!(
-        counts.values().all(|count| *count == 2),
-        "two samples of each"
+        counts.values().all(|count| *count == 4),
+        "four samples of each"
     );
 
     let server = Server::answering(|number, request| Some(rough(number, request))).await;
@@ -179,8 +180,8 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
     let interrupted: usize = killed.values().sum();
     assert!(interrupted > 0, "the kills came between the requests only");
     let counts = answered(&server);
-    assert_eq!(counts.len(), 32);
-    let twice: usize = counts.values().map(|count| count.saturating_sub(2)).sum();
+    assert_eq!(counts.len(), 16);
+    let twice: usize = counts.values().map(|count| count.saturating_sub(4)).sum();
     // What the server had said wholly when the program was killed before it could hear it.
     assert!(
         twice <= interrupted,
@@ -240,7 +241,7 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     );
     run(&home, &["evaluate", "--resume", "b1", "--samples", "1"])
         .status(2)
-        .says(&["has 2 already"]);
+        .says(&["already has 2"]);
     run(&home, &["evaluate", "--resume", "b9"])
         .status(2)
         .says(&["no batch b9", "--list"]);
@@ -268,11 +269,11 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     std::fs::write(&template, format!("{text}\nBe brief.\n")).unwrap();
     run(&home, &["evaluate", "--resume", "b1"])
         .status(2)
-        .says(&["safety-ego.md", "begin a new batch"]);
+        .says(&["safety-ego.md", "start a new batch"]);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn failed_and_unparsed_answers_are_counted_and_only_the_failed_asked_again() {
+async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
     let server = Server::answering(|number, request| {
         Some(match number {
             0 => Script::chunked_events().chunk(delta("half")),
@@ -298,9 +299,9 @@ async fn failed_and_unparsed_answers_are_counted_and_only_the_failed_asked_again
         &["evaluate", "--resume", "b1", "--retry-failed", "--json"],
     )
     .status(0);
-    assert_eq!(total(&cells(&again), &["failed"]), 0);
-    assert_eq!(total(&cells(&again), &["unparsed"]), 1);
-    assert_eq!(server.requests().len(), 5);
+    assert_eq!(total(&cells(&again), &["failed", "unparsed"]), 0);
+    assert_eq!(total(&cells(&again), &["n"]), 4);
+    assert_eq!(server.requests().len(), 6);
 }
 
 #[cfg(unix)]

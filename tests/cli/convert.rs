@@ -55,8 +55,8 @@ fn what_does_not_fit_is_mended_and_named() {
         "no author",
         "lanelet 1: the reference to 99 was left out",
         "lanelet 1: no type",
-        "sign 2, which says nothing, was left out",
-        "intersection 3, into which no road leads",
+        "sign 2 without elements was left out",
+        "intersection 3 without incoming roads",
         "obstacle 4: the type building became unknown",
         "step 1: the heading was filled in from the velocity",
         "planning problem 5: yawRate was filled in as 0",
@@ -86,7 +86,7 @@ fn what_cannot_be_mended_is_a_finding() {
         .run(&["convert", file.to_str().unwrap(), "--schema"])
         .status(1);
     assert!(
-        ended.stderr.contains("there is no planning problem"),
+        ended.stderr.contains("no planning problem"),
         "{}",
         ended.stderr
     );
@@ -148,7 +148,7 @@ fn what_reading_left_out_is_said_and_names_do_not_clash() {
     let (first, second) = (first.to_str().unwrap(), second.to_str().unwrap());
     let ended = home.run(&["convert", first]).status(0);
     assert!(
-        ended.stderr.contains("<hue> is not known"),
+        ended.stderr.contains("unknown element <hue>"),
         "{}",
         ended.stderr
     );

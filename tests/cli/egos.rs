@@ -72,7 +72,12 @@ fn every_kind_of_ego_file_gives_the_same_distances() {
         "pm.xml",
     ] {
         let ended = home.run(&["metrics", CUT_IN, "--ego", file]).status(0);
-        assert_eq!(ended.stderr, "", "{file}");
+        assert_eq!(
+            ended.stderr.lines().count(),
+            1,
+            "provenance: {}",
+            ended.stderr
+        );
         let found = distances(&ended.stdout);
         assert_eq!(found.len(), expected.len(), "{file}");
         let most = found.iter().zip(&expected).map(|(a, b)| (a - b).abs());
@@ -93,7 +98,7 @@ fn every_kind_of_ego_file_gives_the_same_distances() {
     let file = format!("./{id}");
     home.run(&["describe", CUT_IN, "--ego", &file])
         .status(2)
-        .says(&["no header of a known kind"]);
+        .says(&["unknown header in line 1"]);
 }
 
 #[test]
@@ -158,7 +163,7 @@ fn a_solution_is_not_a_scenario() {
         shown.contains("solution KS2 of planning problem"),
         "{shown}"
     );
-    assert!(shown.contains("note: no size in it"), "{shown}");
+    assert!(shown.contains("note: no size given"), "{shown}");
 }
 
 #[test]
@@ -177,11 +182,9 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
             problem,
         ])
     };
-    chosen("9000").status(2).says(&[
-        "planning problem 9000",
-        CUT_IN,
-        "the scenario that was opened",
-    ]);
+    chosen("9000")
+        .status(2)
+        .says(&["planning problem 9000", CUT_IN, "the open scenario is"]);
     chosen("5")
         .status(2)
         .says(&["no ego for planning problem 5", "9000"]);
@@ -223,7 +226,7 @@ fn what_is_no_ego_is_named() {
             "notes.txt",
             vec![
                 "notes.txt",
-                "no header of a known kind",
+                "unknown header in line 1",
                 "CommonRoad solution",
             ],
         ),
@@ -268,20 +271,22 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
         lines.collect::<Vec<_>>().join("\n")
     };
     let later = doubts(&change("later.csv", 1, 1000.0));
-    assert!(later.contains("they never meet"), "{later}");
+    assert!(later.contains("no common step"), "{later}");
     let far = doubts(&change("far.csv", 2, 5e4));
     assert!(
-        far.contains("50000.00 m from where planning problem"),
+        far.contains("50000.00 m from the start of planning problem"),
         "{far}"
     );
     let degrees = doubts(&change("degrees.csv", 4, 109.0));
-    assert!(degrees.contains("look like degrees"), "{degrees}");
+    assert!(degrees.contains("is it in degrees?"), "{degrees}");
     let mut gap = rows.clone();
     gap.drain(60..70);
     let gap = home.write("gap.csv", gap.join("\n"));
     let gap = gap.to_str().unwrap();
     let ended = home
-        .run(&["describe", CUT_IN, "--ego", gap, "--at", "62"])
+        .run(&[
+            "describe", CUT_IN, "--ego", gap, "--at", "62", "--form", "prose",
+        ])
         .status(0);
     assert!(
         ended.stderr.contains("no states from time step 59 to 68"),
@@ -291,7 +296,7 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
     assert!(
         ended
             .stdout
-            .contains("The ego is not recorded at this step."),
+            .contains("The ego is not recorded at this time."),
         "{}",
         ended.stdout
     );
@@ -318,8 +323,8 @@ fn a_solution_of_another_scenario_says_whose_it_is_and_what_to_do() {
         .run(&["metrics", CUT_IN, "--ego", "same-id.xml"])
         .status(0);
     ended.says(&[
-        "a solution of the scenario ZAM_Other-1_1_T-1",
-        "was opened is ZAM_CutIn-1_1_T-1",
+        "a solution of scenario ZAM_Other-1_1_T-1",
+        "the open scenario is ZAM_CutIn-1_1_T-1",
         "open ZAM_Other",
     ]);
     let id = |n: i64| format!("planningProblem=\"{n}\"");
@@ -333,8 +338,8 @@ fn a_solution_of_another_scenario_says_whose_it_is_and_what_to_do() {
             .says(&[
                 "foreign.xml",
                 "planning problem 777 of ZAM_Other-1_1_T-1",
-                "was opened is ZAM_CutIn-1_1_T-1",
-                "open ZAM_Other-1_1_T-1, or take a solution of ZAM_CutIn-1_1_T-1",
+                "the open scenario is ZAM_CutIn-1_1_T-1",
+                "open ZAM_Other-1_1_T-1, or use a solution of ZAM_CutIn-1_1_T-1",
             ]);
     }
     // Of the same scenario, where it was changed: there is no other to open.
@@ -344,6 +349,6 @@ fn a_solution_of_another_scenario_says_whose_it_is_and_what_to_do() {
         .status(2);
     ended.says(&[
         "planning problem 777 of ZAM_CutIn-1_1_T-1",
-        "the file of that scenario for which it was made",
+        "the scenario file that it was made for",
     ]);
 }

@@ -79,7 +79,7 @@ fn csv_and_json_hold_the_same_counts() {
         for count in ["tp", "fp", "fn", "tn", "collisions", "safe"] {
             assert_eq!(row[count], lead[count].to_string(), "{count}");
         }
-        assert_eq!((&*row["collisions"], &*row["safe"]), ("2", "1"));
+        assert_eq!((&*row["collisions"], &*row["safe"]), ("2", "2"));
         let windows = &judge["all_safe_windows"];
         assert_eq!(row["all_safe_windows"], windows["windows"].to_string());
     }
@@ -263,11 +263,12 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     let home = home_with(server.base_url());
     let varied = ["--transform", "mirror", "--lead", "0.5,1"];
     let dry = [&varied[..], &["--dry-run", "--json"]].concat();
-    // The collision at two leads and mirrored; the safe scenario has one window at all leads, and is mirrored.
-    assert_eq!(run(&home, &dry).status(0).json()["questions"], 5);
+    // The collision and the safe scenario at two leads, and both mirrored.
+    assert_eq!(run(&home, &dry).status(0).json()["questions"], 6);
     let document = run(&home, &[&varied[..], &["--json"]].concat())
         .status(0)
         .json();
+    // The safe windows of both leads are the same one, whose answer is in the store then.
     assert_eq!(server.requests().len(), 5);
     let bodies: std::collections::BTreeSet<_> = server.whole().into_iter().collect();
     assert_eq!(bodies.len(), 5, "each is another question");
@@ -306,10 +307,10 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last"]));
     let report = report.status(0).stdout;
     assert!(
-        report.contains("2 questions") && report.contains("3 more"),
+        report.contains("2 questions") && report.contains("4 more"),
         "{report}"
     );
-    for words in ["Changed scenes and leads", "| mirror ", "Said yes"] {
+    for words in ["Transformed scenes and leads", "| mirror ", "Said yes"] {
         assert!(report.contains(words), "{words}: {report}");
     }
     let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--json"]));
@@ -413,5 +414,5 @@ async fn new_numbers_are_told_back() {
     ];
     tokio::task::block_in_place(|| home.run(&wrong))
         .status(2)
-        .says(&["no change of a scene", "semicolons"]);
+        .says(&["invalid transform", "semicolons"]);
 }

@@ -116,12 +116,7 @@ fn what_cannot_be_driven_is_named_and_does_not_stop_the_others() {
             .contains("planning problem")
     );
     let wrong = home.run(&["generate", CUT_IN, "--attacker", "999999"]);
-    assert!(
-        wrong
-            .status(2)
-            .stderr
-            .contains("there is no obstacle 999999")
-    );
+    assert!(wrong.status(2).stderr.contains("no obstacle 999999"));
     let model = home.run(&["generate", CUT_IN, "--candidates", "0"]);
     assert!(model.status(2).stderr.contains("a number from 1"));
 }

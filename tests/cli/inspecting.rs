@@ -211,7 +211,7 @@ fn inspect_shows_the_chosen_ego() {
     for (ego, words) in [
         ("5", "no obstacle 5"),
         ("nowhere.csv", "no such file"),
-        ("-", "standard input is not read"),
+        ("-", "standard input is not supported"),
     ] {
         home.run(&["inspect", CUT_IN, "--ego", ego])
             .status(2)
@@ -274,7 +274,7 @@ fn standard_input_is_not_read() {
         &["-"],
     ] {
         let ended = home.run(arguments).status(2);
-        ended.says(&["standard input is not read", "save it"]);
+        ended.says(&["standard input is not supported", "save it"]);
     }
     home.write("-", bundled_xml(CUT_IN));
     home.run(&["inspect", "./-"]).status(0);
@@ -286,18 +286,18 @@ fn what_the_system_says_is_said_in_plain_words() {
     home.write("a.csv", "no folder");
     home.write("a folder/keep", "");
     let mut cases: Vec<(&[&str], &str)> = vec![
-        (&["inspect", "a.csv/b.xml"], "a part of this path is a file"),
+        (&["inspect", "a.csv/b.xml"], "part of this path is a file"),
         (&["metrics", "nowhere.xml"], "no such file"),
         (&["nowhere.xml"], "no such file"),
         (
             &["describe", CUT_IN, "--ego", "a folder"],
-            "this is a folder",
+            "is a folder, not a file",
         ),
         (&["metrics", CUT_IN, "-o", "a.csv/b.csv"], "a.csv/b.csv: "),
         (&["convert", CUT_IN, "-o", "a.csv/b.xml"], "a.csv/b.xml: "),
         (
             &["evaluate", CUT_IN, "--truth", "a folder"],
-            "this is a folder",
+            "is a folder, not a file",
         ),
     ];
     if cfg!(target_os = "linux") {

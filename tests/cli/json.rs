@@ -45,6 +45,7 @@ fn furnished() -> Home {
     ];
     home.run(&planned);
     home.run(&["export", "-o", "runs.jsonl"]).status(0);
+    home.run(&["index", CUT_IN, "-o", "index"]).status(0);
     home
 }
 
@@ -97,6 +98,8 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             "evaluate-collision",
             [&["evaluate", CUT_IN, BRAKING], &labels[..]].concat(),
         ),
+        ("evaluate-questions", with(&["--questions"])),
+        ("evaluate-leaks", with(&["--leaks", "--json"])),
         ("evaluate-dry-run", with(&["--dry-run", "--json"])),
         ("evaluate", with(&["--json"])),
         (
@@ -109,6 +112,8 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             vec!["generate", CUT_IN, "--candidates", "10", "--json"],
         ),
         ("import", vec!["import", "runs.jsonl", "--json"]),
+        ("index-show", vec!["index", "show", "index", "--json"]),
+        ("sample", vec!["sample", "index", "--json"]),
         ("inspect", vec!["inspect", CUT_IN, "--json"]),
         ("inspect-folder", vec!["inspect", "variants", "--json"]),
         (
@@ -129,9 +134,10 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         ("prompts", vec!["prompts", "--json"]),
         ("rating", vec!["ratings", "export"]),
         ("ratings", vec!["ratings", "--json"]),
+        ("ratings-agreement", vec!["ratings", "agreement", "--json"]),
         ("report", vec!["report", "--json"]),
+        ("report-axes", vec!["report", "--rows", "model", "--json"]),
         ("run", vec!["runs", "show", "1", "--json"]),
-        ("run", vec!["export"]),
         ("runs", vec!["runs", "--json"]),
         ("themes", vec!["themes", "--json"]),
     ];
@@ -139,6 +145,18 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         .into_iter()
         .map(|(name, arguments)| (name, home.run(&arguments).stdout))
         .collect();
+    home.run(&["experiment", "pack", "last", "-o", "bundle.nearmiss"])
+        .status(0);
+    let show = home.run(&["experiment", "show", "bundle.nearmiss", "--json"]);
+    all.push(("experiment-show", show.status(0).stdout));
+    // Lines of an export say what they are.
+    for line in home.run(&["export"]).stdout.lines() {
+        let kinds = ["batch", "question", "run"];
+        let is =
+            |kind: &&str| line.contains(&format!("{{\"schema_version\":1,\"nearmiss_{kind}\":"));
+        let kind = kinds.into_iter().find(is).expect("a line of a known kind");
+        all.push((kind, line.to_string()));
+    }
     all.push(("plan-log", read(home, "log.json")));
     all.push(("generate-report", read(home, "report.json")));
     all
@@ -187,7 +205,7 @@ fn every_output_fits_its_schema() {
     }
     home.run(&["help", "json", "--schema", "evaluat"])
         .status(2)
-        .says(&["did you mean evaluate"]);
+        .says(&["did you mean `evaluate"]);
 }
 
 #[test]

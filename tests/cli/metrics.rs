@@ -217,6 +217,17 @@ fn parquet_reads_back_as_the_csv_table() {
         };
         assert_eq!(entry("nearmiss.version"), env!("CARGO_PKG_VERSION"));
         assert_eq!(entry("nearmiss.convention"), convention);
+        let provenance: Value = serde_json::from_str(&entry("nearmiss.provenance")).unwrap();
+        let json = ["metrics", CUT_IN, "--json", "--convention", convention];
+        let json = home.run(&json).status(0).json_lines();
+        assert!(!json.is_empty());
+        for line in &json {
+            for name in ["program", "commit", "thresholds", "thresholds_sha256"] {
+                assert_eq!(line["provenance"][name], provenance[name], "{name}");
+            }
+        }
+        let hash = &json[0]["provenance"]["thresholds_sha256"];
+        assert_eq!(hash.is_string(), convention == "exact", "{hash}");
         let columns: Value = serde_json::from_str(&entry("nearmiss.columns")).unwrap();
         let ttc = columns
             .as_array()
@@ -265,7 +276,7 @@ fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
     home.write("folder/keep", "");
     home.run(&["metrics", CUT_IN, "-o", "folder", "--overwrite"])
         .status(2)
-        .says(&["folder: this is a folder; name a file in it"]);
+        .says(&["folder: is a folder; name a file in it"]);
 }
 
 #[test]
@@ -346,7 +357,7 @@ fn a_file_is_replaced_only_when_asked_and_only_by_a_whole_one() {
     home.write("in/broken.xml", &bundled_xml(CUT_IN)[..5000]);
     home.run(&["metrics", "in", "-o", "old.csv", "--overwrite"])
         .status(2)
-        .says(&["broken.xml", "cut off"]);
+        .says(&["broken.xml", "truncated"]);
     assert_eq!(read(), b"precious");
     home.run(&["metrics", CUT_IN, "-o", "old.csv", "--overwrite"])
         .status(0);

@@ -122,7 +122,7 @@ fn a_wrong_entry_or_file_is_named() {
     let ended = home.run(&["models", "--offline"]).status(0).says(&[
         "config.toml:2: [provider.lab]",
         "key",
-        "left out",
+        "disabled",
     ]);
     assert!(!ended.stderr.contains("geheim"), "{}", ended.stderr);
 }
@@ -221,9 +221,11 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
         tokio::task::block_in_place(|| home.run(&arguments))
     };
     let limit = ["--budget", "0.5", "--max-tokens", "100"];
-    ask(&entry, &limit)
+    // A server here that wants a key may forward to one that is paid.
+    let forwarding = format!("{entry}key_command = \"echo key\"\n");
+    ask(&forwarding, &limit)
         .status(2)
-        .says(&["no price is known for tiny", "config.toml"]);
+        .says(&["none is known for tiny", "config.toml"]);
     let entry = entry + prices;
     ask(&entry, &["--budget", "0.5"])
         .status(2)
@@ -258,9 +260,10 @@ async fn the_budget_of_the_configuration_holds_unless_the_option_says_another() 
     };
     let said = "config.toml:2: budget = 0.05; --budget USD";
     let little = format!("mouse = true\nbudget = 0.05\n{lab}");
-    ask(&little, &["--max-tokens", "100"])
+    let forwarding = format!("{little}key_command = \"echo key\"\n");
+    ask(&forwarding, &["--max-tokens", "100"])
         .status(2)
-        .says(&["no price is known for tiny", said]);
+        .says(&["none is known for tiny", said]);
     let little = little + prices;
     ask(&little, &[])
         .status(2)
@@ -311,7 +314,7 @@ async fn what_a_model_does_not_take_is_said() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_schema_is_asked_for_where_no_chain_of_thought_stands_before_it() {
+async fn the_schema_is_asked_for_with_and_without_a_chain_of_thought() {
     let home = Home::new();
     let server = Server::start(vec![streamed(&verdict()), streamed(&verdict())]).await;
     let config = format!(
@@ -335,7 +338,10 @@ async fn the_schema_is_asked_for_where_no_chain_of_thought_stands_before_it() {
         .iter()
         .map(|sent| sent.json().pointer("/response_format/type").cloned())
         .collect();
-    assert_eq!(formats, [Some(json!("json_schema")), None]);
+    assert_eq!(
+        formats,
+        [Some(json!("json_schema")), Some(json!("json_schema"))]
+    );
 }
 
 #[test]

@@ -17,6 +17,10 @@ const WRITING: &[&[&str]] = &[
     &["convert", CUT_IN],
     &["metrics", CUT_IN],
     &["metrics", CUT_IN, "--format", "json"],
+    &["index", "show", "index"],
+    &["index", "show", "index", "--json"],
+    &["sample", "index"],
+    &["sample", "index", "--json"],
     &["describe", CUT_IN],
     &["prompt", CUT_IN],
     &["prompts"],
@@ -25,6 +29,19 @@ const WRITING: &[&[&str]] = &[
     &["models"],
     &["evaluate", CUT_IN],
     &["evaluate", "--list"],
+    &[
+        "slurm",
+        "--parts",
+        "2",
+        "-o",
+        "jobs",
+        "--overwrite",
+        "--",
+        "index",
+        CUT_IN,
+        "-o",
+        "i",
+    ],
     &["batches"],
     &["report"],
     &["runs"],
@@ -57,6 +74,7 @@ fn a_closed_pipe_changes_neither_the_status_nor_what_is_said() {
     for _ in 0..2 {
         home.run(&["ask", CUT_IN, "--fresh"]).status(0);
     }
+    home.run(&["index", CUT_IN, "-o", "index"]).status(0);
     let mut writing = 0;
     for arguments in WRITING {
         let mut read = home.command();

@@ -1,11 +1,12 @@
 //! `plan`: outcomes as table and JSON, what is written and never overwritten, and settings of the planner.
 
 use nearmiss::formats::commonroad::{TrajectoryKind, read, read_solution};
-use nearmiss::formats::{Entry, read_recording};
+use nearmiss::formats::{Entry, read_ego};
 use nearmiss::scenario::{EgoSource, VehicleType};
 use nearmiss::{evaluation, planner, simulation};
 use serde_json::Value;
 
+use super::support::drives;
 use super::support::program::{Ended, Home};
 use super::{BUNDLED, CUT_IN, bundled_ego, bundled_xml};
 
@@ -75,14 +76,14 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
         ..evaluation::default_planning()
     };
     let problem = &scenario.planning_problems[0];
-    let drive = simulation::drive(&scenario, problem, &settings).unwrap();
+    let drive = drives::drive(&scenario, problem, &settings).unwrap();
     let text = std::fs::read_to_string(home.files().join("ego.csv")).unwrap();
     assert!(
         text.starts_with(
             "ego_id,timestep,x_position,y_position,orientation,velocity,acceleration\n"
         )
     );
-    let ego = read_recording(text.as_bytes(), "ego.csv", &scenario).unwrap();
+    let ego = read_ego(text.as_bytes(), "ego.csv", &scenario, None).unwrap();
     assert_eq!(ego.id, problem.id);
     let track = drive.track();
     let (driven, back): (Vec<_>, Vec<_>) = (track.iter().collect(), ego.track.iter().collect());
@@ -190,13 +191,13 @@ fn nothing_is_written_over_a_scenario_or_twice() {
     for (arguments, said) in [
         (
             &["a.xml", "-o", "a.xml", "--overwrite"][..],
-            "not written over",
+            "not overwritten",
         ),
         (
             &["a.xml", "--log", "a.xml", "--overwrite"],
-            "not written over",
+            "not overwritten",
         ),
-        (&["a.xml", "-o", "x", "--solution", "x"], "two things"),
+        (&["a.xml", "-o", "x", "--solution", "x"], "two outputs"),
         (&["a.xml", TURN, "-o", "x.csv"], "-o FOLDER"),
         (&["a.xml", "b", "-o", "b"], "both called a"),
         (
@@ -214,15 +215,15 @@ fn nothing_is_written_over_a_scenario_or_twice() {
         ),
         (
             &["b", "-o", "b/c", "--with-scenario"],
-            "read from b, where each copy",
+            "read from b, so each copy",
         ),
         (
             &["a.xml", "-o", "none/"],
-            "-o none/: no such folder; make it first",
+            "-o none/: no such folder; create it first",
         ),
         (
             &["a.xml", "-o", "none/x.csv"],
-            "there is no folder none; make it first",
+            "no folder none; create it first",
         ),
         (
             &["a.xml", "--solution", "a.xml/x.xml"],
@@ -230,7 +231,7 @@ fn nothing_is_written_over_a_scenario_or_twice() {
         ),
         (
             &["a.xml", TURN, "-o", "none"],
-            "none is none; make it first",
+            "none is not one; create it first",
         ),
         (&["a.xml", "--log", "-"], "name a file"),
     ] {
@@ -269,11 +270,11 @@ fn what_cannot_be_planned_is_named_and_counted() {
     home.run(&["plan", "all/broken.xml"]).status(2);
     // The ego starts at 34 m/s.
     let slow = home.run(&["plan", CUT_IN, "--vehicle", "4"]).status(1);
-    slow.says(&["a truck goes 22.22 m/s at most", "--vehicle"]);
+    slow.says(&["truck reaches at most 22.22 m/s", "--vehicle"]);
     let wrong = home.run(&["plan", "all/turn.xml", "--planning-problem", "77"]);
     wrong
         .status(2)
-        .says(&["no planning problem has the id 77; the only one in it has the id 1"]);
+        .says(&["no planning problem 77; the only one is 1"]);
     let problem = read(bundled_xml(TURN).as_bytes(), "turn")
         .unwrap()
         .planning_problems[0]
@@ -338,7 +339,7 @@ fn every_scenario_has_a_line_of_json() {
     let said = lines(&home.run(&["plan", "all", "--json"]).status(1));
     assert_eq!(said.len(), 3);
     for (line, (name, why)) in said.iter().zip([
-        ("a", "a.xml: no planning problem in it"),
+        ("a", "a.xml: no planning problem"),
         ("b", ""),
         ("c", "c.xml"),
     ]) {
@@ -375,9 +376,9 @@ fn drives_that_end_where_they_start_say_so() {
         (&said["outcome"], &said["steps"]),
         (&"goal".into(), &0.into())
     );
-    assert_eq!(said["note"], "the goal is reached at the start");
+    assert_eq!(said["note"], "goal reached at the start");
     let table = home.run(&["plan", "there.xml"]).status(0).stdout;
-    assert!(table.contains("(the goal is reached at the start)"));
+    assert!(table.contains("(goal reached at the start)"));
 }
 
 #[test]
@@ -385,7 +386,7 @@ fn nothing_is_driven_beyond_the_horizon() {
     let home = Home::new();
     let told = ["plan", TURN, "--horizon", "2", "--replan"];
     let refused = home.run(&[&told[..], &["21"]].concat()).status(2);
-    refused.says(&["horizon of 2 s and 0.1 s a step it has 20; --replan 20 at most"]);
+    refused.says(&["horizon of 2 s has 20 steps of 0.1 s; use at most --replan 20"]);
     let most = home.run(&[&told[..], &["20", "--json"]].concat());
     let most = most.json();
     assert_eq!(most["replan"], 20);
@@ -416,7 +417,7 @@ fn a_truck_is_a_truck_when_its_folder_is_opened_again() {
         }
         let ended = home.run(&told);
         assert_eq!(
-            ended.stderr.contains("does not carry the vehicle's size"),
+            ended.stderr.contains("cannot hold the vehicle's size"),
             folder == "without",
             "{}",
             ended.stderr
@@ -487,9 +488,9 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
         "[planner]\nhorizon = 0\nhorizn = 2\nsampling = { offsets = 4 }\n",
     );
     home.run(&["plan", TURN]).status(2).says(&[
-        "config.toml:2: planner.horizon = 0: a number from 0.5 to 20 s is needed",
-        "config.toml:3: planner.horizn is not known; did you mean horizon?",
-        "config.toml:4: planner.sampling.offsets = 4: an odd number",
+        "config.toml:2: planner.horizon = 0: expected a number from 0.5 to 20 s",
+        "config.toml:3: unknown key `planner.horizn`; did you mean `horizon`?",
+        "config.toml:4: planner.sampling.offsets = 4: expected an odd number",
     ]);
 }
 

@@ -72,7 +72,7 @@ fn inspect_names_what_is_missing_and_what_is_noted() {
     home.write("cut.pb", &bytes[..bytes.len() - 9]);
     home.run(&["inspect", "cut.pb"])
         .status(2)
-        .says(&["cut.pb: ", "cut off"]);
+        .says(&["cut.pb: ", "truncated"]);
     home.write("words.pb", "these are words");
     home.run(&["inspect", "words.pb"])
         .status(2)

@@ -65,7 +65,11 @@ async fn what_is_refused_is_no_run() {
             "`exit` failed",
         ),
         (format!("{here}{price}"), &budget, "raise the budget"),
-        (here.clone(), &budget, "no price is known for tiny"),
+        (
+            format!("{here}key_command = \"echo key\""),
+            &budget,
+            "none is known for tiny",
+        ),
         (
             format!("{here}tokens_per_minute = 20"),
             &[],
@@ -108,7 +112,12 @@ async fn the_document_tells_run_usage_and_cost_in_any_case() {
         Script::json(400, r#"{"error":{"message":"no"}}"#),
     ])
     .await;
-    configure(&home, &format!("base_url = \"{}\"", server.base_url()));
+    // Prices of another model: the provider is not free, though it is on this machine.
+    let entry = format!(
+        "base_url = \"{}\"\n[[provider.lab.prices]]\nmodel = \"other\"\ninput = 1.0\noutput = 1.0\n",
+        server.base_url()
+    );
+    configure(&home, &entry);
     let asked = |status: i32| {
         ask(&home, &["--json", "--fresh"], &[])
             .status(status)

@@ -229,7 +229,7 @@ fn refusal(status: u16, message: &str) -> Script {
 async fn a_wrong_key_is_named_by_its_variable() {
     fails(
         refusal(401, "invalid key"),
-        &["refused the key from LAB_KEY", "401"],
+        &["rejected the key from LAB_KEY", "401"],
     )
     .await;
 }
@@ -279,7 +279,7 @@ async fn a_cut_stream_is_no_answer_and_its_text_is_kept() {
     let server = Server::start(vec![script]).await;
     let ended = ask(&home, server.base_url(), &["--json"])
         .status(1)
-        .says(&["broke off", "run it again"]);
+        .says(&["broke off", "ask again"]);
     assert_eq!(ended.json()["answer"], "{\"collision\": true, ");
     assert_eq!(
         server.requests().len(),
@@ -298,7 +298,7 @@ async fn a_refused_connection_says_what_to_check() {
     // A port that was free a moment ago.
     let url = Server::start(Vec::new()).await.base_url().to_string();
     let ended = ask(&home, &url, &[]).status(1);
-    ended.says(&["cannot reach lab", &url, "check that the server runs"]);
+    ended.says(&["cannot reach lab", &url, "check that the server is running"]);
     assert_eq!(home.runs()[0]["state"].as_deref(), Some("failed"));
 }
 
@@ -352,4 +352,37 @@ async fn a_provider_of_the_configuration_is_asked() {
         (&json!("org/big"), &json!(0.25))
     );
     assert_eq!(body.get("response_format"), None);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn all_techniques_send_the_same_form_of_answer() {
+    let home = Home::new();
+    let all = ["base", "cp", "cp,cot", "all"];
+    let answers = all.map(|_| streamed(&verdict().to_string()));
+    let server = Server::start(answers.to_vec()).await;
+    let config = format!(
+        "max_tokens = 900\n[provider.house]\nbase_url = \"{}\"\nkey_env = \"LAB_KEY\"\nresponse_format = \"json_schema\"\n",
+        server.base_url()
+    );
+    home.write(home.config().join("config.toml"), config);
+    for techniques in all {
+        let model = ["ask", CUT_IN, "--model", "house/big"];
+        let arguments = [&model[..], &["--techniques", techniques, "--json"]].concat();
+        let ended = tokio::task::block_in_place(|| home.run_with(&arguments, &[("LAB_KEY", KEY)]));
+        ended.status(0);
+    }
+    let bodies: Vec<Value> = server.requests().iter().map(|r| r.json()).collect();
+    assert_eq!(bodies.len(), all.len());
+    let form = &bodies[0]["response_format"];
+    assert_eq!(form["type"], "json_schema", "{form}");
+    for body in &bodies {
+        assert_eq!(&body["response_format"], form);
+        assert_eq!(body["max_tokens"], 900);
+        let system = body["messages"][0]["content"].as_str().unwrap();
+        assert!(
+            system.contains("one JSON object of exactly this form"),
+            "{system}"
+        );
+        assert!(!system.contains("```json"), "{system}");
+    }
 }

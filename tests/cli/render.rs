@@ -104,7 +104,7 @@ fn without_an_ego_it_says_so() {
     assert!(!screen.stdout.contains("planned"), "nor on the screen");
     for what in ["plot", "both"] {
         let refused = home.run(&["render", "alone.xml", "--what", what]).status(2);
-        refused.says(&["measures are about an ego", "--ego ID|FILE", "--what map"]);
+        refused.says(&["measures need an ego", "--ego ID|FILE", "--what map"]);
     }
     // With one, nothing is said.
     let usual = home.run(&["render", "ZAM_RedLight-1_1_T-1"]).status(0);
@@ -136,7 +136,7 @@ fn several_pictures_make_the_folder_that_is_named() {
     assert!(!home.files().join("none").exists());
     home.run(&[&many[..], &["none"]].concat())
         .status(2)
-        .says(&["--format says it for any name, and makes a folder"]);
+        .says(&["--format works with any name, and makes this a folder"]);
     let ended = home.run(&["render", scenario, "-o", "f.jpg"]).status(2);
     let ended = ended.says(&["f.jpg", ".png"]);
     assert!(!ended.stderr.contains("folder"), "{}", ended.stderr);

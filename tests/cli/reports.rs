@@ -16,7 +16,7 @@ fn run(home: &Home, arguments: &[&str]) -> Ended {
 }
 
 /// A server that says yes about half of the scenarios, to the same question always the same.
-async fn half_of_them() -> Server {
+pub async fn half_of_them() -> Server {
     let said = |request: &Recorded| {
         let sum: u32 = request.body.iter().map(|byte| u32::from(*byte)).sum();
         let key = match String::from_utf8_lossy(&request.body).contains("safety_critical") {
@@ -27,6 +27,8 @@ async fn half_of_them() -> Server {
     };
     Server::answering(move |_, request| Some(telling(&said(request)))).await
 }
+
+const RED_LIGHT: &str = "ZAM_RedLight-1_1_T-1";
 
 /// The row of all answers of a model to a task.
 fn whole<'a>(report: &'a Value, model: &str, task: &str) -> &'a Value {
@@ -73,7 +75,9 @@ async fn a_report_of_a_batch_says_what_it_is_of_and_asks_the_judge_itself() {
     let asked = report();
     for task in ["collision", "safety"] {
         let [a, b] = [&alone, &asked].map(|report| whole(report, "lab/tiny", task));
-        assert_eq!(a["kappa_n"], names.len(), "{a}");
+        assert_eq!(a["kappa_n"], a["n"], "{a}");
+        let [tp, fp, missed, tn] = counts(a);
+        assert_eq!((tp + missed, fp + tn), (2, 2), "matched windows: {a}");
         for field in ["kappa", "kappa_n", "agreement_with_reference"] {
             assert_eq!(a[field], b[field], "{task} {field}");
         }
@@ -83,7 +87,10 @@ async fn a_report_of_a_batch_says_what_it_is_of_and_asks_the_judge_itself() {
     let row: Vec<&str> = csv.stdout.lines().nth(1).unwrap().split(',').collect();
     assert_eq!(
         row[row.len() - 2..],
-        ["b1", "exact geometry of the whole recordings"]
+        [
+            "b1",
+            "exact geometry of each matched window and the 2 s after it"
+        ]
     );
 }
 
@@ -102,23 +109,49 @@ async fn without_a_batch_an_answer_is_held_against_the_truth_of_its_own() {
         (counts(whole(&report, "lab/tiny", "collision")), words)
     };
     let (geometry, words) = count(&[]);
-    assert!(words.contains("b1, 8 answers: exact geometry"), "{words}");
+    assert!(words.contains("b1, 4 answers: exact geometry"), "{words}");
     let turned: String = BUNDLED
         .iter()
         .map(|(name, collides)| format!("{name},{}\n", u8::from(!collides)))
         .collect();
     let truth = home.write("turned.csv", format!("scenario,label\n{turned}"));
     let truth = truth.to_str().unwrap();
+    // The windows keep the truth that was drawn with them until the batch has another one.
+    let (kept, words) = count(&["--truth", truth]);
+    assert_eq!(kept, geometry);
+    assert!(
+        words.contains("of drawn windows that of each answer's batch"),
+        "{words}"
+    );
     run(&home, &["evaluate", "--resume", "b1", "--truth", truth]).status(0);
     let (own, words) = count(&[]);
     assert!(
-        words.contains("b1, 8 answers: labels of") && words.contains("turned.csv"),
+        words.contains("b1, 4 answers: labels from") && words.contains("turned.csv"),
         "{words}"
     );
     let [tp, fp, missed, tn] = geometry;
-    assert_eq!(own, [fp, tp, tn, missed]);
+    // Where no bodies touch, a labelled collision is at the end of its recording, after these windows.
+    assert_eq!(own, [0, tp + fp, 0, missed + tn]);
     assert_ne!(own, geometry);
-    assert_eq!(count(&["--truth", "auto"]).0, geometry);
+    assert_eq!(count(&["--truth", "auto"]).0, own);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_safe_window_long_before_a_collision_stays_safe_whatever_its_scenario_is_called() {
+    let server = half_of_them().await;
+    let home = home_with(server.base_url());
+    run(&home, &["evaluate", RED_LIGHT, "--model", "lab/tiny"]).status(0);
+    let truth = home.write("truth.csv", format!("scenario,label\n{RED_LIGHT},yes\n"));
+    for arguments in [
+        &["--batch", "b1"][..],
+        &[],
+        &["--truth", "auto"],
+        &["--truth", truth.to_str().unwrap()],
+    ] {
+        let report = run(&home, &[&["report", "--json"], arguments].concat()).status(0);
+        let [tp, fp, missed, tn] = counts(whole(&report.json(), "lab/tiny", "safety"));
+        assert_eq!((tp + missed, fp + tn), (1, 1), "{arguments:?}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -186,6 +219,9 @@ async fn the_report_and_the_results_screen_have_one_answer_to_what_is_true() {
             dangerous,
             obstacles: Vec::new(),
             justification: String::new(),
+            critical: None,
+            probability: None,
+            token_probability: None,
         }))
     };
     let first = store.run(RunId(1)).unwrap().unwrap().question;

@@ -114,7 +114,7 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     assert_eq!(lines.lines().count(), 3);
     assert_eq!(run(&home, &["export"]).status(0).stdout, lines);
     let own = run(&home, &["import", "runs.jsonl"]).status(0).stdout;
-    assert_eq!(own, "0 imported, 3 already there, 0 unreadable\n");
+    assert_eq!(own, "0 imported, 3 already in the store, 0 unreadable\n");
 
     let file = other.write("runs.jsonl", &lines);
     let file = file.to_str().unwrap();
@@ -144,7 +144,10 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
         "was changed",
         "3 could not be read",
     ]);
-    assert_eq!(ended.stdout, "0 imported, 2 already there, 3 unreadable\n");
+    assert_eq!(
+        ended.stdout,
+        "0 imported, 2 already in the store, 3 unreadable\n"
+    );
     // Line and column are those of the file, also where a record is spread over lines.
     other.write("spread.json", "{\"nearmiss_run\": 2,\n \"id\": oops}\n[\n");
     let ended = run(&other, &["import", "spread.json"]).status(1);
@@ -173,7 +176,10 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     let third = Home::new();
     third.write("older.jsonl", older.collect::<String>());
     let ended = run(&third, &["import", "older.jsonl"]).status(0);
-    assert_eq!(ended.stdout, "3 imported, 0 already there, 0 unreadable\n");
+    assert_eq!(
+        ended.stdout,
+        "3 imported, 0 already in the store, 0 unreadable\n"
+    );
     run(&other, &["import", "nothing.jsonl"])
         .status(2)
         .says(&["nothing.jsonl"]);
@@ -372,9 +378,12 @@ fn recorded_answers_are_tied_to_their_scenarios() {
         .run(&["import", "paper"])
         .status(0)
         .says(&["2 answers are linked", "by name only"]);
-    assert_eq!(first.stdout, "5 imported, 0 already there, 0 unreadable\n");
+    assert_eq!(
+        first.stdout,
+        "5 imported, 0 already in the store, 0 unreadable\n"
+    );
     let again = home.run(&["import", "paper"]).status(0).stdout;
-    assert_eq!(again, "0 imported, 5 already there, 0 unreadable\n");
+    assert_eq!(again, "0 imported, 5 already in the store, 0 unreadable\n");
 
     let runs = home.rows("SELECT * FROM runs WHERE scenario_hash IS NOT NULL ORDER BY task, frame");
     let column = |row: usize, name: &str| runs[row][name].clone().unwrap_or("NULL".into());
@@ -396,9 +405,13 @@ fn recorded_answers_are_tied_to_their_scenarios() {
         ("recorded".into(), "recorded".into())
     );
     assert!(column(1, "source").starts_with("Results/output_validation/ZAM_CutIn"));
-    assert_eq!(column(1, "window_last"), "NULL");
     let (start, end) = (column(2, "window_first"), column(2, "window_last"));
     let steps = super::bundled_ego(CUT_IN).lines().count() as i64 - 1;
+    assert_eq!(
+        column(1, "window_last"),
+        (steps - 1).to_string(),
+        "the end of the recording"
+    );
     let last: i64 = end.parse().unwrap();
     assert_eq!(
         (last, start.parse::<i64>().unwrap()),

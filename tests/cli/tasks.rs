@@ -88,7 +88,7 @@ async fn a_trajectory_is_printed_and_kept() {
     assert_eq!(document["waypoints"][1]["velocity"], 7.0);
     let repaired = document["repaired"].to_string();
     assert!(
-        repaired.contains("taken as steps") && repaired.contains("quotation marks"),
+        repaired.contains("read as steps") && repaired.contains("quotation marks"),
         "{repaired}"
     );
     let fresh = ["--task", "trajectory", "--fresh"];

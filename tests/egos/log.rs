@@ -95,7 +95,7 @@ fn steps_without_rows_are_those_of_the_plan() {
         } else {
             assert_eq!(said, [""; 0]);
         }
-        let filled = format!("{} steps without a row", last / 4 * 3);
+        let filled = format!("{} steps without their own row", last / 4 * 3);
         assert!(
             read.diagnostics.iter().any(|d| d.message.contains(&filled)),
             "{:?}",
@@ -117,7 +117,7 @@ fn what_is_doubtful_in_a_log_is_said_with_its_line() {
         .find(|d| d.severity == Severity::Warning)
         .unwrap();
     assert!(
-        doubt.line == 5 && doubt.message.contains("do not begin where"),
+        doubt.line == 5 && doubt.message.contains("do not start where"),
         "{doubt:?}"
     );
     assert_eq!(read.track.iter().count(), 5);
@@ -159,11 +159,7 @@ fn mistakes_in_a_log_are_named_with_line_column_and_value() {
         (";x_positions_m", ";x", vec![]),
         ("x_position_vehicle_m", "x", vec![]),
         ("\n1;", "\nx;", vec!["line 3", "`trajectory_number`", "`x`"]),
-        (
-            "\n1;",
-            "\n0;",
-            vec!["line 3", "time step 0 was there before"],
-        ),
+        ("\n1;", "\n0;", vec!["line 3", "time step 0 is given twice"]),
         ("\n1;", "\n1.5;", vec!["line 3", "`1.5`"]),
         (&y, "nan", vec!["line 3", "`y_position_vehicle_m`", "`nan`"]),
     ] {
@@ -211,7 +207,7 @@ fn mistakes_in_a_log_are_named_with_line_column_and_value() {
     );
     let open = good.replacen("\"3.0\"", "\"3.0", 1);
     let said = error(&open, &scenario);
-    assert!(said.contains("line 2: a quote begins"), "{said}");
+    assert!(said.contains("line 2: unclosed quote"), "{said}");
 }
 
 #[test]
@@ -226,7 +222,7 @@ fn a_log_that_is_cut_off_is_read_to_its_last_whole_row() {
         let count = read.track.iter().count();
         let said = read.diagnostics.into_iter();
         let said: Vec<_> = said
-            .filter(|d| d.severity == Severity::Warning && d.message.contains("cut off"))
+            .filter(|d| d.severity == Severity::Warning && d.message.contains("truncated"))
             .collect();
         (count, said)
     };

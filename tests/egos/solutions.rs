@@ -111,7 +111,7 @@ fn velocities_are_along_the_heading() {
     assert!((motion.velocity - 10.0 * 0.2f64.cos()).abs() < 1e-12);
     assert_eq!((motion.pose.position.x, motion.pose.heading), (1.0, 0.5));
     assert_eq!(ego.footprint, VehicleType::FordEscort.footprint());
-    assert!(warnings(&ego)[0].contains("from where its planning problem does"));
+    assert!(warnings(&ego)[0].contains("from the start of its planning problem"));
     let ego = of_states(
         &scenario,
         "PM2:JB1",
@@ -129,7 +129,7 @@ fn velocities_are_along_the_heading() {
          <velocity>1</velocity><orientation>0</orientation><hitchAngle>0.1</hitchAngle><time>0</time></kstState>\
          </kstTrajectory>",
     );
-    assert!(warnings(&ego.unwrap())[0].contains("the trailer is left out"));
+    assert!(warnings(&ego.unwrap())[0].contains("the trailer is ignored"));
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn inputs_are_no_ego() {
         .unwrap_err()
         .to_string();
     assert!(
-        error.contains("<inputVector>") && error.contains("no positions"),
+        error.contains("<inputVector>") && error.contains("without positions"),
         "{error}"
     );
 }
@@ -171,7 +171,7 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen() {
         "{other}"
     );
     let neither = read(&scenario, Some(5)).unwrap_err().to_string();
-    assert!(neither.contains("there is one for 77, "), "{neither}");
+    assert!(neither.contains("available: 77, "), "{neither}");
     let mut without = (*scenario).clone();
     without.planning_problems.clear();
     assert!(matches!(

@@ -9,6 +9,7 @@ use nearmiss::generation::{AttackContext, AttackSetup, ClosedLoop, Gate, admit};
 use nearmiss::geometry::{Footprint, Point, Shape};
 use nearmiss::llm::{Client, Endpoint, Parameters, Price, PriceEntry, Prices};
 use nearmiss::metrics::Thresholds;
+use nearmiss::planner::Cancel;
 use nearmiss::prompts::Library;
 use nearmiss::scenario::{
     Motion as State, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction,
@@ -49,7 +50,14 @@ pub fn closed_loop() -> &'static ClosedLoop {
         (few.durations, few.speeds, few.offsets) = (2, 5, 5);
         (few.changes, few.refinements) = (1, 1);
         let problem = scenario.planning_problems[0].clone();
-        ClosedLoop::new(Arc::new(scenario), &problem, &settings).unwrap()
+        ClosedLoop::watched(
+            Arc::new(scenario),
+            &problem,
+            &settings,
+            &Cancel::default(),
+            &mut |_, _| true,
+        )
+        .unwrap()
     })
 }
 

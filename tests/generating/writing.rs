@@ -165,11 +165,11 @@ async fn the_wrong_obstacle_is_refused() {
     ];
     let written = written(scripts, |_| {}).await;
     assert!(written.authored().attacks.is_empty());
-    let asked = format!("a motion of obstacle {ATTACKER} was asked for");
+    let asked = format!("instead of obstacle {ATTACKER}");
     assert!(
         written
             .words(0)
-            .contains(&format!("moves obstacle {OTHER}, but {asked}"))
+            .contains(&format!("moves obstacle {OTHER} {asked}"))
     );
     assert!(
         written
@@ -212,7 +212,7 @@ async fn impossible_physics_is_refused_by_name() {
     let cases: Vec<(Script, &str)> = vec![
         (
             through(ATTACKER, &with(0, "x", json!(start.pose.position.x - 10.7))),
-            "position at the start is not the recorded one 10.7",
+            "position at the start differs from the recorded one 10.7",
         ),
         (through(ATTACKER, &with(4, "y", json!(1e9))), "jump"),
         (

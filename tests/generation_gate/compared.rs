@@ -75,7 +75,7 @@ fn everything_else_is_the_same() {
     });
     assert_eq!(road, [Reason::Differs("the shape of the road")]);
     let types = edited(&|v| v.network.lanelets[0].types.clear());
-    assert_eq!(types, [Reason::Differs("what is said of the road")]);
+    assert_eq!(types, [Reason::Differs("the attributes of the road")]);
     let goal = edited(&|v| v.planning_problems.clear());
     assert_eq!(goal, [Reason::Differs("the planning problem")]);
     let time = edited(&|v| v.header.time_step_size = 0.2);

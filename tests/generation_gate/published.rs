@@ -95,7 +95,7 @@ fn each_violation_of_the_published_example_is_named() {
     let compared = gate.compare(&variant, None);
     // Besides moving a car, the variant makes every urban lanelet one of an unknown type.
     let whole: Vec<_> = compared.refusals.iter().map(|r| &r.reason).collect();
-    assert_eq!(whole, [&Reason::Differs("what is said of the road")]);
+    assert_eq!(whole, [&Reason::Differs("the attributes of the road")]);
     assert_eq!(compared.changed.len(), 1);
     let judged = &compared.changed[0];
     assert_eq!((judged.change.obstacle, judged.from), (30762, 0));

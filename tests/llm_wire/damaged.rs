@@ -3,7 +3,7 @@
 use nearmiss::llm::{Dialect, decode};
 use proptest::prelude::*;
 
-use super::dialects::usual_of;
+use super::support::dialects::usual_of;
 use super::*;
 
 /// What was said, and whether it was finished.
@@ -82,7 +82,7 @@ fn hostile_streams_end_in_time() {
             .chain(std::iter::repeat_n(piece.as_slice(), 1000));
         let items = decode(dialect, endless);
         assert!(
-            matches!(&items[..], [Err(Error::Malformed { what, .. })] if what.contains("more than")),
+            matches!(&items[..], [Err(Error::Malformed { what, .. })] if what.contains("too large")),
             "{dialect:?} {items:?}"
         );
     }

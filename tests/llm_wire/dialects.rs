@@ -5,133 +5,8 @@ use nearmiss::llm::{
 };
 use serde_json::Value;
 
+use super::support::dialects::{asked_at, finished, script, usage_of, usual_of};
 use super::*;
-
-/// A line of a stream of named events.
-pub fn named(value: Value) -> String {
-    format!(
-        "event: {}\ndata: {value}\n\n",
-        value["type"].as_str().unwrap()
-    )
-}
-
-pub fn data(value: Value) -> String {
-    format!("data: {value}\n\n")
-}
-
-pub fn line(value: Value) -> String {
-    format!("{value}\n")
-}
-
-/// A usual answer of a dialect: "wé" is thought, "gefährlich 車" and " 🚗" are said, and the counts are those of
-/// [`usage`].
-pub fn usual_of(dialect: Dialect) -> String {
-    match dialect {
-        Dialect::OpenAiChat => [
-            ": keep-alive\n\n".to_string(),
-            data(json!({"model": "m-1", "choices": [{"index": 0, "delta": {"role": "assistant", "content": null}}]})),
-            data(json!({"choices": [{"index": 0, "delta": {"reasoning_content": "wé"}}]})),
-            data(json!({"choices": [{"index": 0, "delta": {"content": "gefährlich 車"}}], "obfuscation": "x"})),
-            data(json!({"choices": [{"index": 0, "delta": {"content": " 🚗"}, "finish_reason": "stop"}]})),
-            data(json!({"choices": [], "usage": {
-                "prompt_tokens": 120, "completion_tokens": 30, "total_tokens": 150,
-                "prompt_tokens_details": {"cached_tokens": 64, "cache_write_tokens": 8},
-                "completion_tokens_details": {"reasoning_tokens": 18},
-            }})),
-            "data: [DONE]\n\n".to_string(),
-        ]
-        .concat(),
-        Dialect::OpenAiResponses => [
-            named(json!({"type": "response.created", "sequence_number": 0, "response": {"model": "m-1", "status": "in_progress", "error": null, "output": [], "usage": null}})),
-            named(json!({"type": "response.output_item.added", "output_index": 0, "item": {"type": "reasoning", "summary": []}})),
-            named(json!({"type": "response.reasoning_summary_part.added", "summary_index": 0, "part": {"type": "summary_text", "text": ""}})),
-            named(json!({"type": "response.reasoning_summary_text.delta", "summary_index": 0, "delta": "wé"})),
-            named(json!({"type": "response.reasoning_summary_text.done", "text": "wé"})),
-            named(json!({"type": "response.reasoning_text.delta", "delta": "the same at length"})),
-            named(json!({"type": "response.output_text.delta", "delta": "gefährlich 車", "logprobs": []})),
-            named(json!({"type": "response.output_text.delta", "delta": " 🚗"})),
-            named(json!({"type": "response.output_text.done", "text": "gefährlich 車 🚗"})),
-            named(json!({"type": "response.completed", "response": {
-                "model": "m-1", "status": "completed", "error": null,
-                "output": [{"type": "message", "content": [{"type": "output_text", "text": "gefährlich 車 🚗"}]}],
-                "usage": {"input_tokens": 120, "input_tokens_details": {"cached_tokens": 64, "cache_write_tokens": 8},
-                    "output_tokens": 30, "output_tokens_details": {"reasoning_tokens": 18}},
-            }})),
-        ]
-        .concat(),
-        Dialect::Gemini => {
-            let part = |part: Value, more: Value| {
-                let mut event = json!({"candidates": [{"content": {"parts": [part], "role": "model"}, "index": 0}], "modelVersion": "m-1"});
-                event.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
-                event
-            };
-            let early = json!({"usageMetadata": {"promptTokenCount": 120, "totalTokenCount": 121}});
-            let mut last = part(
-                json!({"text": " 🚗", "thoughtSignature": "c2ln"}),
-                json!({"usageMetadata": {"promptTokenCount": 112, "toolUsePromptTokenCount": 8, "cachedContentTokenCount": 64,
-                    "candidatesTokenCount": 12, "thoughtsTokenCount": 18, "totalTokenCount": 150}}),
-            );
-            last["candidates"][0]["finishReason"] = json!("STOP");
-            [
-                data(part(json!({"text": "wé", "thought": true}), early)),
-                data(part(json!({"text": "gefährlich 車"}), json!({}))),
-                data(last),
-            ]
-            .concat()
-        }
-        Dialect::Anthropic => [
-            named(json!({"type": "message_start", "message": {"model": "m-1", "content": [], "stop_reason": null,
-                "usage": {"input_tokens": 48, "cache_read_input_tokens": 64, "cache_creation_input_tokens": 8, "output_tokens": 1}}})),
-            named(json!({"type": "content_block_start", "index": 0, "content_block": {"type": "thinking", "thinking": "", "signature": ""}})),
-            named(json!({"type": "ping"})),
-            named(json!({"type": "content_block_delta", "index": 0, "delta": {"type": "thinking_delta", "thinking": "wé"}})),
-            named(json!({"type": "content_block_delta", "index": 0, "delta": {"type": "signature_delta", "signature": "c2ln"}})),
-            // Blocks overlap on some servers.
-            named(json!({"type": "content_block_start", "index": 1, "content_block": {"type": "text", "text": ""}})),
-            named(json!({"type": "content_block_delta", "index": 1, "delta": {"type": "text_delta", "text": "gefährlich 車"}})),
-            named(json!({"type": "content_block_stop", "index": 0})),
-            named(json!({"type": "content_block_delta", "index": 1, "delta": {"type": "text_delta", "text": " 🚗"}})),
-            named(json!({"type": "content_block_stop", "index": 1})),
-            named(json!({"type": "message_delta", "delta": {"stop_reason": "end_turn", "stop_sequence": null},
-                "usage": {"output_tokens": 30, "output_tokens_details": {"thinking_tokens": 18}, "input_tokens": null}})),
-            named(json!({"type": "message_stop"})),
-        ]
-        .concat(),
-        Dialect::Ollama => [
-            line(json!({"model": "m-1", "message": {"role": "assistant", "content": "", "thinking": "wé"}, "done": false})),
-            line(json!({"model": "m-1", "message": {"role": "assistant", "content": "gefährlich 車"}, "done": false})),
-            line(json!({"model": "m-1", "message": {"content": " 🚗"}, "done": false})),
-            line(json!({"model": "m-1", "message": {"content": ""}, "done": true, "done_reason": "stop",
-                "total_duration": 1, "prompt_eval_count": 120, "eval_count": 30})),
-        ]
-        .concat(),
-    }
-}
-
-/// The counts of a usual answer; Ollama tells fewer, Gemini does not count what it writes to a cache.
-fn usage_of(dialect: Dialect) -> Usage {
-    let all = Usage {
-        input_tokens: Some(120),
-        output_tokens: Some(30),
-        reasoning_tokens: Some(18),
-        cached_tokens: Some(64),
-        cache_write_tokens: Some(8),
-        cost: None,
-    };
-    match dialect {
-        Dialect::Gemini => Usage {
-            cache_write_tokens: None,
-            ..all
-        },
-        Dialect::Ollama => Usage {
-            reasoning_tokens: None,
-            cached_tokens: None,
-            cache_write_tokens: None,
-            ..all
-        },
-        _ => all,
-    }
-}
 
 /// Reasoning, text, and the rest of the chunks; an error panics.
 pub fn sorted(items: Vec<Result<Chunk, Error>>) -> (String, String, Vec<Chunk>) {
@@ -191,16 +66,7 @@ fn a_usual_answer_cut_at_every_byte() {
 fn what_is_cut_off_is_no_answer() {
     for dialect in Dialect::ALL {
         let usual = usual_of(dialect);
-        // From where on the model has said that it is finished.
-        let finished = match dialect {
-            Dialect::OpenAiChat => "\"finish_reason\":\"stop\"}]}\n\n",
-            Dialect::OpenAiResponses => "}}\n\n",
-            Dialect::Gemini => {
-                "\"modelVersion\":\"m-1\",\"usageMetadata\":{\"promptTokenCount\":112"
-            }
-            Dialect::Anthropic => "\"input_tokens\":null}}\n\n",
-            Dialect::Ollama => "\"done\":true",
-        };
+        let finished = finished(dialect);
         let begin = usual.rfind(finished).unwrap();
         let end = usual[begin..].find('\n').unwrap() + begin + 2;
         for at in 0..usual.len() {
@@ -229,37 +95,9 @@ fn endpoint_of(dialect: Dialect, base_url: &str) -> Endpoint {
 
 #[tokio::test]
 async fn over_a_connection_with_the_right_address_and_key() {
-    for (dialect, path, header, value) in [
-        (
-            Dialect::OpenAiChat,
-            "/v1/chat/completions",
-            "authorization",
-            format!("Bearer {KEY}"),
-        ),
-        (
-            Dialect::OpenAiResponses,
-            "/v1/responses",
-            "authorization",
-            format!("Bearer {KEY}"),
-        ),
-        (
-            Dialect::Gemini,
-            "/v1beta/models/small-1:streamGenerateContent?alt=sse",
-            "x-goog-api-key",
-            KEY.into(),
-        ),
-        (Dialect::Anthropic, "/v1/messages", "x-api-key", KEY.into()),
-        (
-            Dialect::Ollama,
-            "/api/chat",
-            "authorization",
-            format!("Bearer {KEY}"),
-        ),
-    ] {
-        let script = match dialect {
-            Dialect::Ollama => Script::lines().send(usual_of(dialect)),
-            _ => Script::events().send(usual_of(dialect)),
-        };
+    for dialect in Dialect::ALL {
+        let (path, header, value) = asked_at(dialect, KEY);
+        let script = script(dialect).send(usual_of(dialect));
         let server = Server::start(vec![script.clone(), script]).await;
         let mut endpoint = endpoint_of(dialect, server.base_url());
         endpoint.headers = vec![("X-Team".into(), "seven".into())];
@@ -361,7 +199,7 @@ fn quirks_word_for_word() {
         ..chat.clone()
     };
     add("DeepSeek, thinking a little", &deepseek, Effort::Low);
-    add("DeepSeek, thinking as usual", &deepseek, Effort::Medium);
+    add("DeepSeek, thinking without a bound", &deepseek, Effort::Max);
     add("DeepSeek, not thinking", &deepseek, Effort::Off);
     let openrouter = Quirks {
         efforts: Some(Efforts::OpenRouter),
@@ -478,9 +316,7 @@ fn nothing_asked_for_is_dropped_in_silence() {
             assert!(text.contains("60125") || notes.contains("seed"), "{what}");
             let words = ["effort", "thinking", "think\"", "reasoning"];
             let told = words.iter().any(|word| text.contains(word)) || notes.contains("effort");
-            // Anthropic's models do not think unless they are told to.
-            let silent = dialect == Dialect::Anthropic && effort == Effort::Off;
-            assert!(told || silent, "{what}");
+            assert!(told, "{what}");
         }
     }
 }

@@ -4,7 +4,8 @@
 use nearmiss::llm::{Dialect, decode};
 use serde_json::Value;
 
-use super::dialects::{data, line, named, sorted};
+use super::dialects::sorted;
+use super::support::dialects::{data, event, line, named, piece, script, usual_of};
 use super::*;
 
 fn finish(dialect: Dialect, body: &str) -> (String, Finish) {
@@ -179,19 +180,7 @@ fn ways_to_stop() {
 
 #[test]
 fn errors_in_the_middle_keep_what_had_come() {
-    let begun = |dialect| match dialect {
-        Dialect::OpenAiChat => data(json!({"choices": [{"delta": {"content": "so far"}}]})),
-        Dialect::OpenAiResponses => {
-            named(json!({"type": "response.output_text.delta", "delta": "so far"}))
-        }
-        Dialect::Gemini => {
-            data(json!({"candidates": [{"content": {"parts": [{"text": "so far"}]}}]}))
-        }
-        Dialect::Anthropic => named(
-            json!({"type": "content_block_delta", "delta": {"type": "text_delta", "text": "so far"}}),
-        ),
-        Dialect::Ollama => line(json!({"message": {"content": "so far"}, "done": false})),
-    };
+    let begun = |dialect| piece(dialect, "so far", false);
     use Dialect::{Anthropic, Gemini, Ollama, OpenAiChat, OpenAiResponses};
     for (dialect, event, code) in [
         (
@@ -261,11 +250,7 @@ fn errors_in_the_middle_keep_what_had_come() {
     );
     for dialect in Dialect::ALL {
         for broken in ["{broken", "[1, 2]", "7", "\"text\""] {
-            let event = match dialect {
-                Ollama => format!("{broken}\n"),
-                _ => format!("data: {broken}\n\n"),
-            };
-            let stream = begun(dialect) + &event;
+            let stream = begun(dialect) + &event(dialect, broken);
             let items = decode(dialect, [stream.as_bytes()]);
             assert!(items.contains(&Ok(Chunk::Text("so far".into()))));
             assert!(
@@ -294,10 +279,10 @@ fn odd_events_are_borne() {
         json!({"candidates": []}),
     ];
     for dialect in Dialect::ALL {
-        let begin: String = match dialect {
-            Dialect::Ollama => odd.iter().cloned().map(line).collect(),
-            _ => odd.iter().cloned().map(data).collect(),
-        };
+        let begin: String = odd
+            .iter()
+            .map(|odd| event(dialect, &odd.to_string()))
+            .collect();
         let items = decode(dialect, [begin.as_bytes()]);
         assert!(
             matches!(
@@ -324,10 +309,7 @@ async fn status(dialect: Dialect, scripts: Vec<Script>) -> (Answer, usize) {
 }
 
 fn good(dialect: Dialect) -> Script {
-    match dialect {
-        Dialect::Ollama => Script::lines().send(super::dialects::usual_of(dialect)),
-        _ => Script::events().send(super::dialects::usual_of(dialect)),
-    }
+    script(dialect).send(usual_of(dialect))
 }
 
 #[tokio::test]
@@ -493,12 +475,9 @@ async fn answers_that_are_not_streamed() {
 #[tokio::test]
 async fn dropping_closes_the_connection_in_every_dialect() {
     for dialect in Dialect::ALL {
-        let usual = super::dialects::usual_of(dialect);
+        let usual = usual_of(dialect);
         let (first, _) = usual.split_at(usual.find("gef").unwrap());
-        let script = match dialect {
-            Dialect::Ollama => Script::lines(),
-            _ => Script::events(),
-        };
+        let script = script(dialect);
         let server = Server::start(vec![script.send(first).await_close()]).await;
         let endpoint = Endpoint {
             dialect,
@@ -514,10 +493,7 @@ async fn dropping_closes_the_connection_in_every_dialect() {
 #[tokio::test]
 async fn silence_is_noticed_in_every_dialect() {
     for dialect in Dialect::ALL {
-        let script = match dialect {
-            Dialect::Ollama => Script::lines(),
-            _ => Script::events(),
-        };
+        let script = script(dialect);
         let server = Server::start(vec![script.await_close()]).await;
         let endpoint = Endpoint {
             dialect,

@@ -2,7 +2,7 @@
 
 use nearmiss::llm::{Dialect, Environment, KeyCommand, Registry, probe};
 
-use super::dialects::{line, usual_of};
+use super::support::dialects::{event, script, usual_of};
 use super::*;
 
 /// Everything that comes of asking, as text, with the endpoint's own.
@@ -32,15 +32,9 @@ async fn a_server_that_quotes_the_key_does_not_spread_it() {
             .replace(" 🚗", two)
             .replace("wé", &format!("{KEY}{KEY}"))
             .replace("m-1", KEY);
-        let events = match dialect {
-            Dialect::Ollama => Script::lines(),
-            _ => Script::events(),
-        };
+        let events = script(dialect);
         let error = json!({"error": {"message": format!("bad {KEY}"), "code": KEY, "type": KEY}});
-        let mid = match dialect {
-            Dialect::Ollama => line(error.clone()),
-            _ => format!("data: {error}\n\n"),
-        };
+        let mid = event(dialect, &error.to_string());
         vec![
             events.clone().send(&cut_inside),
             events.clone().send(mid),

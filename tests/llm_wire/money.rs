@@ -105,10 +105,7 @@ async fn nothing_is_sent_that_could_exceed_the_budget() {
     };
     refused(
         unknown,
-        &[
-            "no price is known for small-1",
-            "[[provider.fixture.prices]]",
-        ],
+        &["none is known for small-1", "[[provider.fixture.prices]]"],
     )
     .await;
     assert_eq!(server.requests(), []);

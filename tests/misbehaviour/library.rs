@@ -6,37 +6,8 @@ use nearmiss::llm::batch::{Batches, SubmissionMark};
 use nearmiss::llm::{Chunk, Client, Dialect, Endpoint, Error, Finish, LONGEST_ANSWER, decode};
 use serde_json::json;
 
-use super::data;
+use super::support::dialects::piece;
 use super::support::server::{Script, Server};
-
-/// A piece of an answer, or of its reasoning.
-fn piece(dialect: Dialect, text: &str, thought: bool) -> String {
-    let kind = |yes: &'static str, no: &'static str| if thought { yes } else { no };
-    match dialect {
-        Dialect::OpenAiChat => {
-            data(&json!({"choices": [{"delta": {kind("reasoning", "content"): text}}]}))
-        }
-        Dialect::OpenAiResponses => {
-            let kind = kind(
-                "response.reasoning_text.delta",
-                "response.output_text.delta",
-            );
-            data(&json!({"type": kind, "delta": text}))
-        }
-        Dialect::Gemini => {
-            let part = json!({"text": text, "thought": thought});
-            data(&json!({"candidates": [{"content": {"parts": [part]}}]}))
-        }
-        Dialect::Anthropic => {
-            let delta = json!({kind("thinking", "text"): text});
-            data(&json!({"type": "content_block_delta", "delta": delta}))
-        }
-        Dialect::Ollama => format!(
-            "{}\n",
-            json!({"message": {kind("thinking", "content"): text}})
-        ),
-    }
-}
 
 #[test]
 fn every_dialect_is_cut_off_at_the_same_size_between_characters() {
@@ -109,7 +80,7 @@ async fn a_list_of_batches_that_repeats_itself_is_an_error() {
     for dialect in LISTING {
         let server = Server::answering(move |_, _| Some(page(dialect, "batch_1"))).await;
         let error = looked_up(dialect, &server).await.unwrap_err().to_string();
-        assert!(error.contains("without an end"), "{dialect:?}: {error}");
+        assert!(error.contains("endless list"), "{dialect:?}: {error}");
         assert_eq!(server.requests().len(), 2, "{dialect:?}");
     }
 }

@@ -110,7 +110,7 @@ pub fn rows() -> Vec<Row> {
                 ]
                 .concat(),
             ),
-            Says("no UTF-8 text"),
+            Says("not UTF-8 text"),
         ),
         row(
             "has no type",
@@ -129,7 +129,7 @@ pub fn rows() -> Vec<Row> {
                 ]
                 .concat(),
             ),
-            Says("no UTF-8 text"),
+            Says("not UTF-8 text"),
         ),
         row(
             "promises more than it sends",
@@ -205,7 +205,7 @@ pub fn rows() -> Vec<Row> {
         row(
             "quotes the key that it refuses",
             failing(401, &[], &format!("no such key {KEY}")),
-            Says("refused the key from LAB_KEY"),
+            Says("rejected the key from LAB_KEY"),
         ),
         row(
             "refuses with a page",
@@ -215,7 +215,7 @@ pub fn rows() -> Vec<Row> {
         row(
             "forbids in control characters",
             failing(403, &[], EVIL),
-            Says("refused the key"),
+            Says("rejected the key"),
         ),
         row(
             "does not know the model",
@@ -349,7 +349,7 @@ pub fn rows() -> Vec<Row> {
                 "application/json",
                 &format!("{{\"a\":\"{}\"}}", "x".repeat(20_000_000)),
             ),
-            Says("more than any answer"),
+            Says("too large for an answer"),
         ),
         row(
             "answers with a number",

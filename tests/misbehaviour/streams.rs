@@ -65,7 +65,7 @@ pub fn rows() -> Vec<Row> {
         row(
             "sends bytes that are no text",
             Script::events().send([delta("so far").as_bytes(), b"data: \xff\xfe\n\n"].concat()),
-            Says("no UTF-8 text"),
+            Says("not UTF-8 text"),
         ),
         row(
             "sends half a character",

@@ -38,18 +38,22 @@ pub fn run(row: &Row, url: &str) {
     };
     // The run is kept before it is shown, and what arrived is still being drawn.
     let verdict = kept["verdict"].is_some();
+    let why = kept["error"].as_ref().or(kept["reading"].as_ref());
+    let why = why.map(String::as_str).unwrap_or_default();
     let said = loop {
         let said = right_side(&session);
         let going = ["arriving…", "waiting…"].iter().any(|w| said.contains(w));
         let advised = ADVICE.iter().any(|word| said.contains(word));
-        if !going && said.contains("built-in") && (verdict || advised) {
+        let told = match row.end {
+            End::Says(words) => verdict || why.contains(words) || said.contains(words),
+            End::Verdict | End::Any => true,
+        };
+        if !going && said.contains("built-in") && (verdict || advised) && told {
             break said;
         }
         assert!(begun.elapsed() < LIMIT, "{}: shows `{said}`", row.name);
         session.receive(Duration::from_millis(100));
     };
-    let why = kept["error"].as_ref().or(kept["reading"].as_ref());
-    let why = why.map(String::as_str).unwrap_or_default();
     match row.end {
         End::Verdict => assert!(verdict, "{}: {why}", row.name),
         End::Says(words) => assert!(

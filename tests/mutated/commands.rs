@@ -3,7 +3,7 @@
 use std::path::Path;
 
 /// What is run over a scenario at FILE with a recorded ego at EGO; files go to OUT.
-const COMMANDS: [&str; 25] = [
+const COMMANDS: [&str; 26] = [
     "inspect FILE",
     "inspect FILE --json --ego 20",
     "metrics FILE",
@@ -29,6 +29,7 @@ const COMMANDS: [&str; 25] = [
     "convert FILE -o OUT/converted.xml --schema --overwrite",
     "convert FILE",
     "evaluate FILE --truth auto --format json",
+    "index FILE -o OUT/index --measure all --overwrite",
 ];
 
 /// How many there are.

@@ -4,9 +4,10 @@ use std::sync::LazyLock;
 
 use nearmiss::formats::{Entry, bundled, find};
 use nearmiss::planner::{Broken, Feasibility, Forecast, Settings};
-use nearmiss::simulation::{self, Rollout, drive};
+use nearmiss::simulation::{self, Rollout};
 use rayon::prelude::*;
 
+use crate::support::drives::drive;
 use crate::support::recorded;
 
 /// Steps that are driven of a plan before the next one.

@@ -8,9 +8,10 @@ use nearmiss::scenario::{
     ContentHash, Goal, Header, Motion, Obstacle, ObstacleParts, ObstacleRole, ObstacleType,
     PlanningProblem, Position, Prediction, Quantity, Scenario, State, Steps,
 };
-use nearmiss::simulation::{self, Collision, ContactSide, DriveError, Outcome, Rollout, drive};
+use nearmiss::simulation::{self, Collision, ContactSide, DriveError, Outcome, Rollout};
 
 use super::built::{goal, problem, to_lanelet, to_region, two_lanes};
+use super::support::drives::drive;
 
 fn scenario(obstacles: Vec<Obstacle>) -> Scenario {
     Scenario {

@@ -242,7 +242,7 @@ fn steps_that_are_missing_are_found() {
     assert_eq!(places(&error.0), [(103, Bound::Gap)]);
     assert_eq!(
         error.to_string(),
-        "step 103: gap 3.0000 steps, at most 1.0000 (1 broken in all)"
+        "step 103: gap 3.0000 steps, at most 1.0000 (1 in all)"
     );
 }
 

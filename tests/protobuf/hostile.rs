@@ -154,7 +154,7 @@ fn numbers_out_of_reason_are_named() {
     let fault = |more: Bytes| fault(|out| out.inner(9, more));
     let late = fault(obstacle(at_step(2_000_000_000), circle()));
     assert!(
-        late.contains("initial_state/time_step: time step 2000000000 is out of all reason"),
+        late.contains("initial_state/time_step: time step 2000000000 is implausible"),
         "{late}"
     );
     let none = message().inner(2, message().double(1, -1.0));
@@ -243,12 +243,12 @@ fn what_is_not_known_is_left_out_and_noted() {
         said[0]
     );
     assert!(
-        said[1].starts_with("warning: lanelets[0]/lanelet_types[0]: 77 has no meaning"),
+        said[1].starts_with("warning: lanelets[0]/lanelet_types[0]: unknown value 77"),
         "{}",
         said[1]
     );
     assert!(
-        said[2].starts_with("note: field 42 at byte "),
+        said[2].starts_with("note: unknown field 42 at byte "),
         "{}",
         said[2]
     );

@@ -2,6 +2,10 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 pub mod batches;
+#[cfg(unix)]
+pub mod browser;
+pub mod dialects;
+pub mod drives;
 pub mod planted;
 pub mod program;
 pub mod recorded;

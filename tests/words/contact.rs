@@ -1,4 +1,4 @@
-//! That bodies touch is said only where that is wanted; gaps, distances and scores tell it in any case.
+//! That bodies touch is said only where that is wanted; the distance tells it in any case, the risk score never.
 
 use nearmiss::description::{Form, Frame, Options, describe};
 use nearmiss::prompts::Library;
@@ -43,17 +43,18 @@ fn contact_is_said_only_where_it_is_wanted() {
 fn what_was_measured_still_tells_it() {
     let ego = described(Frame::Ego, Form::Prose, false);
     assert!(
-        ego.contains("gap longitudinal 0.00 m, lateral 0.00 m"),
+        ego.contains("distance 0.00 m; gap longitudinal 0.00 m, lateral 0.00 m"),
         "{ego}"
     );
     let metrics = described(Frame::Metrics, Form::Prose, false);
     for part in [
         "; distance 0.00 m",
-        "risk score 0",
+        "risk score 1",
         "time to collision 0.00 s",
     ] {
         assert!(metrics.contains(part), "{part}:\n{metrics}");
     }
+    assert!(!metrics.contains("risk score 0"), "{metrics}");
 }
 
 #[test]

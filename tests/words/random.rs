@@ -59,10 +59,14 @@ proptest! {
         match describe(scene, frame, &window, &options) {
             Ok(described) => {
                 check_spans(&described);
+                // Between the line that says what times are relative to and the worst values.
+                let text = &described.text;
+                let first = if frame == Frame::Trajectory { 0 } else { text.find('\n').unwrap() };
+                let end = text.find("\nWorst").unwrap_or(text.len());
                 let mut told: Vec<i64> = described
                     .spans
                     .iter()
-                    .filter(|s| s.quantity == "time")
+                    .filter(|s| s.quantity == "time" && s.start > first && s.end < end)
                     .filter_map(|s| s.step)
                     .collect();
                 told.dedup();

@@ -43,12 +43,13 @@ pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
     let values = json!({
         "task": front.task, "frame": front.frame,
         "cp": bits & 1 != 0, "cot": bits & 2 != 0, "icl": bits & 4 != 0,
-        "description": described.text, "form": form.name(), "contact": contact, "dt": 0.1, "spacing": 0.1, "radius": 30.0,
+        "description": described.text, "form": form.name(), "contact": contact, "horizon": 2.0, "dt": 0.1, "spacing": 0.1, "radius": 30.0, "far": 20.0,
         "ego": 1, "obstacle": obstacle, "scenario": "s",
         "window": {"first": 48, "last": 50, "steps": 3, "described": 3, "seconds": 0.3, "from": 4.8, "until": 5.0},
         "risk_levels": levels,
         "thresholds": [{"measure": "ttc", "name": "time to collision", "value": 1.5, "unit": "s",
             "level": "critical", "source": "a standard"}],
+        "attacker": {"wheelbase": 2.6, "steering_rate": 0.4, "friction": 11.5, "jerk": 30.0},
         "limits": {"acceleration": 3.5, "deceleration": 8.0, "lateral": 8.0, "curvature": 0.2},
         "answer_form": answer_form(&schema), "answer_keys": answer_keys(&schema),
         "answer_schema": schema.to_string(),
@@ -108,7 +109,7 @@ fn a_trial_fills_what_the_program_can_ask() {
     let library = Library::load(None);
     let mut tried = 0;
     for (file, template, _) in library.templates() {
-        assert_eq!(dry_render(&library, file), Ok(()), "{file}");
+        dry_render(&library, file).unwrap();
         tried += usize::from(Task::parse(&template.front.task).is_some());
     }
     assert_eq!(tried, 9);
@@ -127,10 +128,12 @@ fn the_prompt_states_every_key_of_the_schema() {
     }
 }
 
-/// The fenced JSON of the examples.
+/// The JSON of the examples.
 fn examples(system: &str) -> Vec<&str> {
-    let parts = system.split("```json\n").skip(1);
-    parts.filter_map(|p| p.split("\n```").next()).collect()
+    let lines = system.lines();
+    lines
+        .filter(|line| line.starts_with("{\"justification\": "))
+        .collect()
 }
 
 #[test]
@@ -143,7 +146,10 @@ fn examples_answer_as_the_schema_asks_and_are_balanced() {
         assert!(!answers.is_empty(), "{file}");
         for answer in &answers {
             let value: Value = serde_json::from_str(answer).unwrap();
-            assert!(value["justification"].is_string(), "{file}");
+            let keys: Vec<&String> = value.as_object().unwrap().keys().collect();
+            let schema = schema(&task);
+            let asked: Vec<&String> = schema["properties"].as_object().unwrap().keys().collect();
+            assert_eq!(keys, asked, "{file}: the order of the schema");
         }
         let task = Task::parse(&task).unwrap();
         let read = |answer: &&str| verdict::read(task, answer).unwrap();

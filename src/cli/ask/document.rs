@@ -82,8 +82,9 @@ pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> V
 
 /// Keys of the form before `schema_version`.
 fn add_old_keys(value: &mut Value, verdict: &Value) {
+    let newer = ["critical_obstacles", "probability", "token_probability"];
     for (name, said) in verdict.as_object().into_iter().flatten() {
-        if value.get(name).is_none() {
+        if value.get(name).is_none() && !newer.contains(&name.as_str()) {
             value[name] = said.clone();
         }
     }

@@ -11,6 +11,9 @@ pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
     let size = Size::estimate(question, judge);
     let (words, usd) = match size.price {
         Price::Free => ("free: the built-in judge".to_string(), Some(0.0)),
+        Price::AtMost(0.0) if is_here(judge) => {
+            ("free: a server on this machine".into(), Some(0.0))
+        }
         Price::AtMost(usd) => (format!("at most ${usd:.4}"), Some(usd)),
         Price::Question { usd, million } => (
             format!(
@@ -18,7 +21,6 @@ pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
             ),
             None,
         ),
-        Price::Unknown if is_here(judge) => ("free: a server on this machine".into(), Some(0.0)),
         Price::Unknown => (
             "unknown; [[provider.NAME.prices]] in config.toml states a price".into(),
             None,
@@ -34,21 +36,23 @@ pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
             "price": words,
         }));
     }
-    let rows = [
+    let mut rows = vec![
         ("model", judge.id().to_string()),
         ("how", question.how()),
         ("template", template.unwrap_or_default()),
         ("tokens", format!("about {}", size.tokens)),
         ("price", words),
     ];
-    let lines = rows.map(|(name, value)| format!("{name:<9} {}\n", output::visible(&value)));
-    output::text(&lines.concat())
+    rows.extend(size.bound.map(|bound| ("counted", bound)));
+    let lines = rows.iter();
+    let lines = lines.map(|(name, value)| format!("{name:<9} {}\n", output::visible(value)));
+    output::text(&lines.collect::<String>())
 }
 
 /// Whether the model runs on this machine.
 fn is_here(judge: &Judge) -> bool {
     match judge {
-        Judge::Reference => true,
+        Judge::Reference | Judge::Recorded(_) => true,
         Judge::Model(model) => model.endpoint.is_here(),
     }
 }

@@ -20,7 +20,9 @@ pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
         .collect();
     if said.is_empty() {
         let words = match path.exists() {
-            true => format!("{shown} is right; `nearmiss --print-config` shows what is in force"),
+            true => {
+                format!("{shown} is valid; `nearmiss --print-config` shows the values in force")
+            }
             false => format!("defaults (no {shown})"),
         };
         said.push(Finding::ok("config", words));
@@ -60,8 +62,8 @@ pub fn look(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Fi
 
 fn own_or_shipped(area: &'static str, path: &Path, shipped: &str) -> Finding {
     match path.exists() {
-        true => Finding::ok(area, format!("{} is right", path.display())),
-        false => Finding::ok(area, format!("{shipped}: there is no {}", path.display())),
+        true => Finding::ok(area, format!("{} is valid", path.display())),
+        false => Finding::ok(area, format!("{shipped} (no {})", path.display())),
     }
 }
 
@@ -78,7 +80,7 @@ fn folder(what: &str, path: &Path, variable: &str) -> Finding {
     };
     let words = match there == path {
         true => format!("{shown} ({from})"),
-        false => format!("{shown} ({from}) is made when something is written there"),
+        false => format!("{shown} ({from}): created on first use"),
     };
     if !there.is_dir() {
         let file = there.display();
@@ -97,7 +99,7 @@ fn written(what: &str, there: &Path, words: &str, variable: &str) -> Finding {
         Err(error) => Finding::problem(
             "folders",
             format!(
-                "{what}: {words}: nothing can be written: {}",
+                "{what}: {words}: not writable: {}",
                 crate::system::words(&error)
             ),
             format!("make it writable, or set {variable} to another folder"),

@@ -5,9 +5,10 @@ mod models;
 mod store;
 mod terminal;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::{Failure, Outcome, Workbench, output};
+use super::{Failure, Outcome, Workbench, json, output};
 use crate::settings::{Config, Folders};
 
 /// Arguments of `doctor`.
@@ -22,7 +23,8 @@ pub struct Doctor {
 }
 
 /// How something is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 enum State {
     Ok,
     Warning,
@@ -40,12 +42,30 @@ impl State {
 }
 
 /// A line: what was looked at, how it is, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 struct Finding {
     area: &'static str,
     state: State,
     what: String,
     todo: Option<String>,
+}
+
+/// What was found, for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    /// Version of nearmiss.
+    version: &'static str,
+    /// Findings: area, state (ok, warning, problem), what and todo.
+    findings: Vec<Finding>,
+    /// Number of warnings.
+    warnings: usize,
+    /// Number of problems.
+    problems: usize,
+}
+
+impl json::Output for Document {
+    const NAME: &'static str = "doctor";
+    const TITLE: &'static str = "`doctor --json`: findings of the check";
 }
 
 impl Finding {
@@ -79,15 +99,6 @@ impl Finding {
         let state = self.state.word();
         format!("{state:<8} {:<11} {}{todo}\n", self.area, self.what)
     }
-
-    fn document(&self) -> Value {
-        json!({
-            "area": self.area,
-            "state": self.state.word(),
-            "what": self.what,
-            "todo": self.todo,
-        })
-    }
 }
 
 /// Runs `doctor`.
@@ -110,12 +121,12 @@ pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
     let count = |state: State| found.iter().filter(|f| f.state == state).count();
     let (warnings, problems) = (count(State::Warning), count(State::Problem));
     if arguments.json {
-        output::json(&json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "findings": found.iter().map(Finding::document).collect::<Vec<_>>(),
-            "warnings": warnings,
-            "problems": problems,
-        }))?;
+        output::document(&Document {
+            version: env!("CARGO_PKG_VERSION"),
+            findings: found.clone(),
+            warnings,
+            problems,
+        })?;
     } else {
         let text: String = found.iter().map(Finding::line).collect();
         output::text(&output::visible(&text))?;
@@ -123,10 +134,10 @@ pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
     if problems == 0 {
         return Ok(());
     }
-    Err(Failure {
-        message: format!("{problems} of {} lines are problems", found.len()),
-        status: 1,
-    })
+    Err(Failure::finding(format!(
+        "{problems} of {} lines are problems",
+        found.len()
+    )))
 }
 
 fn program() -> Finding {

@@ -23,7 +23,7 @@ pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Find
     let mut found: Vec<Finding> = environment
         .problems
         .iter()
-        .map(|problem| Finding::problem("keys", problem, "mend that line"))
+        .map(|problem| Finding::problem("keys", problem, "fix that line"))
         .collect();
     if let Err(error) = registry.resolve(chosen, &environment)
         && chosen != judge::MODEL

@@ -28,9 +28,7 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
         ),
         std::cmp::Ordering::Less => Finding::ok(
             AREA,
-            format!(
-                "{shown} has version {version} and is brought to {known} when it is next opened"
-            ),
+            format!("{shown} has version {version} and is migrated to {known} when next opened"),
         ),
         std::cmp::Ordering::Equal => {
             let runs = health.runs.unwrap_or_default();
@@ -53,7 +51,7 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
         Some(why) if why.contains("locked") || why.contains("busy") => Finding::warning(
             AREA,
             format!("locked by another program ({why})"),
-            "runs are stored once it is done",
+            "runs are stored when it is done",
         ),
         Some(why) => Finding::problem(
             AREA,

@@ -18,8 +18,7 @@ pub fn look(terminal: &Terminal) -> Vec<Finding> {
     }
     found.push(Finding::ok(
         AREA,
-        "no terminal tells whether it passes on the mouse or takes text for the clipboard (OSC 52); click into the \
-         workbench, or copy something with y, to see; `mouse = false` in config.toml leaves the mouse to the terminal",
+        "mouse and clipboard (OSC 52) support cannot be detected; click in the workbench, or copy something with y, to test; `mouse = false` in config.toml leaves the mouse to the terminal",
     ));
     found
 }
@@ -28,7 +27,7 @@ fn kind(term: Option<String>) -> Finding {
     match term.as_deref() {
         Some("dumb") => Finding::problem(
             AREA,
-            "TERM is `dumb`: a terminal that cannot move its cursor",
+            "TERM is `dumb`: the terminal cannot move its cursor",
             "the workbench cannot open; commands work",
         ),
         Some(term) => Finding::ok(AREA, format!("TERM is `{term}`")),
@@ -36,7 +35,7 @@ fn kind(term: Option<String>) -> Finding {
         None => Finding::warning(
             AREA,
             "TERM is not set",
-            "set it as the manual of your terminal says",
+            "set it as your terminal's manual says",
         ),
     }
 }
@@ -55,7 +54,7 @@ fn size(terminal: &Terminal) -> Finding {
         None => Finding::warning(
             AREA,
             "standard output is not a terminal: size and background unknown",
-            "run `nearmiss doctor` in that terminal",
+            "run `nearmiss doctor` in the terminal you use",
         ),
     }
 }
@@ -64,7 +63,7 @@ fn colours(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Findin
     let why = ["NO_COLOR", "COLORTERM", "TERM"]
         .iter()
         .find_map(|name| Some(format!("{name} is `{}`", said(name)?)));
-    let why = why.unwrap_or_else(|| "nothing says more".into());
+    let why = why.unwrap_or_else(|| "no further hints".into());
     match terminal.colours {
         "true" => Finding::ok(AREA, format!("all colours ({why})")),
         "none" if said("NO_COLOR").is_some() => {
@@ -73,12 +72,12 @@ fn colours(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Findin
         "none" => Finding::warning(
             AREA,
             format!("no colours ({why})"),
-            "colours are never the only sign; if the terminal has colours, set TERM accordingly",
+            "everything works without colours; if the terminal has colours, set TERM accordingly",
         ),
         few => Finding::warning(
             AREA,
             format!("{few} colours ({why})"),
-            "themes are rounded to them; if the terminal has all colours, set COLORTERM=truecolor",
+            "theme colours are rounded; if the terminal supports true colour, set COLORTERM=truecolor",
         ),
     }
 }
@@ -92,7 +91,7 @@ fn locale(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Finding
         true => Finding::ok(AREA, format!("Unicode ({locale})")),
         false => Finding::warning(
             AREA,
-            format!("ASCII signs only ({locale})"),
+            format!("ASCII only ({locale})"),
             "set LANG to a UTF-8 locale, or `glyphs = \"unicode\"` in config.toml if the font has Braille",
         ),
     }

@@ -13,7 +13,7 @@ use crate::workflow::batch::BuiltInAnswers;
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
     if truth.is_geometry() {
         return Err(Failure::input(
-            "--task collision needs --truth CSV or layout: the exact geometry is the answer of the built-in judge itself",
+            "--task collision needs --truth CSV or layout: the built-in judge itself answers from the exact geometry",
         ));
     }
     let answers = built_in(truth, entries, |entry, case| {

@@ -4,18 +4,18 @@ use std::num::NonZeroU32;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::batch::Options;
+use super::options::Options;
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Failure, output};
 use crate::evaluation::batch::Spec;
-use crate::evaluation::{Judge, Judges, validate};
-use crate::judge;
-use crate::llm::{Environment, Registry};
+use crate::evaluation::{Judges, validate};
+use crate::llm::{Budget, Environment};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::{Config, Folders};
 use crate::store::Store;
-use crate::workflow::{Models, Server};
+use crate::workflow::ExperimentContext;
+use crate::workflow::batch::BatchModels;
 
 /// The shared context of a batch.
 pub struct BatchContext {
@@ -57,41 +57,26 @@ impl BatchContext {
         spec: &Spec,
         options: &Options,
     ) -> Result<Judges, Failure> {
-        let mut providers = self.config.providers.clone();
-        if let Some(url) = &spec.base_url {
-            let server = Server {
-                url,
-                ..Server::default()
-            };
-            for model in models.iter().filter(|model| *model != judge::MODEL) {
-                server.overlay(&mut providers, model.split('/').next().unwrap_or_default());
-            }
+        let models_of_batch = BatchModels {
+            providers: &self.config.providers,
+            config_file: &self.folders.config_file(),
+            environment: Environment::with_files(&[Path::new("."), &self.folders.config]),
+            budget: self.budget(options).map(Budget::new),
+            concurrency: options.concurrency,
+            today: jiff::Zoned::now().date(),
+        };
+        let mut warn = |warning: String| output::say(&format!("nearmiss: {warning}"));
+        let judges = models_of_batch.judges(models, spec, &mut warn);
+        judges.map_err(Failure::input)
+    }
+
+    /// What an experiment is run with.
+    pub fn of_experiment(&self) -> ExperimentContext<'_> {
+        ExperimentContext {
+            library: &self.library,
+            thresholds: &self.thresholds,
+            store: &self.store,
         }
-        let known = Models::new(
-            Registry::lenient(&providers, &self.folders.config_file()),
-            Environment::with_files(&[Path::new("."), &self.folders.config]),
-            spec.matrix.request.parameters(),
-            self.budget(options),
-        );
-        let today = jiff::Zoned::now().date();
-        let mut judges = Judges::new();
-        for id in models {
-            if id.starts_with("reference/") && id != judge::MODEL {
-                return Err(Failure::input(format!(
-                    "--model {id}: not available in a batch; of the built-in models only {} is",
-                    judge::MODEL
-                )));
-            }
-            if let Some(warning) = known.warning(id, today) {
-                output::say(&format!("nearmiss: {id}: {warning}"));
-            }
-            let mut judge = known.judge(id).map_err(Failure::input)?;
-            if let (Judge::Model(model), Some(_)) = (&mut judge, options.concurrency) {
-                model.endpoint.limits.concurrency = options.concurrency;
-            }
-            judges.insert(id.clone(), judge);
-        }
-        Ok(judges)
     }
 
     /// How many requests to each provider are on their way at once.

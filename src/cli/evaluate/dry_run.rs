@@ -1,15 +1,15 @@
 //! Prints a dry run: a batch's questions and their estimated consumption, before anything is sent.
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::truth::say_each;
 use crate::cli::progress::Progress;
-use crate::cli::{Failure, Outcome, output};
+use crate::cli::{Failure, Outcome, json, output};
 use crate::evaluation::Judges;
-use crate::evaluation::batch::Estimate;
 use crate::planner::Cancel;
 use crate::store::Store;
-use crate::workflow::batch::{BatchPlan, DryRun, DryRunEvent};
+use crate::workflow::batch::{BatchPlan, DryRun, DryRunEvent, DryRunLine, is_enough};
 
 /// Makes the questions of a batch, and says what is doubtful and which scenarios are left out.
 pub fn make(plan: &BatchPlan, judges: &Judges, store: &Store) -> Result<DryRun, Failure> {
@@ -36,12 +36,15 @@ pub fn make(plan: &BatchPlan, judges: &Judges, store: &Store) -> Result<DryRun, 
 /// The same as [`write`] in one line.
 pub fn line(dry_run: &DryRun) -> String {
     let estimate = &dry_run.estimate;
-    let mut words = format!(
-        "{}, about {} tokens, {}",
-        super::number(count(estimate.requests), "request"),
-        estimate.tokens,
-        estimate.price()
-    );
+    let mut words = match estimate.requests {
+        0 => "no request to a model".to_string(),
+        requests => format!(
+            "{}, about {} tokens, {}",
+            super::number(count(requests), "request"),
+            estimate.tokens,
+            estimate.price()
+        ),
+    };
     if estimate.free > 0 {
         words.push_str(&format!("; {} by the built-in judge", estimate.free));
     }
@@ -57,77 +60,104 @@ pub fn line(dry_run: &DryRun) -> String {
     words
 }
 
+/// What would be asked, for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct DryRunDocument<'a> {
+    /// Questions that are to be asked.
+    questions: u64,
+    /// Requests to send.
+    requests: u64,
+    /// Questions with the request of another one, which is sent once.
+    repeated: u64,
+    /// Questions for the built-in judge.
+    built_in: u64,
+    /// Answers in the store.
+    stored: u64,
+    unaskable: u64,
+    /// Why questions cannot be asked: why and questions.
+    why: Vec<Unaskable<'a>>,
+    /// Scenarios without ground truth.
+    left_out: &'a [String],
+    tokens: u64,
+    most_usd: f64,
+    /// Budget in US dollars.
+    budget: Option<f64>,
+    /// Whether the budget is enough; null if that is unknown.
+    within_budget: Option<bool>,
+    /// Requests without a limit of tokens.
+    unbounded: u64,
+    /// Requests without a known price.
+    unpriced: u64,
+    /// Models that cannot be asked: model and why.
+    refused: Vec<Refused<'a>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Unaskable<'a> {
+    why: &'a str,
+    questions: u64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Refused<'a> {
+    model: &'a str,
+    why: &'a str,
+}
+
+impl json::Output for DryRunDocument<'_> {
+    const NAME: &'static str = "evaluate-dry-run";
+    const TITLE: &'static str = "`evaluate --dry-run --json`: what would be asked";
+    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("usd", "most_usd")];
+}
+
 /// Writes what would be asked; `refused` is why models cannot be asked as things stand.
 /// `budget` is the most that the run may cost, US dollars.
 pub fn write(
     dry_run: &DryRun,
     refused: &[(String, String)],
     budget: Option<f64>,
-    json: bool,
+    as_json: bool,
 ) -> Outcome {
     let estimate = &dry_run.estimate;
-    let budget = budget.map(|usd| (usd, within(estimate, usd)));
-    if json {
+    if as_json {
         let unaskable = estimate.why.iter();
-        let unaskable = unaskable.map(|(why, count)| json!({ "why": why, "questions": count }));
+        let unaskable = unaskable.map(|(why, questions)| Unaskable {
+            why,
+            questions: *questions,
+        });
         let refused = refused.iter();
-        let refused = refused.map(|(model, why)| json!({ "model": model, "why": why }));
-        return output::json(&json!({
-            "questions": dry_run.items.len(),
-            "requests": estimate.requests,
-            "built_in": estimate.free,
-            "stored": estimate.stored,
-            "unaskable": estimate.unaskable,
-            "why": unaskable.collect::<Vec<_>>(),
-            "left_out": dry_run.unlabelled,
-            "tokens": estimate.tokens,
-            "most_usd": estimate.usd,
-            "usd": estimate.usd,
-            "budget": budget.map(|(usd, _)| usd),
-            "within_budget": budget.and_then(|(_, within)| within),
-            "unbounded": estimate.unbounded,
-            "unpriced": estimate.unpriced,
-            "refused": refused.collect::<Vec<_>>(),
-        }));
+        let refused = refused.map(|(model, why)| Refused { model, why });
+        return output::document(&DryRunDocument {
+            questions: estimate.questions(),
+            requests: estimate.requests,
+            repeated: estimate.repeated,
+            built_in: estimate.free,
+            stored: estimate.stored,
+            unaskable: estimate.unaskable,
+            why: unaskable.collect(),
+            left_out: &dry_run.unlabelled,
+            tokens: estimate.tokens,
+            most_usd: estimate.usd,
+            budget,
+            within_budget: budget.and_then(|usd| is_enough(usd, estimate)),
+            unbounded: estimate.unbounded,
+            unpriced: estimate.unpriced,
+            refused: refused.collect(),
+        });
     }
-    let mut text = format!(
-        "questions        {}\nrequests         {}\nbuilt-in judge   {}\nin the store     {}\ncannot be asked  {}\n",
-        dry_run.items.len(),
-        estimate.requests,
-        estimate.free,
-        estimate.stored,
-        estimate.unaskable
-    );
-    for (why, count) in &estimate.why {
-        text.push_str(&format!("  {count} × {why}\n"));
-    }
-    text.push_str(&format!(
-        "tokens           {} (estimated, without the answers)\nprice            {}\n",
-        estimate.tokens,
-        estimate.price()
-    ));
-    if let Some((usd, within)) = budget {
-        let words = match within {
-            Some(true) => "enough for all",
-            Some(false) => "too little: questions that could exceed it stay open for --resume",
-            None => "may not be enough: some prices or limits are unknown",
-        };
-        text.push_str(&format!("budget           {usd} USD, {words}\n"));
-    }
-    for (model, why) in refused {
-        text.push_str(&format!("refused          {model}: {why}\n"));
+    let mut text = String::new();
+    for line in dry_run.lines(refused, budget) {
+        text.push_str(&match line {
+            DryRunLine::Value(name, value) => format!("{name:<COLUMN$}{value}\n"),
+            DryRunLine::Note(words) => format!("{:COLUMN$}{words}\n", ""),
+            DryRunLine::Reason(words) => format!("  {words}\n"),
+        });
     }
     output::text(&output::visible(&text))
 }
 
-/// Whether a budget is enough for everything; `None` if that cost is unknown.
-fn within(estimate: &Estimate, usd: f64) -> Option<bool> {
-    let known = estimate.unbounded == 0 && estimate.unpriced == 0;
-    match estimate.usd > usd {
-        true => Some(false),
-        false => known.then_some(true),
-    }
-}
+/// Columns of names.
+const COLUMN: usize = 17;
 
 fn count(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)

@@ -1,10 +1,15 @@
 //! Lists stored batches with their progress and contents.
 
-use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
 use super::{number, some};
 use crate::cli::filters::store_to_read;
-use crate::cli::{Failure, Outcome, output, time};
+use crate::cli::{Failure, Outcome, json, output, time};
+use crate::evaluation::Protocol;
 use crate::evaluation::batch::{Matrix, Spec};
 use crate::store::{Batch, Progress};
 use crate::verdict::Task;
@@ -15,7 +20,7 @@ pub fn list(as_json: bool) -> Outcome {
     if as_json {
         return batches
             .iter()
-            .try_for_each(|(batch, progress)| output::json(&document(batch, progress)));
+            .try_for_each(|(batch, progress)| output::document(&document(batch, progress)));
     }
     let mut text = String::new();
     for (batch, progress) in &batches {
@@ -73,38 +78,93 @@ pub fn list(as_json: bool) -> Outcome {
 }
 
 /// A batch for programs: its progress, and what it asks; `problem` where that cannot be read.
-fn document(batch: &Batch, progress: &Progress) -> Value {
-    let mut value = json!({
-        "batch": batch.id.to_string(),
-        "created_at": time::rfc3339(batch.created_ms),
-        "shard": batch.shard,
-        "questions": progress.all(),
-        "answered": progress.answered,
-        "failed": progress.failed,
-        "truncated": progress.truncated,
-        "unaskable": progress.unaskable,
-        "scenarios": progress.scenarios,
-    });
-    let spec = match Spec::from_json(&batch.spec) {
-        Ok(spec) => spec,
-        Err(error) => {
-            value["problem"] = error.to_string().into();
-            return value;
+#[derive(Serialize, JsonSchema)]
+pub struct ListedDocument {
+    batch: String,
+    created_at: String,
+    /// Part of the scenarios, such as 1/4.
+    shard: Option<String>,
+    questions: u64,
+    /// Complete answers.
+    answered: u64,
+    failed: u64,
+    /// Answers that were cut off.
+    truncated: u64,
+    unaskable: u64,
+    /// Number of scenarios.
+    scenarios: u64,
+    #[serde(flatten)]
+    asks: Option<Asks>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    problem: Option<String>,
+}
+
+/// What a batch asks.
+#[derive(Serialize, JsonSchema)]
+struct Asks {
+    /// Tasks.
+    tasks: Vec<&'static str>,
+    /// Frames.
+    frames: Vec<&'static str>,
+    /// Prompting techniques of the configurations.
+    techniques: Vec<String>,
+    /// Models.
+    models: Vec<String>,
+    samples: u32,
+    /// Leads of the safety task.
+    leads: Vec<String>,
+    /// Transforms.
+    transforms: Vec<String>,
+    /// Settings that are asked in several values, each with its values: effort, temperature, form, stride, seed.
+    axes: BTreeMap<&'static str, Vec<Value>>,
+    /// Paths of the scenarios.
+    paths: Vec<String>,
+    truth: String,
+}
+
+impl json::Output for ListedDocument {
+    const NAME: &'static str = "evaluate-list";
+    const TITLE: &'static str = "`evaluate --list --json`: one stored batch a line";
+}
+
+impl Asks {
+    fn of(spec: &Spec) -> Self {
+        let matrix = &spec.matrix;
+        let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
+        Self {
+            tasks: matrix.tasks.iter().map(|task| task.name()).collect(),
+            frames: matrix.frames.iter().map(|frame| frame.name()).collect(),
+            techniques: matrix.techniques.iter().map(ToString::to_string).collect(),
+            models: matrix.models.clone(),
+            samples: matrix.samples,
+            leads: leads.map(ToString::to_string).collect(),
+            transforms: matrix.transforms.iter().map(ToString::to_string).collect(),
+            axes: matrix.axes.json(),
+            paths: spec
+                .paths
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect(),
+            truth: spec.truth_words(),
         }
-    };
-    let matrix = &spec.matrix;
-    let words = |all: &mut dyn Iterator<Item = String>| Value::from_iter(all);
-    let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
-    value["tasks"] = words(&mut matrix.tasks.iter().map(|task| task.name().into()));
-    value["frames"] = words(&mut matrix.frames.iter().map(|frame| frame.name().into()));
-    value["techniques"] = words(&mut matrix.techniques.iter().map(ToString::to_string));
-    value["models"] = json!(matrix.models);
-    value["samples"] = json!(matrix.samples);
-    value["leads"] = words(&mut leads.map(ToString::to_string));
-    value["transforms"] = words(&mut matrix.transforms.iter().map(ToString::to_string));
-    value["paths"] = words(&mut spec.paths.iter().map(|path| path.display().to_string()));
-    value["truth"] = spec.truth.words().into();
-    value
+    }
+}
+
+fn document(batch: &Batch, progress: &Progress) -> ListedDocument {
+    let spec = Spec::from_json(&batch.spec);
+    ListedDocument {
+        batch: batch.id.to_string(),
+        created_at: time::rfc3339(batch.created_ms),
+        shard: batch.shard.clone(),
+        questions: progress.all(),
+        answered: progress.answered,
+        failed: progress.failed,
+        truncated: progress.truncated,
+        unaskable: progress.unaskable,
+        scenarios: progress.scenarios,
+        asks: spec.as_ref().ok().map(Asks::of),
+        problem: spec.as_ref().err().map(ToString::to_string),
+    }
 }
 
 /// The leads of a matrix, and its changes of scenes.
@@ -112,6 +172,9 @@ fn varied(matrix: &Matrix) -> String {
     let mut text = String::new();
     if matrix.more_leads.is_empty() && matrix.tasks.contains(&Task::Safety) {
         match matrix.request.lead {
+            None if matrix.request.protocol == Protocol::Paper => {
+                text.push_str(" · windows of the paper");
+            }
             None => text.push_str(" · windows at the end of recordings"),
             Some(lead) => text.push_str(&format!(" · lead {lead}")),
         }
@@ -123,6 +186,9 @@ fn varied(matrix: &Matrix) -> String {
     }
     for change in &matrix.transforms {
         text.push_str(&format!(" · {change}"));
+    }
+    for axis in matrix.axes.words() {
+        text.push_str(&format!(" · {axis}"));
     }
     text
 }

@@ -3,34 +3,45 @@
 mod batch;
 mod collision;
 mod context;
+mod drawing;
 mod dry_run;
+mod experiment;
+mod leaks;
 mod listed;
+mod options;
 mod resume;
 mod running;
 mod safety;
+mod split_table;
 mod submit;
 mod table;
 mod truth;
 mod varied;
 
-use std::path::PathBuf;
+pub use dry_run::DryRunDocument;
+pub use listed::ListedDocument;
+pub use options::part_of_split;
+use std::path::{Path, PathBuf};
 
 use super::open::{doubts, found, not_opened, task};
 use super::output::counted as number;
 use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
+use crate::evaluation::windows::WITHIN;
 use crate::evaluation::{Candidate, Labelled, Lead};
 use crate::formats::Entry;
 use crate::judge;
 use crate::verdict::Task;
-use crate::workflow::batch::{BuiltInAnswers, BuiltInEvent, BuiltInRequest};
+use crate::workflow::batch::{BatchError, BuiltInAnswers, BuiltInEvent, BuiltInRequest};
+use crate::workflow::experiment_among;
 use truth::{Truth, truth};
 
 /// Arguments of `evaluate`.
 #[derive(Debug, clap::Args)]
 pub struct Evaluate {
-    /// CommonRoad files, folders or names of bundled scenarios, each with its recorded ego.
+    /// CommonRoad files, folders or names of bundled scenarios, each with its recorded ego; or one experiment file
+    /// (FILE.toml, see `nearmiss help experiments`).
     #[arg(required_unless_present_any = ["resume", "list"])]
     paths: Vec<PathBuf>,
     /// Models to evaluate, separated by commas: provider/model, reference/geometry; for the safety task also the
@@ -47,10 +58,10 @@ pub struct Evaluate {
     /// exist].
     #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout")]
     truth: Vec<PathBuf>,
-    /// End of the windows on collisions: seconds before the first overlap of the bodies, or `end` for two steps before
-    /// the last recorded step. Safe scenarios then use their first window [default: end,0.2,0.5,1,1.5,2; for language
-    /// models every window, safe ones too, ends two steps before the last step, as in the paper]. Language models
-    /// answer the safety task once per lead: the first table shows the first lead, the second all of them.
+    /// End of the dangerous windows: seconds before the first overlap of the bodies, or `end` for two steps before the
+    /// last recorded step, as in the paper. Each gets a safe window that is like it in position, length, traffic and
+    /// speed of the ego [default: end,0.2,0.5,1,1.5,2; for language models 1]. Language models answer the safety task
+    /// once per lead: the first table shows the first lead, the second all of them.
     #[arg(
         long,
         value_delimiter = ',',
@@ -58,6 +69,10 @@ pub struct Evaluate {
         allow_negative_numbers = true
     )]
     lead: Vec<Lead>,
+    /// A window is dangerous if the ego touches another body within so many seconds after it; the longest lead at most
+    /// [default: 2].
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
+    within: Option<f64>,
     /// Horizons of the baselines in seconds, at most 10; that of the judge is fixed.
     #[arg(long, value_delimiter = ',', default_value = "1,1.5,2", value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
     horizon: Vec<f64>,
@@ -72,10 +87,40 @@ pub struct Evaluate {
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
     #[command(flatten)]
-    batch: batch::Options,
+    batch: options::Options,
 }
 
 impl Evaluate {
+    /// The experiment file that is asked part by part.
+    ///
+    /// # Errors
+    /// A part that is started again would not go on, or nothing is asked.
+    pub fn in_parts(&self) -> Result<&Path, String> {
+        let options = &self.batch;
+        let asks_nothing = [
+            (options.dry_run, "--dry-run"),
+            (options.questions, "--questions"),
+            (options.leaks, "--leaks"),
+            (options.list, "--list"),
+            (options.write_experiment.is_some(), "--write-experiment"),
+        ];
+        if let Some((_, option)) = asks_nothing.iter().find(|(is_given, _)| *is_given) {
+            return Err(format!("`nearmiss evaluate …`: {option} asks nothing"));
+        }
+        if options.batch {
+            return Err(
+                "`nearmiss evaluate …`: --batch waits for the provider, not for nodes; submit it here".into(),
+            );
+        }
+        match experiment_among(&self.paths) {
+            Ok(Some(file)) => Ok(file),
+            Ok(None) => Err("`nearmiss evaluate …`: parts need an experiment file, so that each can go on: add \
+                 `--write-experiment study.toml` to write one, then run `nearmiss slurm … -- evaluate study.toml`"
+                .into()),
+            Err(why) => Err(why),
+        }
+    }
+
     /// How the result is written.
     fn format(&self) -> Format {
         match self.batch.json {
@@ -92,10 +137,30 @@ impl Evaluate {
         }
     }
 
+    /// The horizon of the truth, seconds.
+    fn within(&self) -> Result<f64, Failure> {
+        let within = self.within.unwrap_or(WITHIN);
+        let beyond = |lead: &&Lead| lead.is_beyond(Some(within));
+        match self.lead.iter().find(beyond) {
+            Some(lead) => Err(Failure::input(BatchError::Beyond {
+                option: "--lead",
+                lead: *lead,
+                within,
+            })),
+            None => Ok(within),
+        }
+    }
+
     /// Whether more is wanted than an evaluation of the built-in judge.
     fn is_batch(&self) -> bool {
         let in_words = |model: &String| !model.starts_with("reference/");
-        self.batch.any() || self.task.len() > 1 || self.model.iter().any(in_words)
+        self.batch.any()
+            || self.task.len() > 1
+            || self
+                .paths
+                .iter()
+                .any(|path| path.extension().is_some_and(|end| end == "toml"))
+            || self.model.iter().any(in_words)
     }
 }
 

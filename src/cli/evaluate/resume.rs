@@ -1,8 +1,10 @@
 //! `--resume`: resumes a batch, and warns if its ground truth differs.
 
-use super::batch::{Resumed, carry_out};
+use super::batch::carry_out;
 use super::context::BatchContext;
-use super::truth::{say_each, truth_source};
+use super::drawing::planned;
+use super::options::Resumed;
+use super::truth::truth_source;
 use super::{Evaluate, number, some};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::TruthSource;
@@ -25,23 +27,23 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         truth: truth_source(&arguments.truth)?,
         dry_run: options.dry_run,
     };
-    let plan = request.plan(&context.store, &context.library, &context.thresholds);
-    let plan = plan.map_err(Failure::input)?;
-    say_each(&plan.doubts);
+    let (store, library, thresholds) = (&context.store, &context.library, &context.thresholds);
+    let mut plan =
+        planned(|cancel, on_event| request.plan(store, library, thresholds, cancel, on_event))?;
     if let Some(relabelling) = &plan.relabelling {
         say_truth(relabelling, &plan.spec.truth, options.dry_run);
     }
-    carry_out(arguments, &context, &plan)?;
+    carry_out(arguments, &context, &mut plan)?;
     let unlabelled = plan
         .relabelling
         .map_or(0, |relabelling| relabelling.unlabelled.len());
     match unlabelled {
         _ if options.dry_run => Ok(()),
         0 => Ok(()),
-        count => Err(Failure {
-            message: format!("{} without a label", number(count, "scenario")),
-            status: 1,
-        }),
+        count => Err(Failure::finding(format!(
+            "{} without a label",
+            number(count, "scenario")
+        ))),
     }
 }
 
@@ -74,9 +76,29 @@ fn say_truth(relabelling: &Relabelling, source: &TruthSource, dry_run: bool) {
 
 /// Rejects arguments that would change a resumed batch, and says what can be added instead.
 pub fn all_stays(arguments: &Evaluate) -> Outcome {
+    let scenarios = (!arguments.paths.is_empty()).then_some(("scenarios", ""));
+    let shard = arguments.batch.shard.map(|_| ("--shard", ""));
+    let Some((what, instead)) = scenarios
+        .into_iter()
+        .chain(settings(arguments))
+        .chain(shard)
+        .next()
+    else {
+        return Ok(());
+    };
+    let instead = match instead {
+        "" => "start a new batch without --resume".to_string(),
+        option => format!("use {option} to add some, or start a new batch without --resume"),
+    };
+    Err(Failure::input(format!(
+        "--resume keeps the scenarios and settings of the batch, so {what} is not allowed: {instead}"
+    )))
+}
+
+/// The options that were given and say what a batch asks, each with the one that adds more of it.
+pub fn settings(arguments: &Evaluate) -> impl Iterator<Item = (&'static str, &'static str)> {
     let options = &arguments.batch;
-    let said = [
-        (!arguments.paths.is_empty(), "scenarios", ""),
+    let given = [
         (!arguments.model.is_empty(), "--model", "--add-model"),
         (!arguments.task.is_empty(), "--task", ""),
         (!options.frame.is_empty(), "--frame", ""),
@@ -91,22 +113,22 @@ pub fn all_stays(arguments: &Evaluate) -> Outcome {
             "--add-transform",
         ),
         (!arguments.lead.is_empty(), "--lead", "--add-lead"),
+        (arguments.within.is_some(), "--within", ""),
+        (options.protocol.is_some(), "--protocol", ""),
         (arguments.history.is_some(), "--history", ""),
         (arguments.radius.is_some(), "--radius", ""),
-        (options.temperature.is_some(), "--temperature", ""),
+        (!options.temperature.is_empty(), "--temperature", ""),
         (options.max_tokens.is_some(), "--max-tokens", ""),
-        (options.effort.is_some(), "--effort", ""),
+        (!options.effort.is_empty(), "--effort", ""),
+        (!options.form.is_empty(), "--form", ""),
+        (!options.stride.is_empty(), "--stride", ""),
+        (!options.seed.is_empty(), "--seed", ""),
+        (options.select.is_some(), "--select", ""),
+        (options.test_share.is_some(), "--test-share", ""),
+        (options.log_probabilities, "--log-probabilities", ""),
         (options.base_url.is_some(), "--base-url", ""),
-        (options.shard.is_some(), "--shard", ""),
+        (options.declared.any(), "--baseline or --compare", ""),
     ];
-    let Some((_, what, instead)) = said.into_iter().find(|(said, ..)| *said) else {
-        return Ok(());
-    };
-    let instead = match instead {
-        "" => "start a new batch without --resume".to_string(),
-        option => format!("use {option} to add some, or start a new batch without --resume"),
-    };
-    Err(Failure::input(format!(
-        "--resume keeps the scenarios and settings of the batch, so {what} is not allowed: {instead}"
-    )))
+    let given = given.into_iter().filter(|(given, ..)| *given);
+    given.map(|(_, what, instead)| (what, instead))
 }

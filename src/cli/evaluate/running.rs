@@ -8,20 +8,25 @@ use tokio::runtime::Runtime;
 use super::context::BatchContext;
 use super::table::Rows;
 use super::varied::Varied;
-use super::{dry_run, submit};
+use super::{dry_run, split_table, submit};
 use crate::cli::batches::lost;
 use crate::cli::interrupt::{GRACE, INTERRUPTED, signal};
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::answers;
-use crate::store::{BatchId, Item, ItemState};
+use crate::evaluation::batch::{TestSplit, answers};
+use crate::store::{BatchId, Item, ItemState, SplitPart};
 use crate::workflow::batch::{BatchRun, DryRun, PausedModel, QuestionOutcome, Selection};
+use crate::workflow::reasons_of;
 
 /// Format of a batch's table.
 #[derive(Debug, Clone, Copy)]
 pub struct Table {
     pub json: bool,
     pub csv: bool,
+    /// Whether the figures of a test split are shown before it is complete.
+    pub unlock: bool,
+    /// The part of a split that was asked; `None` for all.
+    pub part: Option<SplitPart>,
 }
 
 /// Threads that wait for the network and the disk. An answer's thread waits until it is on the disk; the more wait at
@@ -72,27 +77,21 @@ pub fn ask(
         });
     };
     for one in &paused {
-        output::say(&format!("nearmiss: {}", output::visible(&words(one))));
+        output::say(&format!("nearmiss: {}", output::visible(&one.words())));
     }
     show(context, id, table)
 }
 
-/// Who was not asked further, and why.
-fn words(paused: &PausedModel) -> String {
-    let after = match paused.after {
-        1 => "after one rejected question".to_string(),
-        after => format!("after {after} questions in a row without an answer"),
-    };
-    let open = super::number(paused.open, "question");
-    let stay = if paused.open == 1 { "stays" } else { "stay" };
-    format!(
-        "{}: not asked further {after}: {}; {open} {stay} open",
-        paused.who, paused.why
-    )
-}
-
 /// Writes the table of a batch as it stands.
 pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
+    let store = &context.store;
+    let batch = store.batch(id).map_err(Failure::input)?;
+    let test = batch.map(|batch| TestSplit::of(store, &batch, table.unlock));
+    if let Some(test) = test.transpose().map_err(Failure::input)?.flatten() {
+        split_table::show(store, id, &test, table)?;
+        let counted = |item: &Item| !test.is_locked() || item.asked.split != Some(SplitPart::Test);
+        return unanswered(context, id, table.part, counted);
+    }
     let answers = answers(&context.store, id).map_err(Failure::input)?;
     let rows = Rows::from_scored(&answers.plain);
     let varied = Varied::from_answers(&answers);
@@ -101,16 +100,36 @@ pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
         varied.add_to(&mut document);
         output::json(&document)?;
     } else if table.csv {
-        rows.write_csv()?;
+        Rows::write_csv(&[(None, &rows)])?;
     } else {
         output::text(&(rows.table() + &varied.tables()))?;
     }
-    unanswered(context, id)
+    unanswered(context, id, None, |_| true)
 }
 
-/// Says which questions have no whole answer, and why.
-fn unanswered(context: &BatchContext, id: BatchId) -> Outcome {
-    let items = context.store.items(id).map_err(Failure::input)?;
+/// Says which questions of a part, or of all, have no whole answer, and why; and how many of those that are `counted`
+/// have one that cannot be read.
+fn unanswered(
+    context: &BatchContext,
+    id: BatchId,
+    part: Option<SplitPart>,
+    counted: impl Fn(&Item) -> bool,
+) -> Outcome {
+    let mut items = context.store.items(id).map_err(Failure::input)?;
+    items.retain(|item| part.is_none() || item.asked.split == part);
+    let unparsed = items
+        .iter()
+        .filter(|item| counted(item) && Selection::Failed.asks_anew(item));
+    let unparsed = unparsed.count();
+    if unparsed > 0 {
+        let (answers, them) = match unparsed {
+            1 => ("1 complete answer has".to_string(), "it"),
+            n => (format!("{n} complete answers have"), "them"),
+        };
+        output::say(&format!(
+            "nearmiss: {answers} no readable verdict (unparsed); `nearmiss evaluate --resume {id} --retry-failed` asks for {them} again"
+        ));
+    }
     let open: Vec<_> = items
         .iter()
         .filter(|i| i.state != ItemState::Answered)
@@ -139,27 +158,16 @@ fn unanswered(context: &BatchContext, id: BatchId) -> Outcome {
         true => "",
         false => " that can be asked",
     };
-    Err(Failure {
-        message: format!(
-            "of {}{askable}, {} without a complete answer; {again}",
-            super::number(items.len() - never.len(), "question"),
-            open.len()
-        ),
-        status: 1,
-    })
+    Err(Failure::finding(format!(
+        "of {}{askable}, {} without a complete answer; {again}",
+        super::number(items.len() - never.len(), "question"),
+        open.len()
+    )))
 }
 
 /// Says why these have no whole answer, what holds for most of them first.
 fn say_reasons(items: &[&Item]) {
-    let mut reasons: Vec<(&str, usize)> = Vec::new();
-    for item in items {
-        let why = item.error.as_deref().unwrap_or("not asked yet");
-        match reasons.iter_mut().find(|(known, _)| *known == why) {
-            Some((_, count)) => *count += 1,
-            None => reasons.push((why, 1)),
-        }
-    }
-    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let reasons = reasons_of(items.iter().copied());
     for (why, count) in reasons.iter().take(NAMED) {
         output::say(&format!("nearmiss: {count} × {why}"));
     }

@@ -1,15 +1,20 @@
 //! The safety task: precision, recall and F1 by the time to the collision, and false alarms.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 
 use super::{Evaluate, Format, Truth, built_in, number, outcome, share};
 use crate::cli::open::{configuration, user_thresholds};
-use crate::cli::{Outcome, output};
-use crate::evaluation::{Alarms, Candidate, Confusion, Lead, Predictions, Scored, Setting};
+use crate::cli::{Failure, Outcome, output};
+use crate::evaluation::batch::path_of;
+use crate::evaluation::windows::{MATCHED_ON, Recording, SampledWindow};
+use crate::evaluation::{
+    Alarms, Candidate, Confusion, Labelled, Lead, Naming, Predictions, Scored, Setting,
+};
 use crate::formats::Entry;
-use crate::workflow::batch::BuiltInAnswers;
+use crate::workflow::batch::{BuiltInAnswers, BuiltInRequest};
 
 pub(super) fn run(
     arguments: &Evaluate,
@@ -24,12 +29,13 @@ pub(super) fn run(
             false => arguments.lead.clone(),
         },
         history: arguments.history.unwrap_or(10) as usize,
+        within: arguments.within()?,
         radius: arguments.radius.unwrap_or(30.0),
         candidates,
         thresholds: Arc::new(user_thresholds(&folders)?),
         every_window: true,
     };
-    let mut answers = built_in(truth, entries, |entry, case| setting.ask(&entry.name, case))?;
+    let mut answers = judged(&setting, truth, entries)?;
     if !answers.judged.is_empty() {
         let of_each = answers.judged.iter_mut().map(|(_, of)| std::mem::take(of));
         let rows = rows(&setting, of_each);
@@ -40,6 +46,33 @@ pub(super) fn run(
         }
     }
     outcome(&answers)
+}
+
+/// Draws the windows of all scenarios, then judges them: each scenario is opened twice, so that not all are in memory.
+fn judged(setting: &Setting, truth: &Truth, entries: &[Entry]) -> Result<Judged, Failure> {
+    let known = built_in(truth, entries, |entry, case| {
+        (
+            path_of(entry),
+            Recording::new(&entry.name, case, setting.radius),
+        )
+    })?;
+    let (paths, recordings): (Vec<String>, Vec<Recording>) =
+        known.judged.iter().map(|(_, of)| of.clone()).unzip();
+    let windows: HashMap<String, Vec<Vec<SampledWindow>>> = paths
+        .into_iter()
+        .zip(setting.windows(&recordings))
+        .collect();
+    let none = vec![Vec::new(); setting.leads.len()];
+    let request = BuiltInRequest {
+        entries,
+        truth: &truth.known,
+    };
+    let judge = |entry: &Entry, case: &Labelled<'_>| {
+        let windows = windows.get(&path_of(entry)).unwrap_or(&none);
+        setting.ask(&entry.name, case, windows)
+    };
+    let answers = request.run(judge, |_| ());
+    answers.map_err(|wrong| Failure::input(format!("--truth: {wrong}")))
 }
 
 /// Leads by default.
@@ -65,32 +98,26 @@ struct Row {
 /// Results of one candidate at one lead.
 struct Counts {
     answers: Vec<Scored>,
-    /// Every yes counts, whichever obstacle it names.
     said: Confusion,
-    /// A yes to a collision has to name the obstacle that collides, where that is known.
-    named: Confusion,
+    naming: Naming,
 }
 
 impl Counts {
     fn of(answers: Vec<Scored>) -> Self {
+        let mut naming = Naming::default();
+        answers.iter().for_each(|one| naming.count(one));
         Self {
-            said: Confusion::from_scored(&answers, Scored::dangerous),
-            named: Confusion::from_scored(&answers, Scored::positive),
+            said: Confusion::from_scored(&answers, Scored::positive),
+            naming,
             answers,
         }
     }
 
-    /// Of the collisions with a yes those whose yes names another.
-    fn another(&self) -> u32 {
-        self.named.false_negatives - self.said.false_negatives
-    }
-
-    /// The scenarios with this truth and answer: a yes whichever obstacle it names, and one that names the right one.
-    fn scenarios(&self, truth: bool, (said, named): (bool, bool)) -> Vec<&str> {
-        let those = self.answers.iter().filter(|one| {
-            let is = (one.is_collision(), one.dangerous(), one.positive());
-            is == (Some(truth), Some(said), Some(named))
-        });
+    /// The scenarios with this truth and answer.
+    fn scenarios(&self, truth: bool, said: bool) -> Vec<&str> {
+        let those = self.answers.iter();
+        let those =
+            those.filter(|one| (one.is_collision(), one.positive()) == (Some(truth), Some(said)));
         those.map(|one| one.scenario.as_str()).collect()
     }
 }
@@ -108,24 +135,27 @@ fn rows(setting: &Setting, of_each: impl Iterator<Item = Vec<Predictions>>) -> V
 /// Title of a table block, and its number for one candidate and lead.
 type Block = (&'static str, fn(&Counts) -> Option<f64>);
 
-const BLOCKS: [Block; 4] = [
+const BLOCKS: [Block; 5] = [
     ("F1", |c| c.said.f1()),
     ("precision", |c| c.said.precision()),
     ("recall", |c| c.said.recall()),
-    ("F1, right obstacle", |c| c.named.f1()),
+    ("obstacle named", |c| c.naming.recall()),
+    ("names right", |c| c.naming.precision()),
 ];
 
 fn table(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> String {
     let mut text = format!(
-        "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; collisions end the given seconds before the \
-         first overlap\n(end: two steps before the last recorded step), safe scenarios at their first window\nF1: any yes \
-         counts; right obstacle: a yes to a collision must name its obstacle, as for language models\ns: horizon in \
+        "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; dangerous ones end the given seconds before \
+         the first\noverlap (end: two steps before the last recorded step), each beside a safe one like it in \
+         position,\ntraffic and speed; dangerous: contact within {} s after the window\nobstacle named: share of \
+         dangerous windows whose obstacle is named\nnames right: share of the named obstacles that collide\ns: horizon in \
          seconds; p ≥: probability of contact from which on a window is critical\n",
         number(answers.collisions(), "collision"),
         number(answers.safe(), "safe scenario"),
         truth.words(),
         number(setting.history, "step"),
         setting.radius,
+        setting.within,
     );
     let line = |label: &str, horizon: &str, threshold: &str, cells: Vec<String>| {
         let cells: String = cells.iter().map(|c| format!(" {c:>6}")).collect();
@@ -158,17 +188,12 @@ fn table(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> St
         };
         text.push('\n');
         text.push_str(&line(
-            "windows of collisions",
+            "dangerous windows",
             "",
             "",
             count(Confusion::positives),
         ));
-        text.push_str(&line(
-            "windows of safe scenarios",
-            "",
-            "",
-            count(Confusion::negatives),
-        ));
+        text.push_str(&line("safe windows", "", "", count(Confusion::negatives)));
         text.push_str(&format!(
             "\nfalse alarms over all {} of the safe scenarios ({:.1} min)\nshare: fraction of windows called critical; \
              per min: alarms per minute (critical windows less\nthan {} s apart are one alarm)\n{:<32}{:>5}{:>6}  share   per min\n",
@@ -203,7 +228,7 @@ fn alarmed(alarms: &Alarms) -> Option<f64> {
 
 fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
     let head = "model,horizon,threshold,lead,collisions,safe,tp,fp,fn,tn,precision,recall,f1,all_safe_windows,\
-                alarmed_windows,alarms,alarms_per_minute,named_another,f1_named";
+                alarmed_windows,alarms,alarms_per_minute,naming_recall,naming_precision";
     let mut table = vec![head.split(',').map(str::to_string).collect()];
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| rounded(v).to_string());
     for Row {
@@ -232,8 +257,8 @@ fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
                 alarms.alarmed.to_string(),
                 alarms.alarms.to_string(),
                 number(alarms.per_minute()),
-                counts.another().to_string(),
-                number(counts.named.f1()),
+                number(counts.naming.recall()),
+                number(counts.naming.precision()),
             ]);
         }
     }
@@ -264,11 +289,10 @@ fn document(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) ->
                     "precision": c.precision().map(rounded),
                     "recall": c.recall().map(rounded),
                     "f1": c.f1().map(rounded),
-                    "f1_named": counts.named.f1().map(rounded),
-                    "named_another_count": counts.another(),
-                    "missed": counts.scenarios(true, (false, false)),
-                    "named_another": counts.scenarios(true, (true, false)),
-                    "false_alarms": counts.scenarios(false, (true, true)),
+                    "naming_recall": counts.naming.recall().map(rounded),
+                    "naming_precision": counts.naming.precision().map(rounded),
+                    "missed": counts.scenarios(true, false),
+                    "false_alarms": counts.scenarios(false, true),
                 })
             });
             let leads: Vec<Value> = leads.collect();
@@ -289,7 +313,9 @@ fn document(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) ->
         .collect();
     json!({
         "task": "safety",
-        "windows": "collisions end at the lead, safe scenarios at their first window",
+        "windows": "dangerous ones end at the lead, safe ones are like them",
+        "matched_on": MATCHED_ON,
+        "within": setting.within,
         "truth": truth.json(),
         "history": setting.history,
         "radius": setting.radius,

@@ -59,10 +59,9 @@ pub fn submit(runtime: &Runtime, run: &BatchRun, items: Vec<Item>) -> Result<Lef
     }
     if !submitted.broken.is_empty() {
         let models = number(submitted.broken.len(), "model");
-        return Err(Failure {
-            message: format!("{models} could not be handed everything; {on}"),
-            status: 1,
-        });
+        return Err(Failure::finding(format!(
+            "not everything could be submitted for {models}; {on}"
+        )));
     }
     output::say(&format!("nearmiss: {on}"));
     if submitted.own.is_empty() {

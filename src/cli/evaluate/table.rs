@@ -8,13 +8,13 @@ use crate::cli::output::Align::{self, Left, Right};
 use crate::cli::output::{self, Cell, Kind};
 use crate::evaluation::report::{self, DataHalf, Report, technique};
 use crate::evaluation::{PromptConfig, Scored};
-use crate::store::BatchId;
+use crate::store::{BatchId, SplitPart};
 
 /// The rows of a batch's table: for each way of asking all of its answers, and which half of the data they are about.
 pub struct Rows(Vec<(DataHalf, report::Cell)>);
 
 /// What a row says; `report` says more.
-const FIELDS: [&str; 18] = [
+const FIELDS: [&str; 20] = [
     "label",
     "task",
     "frame",
@@ -29,10 +29,12 @@ const FIELDS: [&str; 18] = [
     "failed",
     "unasked",
     "unlabelled",
-    "fn_wrong_obstacle",
     "precision",
     "recall",
     "f1",
+    "naming_recall",
+    "naming_precision",
+    "settings",
 ];
 
 /// Titles of the columns that say how was asked.
@@ -49,7 +51,7 @@ pub fn way_cells(way: &PromptConfig) -> [String; 4] {
         way.task.name().to_string(),
         way.frame.map_or("–", |frame| frame.name()).to_string(),
         way.techniques.map_or_else(|| "–".into(), technique),
-        way.model.clone(),
+        report::model_name(way),
     ]
 }
 
@@ -90,25 +92,33 @@ impl Rows {
         })
     }
 
-    /// Writes them as CSV.
-    pub fn write_csv(&self) -> Outcome {
-        let head = FIELDS.map(String::from).to_vec();
-        let rows = self.objects().map(|object| {
+    /// Writes the rows of each part of a split as CSV, or all rows of a batch without one.
+    pub fn write_csv(parts: &[(Option<SplitPart>, &Self)]) -> Outcome {
+        let has_parts = parts.iter().any(|(part, _)| part.is_some());
+        let head = FIELDS.iter().copied().chain(has_parts.then_some("split"));
+        let head: Vec<String> = head.map(String::from).collect();
+        let row = |part: Option<SplitPart>, object: Map<String, Value>| -> Vec<String> {
             let cells = FIELDS.iter().map(|name| Cell::from_json(&object[*name]));
             let texts = cells.map(|cell| cell.text(Kind::Float).unwrap_or_default().into_owned());
-            texts.collect()
-        });
+            texts
+                .chain(part.map(|part| part.name().to_string()))
+                .collect()
+        };
+        let rows = parts
+            .iter()
+            .flat_map(|(part, rows)| rows.objects().map(|object| row(*part, object)));
         output::csv(std::iter::once(head).chain(rows))
     }
 
     /// For people.
     pub fn table(&self) -> String {
-        let width = self.0.iter().map(|(_, c)| c.way.model.chars().count());
+        let names = self.0.iter().map(|(_, c)| report::model_name(&c.way));
+        let width = names.map(|name| name.chars().count());
         let width = width.max().unwrap_or(0).max("model".len());
         // Most batches have none of either; then there is no column of zeros.
         let unasked = self.0.iter().any(|(_, cell)| cell.unasked > 0);
         let unlabelled = self.0.iter().any(|(_, cell)| cell.unlabelled > 0);
-        let another = self.0.iter().any(|(_, cell)| cell.wrong_obstacle > 0);
+        let named = self.0.iter().any(|(_, cell)| cell.naming.windows > 0);
         let columns = [
             ("n", 5, true),
             ("tp", 5, true),
@@ -119,11 +129,11 @@ impl Rows {
             ("failed", 6, true),
             ("not asked", 9, unasked),
             ("no truth", 8, unlabelled),
-            // Of the false negatives those that say yes.
-            ("named another", 13, another),
             ("precision", 9, true),
             ("recall", 6, true),
             ("F1", 6, true),
+            ("obstacle named", 14, named),
+            ("names right", 11, named),
         ];
         let shown = columns.iter().filter(|(.., shown)| *shown);
         let widths = shown.clone().map(|(_, width, _)| Right(*width));
@@ -143,10 +153,11 @@ impl Rows {
                 cell.failed.to_string(),
                 cell.unasked.to_string(),
                 cell.unlabelled.to_string(),
-                cell.wrong_obstacle.to_string(),
                 share(cell.precision()),
                 share(c.recall()),
                 share(c.f1()),
+                share(cell.naming.recall()),
+                share(cell.naming.precision()),
             ];
             let figures = figures.into_iter().zip(columns);
             let figures = figures.filter_map(|(figure, (.., shown))| shown.then_some(figure));

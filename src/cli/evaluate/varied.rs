@@ -9,6 +9,7 @@ use crate::cli::output::Align::{Left, Right};
 use crate::evaluation::Share;
 use crate::evaluation::batch::Answers;
 use crate::evaluation::report;
+use crate::evaluation::statistics::Interval;
 
 /// Titles of the columns behind [`WAY`].
 const CHANGED: [&str; 8] = [
@@ -58,7 +59,8 @@ impl Varied {
     pub fn tables(&self) -> String {
         let ways = self.0.invariance.iter().map(|row| &row.way);
         let ways = ways.chain(self.0.leads.iter().map(|(_, way, _)| way));
-        let width = ways.map(|way| way.model.chars().count()).max();
+        let names = ways.map(report::model_name);
+        let width = names.map(|name| name.chars().count()).max();
         let width = width.unwrap_or(0).max("model".len());
         let mut text = String::new();
         if !self.0.invariance.is_empty() {
@@ -131,6 +133,6 @@ fn of(share: &Share) -> String {
 }
 
 fn interval(of: &Share) -> String {
-    let words = |(low, high): (f64, f64)| format!("{low:.3}–{high:.3}");
-    of.interval().map_or_else(|| "–".into(), words)
+    let words = |Interval { low, high }| format!("{low:.3}–{high:.3}");
+    of.interval.map_or_else(|| "–".into(), words)
 }

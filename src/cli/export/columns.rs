@@ -1,7 +1,8 @@
 //! Columns of exported tables: those of the store's records, nested JSON as text.
 
+use serde_json::Value;
+
 use crate::cli::output::{Cell, Column, Kind, Row, Table};
-use crate::store::Run;
 
 /// Every column, in order, those of a kind together; the store's own schema says what they mean.
 const COLUMNS: &[(Kind, &str)] = &[
@@ -17,8 +18,9 @@ const COLUMNS: &[(Kind, &str)] = &[
          key",
     ),
     (Kind::Integer, "sample"),
-    (Kind::Text, "batch state"),
+    (Kind::Text, "batch state answer_state"),
     (Kind::Truth, "dangerous"),
+    (Kind::Float, "probability token_probability"),
     (
         Kind::Text,
         "justification verdict reading answer reasoning finish error",
@@ -27,9 +29,12 @@ const COLUMNS: &[(Kind, &str)] = &[
         Kind::Integer,
         "input_tokens output_tokens reasoning_tokens cached_tokens",
     ),
-    (Kind::Float, "cost_usd"),
+    (Kind::Float, "cost_usd most_usd"),
     (Kind::Text, "price_source"),
-    (Kind::Integer, "first_chunk_ms duration_ms"),
+    (
+        Kind::Integer,
+        "first_chunk_ms duration_ms claims_right claims_wrong claims_open claims_check",
+    ),
     (Kind::Text, "messages parameters answer_schema notes"),
     (Kind::Truth, "pinned"),
     (Kind::Integer, "deleted_ms"),
@@ -49,9 +54,8 @@ pub fn table() -> Table {
     table
 }
 
-/// The cells of a run, one for each column.
-pub fn cells(run: &Run) -> Row {
-    let record = run.to_record();
+/// The cells of a run's record, one for each column.
+pub fn cells(record: &Value) -> Row {
     let verdict = &record["verdict"];
     let cells = columns().map(|column| {
         let value = match &*column.name {
@@ -61,7 +65,7 @@ pub fn cells(run: &Run) -> Row {
                 said if said.is_boolean() => said,
                 _ => &verdict["safety_critical"],
             },
-            "justification" => &verdict["justification"],
+            name @ ("justification" | "probability" | "token_probability") => &verdict[name],
             name => &record[name],
         };
         Cell::from_json(value)

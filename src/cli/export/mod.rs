@@ -1,21 +1,27 @@
-//! `nearmiss export`: writes stored runs to a file.
+//! `nearmiss export`: writes stored runs, and batches with their questions, to a file.
 
+mod batches;
 mod columns;
 
 use std::sync::atomic::Ordering;
 
-use super::filters::{Filters, store_to_read};
+use serde_json::{Value, json};
+
+use super::filters::{Filters, store, store_to_read};
 use super::interrupt::{INTERRUPTED, interrupted};
+use super::locked::Unlock;
 use super::output::{self, Encoded, OutputFile, TableWriter, format_of, written};
 use super::progress::Progress;
 use super::{Failure, Outcome};
+use crate::evaluation::{AnswerState, Provenance};
+use crate::store::Run;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
 pub struct Export {
     #[command(flatten)]
     filters: Filters,
-    /// Only runs that have all these words in scenario, answer, reasoning, justification or notes.
+    /// Only runs that have all these words in model, scenario, answer, reasoning, justification or notes.
     #[arg(long, value_name = "WORDS")]
     words: Option<String>,
     /// Format [default: from the file name, else jsonl].
@@ -23,11 +29,14 @@ pub struct Export {
     format: Option<Format>,
     #[command(flatten)]
     output: OutputFile,
+    #[command(flatten)]
+    unlock: Unlock,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// JSON lines: one complete run a line; `nearmiss import` reads it.
+    /// JSON lines: one complete run a line; `nearmiss import` reads it. Without filters, or with --batch alone, batches
+    /// with their questions and truths are lines, too.
     Jsonl,
     /// CSV with a header; control characters become symbols.
     Csv,
@@ -54,16 +63,44 @@ pub fn run(arguments: &Export) -> Outcome {
         Format::Parquet => output::Format::Parquet,
     };
     format.check(file)?;
-    let store = store_to_read()?;
+    let store = match arguments.unlock.is_given() {
+        // A look is recorded.
+        true => store()?,
+        false => store_to_read()?,
+    };
     let filter = arguments.filters.filter(arguments.words.clone());
-    let numbers = store.numbers(&filter).map_err(Failure::input)?;
+    let mut numbers = store.numbers(&filter).map_err(Failure::input)?;
+    // Tables hold runs alone.
+    let batches = match format {
+        output::Format::Json => batches::chosen(&store, &filter)?,
+        _ => Vec::new(),
+    };
+    if filter.batch.is_some() {
+        batches::add_answers(&store, &batches, &mut numbers)?;
+    }
+    let locked = arguments.unlock.locked(&store, numbers.iter().copied())?;
+    numbers.retain(|run| !locked.has(*run));
+    locked.say("exports");
+    let superseded = store.superseded().map_err(Failure::input)?;
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
-    let (target, table) = (arguments.output.begin()?, columns::table());
+    let (target, mut table) = (arguments.output.begin()?, columns::table());
+    if format == output::Format::Parquet {
+        let runs = numbers.iter().copied().collect();
+        let provenance = Provenance::of_runs(&store, &runs).map_err(Failure::input)?;
+        let provenance = json!(provenance).to_string();
+        table.metadata.push(("provenance", provenance));
+    }
     let progress = Progress::new(numbers.len(), "runs", file.is_some());
     let Some(mut writer) = written(file, TableWriter::begin(target, format, &table))? else {
         return Ok(());
     };
+    for batch in &batches {
+        let line = output::json_line(&batch.to_record())?;
+        if written(file, writer.write(Encoded::Text(line.into_bytes())))?.is_none() {
+            return Ok(());
+        }
+    }
     for number in &numbers {
         if stop.load(Ordering::Relaxed) {
             return Err(Failure {
@@ -76,23 +113,46 @@ pub fn run(arguments: &Export) -> Outcome {
             // It is gone meanwhile.
             continue;
         };
+        let record = record(&run, superseded.contains(number));
         let row = match format {
             // The record says more than the table.
-            output::Format::Json => {
-                Encoded::Text(output::json_line(&run.to_record())?.into_bytes())
-            }
-            _ => table.encode(format, vec![columns::cells(&run)]),
+            output::Format::Json => Encoded::Text(output::json_line(&record)?.into_bytes()),
+            _ => table.encode(format, vec![columns::cells(&record)]),
         };
         if written(file, writer.write(row))?.is_none() {
             return Ok(());
         }
     }
     drop(progress);
+    for batch in &batches {
+        for item in store.items(batch.id).map_err(Failure::input)? {
+            let item = batches::without(item, &locked);
+            let line = output::json_line(&item.to_record(batch.id))?;
+            if written(file, writer.write(Encoded::Text(line.into_bytes())))?.is_none() {
+                return Ok(());
+            }
+        }
+    }
     if let Some(target) = written(file, writer.finish())? {
         target.finish()?;
     }
     if file.is_some() {
-        output::say(&format!("{} runs exported", numbers.len()));
+        let batches = match batches.len() {
+            0 => String::new(),
+            1 => " and 1 batch".into(),
+            n => format!(" and {n} batches"),
+        };
+        output::say(&format!("{} runs{batches} exported", numbers.len()));
     }
     Ok(())
+}
+
+/// A run as it is exported: what the store has of it, and the state of its answer as reports count it.
+pub fn record(run: &Run, superseded: bool) -> Value {
+    let mut record = run.to_record();
+    record["answer_state"] = json!(match superseded {
+        true => AnswerState::Superseded,
+        false => AnswerState::of(run),
+    });
+    record
 }

@@ -2,15 +2,44 @@
 
 use std::path::Path;
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
-use crate::cli::{Failure, Outcome, output};
+use crate::cli::{Failure, Outcome, json, output};
 use crate::formats::{Entry, commonroad};
 use crate::generation::{Gate, GateResult, Refusal, refusal};
 use crate::scenario::Scenario;
 
 /// Files round to four digits, mostly: half of the last one.
 const ROUNDING: f64 = 5e-5;
+
+/// What the gate finds, for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct CheckDocument {
+    /// Whether the variant passes the gate.
+    passed: bool,
+    rejected: Vec<Value>,
+    /// Changed motions: obstacle, first_changed_step, passed, rejected and more.
+    changed: Vec<CheckedMotion>,
+}
+
+/// A changed motion.
+#[derive(Serialize, JsonSchema)]
+struct CheckedMotion {
+    obstacle: i64,
+    first_changed_step: i64,
+    ends_early: Option<i64>,
+    gone_from_step: Option<i64>,
+    gone_seconds_early: Option<f64>,
+    passed: bool,
+    rejected: Vec<Value>,
+}
+
+impl json::Output for CheckDocument {
+    const NAME: &'static str = "check";
+    const TITLE: &'static str = "`generate --check --json`: a variant against its original";
+}
 
 /// Says what is wrong with `variant` beside the one scenario of `entries`.
 pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
@@ -30,21 +59,21 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
             let rejected = wrong.into_iter().flatten();
             let rejected = rejected.map(|r| refusal(&r.clone().about(one.change.obstacle, None)));
             let gone = Gone::of(one, &original);
-            json!({
-                "obstacle": one.change.obstacle,
-                "first_changed_step": one.from,
-                "ends_early": one.verdict.as_ref().ok().map(|p| p.early),
-                "gone_from_step": gone.map(|gone| gone.from),
-                "gone_seconds_early": gone.map(|gone| gone.seconds),
-                "passed": wrong.is_none(),
-                "rejected": rejected.collect::<Vec<_>>(),
-            })
+            CheckedMotion {
+                obstacle: one.change.obstacle,
+                first_changed_step: one.from,
+                ends_early: one.verdict.as_ref().ok().map(|p| p.early),
+                gone_from_step: gone.map(|gone| gone.from),
+                gone_seconds_early: gone.map(|gone| gone.seconds),
+                passed: wrong.is_none(),
+                rejected: rejected.collect(),
+            }
         });
-        output::json(&json!({
-            "passed": found.passed(),
-            "rejected": found.refusals.iter().map(refusal).collect::<Vec<_>>(),
-            "changed": motions.collect::<Vec<_>>(),
-        }))?;
+        output::document(&CheckDocument {
+            passed: found.passed(),
+            rejected: found.refusals.iter().map(refusal).collect(),
+            changed: motions.collect(),
+        })?;
     } else {
         let mut words = String::new();
         let line = |refusal: &Refusal| format!("  {}\n", output::visible(&refusal.to_string()));
@@ -81,10 +110,7 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
     if found.passed() {
         return Ok(());
     }
-    Err(Failure {
-        message: "the variant does not pass the gate".into(),
-        status: 1,
-    })
+    Err(Failure::finding("the variant does not pass the gate"))
 }
 
 /// An obstacle that vanishes before its recorded motion ends: no limit is broken by that, and no road user can do it.

@@ -93,7 +93,7 @@ impl Job<'_> {
         let change = &chosen.attack.change;
         if let Err(refusals) = generated.workshop.gate().check(change, None) {
             return Err(Failure::input(format!(
-                "{}: the chosen motion does not pass the gate ({}), and was not written: this is a fault of nearmiss",
+                "{}: internal error: the chosen motion does not pass the gate ({}); not written",
                 generated.file, refusals[0]
             )));
         }
@@ -103,6 +103,7 @@ impl Job<'_> {
         });
         let author = generated.author();
         let variant = Variant {
+            file: &generated.file,
             closed: &generated.workshop.closed,
             change,
             asked: &chosen.attack.asked,

@@ -11,12 +11,14 @@ mod summary;
 mod table;
 mod variant;
 
+pub use check::CheckDocument;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use super::ask::budget;
 use super::interrupt::{INTERRUPTED, interrupted};
+use super::many_files::ShardOption;
 use super::open::{configuration, found};
 use super::parallel::in_order_and_kept;
 use super::plan::PlanOptions;
@@ -36,7 +38,7 @@ use variant::GenerateJob;
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: collision, near_miss (lowest risk score of the attacker at most 1), no_effect, none (no motion passed the \
+Outcomes: collision, near_miss (worst risk score of the attacker 0 or 1), no_effect, none (no motion passed the \
 gate). The ego replans against the changed traffic.\n\
 Exit status: 0 every scenario has a collision or a near miss; 1 some have neither, could not be attacked, or --check \
 finds an error; 2 usage or input error; 130 interrupted.")]
@@ -89,6 +91,8 @@ pub struct GenerateArguments {
     /// earlier report is replaced.
     #[arg(long, requires = "output", conflicts_with_all = ["fresh", "check"])]
     resume: bool,
+    #[command(flatten)]
+    part: ShardOption,
     /// Write a summary of all scenarios as JSON.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -119,6 +123,13 @@ fn count(word: &str) -> Result<usize, String> {
     }
 }
 
+impl GenerateArguments {
+    /// The file for a summary of all scenarios.
+    pub fn report(&self) -> Option<&Path> {
+        self.report.as_deref()
+    }
+}
+
 /// Runs it.
 pub fn run(arguments: &GenerateArguments) -> Outcome {
     let (folders, config) = configuration()?;
@@ -141,7 +152,12 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         Some(writer) => writer.id().to_owned(),
         None => effort.to_string(),
     };
-    let entries = inputs::originals(entries, &arguments.paths)?;
+    let entries = arguments
+        .part
+        .of(inputs::originals(entries, &arguments.paths)?);
+    if entries.is_empty() {
+        return Ok(());
+    }
     let past = prepared(arguments)?;
     let wanted = GenerateJob {
         writer,
@@ -200,7 +216,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
                 entries.len(),
                 match arguments.output {
                     Some(_) =>
-                        "what was written of these stays, and the same command with --resume goes on",
+                        "finished variants are kept; the same command with --resume continues",
                     None =>
                         "nothing was written (-o FOLDER keeps variants, and --resume continues with them)",
                 }
@@ -218,15 +234,14 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<EarlierRun>, Failure
     if let Some(folder) = &arguments.output {
         let shown = folder.display();
         if folder.exists() && !folder.is_dir() {
-            return Err(Failure::input(format!("-o {shown}: this is no folder")));
+            return Err(Failure::input(format!("-o {shown}: not a folder")));
         }
         std::fs::create_dir_all(folder).map_err(|e| Failure::system(shown, &e))?;
-        drop(NewFile::begin(&folder.join(PROBE), true).map_err(|e| {
-            Failure::input(format!(
-                "-o {}: nothing can be written there: {e}",
-                folder.display()
-            ))
-        })?);
+        drop(
+            NewFile::begin(&folder.join(PROBE), true).map_err(|e| {
+                Failure::input(format!("-o {}: not writable: {e}", folder.display()))
+            })?,
+        );
         if arguments.resume {
             let (found, doubts) = EarlierRun::read(folder)?;
             for doubt in doubts {
@@ -240,7 +255,7 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<EarlierRun>, Failure
             resume::is_report(path).map_err(Failure::input)?;
             if !arguments.resume {
                 return Err(Failure::input(format!(
-                    "{}: the report of an earlier run, which was left as it is; --resume continues that run and replaces it, or name another file",
+                    "{}: the report of an earlier run, left unchanged; --resume continues that run and replaces it, or name another file",
                     path.display()
                 )));
             }

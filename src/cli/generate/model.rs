@@ -36,7 +36,7 @@ impl Writer {
         let model = &arguments.model;
         if model == judge::MODEL {
             return Err(Failure::input(format!(
-                "{model} answers no question about attacks; --model search works without any model"
+                "{model} cannot answer attack questions; --model search needs no model"
             )));
         }
         let mut providers = config.providers.clone();
@@ -52,6 +52,7 @@ impl Writer {
             max_tokens: config.max_tokens,
             seed: None,
             effort: config.effort.as_deref().and_then(Effort::parse),
+            log_probabilities: false,
         };
         let models = Models::new(
             Registry::lenient(&providers, &folders.config_file()),

@@ -58,7 +58,7 @@ impl EarlierRun {
                     same.push(*papers);
                 }
                 Ok(FileKind::Report) => {}
-                Err(why) => doubts.push(format!("{}: not taken over: {why}", path.display())),
+                Err(why) => doubts.push(format!("{}: not reused: {why}", path.display())),
             }
         }
         Ok((past, doubts))
@@ -128,7 +128,7 @@ fn read(path: &Path) -> Result<FileKind, String> {
     let line = Line::from_document(line)
         .map_err(|e| format!("not a manifest of a variant: made.line: {e}"))?;
     if line.figures.outcome == OutcomeName::None {
-        return Err("not a manifest of a variant: nothing was made".into());
+        return Err("not a manifest of a variant: nothing was generated".into());
     }
     let stopped = line.figures.model.as_ref();
     if let Some(why) = stopped.and_then(|model| model.stopped.as_ref()) {
@@ -176,7 +176,7 @@ pub fn is_report(path: &Path) -> Result<(), String> {
     match serde_json::from_slice(&bytes) {
         Ok(document) if says_report(&document) => Ok(()),
         _ => Err(named(
-            "it exists and is not a report of `nearmiss generate`; name another file".into(),
+            "exists and is not a report of `nearmiss generate`; name another file".into(),
         )),
     }
 }

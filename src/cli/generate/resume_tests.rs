@@ -88,7 +88,7 @@ fn what_cannot_be_trusted_is_named_with_the_reason() {
         let [doubt] = &doubts[..] else {
             panic!("{doubts:?}")
         };
-        assert!(doubt.contains("A.json: not taken over: "), "{doubt}");
+        assert!(doubt.contains("A.json: not reused: "), "{doubt}");
         doubt.clone()
     };
     let no_settings = of(&|_, said| said["made"] = Value::Null);

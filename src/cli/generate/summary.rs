@@ -120,17 +120,12 @@ impl Summary {
         let mut text = format!("{scenarios}: {}\n", counts.join(", "));
         if let (Some(before), Some(after)) = (mean(&self.before), mean(&self.after)) {
             text.push_str(&format!(
-                "lowest risk score of the attacker, mean: {before:.2} → {after:.2}\n"
+                "worst risk score of the attacker (0 = collision), mean: {before:.2} → {after:.2}\n"
             ));
         }
         let effective = self.collisions + self.near_misses;
         if effective > 0 {
-            let late = self.avoidable.iter();
-            let late: Vec<String> = late.map(|(delay, n)| format!("{n} at {delay} s")).collect();
-            text.push_str(&format!(
-                "avoidable by a good driver with this reaction time (of {effective}): {}\n",
-                late.join(", ")
-            ));
+            text.push_str(&self.avoidable_words(effective));
         }
         let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
             let n = self.drives.get(*outcome)?;
@@ -164,15 +159,39 @@ impl Summary {
         let kinds: Vec<String> = self.kinds.iter().map(|(k, n)| format!("{n} {k}")).collect();
         if !kinds.is_empty() {
             text.push_str(&format!(
-                "manoeuvres: {} (diversity {:.1} bits)\n",
+                "manoeuvres: {}{}\n",
                 kinds.join(", "),
-                entropy(&self.kinds)
+                match kinds.len() {
+                    1 => String::new(),
+                    _ => format!(" (diversity {:.1} bits)", entropy(&self.kinds)),
+                }
             ));
         }
         if self.requests > 0 {
             text.push_str(&self.consumed());
         }
         text
+    }
+
+    /// With which reaction times a good driver avoids the collisions and near misses, of which there are so many.
+    fn avoidable_words(&self, effective: usize) -> String {
+        if effective == 1 {
+            let mut avoided = self.avoidable.iter().filter(|(_, n)| **n > 0);
+            return match avoided.next_back() {
+                Some((delay, _)) => {
+                    format!("avoidable by a good driver with a reaction time of up to {delay} s\n")
+                }
+                None => "no way was found by which a good driver avoids it\n".into(),
+            };
+        }
+        let late = self.avoidable.iter();
+        let late: Vec<String> = late
+            .map(|(delay, n)| format!("{n} with a reaction time of {delay} s"))
+            .collect();
+        format!(
+            "of {effective} collisions and near misses, a good driver avoids: {}\n",
+            late.join(", ")
+        )
     }
 
     /// Formats the consumption of models.
@@ -250,7 +269,7 @@ impl Summary {
 
     /// The exit status.
     pub fn outcome(&self) -> Outcome {
-        let finding = |message| Err(Failure { message, status: 1 });
+        let finding = |message| Err(Failure::finding(message));
         let without = self.no_effect + self.none;
         match (without, self.missed + self.unfit) {
             (0, 0) => Ok(()),
@@ -260,11 +279,11 @@ impl Summary {
                 self.all
             )),
             (n, 0) => finding(format!(
-                "{n} of {} scenarios have neither a collision nor a near miss",
+                "{n} of {} scenarios ended without a collision or near miss",
                 self.all
             )),
             (n, m) => finding(format!(
-                "{n} of {} scenarios have neither a collision nor a near miss, and {m} could not be attacked",
+                "{n} of {} scenarios ended without a collision or near miss, and {m} could not be attacked",
                 self.all
             )),
         }
@@ -279,6 +298,7 @@ fn entropy(counts: &BTreeMap<String, usize>) -> f64 {
         .map(|share| -share * share.log2())
         .sum::<f64>()
         .max(0.0)
+        + 0.0 // no negative zero
 }
 
 fn mean(scores: &[u8]) -> Option<f64> {

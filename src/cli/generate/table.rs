@@ -32,10 +32,10 @@ impl Table {
         if !std::mem::replace(&mut self.begun, true) {
             let cells = [
                 "outcome",
-                "drive",
+                "drive ends",
                 "attacker",
                 "manoeuvre",
-                "risk",
+                "attacker risk",
                 "avoidable",
                 "s",
                 "written",
@@ -58,7 +58,7 @@ impl Table {
             None => "-".into(),
         };
         let written = figures.id.as_deref().map(output::visible);
-        let taken_over = figures.taken_over.then(|| "taken over".into());
+        let taken_over = figures.taken_over.then(|| "reused".into());
         let said = [written, taken_over, figures.note.clone()];
         let said: Vec<String> = said.into_iter().flatten().collect();
         let cells = [
@@ -82,7 +82,7 @@ impl Table {
             Left(10),
             Right(8),
             Left(13),
-            Left(7),
+            Left(13),
             Left(10),
             Right(5),
         ];
@@ -125,7 +125,7 @@ mod tests {
             "1 → 0",
             "0.5 s late",
             "1.2",
-            "B_T-2; taken over; not safe as it is",
+            "B_T-2; reused; not safe as it is",
         ];
         assert_eq!(cells, wanted);
         // Columns lie under their names.

@@ -91,7 +91,7 @@ impl Generated {
         let lowest = self.workshop.closed.baseline().lowest();
         if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
             notes.push(format!(
-                "not safe as recorded: the lowest risk score is {lowest}"
+                "not safe as recorded: the worst risk score is {lowest} (0 = collision)"
             ));
         }
         let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());

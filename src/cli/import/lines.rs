@@ -1,23 +1,20 @@
-//! Imports runs from the lines of a file.
+//! Imports runs and batches from the lines of a file.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use super::Counts;
 use crate::cli::{Failure, output};
-use crate::store::{Run, Store};
+use crate::store::{Record, RecordIntake, Store};
 use crate::system;
 
 /// Bytes of the longest line that is read; an answer has some ten thousand.
 const LONGEST: u64 = 64 << 20;
 
-/// Runs, and bytes of lines, that are added in one transaction.
-const BATCH: (usize, usize) = (200, 16 << 20);
-
 /// Lines that are complained about one by one.
 const NAMED: usize = 3;
 
-/// Adds the runs of a file that are not in the store yet.
+/// Adds the runs and batches of a file that are not in the store yet.
 pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
     let shown = path.display();
     let wrong = |error: io::Error| Failure::system(shown.to_string(), &error);
@@ -36,7 +33,7 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
             _ => {}
         }
     };
-    let mut waiting = Waiting::default();
+    let mut intake = RecordIntake::new(store);
     let mut line = Vec::new();
     for number in 1.. {
         line.clear();
@@ -45,7 +42,7 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
             break;
         }
         if line.len() as u64 == LONGEST && line.last() != Some(&b'\n') {
-            complain(number, None, "the line is too long for a run");
+            complain(number, None, "the line is longer than any run");
             reader.skip_until(b'\n').map_err(wrong)?;
             continue;
         }
@@ -62,45 +59,13 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         if text.trim().is_empty() {
             continue;
         }
-        match Run::from_record(text.trim_end()) {
-            Ok(run) => waiting.take(run, line.len(), store, counts)?,
+        match Record::from_line(text.trim_end()) {
+            Ok(record) => intake.take(record, line.len()).map_err(Failure::input)?,
             Err(error) => complain(number, error.column(), &error.to_string()),
         }
     }
-    waiting.add(store, counts)?;
+    let intake = intake.finish().map_err(Failure::input)?;
     counts.unreadable += unreadable;
+    super::merged(path, intake.counts(), counts);
     Ok(())
-}
-
-/// Runs that are not added yet.
-#[derive(Default)]
-struct Waiting {
-    runs: Vec<Run>,
-    bytes: usize,
-}
-
-impl Waiting {
-    fn take(
-        &mut self,
-        run: Run,
-        bytes: usize,
-        store: &Store,
-        counts: &mut Counts,
-    ) -> Result<(), Failure> {
-        self.runs.push(run);
-        self.bytes += bytes;
-        if self.runs.len() >= BATCH.0 || self.bytes >= BATCH.1 {
-            self.add(store, counts)?;
-        }
-        Ok(())
-    }
-
-    fn add(&mut self, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
-        let added = store.add(&self.runs).map_err(Failure::input)?;
-        counts.imported += added;
-        counts.already_there += self.runs.len() - added;
-        self.runs.clear();
-        self.bytes = 0;
-        Ok(())
-    }
 }

@@ -1,15 +1,17 @@
-//! `nearmiss import`: imports runs of another store, or answers recorded by others.
+//! `nearmiss import`: imports runs and batches of another store, or answers recorded by others.
 
 mod lines;
 mod recorded;
 mod store;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::filters::store;
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, json, output};
+use crate::store::MergeCounts;
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
@@ -24,12 +26,21 @@ pub struct Import {
 }
 
 /// Counts of imported runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Counts {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct Counts {
+    /// Runs imported.
     imported: usize,
+    /// Runs that the store already has.
     already_there: usize,
+    /// Answers that the folder lacks.
     absent: usize,
+    /// Runs that could not be read.
     unreadable: usize,
+}
+
+impl json::Output for Counts {
+    const NAME: &'static str = "import";
+    const TITLE: &'static str = "`import --json`: counts";
 }
 
 /// Runs `import`.
@@ -55,15 +66,10 @@ pub fn run(arguments: &Import) -> Outcome {
         }
     }
     if arguments.json {
-        output::json(&json!({
-            "imported": counts.imported,
-            "already_there": counts.already_there,
-            "absent": counts.absent,
-            "unreadable": counts.unreadable,
-        }))?;
+        output::document(&counts)?;
     } else {
         output::text(&format!(
-            "{} imported, {} already there, {}{} unreadable\n",
+            "{} imported, {} already in the store, {}{} unreadable\n",
             counts.imported,
             counts.already_there,
             match counts.absent {
@@ -75,9 +81,25 @@ pub fn run(arguments: &Import) -> Outcome {
     }
     match counts.unreadable {
         0 => Ok(()),
-        n => Err(Failure {
-            message: format!("{n} could not be read"),
-            status: 1,
-        }),
+        n => Err(Failure::finding(format!("{n} could not be read"))),
+    }
+}
+
+/// Counts what was taken in from a file, and says which batches.
+fn merged(path: &Path, merged: MergeCounts, counts: &mut Counts) {
+    counts.imported += merged.runs;
+    counts.already_there += merged.already_there;
+    if merged.batches + merged.united > 0 {
+        output::say(&format!(
+            "nearmiss: {}: {} new {}, {} merged; `nearmiss evaluate --list` lists them",
+            path.display(),
+            merged.batches,
+            if merged.batches == 1 {
+                "batch"
+            } else {
+                "batches"
+            },
+            merged.united
+        ));
     }
 }

@@ -23,8 +23,6 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     let other = Store::open_to_read(path).map_err(Failure::input)?;
     let merged = store.merge(&other);
     let merged = merged.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
-    counts.imported += merged.runs;
-    counts.already_there += merged.already_there;
     if merged.running > 0 {
         output::say(&format!(
             "nearmiss: {}: {} answers are still streaming there and were skipped; import it again when they are complete",
@@ -32,18 +30,6 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
             merged.running
         ));
     }
-    if merged.batches + merged.united > 0 {
-        output::say(&format!(
-            "nearmiss: {}: {} new {}, {} merged; `nearmiss evaluate --list` lists them",
-            path.display(),
-            merged.batches,
-            if merged.batches == 1 {
-                "batch"
-            } else {
-                "batches"
-            },
-            merged.united
-        ));
-    }
+    super::merged(path, merged, counts);
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{obstacles, planning, road, traffic};
+use super::{obstacles, planning, traffic};
 use crate::cli::routes;
 use crate::formats::{EgoError, Entry};
 use crate::scenario::{Ego, Scenario, benchmark_id};
@@ -25,7 +25,7 @@ pub fn document(
         "location": scenario.location,
         "tags": scenario.tags,
         "hash": scenario.hash.to_string(),
-        "lanelets": all(&network.lanelets, road::lanelet),
+        "lanelets": network.lanelets,
         "traffic_signs": all(&network.signs, |sign| traffic::sign(sign, &references)),
         "traffic_lights": all(&network.lights, |light| traffic::light(light, &references)),
         "intersections": network.intersections,

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::cli::open::{found, not_opened};
 use crate::cli::parallel::in_order;
-use crate::cli::{Failure, Outcome, output};
+use crate::cli::{Failure, Outcome, json, output};
 use crate::formats::{EgoSelection, Entry};
 use crate::scenario::Severity;
 use crate::workflow::{OpenRequest, OpenedScene, open};
@@ -33,10 +34,10 @@ pub fn run(folder: &Path, as_json: bool) -> Outcome {
     in_order(
         entries.len(),
         &Arc::new(AtomicBool::new(false)),
-        |i| opened(&entries[i]).map(|scene| Line::new(&entries[i], &scene)),
+        |i| opened(&entries[i]).map(|scene| FolderLine::new(&entries[i], &scene)),
         |line| {
             match line {
-                Ok(line) if as_json => written = output::json(&line.document()),
+                Ok(line) if as_json => written = output::document(&line),
                 Ok(line) => rows.push(line.cells()),
                 Err(failure) => {
                     failed += 1;
@@ -73,18 +74,30 @@ fn opened(entry: &Entry) -> Result<OpenedScene, Failure> {
 }
 
 /// What is said of a scenario.
-struct Line {
+#[derive(Serialize, JsonSchema)]
+pub struct FolderLine {
     scenario: String,
     file: String,
+    /// Number of obstacles.
     obstacles: usize,
+    /// Number of lanelets.
     lanelets: usize,
+    /// Number of steps.
     steps: i64,
+    /// Length of the recording in seconds.
     seconds: f64,
+    /// Whether an ego is recorded.
     ego: bool,
+    /// Number of warnings of the parser.
     problems: usize,
 }
 
-impl Line {
+impl json::Output for FolderLine {
+    const NAME: &'static str = "inspect-folder";
+    const TITLE: &'static str = "`inspect FOLDER --json`: one scenario a line";
+}
+
+impl FolderLine {
     fn new(entry: &Entry, opened: &OpenedScene) -> Self {
         let scenario = &opened.scenario;
         let steps = scenario.steps();
@@ -112,18 +125,5 @@ impl Line {
             if self.ego { "recorded" } else { "-" }.into(),
             self.problems.to_string(),
         ]
-    }
-
-    fn document(&self) -> Value {
-        json!({
-            "scenario": self.scenario,
-            "file": self.file,
-            "obstacles": self.obstacles,
-            "lanelets": self.lanelets,
-            "steps": self.steps,
-            "seconds": self.seconds,
-            "ego": self.ego,
-            "problems": self.problems,
-        })
     }
 }

@@ -4,12 +4,12 @@ mod document;
 mod folder;
 mod obstacles;
 mod planning;
-mod road;
 mod solution;
 mod states;
 mod summary;
 mod traffic;
 
+pub use folder::FolderLine;
 use std::path::PathBuf;
 
 use super::open::{self, EgoChoice};

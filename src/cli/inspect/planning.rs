@@ -16,11 +16,7 @@ pub fn problem(problem: &PlanningProblem) -> Value {
 
 /// `positions` are alternatives; `lanelets` are those among them.
 fn goal(goal: &Goal) -> Value {
-    json!({
-        "time_step": goal.time,
-        "positions": goal.positions,
-        "lanelets": goal.lanelets(),
-        "velocity": goal.velocity,
-        "orientation": goal.orientation,
-    })
+    let mut value = json!(goal);
+    value["lanelets"] = json!(goal.lanelets());
+    value
 }

@@ -38,7 +38,7 @@ fn summary(path: &Path, solution: &Solution) -> String {
     );
     made.extend(solution.processor.as_ref().map(|p| format!("on {p}")));
     let made = if made.is_empty() {
-        "not said".into()
+        "not stated".into()
     } else {
         made.join(", ")
     };
@@ -63,7 +63,7 @@ fn problem_summary(problem: &ProblemSolution, step: Option<f64>) -> String {
     let span = first.zip(last).map_or((0, 0), |(a, b)| (a.step, b.step));
     let duration = match step {
         Some(dt) => format!("{:.1} s", (span.1 - span.0) as f64 * dt),
-        None => "seconds unknown (no scenario beside it that says how long a step is)".into(),
+        None => "seconds unknown (no scenario beside it to tell the step size)".into(),
     };
     let mut text = format!(
         "  problem     {}: model {} ({}), vehicle {}, cost function {}\n  \

@@ -1,9 +1,11 @@
 //! JSON that commands print: the version of its form, deprecated names of keys, and the schemas of `nearmiss help json`.
 
+mod derived;
 mod schemas;
 
 use serde_json::{Map, Value};
 
+pub use derived::Output;
 pub use schemas::{document, keys, names};
 
 /// The version of the form of all JSON; it grows when a key goes or changes its meaning.

@@ -3,8 +3,9 @@
 use serde_json::{Map, Value};
 
 use super::SCHEMA_VERSION;
+use super::derived::{DERIVED, Derived};
 
-/// Schemas by name, as JSON: their keys refer to the vocabulary.
+/// Schemas of outputs that are not one type, as JSON: their keys refer to the vocabulary.
 const OUTPUTS: &str = include_str!("outputs.json");
 
 /// Keys that mean the same wherever they stand.
@@ -22,9 +23,11 @@ fn read(text: &str) -> Map<String, Value> {
 pub fn names() -> Vec<(String, String)> {
     let title = |schema: &Value| schema["title"].as_str().unwrap_or_default().to_string();
     let outputs = read(OUTPUTS).into_iter();
-    outputs
-        .map(|(name, schema)| (name, title(&schema)))
-        .collect()
+    let outputs = outputs.map(|(name, schema)| (name, title(&schema)));
+    let derived = DERIVED.iter().map(|d| (d.name.into(), d.title.into()));
+    let mut all: Vec<(String, String)> = outputs.chain(derived).collect();
+    all.sort();
+    all
 }
 
 /// The keys of the vocabulary, with what they mean.
@@ -36,21 +39,49 @@ pub fn keys() -> Vec<(String, String)> {
 
 /// The JSON schema of an output, complete.
 pub fn document(name: &str) -> Option<Value> {
+    match DERIVED.iter().find(|derived| derived.name == name) {
+        Some(derived) => Some(of_type(derived)),
+        None => written(name),
+    }
+}
+
+/// The schema of an output that is one type.
+fn of_type(derived: &Derived) -> Value {
+    let vocabulary = read(VOCABULARY);
+    let mut schema = (derived.schema)();
+    let mut properties = first_properties();
+    for (key, meaning) in schema["properties"].as_object().into_iter().flatten() {
+        let mut meaning = match meaning {
+            // What a value of any kind may be.
+            Value::Bool(_) => Map::new(),
+            other => other.as_object().cloned().unwrap_or_default(),
+        };
+        let known = vocabulary.get(key).map(|known| &known["description"]);
+        let own_words = !derived.common_words && meaning.contains_key("description");
+        if let (false, Some(known)) = (own_words, known) {
+            meaning.insert("description".into(), known.clone());
+        }
+        properties.insert(key.clone(), meaning.into());
+    }
+    let old_names = derived.old_names.iter();
+    let old_names = old_names.map(|(old, new)| (old.to_string(), format!("Use {new}.").into()));
+    let required = schema["required"].take();
+    let required = required.as_array().cloned().unwrap_or_default();
+    complete(
+        derived.title.into(),
+        properties,
+        old_names,
+        required,
+        false.into(),
+    )
+}
+
+/// The schema of an output in the table.
+fn written(name: &str) -> Option<Value> {
     let output = read(OUTPUTS).remove(name)?;
     let vocabulary = read(VOCABULARY);
-    let mut schema = Map::from_iter([
-        (
-            "$schema".to_string(),
-            "https://json-schema.org/draft/2020-12/schema".into(),
-        ),
-        ("title".to_string(), output["title"].clone()),
-        ("type".to_string(), "object".into()),
-    ]);
-    let mut properties = Map::from_iter([(
-        "schema_version".to_string(),
-        serde_json::json!({ "const": SCHEMA_VERSION, "description": "The version of this form." }),
-    )]);
-    let mut required = vec![Value::from("schema_version")];
+    let mut properties = first_properties();
+    let mut required = Vec::new();
     for (list, needed) in [("required", true), ("optional", false)] {
         for key in output[list].as_array().into_iter().flatten() {
             let name = key.as_str().unwrap_or_default();
@@ -61,17 +92,44 @@ pub fn document(name: &str) -> Option<Value> {
             }
         }
     }
-    for (old, new) in output["deprecated"].as_object().into_iter().flatten() {
-        let meaning = serde_json::json!({ "deprecated": true, "description": new });
-        properties.insert(old.clone(), meaning);
-    }
-    schema.insert("properties".into(), properties.into());
-    schema.insert("required".into(), required.into());
-    schema.insert(
-        "additionalProperties".into(),
+    let old_names = output["deprecated"].as_object().cloned();
+    Some(complete(
+        output["title"].clone(),
+        properties,
+        old_names.into_iter().flatten(),
+        required,
         output.get("more").cloned().unwrap_or(false.into()),
-    );
-    Some(schema.into())
+    ))
+}
+
+/// The property that every object begins with.
+fn first_properties() -> Map<String, Value> {
+    let version =
+        serde_json::json!({ "const": SCHEMA_VERSION, "description": "The version of this form." });
+    Map::from_iter([("schema_version".to_string(), version)])
+}
+
+/// A schema of an object, with deprecated keys and what they are called today.
+fn complete(
+    title: Value,
+    mut properties: Map<String, Value>,
+    old_names: impl Iterator<Item = (String, Value)>,
+    required: Vec<Value>,
+    more: Value,
+) -> Value {
+    for (old, new) in old_names {
+        let meaning = serde_json::json!({ "deprecated": true, "description": new });
+        properties.insert(old, meaning);
+    }
+    let first = std::iter::once(Value::from("schema_version"));
+    serde_json::json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": title,
+        "type": "object",
+        "properties": properties,
+        "required": first.chain(required).collect::<Vec<_>>(),
+        "additionalProperties": more,
+    })
 }
 
 #[cfg(test)]

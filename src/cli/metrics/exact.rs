@@ -76,7 +76,7 @@ pub fn cell(reading: Reading) -> Cell {
 }
 
 /// Micrometres and microseconds are beyond what the files carry.
-fn rounded(value: f64) -> f64 {
+pub fn rounded(value: f64) -> f64 {
     let millionths = value * 1e6;
     if millionths.is_finite() {
         millionths.round() / 1e6 + 0.0

@@ -1,6 +1,7 @@
 //! `nearmiss metrics --list`: every measure with its unit, meaning and danger threshold.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Format, Metrics, Rows, measured};
 use crate::cli::{Failure, Outcome, json, output};
@@ -16,6 +17,37 @@ struct Line<'a> {
     thresholds: Vec<&'a Threshold>,
 }
 
+/// A measure for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct ListDocument {
+    /// Id of the measure.
+    measure: &'static str,
+    /// Name.
+    name: &'static str,
+    /// Unit.
+    unit: &'static str,
+    /// Which values are dangerous: low, high or none.
+    dangerous: &'static str,
+    /// Thresholds: name, value, strict and source.
+    thresholds: Vec<ListedThreshold>,
+    /// Source of the definition.
+    source: &'static str,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct ListedThreshold {
+    name: String,
+    value: f64,
+    strict: bool,
+    source: String,
+}
+
+impl json::Output for ListDocument {
+    const NAME: &'static str = "metrics-list";
+    const TITLE: &'static str = "`metrics --list --json`: one measure a line";
+    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("id", "measure")];
+}
+
 /// Prints the list.
 pub(super) fn run(arguments: &Metrics, format: Option<Format>) -> Outcome {
     let (rows, thresholds) = measured(arguments)?;
@@ -25,9 +57,8 @@ pub(super) fn run(arguments: &Metrics, format: Option<Format>) -> Outcome {
         Some(Format::Csv) => csv(&lines),
         Some(Format::Json) => lines
             .iter()
-            .map(Line::json)
-            .try_for_each(|l| output::json(&l)),
-        Some(Format::Parquet) => Err(Failure::input("--list is written as csv or json")),
+            .try_for_each(|line| output::document(&line.document())),
+        Some(Format::Parquet) => Err(Failure::input("--list supports csv and json")),
     }
 }
 
@@ -57,8 +88,7 @@ fn lines(rows: Rows, thresholds: &Thresholds) -> Result<Vec<Line<'_>>, Failure> 
             .collect(),
         Rows::Paper => {
             return Err(Failure::input(
-                "--list does not go with --convention paper, whose columns are those of the published tables; leave \
-                 one out",
+                "--list and --convention paper exclude each other: the paper's columns are those of its tables",
             ));
         }
     })
@@ -92,25 +122,21 @@ impl Line<'_> {
         all.join(", ")
     }
 
-    fn json(&self) -> Value {
-        let thresholds = self.thresholds.iter().map(|t| {
-            json!({
-                "name": t.name,
-                "value": t.value,
-                "strict": t.strict,
-                "source": t.source,
-            })
+    fn document(&self) -> ListDocument {
+        let thresholds = self.thresholds.iter().map(|t| ListedThreshold {
+            name: t.name.clone(),
+            value: t.value,
+            strict: t.strict,
+            source: t.source.clone(),
         });
-        let mut value = json!({
-            "measure": self.id,
-            "name": self.name,
-            "unit": self.unit,
-            "dangerous": direction(self.danger),
-            "thresholds": thresholds.collect::<Vec<_>>(),
-            "source": self.source,
-        });
-        json::with_old_names(&mut value, &[("id", "measure")]);
-        value
+        ListDocument {
+            measure: self.id,
+            name: self.name,
+            unit: self.unit,
+            dangerous: direction(self.danger),
+            thresholds: thresholds.collect(),
+            source: self.source,
+        }
     }
 }
 

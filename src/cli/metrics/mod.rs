@@ -1,10 +1,15 @@
 //! `nearmiss metrics`: every measure of every obstacle or whole scene, at every step, as a table.
 
 mod exact;
+mod format;
 mod list;
 mod paper;
+mod parts;
 mod scene;
 
+pub use exact::rounded;
+use format::Format;
+pub use list::ListDocument;
 use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -13,11 +18,15 @@ use std::sync::atomic::Ordering;
 use serde_json::{Value, json};
 
 use super::interrupt::{INTERRUPTED, interrupted};
+use super::many_files::ManyFiles;
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
 use super::parallel::in_order;
+use super::parts::is_folder;
 use super::progress::Progress;
 use super::{Failure, Outcome};
+use crate::evaluation::Provenance;
+use crate::evaluation::batch::Spec;
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::scenario::Scene;
@@ -59,52 +68,8 @@ pub struct Metrics {
     json: bool,
     #[command(flatten)]
     output: OutputFile,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
-    /// CSV with a header.
-    Csv,
-    /// JSON lines: one object a row.
-    Json,
-    /// Apache Parquet with units and sources as metadata; needs a file.
-    Parquet,
-}
-
-/// What the endings of names ask for.
-const ENDINGS: &[(&str, Format)] = &[
-    ("csv", Format::Csv),
-    ("json", Format::Json),
-    ("jsonl", Format::Json),
-    ("ndjson", Format::Json),
-    ("parquet", Format::Parquet),
-];
-
-impl Format {
-    /// The format that was asked for, or that the file's name asks for; both must agree.
-    fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
-        let named = file.and_then(|file| Some((file, output::format_of_name(file, ENDINGS)?)));
-        if let (Some(asked), Some((file, named))) = (asked, named)
-            && asked != named
-        {
-            return Err(Failure::input(format!(
-                "--format {} contradicts the file name {} ({}); drop --format or rename the file",
-                asked.of_table().name(),
-                file.display(),
-                named.of_table().name()
-            )));
-        }
-        let known = ".csv, .json, .jsonl, .ndjson and .parquet";
-        output::format_of(asked, file, Self::Csv, (ENDINGS, known))
-    }
-
-    fn of_table(self) -> output::Format {
-        match self {
-            Self::Csv => output::Format::Csv,
-            Self::Json => output::Format::Json,
-            Self::Parquet => output::Format::Parquet,
-        }
-    }
+    #[command(flatten)]
+    many: ManyFiles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -161,6 +126,12 @@ impl Plan<'_> {
             Rows::Paper => paper::rows(name, scene, radius),
         }
     }
+
+    fn say_thresholds(&self) {
+        if let Some(said) = self.thresholds.file() {
+            output::say(&format!("nearmiss: thresholds from {said}"));
+        }
+    }
 }
 
 /// The kind of rows, and the thresholds for computing them.
@@ -173,8 +144,7 @@ fn measured(arguments: &Metrics) -> Result<(Rows, Thresholds), Failure> {
         }
         if arguments.thresholds.is_some() {
             return Err(Failure::input(
-                "--thresholds does not go with --convention paper, whose thresholds are the published ones and never \
-                 change; leave one out",
+                "--thresholds and --convention paper exclude each other: the paper's thresholds are fixed",
             ));
         }
         return Ok((Rows::Paper, Thresholds::shipped().clone()));
@@ -222,24 +192,75 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
             .metadata
             .push(("thresholds_changed", changes.to_string()));
     }
+    let provenance = provenance(rows, thresholds);
+    table
+        .metadata
+        .push(("provenance", json!(provenance).to_string()));
+    table
+        .json_values
+        .push(("provenance", in_a_line(&provenance)));
     match arguments.reasons {
         true => table.with_reasons(),
         false => table,
     }
 }
 
+/// This program, and the thresholds; those of the paper are fixed.
+fn provenance(rows: Rows, thresholds: &Thresholds) -> Provenance {
+    let mut provenance = Provenance::of_program();
+    if !matches!(rows, Rows::Paper) {
+        provenance.set_thresholds(Spec::thresholds_of(thresholds));
+    }
+    provenance
+}
+
+/// What each line of JSON says of its provenance: what is known of a measure, and nothing of answers.
+fn in_a_line(provenance: &Provenance) -> Value {
+    json!({
+        "program": provenance.program,
+        "commit": provenance.commit,
+        "thresholds": provenance.thresholds,
+        "thresholds_sha256": provenance.thresholds_sha256,
+    })
+}
+
+impl Metrics {
+    /// The format that is named.
+    fn asked(&self) -> Option<Format> {
+        self.format.or(self.json.then_some(Format::Json))
+    }
+
+    /// The folder for Parquet parts.
+    pub fn folder(&self) -> Option<&Path> {
+        let asked = self.asked().map(Format::of_table);
+        let file = self.output.file();
+        file.filter(|file| is_folder(file, asked, self.many))
+    }
+}
+
 /// Runs `metrics`.
 pub fn run(arguments: &Metrics) -> Outcome {
     let file = arguments.output.file();
-    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
+    let asked = arguments.asked();
+    if let Some(folder) = arguments.folder() {
+        return parts::run(arguments, folder);
+    }
     let format = Format::chosen(asked, file)?;
     if arguments.list {
         return list::run(arguments, asked);
     }
+    if arguments.many.resume {
+        return Err(Failure::input(
+            "--resume needs a folder for Parquet parts: --format parquet -o FOLDER",
+        ));
+    }
     let format = format.of_table();
     format.check(file)?;
     let (rows, thresholds) = measured(arguments)?;
-    let entries = found(&arguments.paths)?;
+    let entries = arguments.many.part.of(found(&arguments.paths)?);
+    if entries.is_empty() {
+        return Ok(());
+    }
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
     let plan = Plan {
@@ -256,9 +277,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         failed: 0,
         last: None,
     };
-    if let Some(said) = plan.thresholds.file() {
-        output::say(&format!("nearmiss: thresholds from {said}"));
-    }
+    plan.say_thresholds();
     let progress = Progress::new(entries.len(), "scenarios", file.is_some());
     let mut written = Ok(());
     in_order(
@@ -287,6 +306,10 @@ pub fn run(arguments: &Metrics) -> Outcome {
             status: INTERRUPTED,
         });
     }
+    if format == output::Format::Csv && job.failed < entries.len() {
+        let provenance = provenance(rows, &plan.thresholds);
+        output::say(&format!("nearmiss: {}", provenance.words()));
+    }
     let done = output::written(file, written.and_then(|()| job.finish()))?;
     // A file without a single scenario in it is not kept.
     if let Some(target) = done.flatten().filter(|_| job.failed < entries.len()) {
@@ -296,26 +319,30 @@ pub fn run(arguments: &Metrics) -> Outcome {
         0 => Ok(()),
         1 if entries.len() == 1 => Err(job.last.unwrap_or_else(|| Failure::input("no scenario"))),
         failed if failed == entries.len() => Err(Failure::input("no scenario could be measured")),
-        failed => Err(Failure {
-            message: format!(
-                "{failed} of {} scenarios could not be measured",
-                entries.len()
-            ),
-            status: 1,
-        }),
+        failed => Err(Failure::finding(format!(
+            "{failed} of {} scenarios could not be measured",
+            entries.len()
+        ))),
     }
 }
 
 /// Warnings about the ego, and the rows of one scenario.
 fn measure(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Encoded, Failure>) {
+    let (doubts, rows) = measured_rows(entry, plan);
+    (
+        doubts,
+        rows.map(|rows| plan.table.encode(plan.format, rows)),
+    )
+}
+
+/// The same before the rows are encoded.
+fn measured_rows(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Vec<Row>, Failure>) {
     let (scene, doubts) = match scene_and_doubts(entry, &plan.arguments.ego) {
         Ok(opened) => opened,
         Err(failure) => return (Vec::new(), Err(failure)),
     };
-    let name = output::visible(&entry.name);
     let rows = plan
-        .rows(&name, &scene)
-        .map(|rows| plan.table.encode(plan.format, rows))
+        .rows(&output::visible(&entry.name), &scene)
         .map_err(|why| Failure::input(format!("{}: {why}", entry.display())));
     (doubts, rows)
 }

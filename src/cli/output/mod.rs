@@ -47,6 +47,11 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     text(&json_line(value)?)
 }
 
+/// Writes an output as one JSON object on one line, with the version of its form and deprecated keys.
+pub fn document(output: &impl json::Output) -> Result<(), Failure> {
+    json(&output.document().map_err(Failure::input)?)
+}
+
 /// One JSON object as a line that no terminal obeys, with the version of its form.
 pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
     let value = serde_json::to_value(value).map_err(Failure::input)?;

@@ -74,7 +74,7 @@ impl Cell {
         if value.is_finite() {
             Self::Number(value)
         } else {
-            Self::None("beyond all numbers")
+            Self::None("out of range")
         }
     }
 
@@ -151,6 +151,8 @@ pub struct Table {
     pub group: usize,
     /// Keys that JSON has for columns of other names, beside those: pairs of the key and the column.
     pub json_keys: &'static [(&'static str, &'static str)],
+    /// Keys and values that every line of JSON has behind the columns.
+    pub json_values: Vec<(&'static str, serde_json::Value)>,
 }
 
 impl Table {
@@ -162,6 +164,7 @@ impl Table {
             metadata: Vec::new(),
             group: 65_536,
             json_keys: &[],
+            json_values: Vec::new(),
         }
     }
 

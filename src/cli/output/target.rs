@@ -23,6 +23,11 @@ impl OutputFile {
         file_of(self.output.as_deref())
     }
 
+    /// Whether existing files are replaced.
+    pub fn overwrite(&self) -> bool {
+        self.overwrite
+    }
+
     /// Begins to write.
     pub fn begin(&self) -> Result<Target, Failure> {
         Target::begin(self.file(), self.overwrite)
@@ -49,8 +54,7 @@ pub fn format_of<F: Copy>(
             // A folder is refused where the file is begun.
             None if file.is_dir() => Ok(default),
             None => Err(Failure::input(format!(
-                "{}: the ending does not say how to write it; the known ones are {known}, and --format says it for any \
-                 name",
+                "{}: unknown file extension; known are {known}; --format works with any name",
                 file.display()
             ))),
         },
@@ -84,7 +88,7 @@ impl Target {
         };
         if path.is_dir() {
             return Err(Failure::input(format!(
-                "{}: this is a folder; name a file in it",
+                "{}: is a folder; name a file in it",
                 path.display()
             )));
         }

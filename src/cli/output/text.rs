@@ -47,7 +47,9 @@ pub fn json_rows(table: &Table, rows: &[Row]) -> Vec<u8> {
             };
             (column.name.to_string(), value)
         });
-        let mut object = json::versioned(Value::Object(cells.collect::<Map<_, _>>()));
+        let more = table.json_values.iter();
+        let more = more.map(|(name, value)| (name.to_string(), value.clone()));
+        let mut object = json::versioned(Value::Object(cells.chain(more).collect::<Map<_, _>>()));
         json::with_old_names(&mut object, table.json_keys);
         text += &object.to_string();
         text.push('\n');

@@ -78,9 +78,9 @@ impl DrivenScenario {
         if self.steps() == 0 {
             return Some(
                 match self.outcome() {
-                    Outcome::Goal(_) => "the goal is reached at the start",
+                    Outcome::Goal(_) => "goal reached at the start",
                     Outcome::Collision(_) => "contact at the start",
-                    Outcome::Timeout => "the time of the goal is over at the start",
+                    Outcome::Timeout => "goal's time over at the start",
                     Outcome::OffRoad => "off the road at the start",
                     Outcome::Infeasible => "infeasible from the start",
                 }
@@ -92,7 +92,7 @@ impl DrivenScenario {
         let (last, _) = self.drive.states.last()?;
         (*self.outcome() == Outcome::Timeout && *last < deadline).then(|| {
             format!(
-                "stopped after {MOST_DRIVEN} steps, the maximum; the time of the goal ends at step {deadline}"
+                "stopped after {MOST_DRIVEN} steps, the maximum; the goal's time ends at step {deadline}"
             )
         })
     }

@@ -3,11 +3,15 @@
 use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde_json::json;
 
 use super::document;
 use super::driven::DrivenScenario;
 use super::places::{named_rightly, no_second_copies, writable};
 use crate::cli::Failure;
+use crate::cli::many_files::{FinishedFiles, ManyFiles, Progressed, holds};
 use crate::cli::open::clash;
 use crate::cli::output::{self, Target, file_of, refused};
 use crate::formats::commonroad::{self, SaveError, save};
@@ -40,12 +44,15 @@ pub struct Files {
     /// Replace existing files.
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    many: ManyFiles,
 }
 
 /// Output paths, checked before anything is planned.
 pub struct Targets<'a> {
     files: &'a Files,
     log: Option<Target>,
+    finished: Option<Arc<FinishedFiles>>,
 }
 
 impl Files {
@@ -77,11 +84,21 @@ impl Files {
     /// # Errors
     /// Something is in the way: a file that is there, an input, two scenarios of the same name; or there is no folder
     /// for several scenarios, nothing can be written there, or the scenarios would be found twice at `paths`.
-    pub fn begin(&self, paths: &[PathBuf], entries: &[Entry]) -> Result<Targets<'_>, Failure> {
+    pub fn begin(
+        &self,
+        paths: &[PathBuf],
+        entries: &[Entry],
+        settings: &str,
+    ) -> Result<Targets<'_>, Failure> {
+        if self.many.resume && self.log.is_some() {
+            return Err(Failure::input(
+                "--log and --resume exclude each other: the log has the cycles of one run",
+            ));
+        }
         for (flag, path) in [("--solution", &self.solution), ("--log", &self.log)] {
             if path.as_deref() == Some(Path::new("-")) {
                 return Err(Failure::input(format!(
-                    "{flag} -: name a file; standard output is taken"
+                    "{flag} -: standard output is already in use; name a file"
                 )));
             }
         }
@@ -90,7 +107,7 @@ impl Files {
             let Some(path) = path else { continue };
             if several && !path.is_dir() {
                 return Err(Failure::input(format!(
-                    "{} scenarios go into a folder that exists ({flag} FOLDER), and {} is none; make it first",
+                    "{} scenarios need an existing folder ({flag} FOLDER), but {} is not one; create it first",
                     entries.len(),
                     path.display()
                 )));
@@ -106,7 +123,7 @@ impl Files {
             && let Some((a, b)) = clash(entries)
         {
             return Err(Failure::input(format!(
-                "{} and {} are both called {} and would be written to the same file; plan them into folders of their own",
+                "{} and {} are both called {} and would be written to the same file; plan them into separate folders",
                 a.display(),
                 b.display(),
                 a.name
@@ -120,7 +137,9 @@ impl Files {
         for entry in entries {
             let targets = [self.ego_of(entry), self.scenario_of(entry)];
             let there = targets.into_iter().flatten().find(|path| path.exists());
-            if let Some(path) = there.filter(|_| !self.overwrite) {
+            // Those of an earlier run are compared one by one.
+            let kept = self.overwrite || self.many.resume;
+            if let Some(path) = there.filter(|_| !kept) {
                 return Err(refused(&SaveError::Exists(path)));
             }
         }
@@ -132,10 +151,24 @@ impl Files {
         }
         let log = self.log.as_deref();
         let log = log.map(|path| Target::begin(Some(path), self.overwrite));
+        let settings = format!(
+            "{settings} {:?} {} {}",
+            self.solution, self.solution_model, self.with_scenario
+        );
+        let folder = self.output.as_deref().filter(|path| path.is_dir());
         Ok(Targets {
             files: self,
             log: log.transpose()?,
+            finished: self
+                .many
+                .finished_files("plan", folder, settings)?
+                .map(Arc::new),
         })
+    }
+
+    /// The scenarios of the part that is planned.
+    pub fn part_of(&self, entries: Vec<Entry>) -> Vec<Entry> {
+        self.many.part.of(entries)
     }
 
     /// The file that a scenario's ego goes to.
@@ -175,7 +208,7 @@ impl Files {
         for (place, path) in named.iter().enumerate() {
             if named[..place].contains(path) {
                 return Err(Failure::input(format!(
-                    "{}: two things would be written to it; name another file for one of them",
+                    "{}: two outputs would be written to this file; name another one",
                     path.display()
                 )));
             }
@@ -184,7 +217,7 @@ impl Files {
         let mut all = named.into_iter().map(Path::to_path_buf).chain(copies);
         match all.find(|path| path.canonicalize().is_ok_and(|p| inputs.contains(&p))) {
             Some(path) => Err(Failure::input(format!(
-                "{}: this is a scenario that is to be planned in, and is not written over; name another file",
+                "{}: is one of the input scenarios and is not overwritten; name another file",
                 path.display()
             ))),
             None => Ok(()),
@@ -193,8 +226,37 @@ impl Files {
 }
 
 impl Targets<'_> {
-    /// Writes all that is wanted of a drive.
-    pub fn write(&mut self, entry: &Entry, driven: &DrivenScenario) -> Result<(), Failure> {
+    /// What earlier runs have finished; nothing without --resume.
+    pub fn finished(&self) -> Option<Arc<FinishedFiles>> {
+        self.finished.clone()
+    }
+
+    /// Writes all that is wanted of a drive, and notes it as finished.
+    pub fn write(
+        &mut self,
+        entry: &Entry,
+        driven: &DrivenScenario,
+        known: Option<Progressed>,
+    ) -> Result<(), Failure> {
+        let (Some(finished), Some(known)) = (self.finished(), known) else {
+            return self.write_files(entry, driven).map(drop);
+        };
+        finished.make_room(&known)?;
+        let files = self.write_files(entry, driven)?;
+        let notes = json!({
+            "document": document::document(driven),
+            "unharmed": driven.unharmed(),
+        });
+        finished.add(entry, known, &files, notes)
+    }
+
+    /// Writes all that is wanted of a drive; the files that were written.
+    fn write_files(
+        &mut self,
+        entry: &Entry,
+        driven: &DrivenScenario,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        let mut written = Vec::new();
         if let Some(log) = &mut self.log {
             for cycle in &driven.drive.cycles {
                 let line = output::json_line(&document::cycle(driven, cycle))?;
@@ -210,6 +272,7 @@ impl Targets<'_> {
         if let Some(path) = files.ego_of(entry) {
             let bytes = write_recording(driven.problem, &driven.drive.track());
             files.save(&path, &bytes.map_err(Failure::input)?)?;
+            written.push(path);
         }
         if let Some(path) = files.scenario_of(entry) {
             let bytes = match entry.source() {
@@ -218,11 +281,12 @@ impl Targets<'_> {
                 Err(_) => commonroad::write(&driven.scenario).map_err(Failure::input)?,
             };
             files.save(&path, &bytes)?;
+            written.push(path);
         }
-        match &files.solution {
-            Some(path) => files.write_solution(path, entry, driven),
-            None => Ok(()),
+        if let Some(path) = &files.solution {
+            written.push(files.write_solution(path, entry, driven)?);
         }
+        Ok(written)
     }
 
     /// Puts the log in its place.
@@ -237,7 +301,7 @@ impl Files {
         path: &Path,
         entry: &Entry,
         driven: &DrivenScenario,
-    ) -> Result<(), Failure> {
+    ) -> Result<PathBuf, Failure> {
         let model = VehicleModel::parse(&self.solution_model.to_uppercase());
         let header = &driven.scenario.header;
         let wrong = |e| Failure::input(format!("{}: {e}", entry.display()));
@@ -260,7 +324,8 @@ impl Files {
             false => path.to_path_buf(),
         };
         let bytes = commonroad::write_solution(&solution).map_err(wrong)?;
-        self.save(&path, &bytes)
+        self.save(&path, &bytes)?;
+        Ok(path)
     }
 
     /// Saves a file; below a folder that was named, the scenario's own folder is made.
@@ -272,6 +337,9 @@ impl Files {
             && !folder.is_dir()
         {
             std::fs::create_dir(folder).map_err(|e| Failure::system(folder.display(), &e))?;
+        }
+        if self.many.resume && holds(path, bytes) {
+            return Ok(());
         }
         save(path, bytes, self.overwrite).map_err(|e| refused(&e))
     }

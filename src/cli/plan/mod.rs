@@ -12,7 +12,10 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use serde_json::Value;
+
 use super::interrupt::{INTERRUPTED, interrupted};
+use super::many_files::Progressed;
 use super::open::{configuration, found};
 use super::parallel::in_order;
 use super::progress::Progress;
@@ -39,7 +42,7 @@ pub struct PlanArguments {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: options::PlanOptions,
-    /// Print JSON lines: one object a scenario; `error` if it could not be planned.
+    /// Print JSON lines: one object per scenario; `error` if it could not be planned.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -55,13 +58,17 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     }
     let (_, config) = configuration()?;
     let settings = arguments.how.settings(&config)?;
-    let entries = found(&arguments.paths)?;
-    let targets = arguments.files.begin(&arguments.paths, &entries)?;
+    let entries = arguments.files.part_of(found(&arguments.paths)?);
+    if entries.is_empty() {
+        return Ok(());
+    }
+    let said = format!("{settings:?} {:?}", arguments.how.planning_problem);
+    let targets = arguments.files.begin(&arguments.paths, &entries, &said)?;
+    let finished = targets.finished();
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
     if unnamed && settings.planner.vehicle != VehicleType::Bmw320i {
         output::say(&format!(
-            "nearmiss: the CSV does not carry the vehicle's size; who reads it takes it for a {}, and this is a {}. \
-             A solution carries it: --solution with the folder of -o, or open that file with --ego",
+            "nearmiss: the CSV cannot hold the vehicle's size and is read as a {}, but this is a {}; --solution with the folder of -o keeps it, or open the solution with --ego",
             VehicleType::Bmw320i.name(),
             settings.planner.vehicle.name()
         ));
@@ -79,6 +86,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         begun: false,
         gone: false,
         next: 0,
+        kept: 0,
         harmed: 0,
         missed: Missing::default(),
     };
@@ -88,14 +96,26 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     in_order(
         entries.len(),
         &stop,
-        |i| driven::drive(&entries[i], problem, &settings, &cancel),
-        |driven| {
+        |i| {
+            let known = finished.as_ref().map(|finished| finished.of(&entries[i]));
+            if let Some(notes) = known.as_ref().and_then(|known| known.finished.clone()) {
+                return Some(Work::Kept(notes));
+            }
+            let driven = driven::drive(&entries[i], problem, &settings, &cancel)?;
+            Some(Work::Driven(driven.map(Box::new), known))
+        },
+        |work| {
             // A drive that was cut short is none.
-            let Some(driven) = driven else {
+            let Some(work) = work else {
                 return ControlFlow::Break(());
             };
             let mut taken = Ok(ControlFlow::Continue(()));
-            progress.suspend(|| taken = job.take(driven));
+            progress.suspend(|| {
+                taken = match work {
+                    Work::Kept(notes) => job.keep(&notes),
+                    Work::Driven(driven, known) => job.take(driven, known),
+                };
+            });
             progress.step();
             taken.unwrap_or_else(|error| {
                 failure = Some(error);
@@ -105,6 +125,14 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     );
     drop(progress);
     job.end(failure, stop.load(Ordering::Relaxed))
+}
+
+/// What became of a scenario.
+enum Work {
+    /// An earlier run has driven it, with these notes.
+    Kept(Value),
+    /// It was driven, with what an earlier run has of it.
+    Driven(Result<Box<DrivenScenario>, PlanError>, Option<Progressed>),
 }
 
 /// How many scenarios were not driven.
@@ -128,15 +156,29 @@ struct Job<'a> {
     gone: bool,
     /// Place of the next scenario.
     next: usize,
+    /// Scenarios that an earlier run has driven.
+    kept: usize,
     harmed: usize,
     missed: Missing,
 }
 
 impl Job<'_> {
+    /// Counts the next scenario as an earlier run has left it.
+    fn keep(&mut self, notes: &Value) -> Result<ControlFlow<()>, Failure> {
+        self.next += 1;
+        self.kept += 1;
+        self.harmed += usize::from(notes["unharmed"] == false);
+        if self.arguments.json {
+            self.line(&notes["document"])?;
+        }
+        Ok(self.next_one())
+    }
+
     /// Shows and writes the next scenario.
     fn take(
         &mut self,
-        driven: Result<DrivenScenario, PlanError>,
+        driven: Result<Box<DrivenScenario>, PlanError>,
+        known: Option<Progressed>,
     ) -> Result<ControlFlow<()>, Failure> {
         let entry = &self.entries[self.next];
         self.next += 1;
@@ -160,7 +202,7 @@ impl Job<'_> {
         };
         self.harmed += usize::from(!driven.unharmed());
         // Files first: who reads a line finds them. What cannot be written of one scenario does not end the others.
-        if let Err(failure) = self.targets.write(entry, &driven) {
+        if let Err(failure) = self.targets.write(entry, &driven, known) {
             if self.entries.len() == 1 {
                 return Err(failure);
             }
@@ -220,6 +262,12 @@ impl Job<'_> {
             let sum = std::mem::replace(&mut self.table, Table::new(0)).sum(missed);
             self.show(&sum)?;
         }
+        if self.kept > 0 {
+            output::say(&format!(
+                "nearmiss: {} of an earlier run kept; the table has the others",
+                output::counted(self.kept, "drive")
+            ));
+        }
         let (done, harmed) = (self.next, self.harmed);
         self.targets.finish()?;
         if let Some(failure) = failure {
@@ -233,7 +281,7 @@ impl Job<'_> {
                 status: INTERRUPTED,
             });
         }
-        let finding = |message| Err(Failure { message, status: 1 });
+        let finding = |message| Err(Failure::finding(message));
         match (harmed, missed) {
             (0, 0) => Ok(()),
             _ if self.missed.input == all => Err(Failure::input(format!(

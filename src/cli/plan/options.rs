@@ -30,7 +30,7 @@ pub struct PlanOptions {
 
 /// A word of the command line as the value of a key of the configuration, in the same bounds.
 fn value(id: &str, word: &str) -> Result<Value, String> {
-    let key = PlannerKey::named(id).ok_or("no such key")?;
+    let key = PlannerKey::named(id).ok_or("unknown key")?;
     let whole = word.parse().map(Value::Integer);
     let number = whole.or_else(|_| word.parse().map(Value::Float)).ok();
     number.filter(|n| key.allows(n)).ok_or_else(|| key.needed())

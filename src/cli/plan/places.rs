@@ -14,7 +14,7 @@ pub fn named_rightly(flag: &str, path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::input(format!(
-        "{flag} {text}: no such folder; make it first"
+        "{flag} {text}: no such folder; create it first"
     )))
 }
 
@@ -27,7 +27,7 @@ pub fn writable(flag: &str, path: &Path, overwrite: bool) -> Result<(), Failure>
     tried.map(drop).map_err(|error| match error {
         SaveError::Exists(_) => refused(&error),
         SaveError::Io { .. } => Failure::input(format!(
-            "{flag} {}: nothing can be written there ({}); name another place",
+            "{flag} {}: not writable ({}); choose another folder",
             path.display(),
             error
         )),
@@ -68,13 +68,12 @@ pub fn no_second_copies<'a>(
     // An ego in NAME/ belongs to the NAME.xml beside it.
     let without = match inside {
         Some(file) if file.parent() == Some(&whole) => {
-            ", or leave --with-scenario out: egos are found beside their scenarios"
+            ", or drop --with-scenario: egos are found beside their scenarios"
         }
         _ => "",
     };
     Err(Failure::input(format!(
-        "--with-scenario -o {}: the scenarios are read from {}, where each copy would be found as a second scenario of \
-         the same name; name a folder outside of it{without}",
+        "--with-scenario -o {}: the scenarios are read from {}, so each copy would be found as a second scenario of the same name; choose a folder outside it{without}",
         folder.display(),
         found.display()
     )))

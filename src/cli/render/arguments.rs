@@ -4,10 +4,16 @@ use std::path::PathBuf;
 
 use crate::cli::Failure;
 use crate::cli::at::At;
-use crate::cli::open::EgoChoice;
+use crate::cli::many_files::ManyFiles;
+use crate::cli::open::{EgoChoice, task};
+use crate::cli::span::history;
+use crate::evaluation::{Settings, window_end};
 use crate::metrics::{MEASURES, Measure, measure};
+use crate::prompts::Defaults;
 use crate::render::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
-use crate::system::available;
+use crate::scenario::WindowRule;
+use crate::system::unknown;
+use crate::verdict::Task;
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
@@ -18,7 +24,7 @@ pub struct Render {
     #[command(flatten)]
     pub ego: EgoChoice,
     /// Moments to draw, separated by commas: time steps (32), seconds (3.2s), or worst: the first contact, else the
-    /// first step of the lowest risk score [default: the first step of the smallest distance].
+    /// worst risk score at its smallest distance [default: worst].
     #[arg(
         long,
         value_name = "STEP|SECONDS|worst",
@@ -54,6 +60,13 @@ pub struct Render {
     /// Measures to plot; `nearmiss metrics --list` lists them [default: distance].
     #[arg(long, value_name = "MEASURE", value_delimiter = ',', value_parser = named_measure)]
     pub plot: Vec<&'static Measure>,
+    /// Question whose window plots shade: collision (the end of the recording), or safety (up to the moment drawn)
+    /// [default: collision].
+    #[arg(long, value_name = "TASK", value_parser = task)]
+    pub task: Option<Task>,
+    /// Steps in that window [default: from the configuration, else 10].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
+    pub history: Option<u32>,
     /// Width and height: 85x60 or 85x60mm, 800x600px, or only a width; columns and rows for --what screen [default:
     /// 85mm wide].
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -75,6 +88,8 @@ pub struct Render {
     /// Replace existing files.
     #[arg(long)]
     pub overwrite: bool,
+    #[command(flatten)]
+    pub many: ManyFiles,
 }
 
 /// What is drawn.
@@ -150,8 +165,8 @@ fn size(text: &str) -> Result<Size, String> {
 
 fn named_measure(id: &str) -> Result<&'static Measure, String> {
     measure(id).ok_or_else(|| {
-        let known = available(id, MEASURES.iter().map(|m| m.id));
-        format!("unknown measure{known}; `nearmiss metrics --list` lists them")
+        let unknown = unknown("measure", id, MEASURES.iter().map(|m| m.id));
+        format!("{unknown}\n`nearmiss metrics --list` lists all")
     })
 }
 
@@ -166,6 +181,15 @@ fn dpi(text: &str) -> Result<f64, String> {
 }
 
 impl Render {
+    /// Everything that changes pictures, apart from scenarios and theme, in words.
+    pub fn settings(&self) -> String {
+        let which = (&self.ego, &self.at, self.all, self.what, &self.view);
+        let shown = (&self.original, self.rotate, &self.obstacle, &self.task);
+        let plots: Vec<&str> = self.plot.iter().map(|measure| measure.id).collect();
+        let form = (plots, self.history, self.size, self.dpi, self.format);
+        format!("{which:?} {shown:?} {form:?}")
+    }
+
     /// Refuses what does not go together.
     pub fn check(&self) -> Result<(), Failure> {
         let screen = self.what == RenderContent::Screen;
@@ -185,14 +209,18 @@ impl Render {
             "--original needs a map: --what map or both"
         } else if self.what == RenderContent::Map && !self.plot.is_empty() {
             "--plot needs --what plot or --what both"
+        } else if matches!(self.what, RenderContent::Map | RenderContent::Screen)
+            && (self.task.is_some() || self.history.is_some())
+        {
+            "--task and --history need --what plot or --what both"
         } else {
             return Ok(());
         };
         Err(Failure::input(wrong))
     }
 
-    /// How the figure looks, but for its colours.
-    pub fn look(&self) -> Result<Look, Failure> {
+    /// How the figure looks, but for its colours; `history` is that of the configuration.
+    pub fn look(&self, history: Option<usize>) -> Result<Look, Failure> {
         let usual = Look::default();
         let what = match self.what {
             RenderContent::Map | RenderContent::Screen => FigureContent::Map,
@@ -217,9 +245,23 @@ impl Render {
             } else {
                 self.plot.clone()
             },
+            window: Some(self.window(history)),
             size: self.size.map_or(usual.size, points),
             palette: usual.palette,
         })
+    }
+
+    /// The question's window.
+    fn window(&self, configured: Option<usize>) -> WindowRule {
+        let history = self.history.map(|steps| steps as usize).or(configured);
+        let settings = Settings {
+            history,
+            ..Settings::default()
+        };
+        WindowRule {
+            end: window_end(self.task.unwrap_or(Task::Collision)),
+            history: settings.with(&Defaults::default()).history,
+        }
     }
 
     /// Columns and rows of a screen.

@@ -1,9 +1,11 @@
 //! The output of pictures: standard output, a file or a folder, written atomically.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use super::Render;
 use crate::cli::Failure;
+use crate::cli::many_files::holds;
 use crate::cli::open::clash;
 use crate::cli::output::Target;
 use crate::formats::Entry;
@@ -15,6 +17,10 @@ pub struct Destination {
     /// How.
     pub format: Format,
     overwrite: bool,
+    /// Files that an earlier run wrote may be there.
+    resumed: bool,
+    /// Files of the present scenario.
+    written: Mutex<Vec<PathBuf>>,
 }
 
 enum Place {
@@ -31,7 +37,8 @@ impl Destination {
             (false, at) => at,
         };
         let film = arguments.format == Some(Format::Gif);
-        let several = entries.len() > 1 || (steps > 1 && !film);
+        let several =
+            entries.len() > 1 || arguments.many.part.shard.is_some() || (steps > 1 && !film);
         // Several pictures have no room in one file; without --format, an ending that was left out is asked for.
         let new_folder = |path: &Path| {
             several && arguments.format.is_some() && path.extension().is_none() && !path.exists()
@@ -49,19 +56,18 @@ impl Destination {
         let format = match (arguments.format, of_name, &place) {
             (Some(asked), Some(named), Place::File(path)) if asked != named => {
                 return Err(Failure::input(format!(
-                    "--format {} does not go with the name {}; leave --format out or name another file",
+                    "--format {} contradicts the file name {}; drop --format or rename the file",
                     asked.name(),
                     path.display()
                 )));
             }
             (None, None, Place::File(path)) => {
                 let folder = match path.extension() {
-                    None if several => ", and makes a folder of this one",
+                    None if several => ", and makes this a folder",
                     _ => "",
                 };
                 return Err(Failure::input(format!(
-                    "{}: the ending does not say how to write it; the known ones are .svg, .png and .gif, --format says \
-                     it for any name{folder}",
+                    "{}: unknown file extension; known are .svg, .png and .gif; --format works with any name{folder}",
                     path.display()
                 )));
             }
@@ -69,13 +75,15 @@ impl Destination {
         };
         if format == Format::Gif && steps < 2 {
             return Err(Failure::input(
-                "GIF needs several pictures: --all, or several moments with --at",
+                "GIF needs several pictures: use --all, or several moments with --at",
             ));
         }
         let target = Self {
             place,
             format,
             overwrite: arguments.overwrite,
+            resumed: arguments.many.resume,
+            written: Mutex::default(),
         };
         match &target.place {
             Place::Folder(_) => target.without_clash(entries),
@@ -84,7 +92,7 @@ impl Destination {
                 entries.len()
             ))),
             Place::Stdout if steps > 1 && format != Format::Gif => Err(Failure::input(
-                "several pictures need files: -o FOLDER, or -o NAME.svg or NAME.png, which are numbered",
+                "several pictures need -o FOLDER, or -o NAME.svg or NAME.png for numbered files",
             )),
             _ => Ok(target),
         }
@@ -93,13 +101,26 @@ impl Destination {
     fn without_clash(self, entries: &[Entry]) -> Result<Self, Failure> {
         match clash(entries) {
             Some((a, b)) => Err(Failure::input(format!(
-                "{} and {} would both be drawn as {}; draw them into folders of their own",
+                "{} and {} would both be drawn as {}; draw them into separate folders",
                 a.display(),
                 b.display(),
                 a.name
             ))),
             None => Ok(self),
         }
+    }
+
+    /// The folder, if pictures go into one.
+    pub fn folder(&self) -> Option<&Path> {
+        match &self.place {
+            Place::Folder(folder) => Some(folder),
+            _ => None,
+        }
+    }
+
+    /// The files that were written since it was asked last.
+    pub fn take_written(&self) -> Vec<PathBuf> {
+        std::mem::take(&mut *self.written.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The file of a scenario, numbered by its step where there are several.
@@ -132,6 +153,14 @@ impl Destination {
 
     /// Writes a whole picture.
     pub fn save(&self, entry: &Entry, step: Option<i64>, bytes: &[u8]) -> Result<(), Failure> {
-        self.begin(entry, step)?.save(bytes)
+        let path = self.path(entry, step);
+        if let Some(path) = &path {
+            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+            written.push(path.clone());
+        }
+        match path {
+            Some(path) if self.resumed && holds(&path, bytes) => Ok(()),
+            _ => self.begin(entry, step)?.save(bytes),
+        }
     }
 }

@@ -6,6 +6,8 @@ mod original;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use serde_json::Value;
+
 pub use arguments::Render;
 use arguments::RenderContent;
 use destination::Destination;
@@ -13,6 +15,7 @@ use original::Original;
 
 use super::at::worst_step;
 use super::interrupt::{INTERRUPTED, interrupted};
+use super::many_files::FinishedFiles;
 use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, user_thresholds};
 use super::parallel::in_order;
 use super::progress::Progress;
@@ -33,13 +36,18 @@ struct Job<'a> {
     ego: EgoSelection,
     target: Destination,
     dpi: f64,
+    /// Steps of windows, as the configuration has them.
+    history: Option<usize>,
     painter: ScreenPainter,
     stop: &'a AtomicBool,
 }
 
 /// Runs `render`; `painter` draws screens of the workbench.
 pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
-    let entries = found(&arguments.paths)?;
+    let entries = arguments.many.part.of(found(&arguments.paths)?);
+    if entries.is_empty() {
+        return Ok(());
+    }
     let target = Destination::new(arguments, &entries)?;
     let (folders, config) = configuration()?;
     let stop = interrupted(true);
@@ -51,13 +59,23 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
         ego: arguments.ego.wanted()?,
         dpi: arguments.dpi(target.format)?,
         target,
+        history: config.history,
         painter,
         stop: &stop,
     };
     arguments.check()?;
+    let settings = format!(
+        "{} {theme} {:?} {:?}",
+        arguments.settings(),
+        job.history,
+        job.thresholds
+    );
+    let finished = arguments
+        .many
+        .finished_files("render", job.target.folder(), settings)?;
     let mut failed = 0;
     for entry in &entries {
-        match job.render(entry, &theme) {
+        match job.render_once(entry, &theme, finished.as_ref()) {
             Ok(()) => {}
             Err(failure) if entries.len() == 1 || failure.status == INTERRUPTED => {
                 return Err(failure);
@@ -71,10 +89,10 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
     match failed {
         0 => Ok(()),
         n if n == entries.len() => Err(Failure::input("no scenario could be drawn")),
-        n => Err(Failure {
-            message: format!("{n} of {} scenarios could not be drawn", entries.len()),
-            status: 1,
-        }),
+        n => Err(Failure::finding(format!(
+            "{n} of {} scenarios could not be drawn",
+            entries.len()
+        ))),
     }
 }
 
@@ -91,8 +109,7 @@ fn stopped() -> Failure {
 /// No ego is planned unless asked for; a note says that a picture has no ego.
 fn without_ego(entry: &Entry) {
     output::say(&format!(
-        "nearmiss: {}: drawn without an ego: no recording beside it; choose one with --ego ID|FILE, or make one with \
-         `nearmiss plan -o`",
+        "nearmiss: {}: drawn without an ego: no recording beside it; choose one with --ego ID|FILE, or plan one with `nearmiss plan -o`",
         entry.display()
     ));
 }
@@ -108,6 +125,21 @@ struct Timeline<'a> {
 }
 
 impl Job<'_> {
+    /// The same as [`Job::render`], unless an earlier run has done it.
+    fn render_once(&self, entry: &Entry, theme: &str, finished: Option<&FinishedFiles>) -> Outcome {
+        let Some(finished) = finished else {
+            return self.render(entry, theme);
+        };
+        let known = finished.of(entry);
+        if known.finished.is_some() {
+            return Ok(());
+        }
+        finished.make_room(&known)?;
+        self.target.take_written();
+        self.render(entry, theme)?;
+        finished.add(entry, known, &self.target.take_written(), Value::Null)
+    }
+
     fn render(&self, entry: &Entry, theme: &str) -> Outcome {
         if self.stop.load(Ordering::Relaxed) {
             return Err(stopped());
@@ -135,7 +167,7 @@ impl Job<'_> {
         };
         let look = Look {
             palette: self.palette.clone(),
-            ..self.arguments.look()?
+            ..self.arguments.look(self.history)?
         };
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
@@ -150,7 +182,7 @@ impl Job<'_> {
         let mut figure =
             Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| match e {
                 FigureError::NoEgo => named(&format!(
-                    "{e}; --ego ID|FILE chooses one, --what map draws without, `nearmiss plan -o` makes one"
+                    "{e}; --ego ID|FILE chooses one, `nearmiss plan -o` plans one, --what map needs none"
                 )),
                 e => named(&e),
             })?;
@@ -201,7 +233,7 @@ impl Job<'_> {
         let count = all.end.saturating_sub(all.start);
         if self.arguments.all && count > MOST_PICTURES {
             return Err(Failure::input(format!(
-                "{}: {count} time steps ({} to {}), and at most {MOST_PICTURES} can be drawn at once; choose some with --at",
+                "{}: {count} time steps ({} to {}), but at most {MOST_PICTURES} pictures at once; choose steps with --at",
                 entry.display(),
                 all.start,
                 all.end - 1
@@ -270,20 +302,23 @@ impl Job<'_> {
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
         if target.format == Format::Gif {
-            let mut file = target.begin(entry, None)?;
-            let drawn = animate(
-                &mut file,
-                steps.len(),
-                dt,
-                dpi,
-                |i| draw(steps[i]),
-                self.stop,
-            );
-            return match drawn {
-                Ok(_) => file.finish(),
-                Err(_) if self.stop.load(Ordering::Relaxed) => Err(stopped()),
-                Err(error) => Err(named(&error)),
+            let film = |out: &mut (dyn std::io::Write + Send)| {
+                let drawn = animate(out, steps.len(), dt, dpi, |i| draw(steps[i]), self.stop);
+                match drawn {
+                    Ok(_) => Ok(()),
+                    Err(_) if self.stop.load(Ordering::Relaxed) => Err(stopped()),
+                    Err(error) => Err(named(&error)),
+                }
             };
+            // One that is there already is compared as a whole.
+            if self.arguments.many.resume {
+                let mut bytes = Vec::new();
+                film(&mut bytes)?;
+                return target.save(entry, None, &bytes);
+            }
+            let mut file = target.begin(entry, None)?;
+            film(&mut file)?;
+            return file.finish();
         }
         let several = steps.len() > 1;
         let progress = Progress::new(steps.len(), "pictures", true);

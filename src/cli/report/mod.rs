@@ -1,18 +1,33 @@
 //! `nearmiss report`: accuracy of stored or recorded answers, as tables for papers.
 
+mod answers;
+mod claims;
+mod figure;
 mod of_batch;
 mod of_folder;
 mod of_store;
+mod parquet;
+mod pivot;
 mod truth;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::filters::Filters;
+use serde_json::Value;
+
+use super::declared::Declared;
+use super::evaluate::part_of_split;
+use super::filters::{Filters, store_to_read};
+use super::gate::{Gate, both};
 use super::output::{self, Target, file_of};
 use super::{Failure, Outcome};
-use crate::evaluation::report::{Document, Report};
+use crate::evaluation::report::{
+    self, Comparison, Document, Pivot, Report, ReportFigure, SplitReport,
+};
+use crate::evaluation::{AnswerPage, PromptConfig, Provenance, Scored};
 use crate::paper::Paper;
-use crate::store::Filter;
+use crate::store::{Filter, SplitPart};
+use pivot::PivotOptions;
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -40,6 +55,27 @@ pub struct ReportArguments {
     /// Parse the stored answers again with this version.
     #[arg(long, conflicts_with_all = ["folder", "paper"])]
     reread: bool,
+    /// Show the figures of a batch's test split before it is complete; later reports say that it was looked at.
+    #[arg(long, conflicts_with_all = ["folder", "paper"])]
+    unlock: bool,
+    /// Only this part of the split of a batch: dev or test. Tables over axes and figures are of one part.
+    #[arg(long, value_name = "PART", value_parser = part_of_split, conflicts_with_all = ["folder", "paper"])]
+    split: Option<SplitPart>,
+    #[command(flatten)]
+    declared: Declared,
+    #[command(flatten)]
+    pivot: PivotOptions,
+    /// Write a figure instead of tables, into a file that ends in .svg or .png: bars (--measure with intervals; with
+    /// --rows one for each cell of that table), leads, reliability or cost (against F1).
+    #[arg(
+        long,
+        value_name = "FIGURE",
+        value_parser = ReportFigure::parse,
+        conflicts_with_all = ["paper", "against", "ablation", "format", "json", "pairs"]
+    )]
+    figure: Option<ReportFigure>,
+    #[command(flatten)]
+    gate: Gate,
     /// Format of the report [default: from the file name, else md].
     #[arg(long, value_enum)]
     format: Option<Format>,
@@ -49,8 +85,7 @@ pub struct ReportArguments {
     /// File to write; - is standard output, which is the default.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// CSV file for McNemar's test between pairs of prompt configurations, one row a pair; other formats have them in
-    /// the report.
+    /// CSV file for the comparisons of prompt configurations, one row each; other formats have them in the report.
     #[arg(long, value_name = "FILE")]
     pairs: Option<PathBuf>,
     /// Replace existing files.
@@ -64,8 +99,10 @@ enum Format {
     Md,
     /// LaTeX tables with the rules of booktabs.
     Latex,
-    /// CSV: one row a cell, unrounded; --pairs has McNemar's test.
+    /// CSV: one row a cell, unrounded; --pairs has the comparisons.
     Csv,
+    /// Apache Parquet: the rows of CSV, with provenance as metadata; needs a file.
+    Parquet,
     /// One JSON object with every number.
     Json,
     /// One self-contained file with tables and figures.
@@ -78,6 +115,7 @@ const ENDINGS: &[(&str, Format)] = &[
     ("markdown", Format::Md),
     ("tex", Format::Latex),
     ("csv", Format::Csv),
+    ("parquet", Format::Parquet),
     ("json", Format::Json),
     ("html", Format::Html),
     ("htm", Format::Html),
@@ -85,38 +123,51 @@ const ENDINGS: &[(&str, Format)] = &[
 
 /// A report, of the one kind or the other.
 enum AnyReport {
-    Report(Report),
-    Paper(Paper),
+    Report(Box<Report>),
+    Split(Box<SplitReport>),
+    Paper(Box<Paper>),
+    Pivot(Box<Pivot>),
 }
 
 /// Runs `report`.
 pub fn run(arguments: &ReportArguments) -> Outcome {
     let file = file_of(arguments.output.as_deref());
-    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
-    let known = ".md, .tex, .csv, .json and .html";
-    let format = output::format_of(asked, file, Format::Md, (ENDINGS, known))?;
     let of_folder = arguments.paper.is_some() || arguments.folder.is_some();
     if of_folder && arguments.filters.filter(None) != Filter::default() {
         return Err(Failure::input(
-            "filters choose among the runs of the store; the recorded answers in a folder are reported as they are \
-             (`nearmiss import FOLDER` puts them into the store)",
+            "filters apply to the runs of the store, not to a folder of recorded answers; `nearmiss import FOLDER` puts these into the store",
         ));
     }
+    if arguments.paper.is_some() && arguments.declared.any() {
+        return Err(Failure::input(
+            "--baseline and --compare: the tables of the paper have no comparisons of ways; \
+             `nearmiss report FOLDER --baseline NAME` compares the recorded answers",
+        ));
+    }
+    arguments.pivot.check(arguments)?;
     let to_files = arguments.output.is_some() || arguments.pairs.is_some();
     if arguments.overwrite && !to_files {
         return Err(Failure::input("--overwrite needs -o FILE or --pairs FILE"));
     }
+    if let Some(figure) = arguments.figure {
+        return figure::write(arguments, figure, file);
+    }
+    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
+    let known = ".md, .tex, .csv, .parquet, .json and .html";
+    let format = output::format_of(asked, file, Format::Md, (ENDINGS, known))?;
+    if format == Format::Parquet {
+        output::Format::Parquet.check(file)?;
+    }
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {
         return Err(Failure::input(
-            "--pairs: the report itself goes there; name another file",
+            "--pairs: the report itself is written there; name another file",
         ));
     }
     let (made, lost) = match (&arguments.paper, &arguments.folder) {
         (Some(folder), _) => of_folder::paper(folder)?,
-        (None, Some(folder)) => of_folder::made(folder)?,
-        (None, None) => (of_store::made(arguments)?, 0),
+        (None, Some(folder)) => of_folder::made(arguments, folder, format)?,
+        (None, None) => (of_store::made(arguments, format)?, 0),
     };
-    let text = made.text(format)?;
     let target = Target::begin(file, arguments.overwrite)?;
     // Both can be begun, or neither is written.
     let pairs = arguments
@@ -124,49 +175,118 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         .as_deref()
         .map(|name| Target::begin(file_of(Some(name)), arguments.overwrite));
     let pairs = pairs.transpose()?;
-    target.save(text.as_bytes())?;
-    if format == Format::Csv && !made.report().varied.is_empty() {
-        output::say("nearmiss: CSV has no tables of transforms and leads; the other formats do");
+    let provenance = made.provenance();
+    match format {
+        Format::Parquet => parquet::write((file, target), &made.rows(), provenance)?,
+        _ => target.save(made.text(format)?.as_bytes())?,
+    }
+    if let (Format::Csv, Some(provenance)) = (format, provenance) {
+        output::say(&format!("nearmiss: {}", provenance.words()));
+    }
+    if is_flat(format) && made.reports().any(|report| !report.varied.is_empty()) {
+        output::say(
+            "nearmiss: CSV and Parquet leave out the tables of transforms and leads; the other formats have them",
+        );
     }
     match pairs {
         None => made.hint_at_pairs(format),
-        Some(target) => target.save(
-            made.report()
-                .pairs_csv()
-                .map_err(Failure::input)?
-                .as_bytes(),
-        )?,
+        Some(target) => target.save(made.pairs_csv()?.as_bytes())?,
     }
-    match lost {
+    let required = arguments.required(&made.reports().collect::<Vec<_>>());
+    let whole = match lost {
         0 => Ok(()),
-        1 => Err(finding(
-            "1 file could not be read and is missing from the report".into(),
+        1 => Err(Failure::finding(
+            "1 file could not be read and is missing from the report",
         )),
-        n => Err(finding(format!(
+        n => Err(Failure::finding(format!(
             "{n} files could not be read and are missing from the report"
         ))),
+    };
+    both(whole, required)
+}
+
+impl ReportArguments {
+    /// Holds what is required against the report.
+    fn required(&self, reports: &[&Report]) -> Outcome {
+        if !self.gate.needs_batch() {
+            return self.gate.check(reports, None);
+        }
+        let store = store_to_read()?;
+        let id = match self.filters.filter(None).batch.as_deref() {
+            Some("last") => store
+                .last_batch()
+                .map_err(Failure::input)?
+                .map(|batch| batch.id),
+            named => named.and_then(|name| name.parse().ok()),
+        };
+        self.gate.check(reports, id.map(|id| (&*store, id)))
+    }
+
+    /// The report of answers, with the comparisons that the options declare, else those `usual` ones.
+    fn compared(&self, scored: &[Scored], usual: &Comparison) -> Result<Report, Failure> {
+        if !self.declared.any() {
+            return Ok(Report::compared(scored, usual));
+        }
+        let ways: BTreeSet<&PromptConfig> = scored.iter().map(|one| &one.way).collect();
+        let ways: Vec<&PromptConfig> = ways.into_iter().collect();
+        let comparison = self.declared.comparison(&ways)?;
+        Ok(Report::compared(scored, &comparison))
     }
 }
 
-fn finding(message: String) -> Failure {
-    Failure { message, status: 1 }
+/// Whether a format has one row a cell, and nothing else.
+fn is_flat(format: Format) -> bool {
+    matches!(format, Format::Csv | Format::Parquet)
 }
 
 impl AnyReport {
-    fn report(&self) -> &Report {
+    fn provenance(&self) -> Option<&Provenance> {
+        let about = match self {
+            Self::Split(split) => return split.provenance.as_ref(),
+            Self::Pivot(pivot) => Some(&pivot.about),
+            _ => self.reports().next().map(|report| &report.about),
+        };
+        about.and_then(|about| about.provenance.as_ref())
+    }
+
+    /// The rows of formats that are flat.
+    fn rows(&self) -> Vec<Value> {
         match self {
-            Self::Report(report) => report,
-            Self::Paper(paper) => &paper.report,
+            Self::Report(report) => report.rows(),
+            Self::Split(split) => split.rows(),
+            Self::Paper(paper) => paper.rows(),
+            Self::Pivot(pivot) => pivot.rows(),
         }
+    }
+
+    fn reports(&self) -> impl Iterator<Item = &Report> {
+        let (one, parts) = match self {
+            Self::Report(report) => (Some(&**report), &[][..]),
+            Self::Paper(paper) => (Some(&paper.report), &[][..]),
+            Self::Split(split) => (None, &split.parts[..]),
+            Self::Pivot(_) => (None, &[][..]),
+        };
+        one.into_iter()
+            .chain(parts.iter().map(|(_, report)| report))
+    }
+
+    fn pairs_csv(&self) -> Result<String, Failure> {
+        let text = match self {
+            Self::Report(report) => report.pairs_csv(),
+            Self::Split(split) => split.pairs_csv(),
+            Self::Paper(paper) => paper.report.pairs_csv(),
+            // Refused before anything is read.
+            Self::Pivot(_) => Ok(String::new()),
+        };
+        text.map_err(Failure::input)
     }
 
     /// A table of cells has no place for pairs.
     fn hint_at_pairs(&self, format: Format) {
-        let pairs = self.report().pairs.len();
-        if format == Format::Csv && pairs > 0 {
+        let pairs: usize = self.reports().map(|report| report.pairs.len()).sum();
+        if is_flat(format) && pairs > 0 {
             output::say(&format!(
-                "nearmiss: McNemar's test between pairs of ways ({pairs}) is not in this table; --pairs FILE writes it \
-                 as CSV, too"
+                "nearmiss: the comparisons of configurations ({pairs}) are not in this table; --pairs FILE writes them as CSV"
             ));
         }
     }
@@ -175,16 +295,22 @@ impl AnyReport {
         Ok(match format {
             Format::Md => self.document().markdown(),
             Format::Latex => self.document().latex(),
-            Format::Html => self.document().html(),
-            Format::Csv => match self {
-                Self::Report(report) => report.csv(),
-                Self::Paper(paper) => paper.csv(),
+            Format::Html => {
+                let none = AnswerPage::default();
+                self.document().html(match self {
+                    Self::Report(report) => &report.answers,
+                    Self::Split(split) => &split.answers,
+                    Self::Paper(paper) => &paper.report.answers,
+                    Self::Pivot(_) => &none,
+                })
             }
-            .map_err(Failure::input)?,
+            Format::Csv | Format::Parquet => report::csv(&self.rows()).map_err(Failure::input)?,
             Format::Json => {
                 let json = match self {
                     Self::Report(report) => report.json(),
+                    Self::Split(split) => split.json(),
                     Self::Paper(paper) => paper.json(),
+                    Self::Pivot(pivot) => pivot.json(),
                 };
                 output::json_line(&json)?
             }
@@ -194,7 +320,9 @@ impl AnyReport {
     fn document(&self) -> Document {
         match self {
             Self::Report(report) => report.document("Accuracy of answers"),
+            Self::Split(split) => split.document("Accuracy of answers"),
             Self::Paper(paper) => paper.document(),
+            Self::Pivot(pivot) => pivot.document(),
         }
     }
 }

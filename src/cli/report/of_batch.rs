@@ -1,41 +1,181 @@
 //! The report of a batch from `evaluate`.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::AnyReport;
+use super::{AnyReport, Format, ReportArguments, answers as answers_page, claims, pivot};
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{
-    self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, UnjudgedScenario,
-    beside_the_judge,
+    self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit,
+    UnjudgedScenario, beside_the_judge,
 };
-use crate::evaluation::report::{Report, ReportSubject, Varied};
-use crate::evaluation::{AnswerStatus, validate};
+use crate::evaluation::report::{
+    AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, Varied,
+};
+use crate::evaluation::{AnswerPage, AnswerStatus, Provenance, leaks, validate};
 use crate::prompts::Library;
-use crate::store::{BatchId, Item, Store};
+use crate::store::{BatchId, Filter, Item, RunId, SplitPart, Store};
+use crate::system::without_folders;
 
-/// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with.
-pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
+/// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with;
+/// of a batch with a split each part alone, and of a locked test split its progress.
+pub fn made(
+    arguments: &ReportArguments,
+    store: &Store,
+    id: BatchId,
+    format: Format,
+) -> Result<AnyReport, Failure> {
     let Some(batch) = store.batch(id).map_err(Failure::input)? else {
         return Err(Failure::input(format!(
             "no batch {id}; `nearmiss evaluate --list` lists batches"
         )));
     };
     let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
-    let mut answers = batch::answers(store, id).map_err(Failure::input)?;
-    let items = store.items(id).map_err(Failure::input)?;
-    let judged = judged(&mut answers, &items, &spec);
+    let test = TestSplit::of(store, &batch, arguments.unlock).map_err(Failure::input)?;
+    let words = test.as_ref().map(|test| {
+        let progress = std::iter::once(test.words());
+        progress.chain(test.looks_words()).collect::<Vec<String>>()
+    });
+    let words = words.unwrap_or_default();
+    for words in &words {
+        output::say(&format!("nearmiss: {words}"));
+    }
+    let mut notes: Vec<String> = words.iter().map(|words| sentence(words)).collect();
+    if let Some(parts) = &batch.shard {
+        let words = format!(
+            "only part {parts} of the batch is here; `nearmiss import` and `nearmiss experiment unpack` add the others"
+        );
+        output::say(&format!("nearmiss: {words}"));
+        notes.push(sentence(&words));
+    }
+    let part = |part| read(arguments, store, (id, &spec), (part, &notes));
+    let parts = parts_shown(arguments, id, test.as_ref())?;
+    // Where only one table or figure is made.
+    let one_part = || match parts {
+        [] => Ok(None),
+        [one] => Ok(Some(*one)),
+        _ => Err(Failure::input(format!(
+            "{id} has a split, whose parts are not counted together: add --split dev or --split test"
+        ))),
+    };
+    if let Some(request) = arguments.pivot.request() {
+        let Part { answers, about, .. } = part(one_part()?)?;
+        let table = pivot::made(store, &answers.cases(), request)?;
+        return Ok(AnyReport::Pivot(Box::new(table.about(about))));
+    }
+    let page = |parts: &[&Part]| match format {
+        Format::Html => {
+            let cases: Vec<_> = parts.iter().flat_map(|part| part.answers.cases()).collect();
+            answers_page::page(store, &cases, Vec::new())
+        }
+        _ => Ok(AnswerPage::default()),
+    };
+    let report = |part: Part| {
+        let report = arguments.compared(&part.answers.plain, &spec.comparison)?;
+        Ok::<Report, Failure>(
+            report
+                .about(part.about)
+                .varied(Varied::from_answers(&part.answers))
+                .tables(part.tables)
+                .leaks(leaks(part.items.iter().map(|item| &item.asked))),
+        )
+    };
+    let Some(test) = test.filter(|_| arguments.figure.is_none()) else {
+        let part = part(one_part()?)?;
+        let page = page(&[&part])?;
+        let report = report(part)?.answers(page);
+        return Ok(AnyReport::Report(Box::new(report)));
+    };
+    let dev = store.split_progress(id, SplitPart::Dev);
+    let dev = dev.map_err(Failure::input)?;
+    let parts = parts.iter();
+    let parts: Vec<(SplitPart, Part)> = parts
+        .map(|one| Ok((*one, part(Some(*one))?)))
+        .collect::<Result<_, Failure>>()?;
+    // One page for all that may be shown.
+    let answers = page(&parts.iter().map(|(_, part)| part).collect::<Vec<_>>())?;
+    let provenance = {
+        let items: Vec<Item> = parts
+            .iter()
+            .flat_map(|(_, part)| part.items.clone())
+            .collect();
+        let runs = parts.iter().flat_map(|(_, part)| &part.answers.plain);
+        let runs = runs.filter_map(|one| one.run).collect();
+        Provenance::of_batch(store, (id, &spec.portable(), &items), &runs)
+    };
+    let reports = parts
+        .into_iter()
+        .map(|(one, part)| Ok((one, report(part)?)));
+    Ok(AnyReport::Split(Box::new(SplitReport {
+        parts: reports.collect::<Result<_, Failure>>()?,
+        answers,
+        provenance: Some(provenance.map_err(Failure::input)?),
+        progress: test.parts(dev).to_vec(),
+        notes,
+    })))
+}
+
+/// The parts of a split that are wanted and may be shown; none of a batch without a split.
+fn parts_shown(
+    arguments: &ReportArguments,
+    id: BatchId,
+    test: Option<&TestSplit>,
+) -> Result<&'static [SplitPart], Failure> {
+    match (test, arguments.split) {
+        (None, None) => Ok(&[]),
+        (None, Some(_)) => Err(Failure::input(format!("--split: {id} has no split"))),
+        (Some(test), None) => Ok(test.shown()),
+        (Some(test), Some(SplitPart::Test)) if test.is_locked() => Err(Failure::input(format!(
+            "--split test: {}; --unlock shows it and records the look",
+            test.words()
+        ))),
+        (Some(_), Some(SplitPart::Dev)) => Ok(&[SplitPart::Dev]),
+        (Some(_), Some(SplitPart::Test)) => Ok(&[SplitPart::Test]),
+    }
+}
+
+/// One part of a split, or a whole batch.
+struct Part {
+    answers: Answers,
+    items: Vec<Item>,
+    about: ReportSubject,
+    tables: Vec<Pivot>,
+}
+
+/// The same words as a sentence.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
+/// Reads one part of a split, or a whole batch, with further notes.
+fn read(
+    arguments: &ReportArguments,
+    store: &Store,
+    (id, spec): (BatchId, &Spec),
+    (part, more): (Option<SplitPart>, &[String]),
+) -> Result<Part, Failure> {
+    let mut answers = batch::answers_of_part(store, id, part).map_err(Failure::input)?;
+    let mut items = store.items(id).map_err(Failure::input)?;
+    items.retain(|item| part.is_none() || item.asked.split == part);
+    let judged = judged(&mut answers, &items, spec);
+    let unchecked = checked(store, &mut answers)?;
     let scored = &answers.plain;
-    let truth = output::visible(&spec.truth.words());
+    // Reports are read on other machines, too.
+    let shown = spec.portable();
+    let truth = output::visible(&shown.truth_words());
     let mut notes = vec![format!(
-        "Batch {id}: {} questions. Truth: {truth}.",
-        scored.len()
+        "Batch {id}{}: {}. Truth: {truth}.",
+        part.map_or_else(String::new, |part| format!(", {} split", part.name())),
+        output::counted(scored.len(), "question")
     )];
-    let described = described(&spec);
+    notes.extend(more.iter().cloned());
+    let described = described(spec);
     notes.push(output::visible(&spec.asked_words(described.as_ref())));
     if answers.others > 0 {
         notes.push(format!(
-            "{} more, about changed scenes or at other leads, are not counted among these; they have tables of their own."
-            ,
+            "{} more, about transformed scenes or at other leads, have their own tables.",
             answers.others
         ));
     }
@@ -45,25 +185,90 @@ pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
         .count();
     if unasked > 0 {
         let unfinished = format!(
-            "Of these questions {unasked} were not asked, or not yet; they have a count of their own. `nearmiss evaluate \
-             --resume {id}` resumes the batch."
+            "Of these, {unasked} were not asked (yet) and are counted separately; `nearmiss evaluate --resume {id}` resumes the batch."
         );
         output::say(&format!("nearmiss: {unfinished}"));
         notes.push(unfinished);
     }
+    if arguments.declared.any() {
+        notes.push("The comparisons were declared with this report, not with the batch.".into());
+    } else if let Some(words) = spec.comparison.words() {
+        notes.push(output::visible(&format!(
+            "Declared when the batch was begun: {words}."
+        )));
+    }
     notes.extend(judged.map(|words| output::visible(&words)));
+    notes.extend(unchecked);
+    let (tables, without) = tables(store, &answers, &spec.comparison.tables)?;
+    notes.extend(without);
+    let runs = scored.iter().filter_map(|one| one.run).collect();
+    let provenance = Provenance::of_batch(store, (id, &shown, &items), &runs);
     let about = ReportSubject {
+        provenance: Some(provenance.map_err(Failure::input)?),
         batch: Some(id.to_string()),
+        split: part.map(SplitPart::name),
         asked: Some(spec.asked(described.as_ref())),
         truth,
-        sources: spec.truth.sources(),
+        sources: shown.truth.sources(),
         notes,
     };
-    Ok(AnyReport::Report(
-        Report::from_scored(scored)
-            .about(about)
-            .varied(Varied::from_answers(&answers)),
-    ))
+    Ok(Part {
+        answers,
+        items,
+        about,
+        tables,
+    })
+}
+
+/// The tables that were declared with the batch, and why some cannot be made.
+fn tables(
+    store: &Store,
+    answers: &Answers,
+    declared: &[PivotRequest],
+) -> Result<(Vec<Pivot>, Vec<String>), Failure> {
+    let (mut made, mut without) = (Vec::new(), Vec::new());
+    if declared.is_empty() {
+        return Ok((made, without));
+    }
+    let cases = answers.cases();
+    let runs = store.origins().map_err(Failure::input)?;
+    for request in declared {
+        let asked = AskedFacts::new(&cases, &runs);
+        match Pivot::new(&cases, asked, request.clone()) {
+            Ok(table) => made.push(table),
+            Err(why) => without.push(output::visible(&format!(
+                "No table of {}: {why}.",
+                request.words()
+            ))),
+        }
+    }
+    Ok((made, without))
+}
+
+/// Counts the claims of answers that were not checked when they came; says how many still are not.
+fn checked(store: &Store, answers: &mut Answers) -> Result<Option<String>, Failure> {
+    let counts: HashMap<RunId, usize> = answers
+        .plain
+        .iter()
+        .enumerate()
+        .filter(|(_, one)| one.claims.known().is_none())
+        .filter_map(|(place, one)| Some((one.run?, place)))
+        .collect();
+    if counts.is_empty() {
+        return Ok(None);
+    }
+    let mut runs = store.outcomes(&Filter::default()).map_err(Failure::input)?;
+    runs.retain(|run| counts.contains_key(&run.run));
+    let unchecked = claims::complete(store, &mut runs, Vec::new())?;
+    for run in &runs {
+        if let Some(one) = counts
+            .get(&run.run)
+            .and_then(|at| answers.plain.get_mut(*at))
+        {
+            one.claims = run.claims;
+        }
+    }
+    Ok(unchecked)
 }
 
 /// What the templates say where the batch does not; `None` if they cannot be read or are no longer the same.
@@ -74,34 +279,28 @@ fn described(spec: &Spec) -> Option<SceneDescriptions> {
 
 /// Asks the built-in judge about the scenarios, where it has said nothing yet; says what came of it, if anything did.
 fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> {
-    if answers.plain.iter().all(|one| one.reference.is_some()) {
+    let found = beside_the_judge(answers, items, || batch_builder(spec));
+    let verdicts = found.verdicts();
+    let first = found.unjudged.first();
+    if let (0, Some(first)) = (verdicts, first)
+        && found.unjudged.iter().all(|one| one.why == first.why)
+    {
+        return Some(format!(
+            "κ leaves out some answers, as the built-in judge could not be asked: {}.",
+            first.why
+        ));
+    }
+    if found.all.is_empty() {
         return None;
     }
-    let none = |why: String| {
-        Some(format!(
-            "Not every answer is beside a verdict of the built-in judge (κ), who could not be asked: {why}."
-        ))
-    };
-    let builder = match builder(spec) {
-        Ok(builder) => builder,
-        Err(why) => return none(why),
-    };
-    let before = without(answers);
-    let unjudged = beside_the_judge(answers, items, &builder);
-    let after = without(answers);
     let asked = format!(
-        "For κ the built-in judge was asked now about the {} questions that the batch has no verdict of it on.",
-        before - after
+        "For κ, the built-in judge was asked about {} without its verdict in the batch.",
+        output::counted(verdicts, "question")
     );
-    Some(match words(&unjudged) {
+    Some(match words(&found.unjudged) {
         None => asked,
         Some(words) => format!("{asked} It could not be asked about {words}."),
     })
-}
-
-fn without(answers: &Answers) -> usize {
-    let missing = answers.plain.iter().filter(|one| one.reference.is_none());
-    missing.count()
 }
 
 /// Scenarios that are named each.
@@ -119,18 +318,18 @@ fn words(unjudged: &[UnjudgedScenario]) -> Option<String> {
         n => format!("{n} scenarios"),
     };
     Some(format!(
-        "{count}, whose answers κ leaves out: {}{more}",
+        "{count}, left out of κ: {}{more}",
         named.join("; ")
     ))
 }
 
 /// What makes the batch's windows again; nothing where they would be others now.
-fn builder(spec: &Spec) -> Result<QuestionBuilder, String> {
-    let words = |failure: Failure| failure.message;
+fn batch_builder(spec: &Spec) -> Result<QuestionBuilder, String> {
+    let words = |failure: Failure| without_folders(&failure.message);
     let (folders, _) = open::configuration().map_err(words)?;
     let library = validate(Library::load(Some(&folders.prompts())));
     let thresholds = open::user_thresholds(&folders).map_err(words)?;
-    let words = |error: SpecError| error.to_string();
-    spec.still(&library, &thresholds).map_err(words)?;
-    spec.builder(&library, Arc::new(thresholds)).map_err(words)
+    let words = |error: SpecError| without_folders(&error.to_string());
+    spec.builder_again(&library, Arc::new(thresholds))
+        .map_err(words)
 }

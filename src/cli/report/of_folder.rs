@@ -2,26 +2,39 @@
 
 use std::path::Path;
 
-use super::AnyReport;
+use super::{AnyReport, Format, ReportArguments};
 use crate::cli::{Failure, output};
-use crate::evaluation::report::{Report, ReportSubject};
-use crate::evaluation::{Loss, Problem, Scored};
+use crate::evaluation::report::{AskedFacts, Comparison, Pivot, ReportSubject};
+use crate::evaluation::{AnswerCase, AnswerPage, Loss, Problem, Provenance, Scored};
 use crate::paper::{self, Paper};
 
 /// The recorded answers beside the paper's tables, and how many files could not be read.
 pub fn paper(folder: &Path) -> Result<(AnyReport, usize), Failure> {
     let (scored, about, lost) = read(folder)?;
     let paper = Paper::from_scored(&scored).map_err(Failure::input)?;
-    Ok((AnyReport::Paper(paper.about(about)), lost))
+    Ok((AnyReport::Paper(Box::new(paper.about(about))), lost))
 }
 
 /// The recorded answers alone, and how many files could not be read.
-pub fn made(folder: &Path) -> Result<(AnyReport, usize), Failure> {
+pub fn made(
+    arguments: &ReportArguments,
+    folder: &Path,
+    format: Format,
+) -> Result<(AnyReport, usize), Failure> {
     let (scored, about, lost) = read(folder)?;
-    Ok((
-        AnyReport::Report(Report::from_scored(&scored).about(about)),
-        lost,
-    ))
+    if let Some(request) = arguments.pivot.request() {
+        let cases = AnswerCase::all(&scored);
+        let pivot = Pivot::new(&cases, AskedFacts::default(), request);
+        let pivot = pivot.map_err(Failure::input)?.about(about);
+        return Ok((AnyReport::Pivot(Box::new(pivot)), lost));
+    }
+    let page = match format {
+        Format::Html => AnswerPage::new(&AnswerCase::all(&scored)),
+        _ => AnswerPage::default(),
+    };
+    let report = arguments.compared(&scored, &Comparison::default())?;
+    let report = report.about(about).answers(page);
+    Ok((AnyReport::Report(Box::new(report)), lost))
 }
 
 /// Problems that are named one by one.
@@ -63,23 +76,22 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
     let without = match unlabelled.is_empty() {
         true => String::new(),
         false => format!(
-            " Without an annotation, so that answers about them are neither right nor wrong: {}.",
+            " Without an annotation, so their answers are neither right nor wrong: {}.",
             unlabelled.join(", ")
         ),
     };
     let note = format!(
-        "{answers} recorded answers, beside the annotations{}. Models are those that the paper's scripts ask; none was \
-         asked now.",
+        "{answers} recorded answers, compared with the annotations{}. The models are those of the paper's scripts; none was asked now.",
         match judged {
-            true =>
-                " and the built-in judge (reference/geometry), which saw the scenarios themselves",
-            false => "; the scenarios are not there, so the built-in judge could not be asked",
+            true => " and with the built-in judge (reference/geometry), which read the scenarios",
+            false => "; the scenarios are missing, so the built-in judge could not be asked",
         }
     ) + &without;
     let about = ReportSubject {
         truth: "the annotations of the folder".into(),
         sources: vec![folder.display().to_string()],
         notes: vec![note],
+        provenance: Some(Provenance::of_program()),
         ..ReportSubject::default()
     };
     Ok((scored, about, lost.len()))

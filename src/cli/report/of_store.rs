@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 
-use super::{AnyReport, ReportArguments, finding, of_batch, truth};
+use super::{AnyReport, Format, ReportArguments, answers, claims, of_batch, pivot, truth};
 use crate::cli::filters::store_to_read;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
-use crate::evaluation::report::{self, Report, ReportSubject, Stored};
+use crate::evaluation::report::{self, Comparison, ReportSubject, Stored};
+use crate::evaluation::{AnswerCase, AnswerPage, Provenance, with_token_probability};
 use crate::store::{Filter, Outcome as Run, Store};
-use crate::verdict;
+use crate::verdict::{self, ParsedAnswer};
 
-/// The report of the runs that the filters choose.
-pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
+/// The report of the runs that the filters choose, for a format: tables for programs have no place for notes.
+pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Failure> {
+    let has_notes = !matches!(format, Format::Csv | Format::Parquet | Format::Json);
     let sources = match arguments.truth.is_empty() {
         true => [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec(),
         false => arguments.truth.clone(),
@@ -29,33 +31,46 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
         };
         if filter != alone || !arguments.truth.is_empty() || arguments.reread {
             return Err(Failure::input(
-                "--batch: a batch is reported as a whole, beside its own truth, and its answers are \
-                 always read anew; `nearmiss evaluate --resume ID --truth …` gives it another truth",
+                "--batch reports a whole batch with its own truth and always parses its answers again; `nearmiss evaluate --resume ID --truth …` changes its truth",
             ));
         }
         let store = store_to_read()?;
-        return of_batch::made(&store, id);
+        return of_batch::made(arguments, &store, id, format);
+    }
+    if arguments.unlock {
+        return Err(Failure::input(
+            "--unlock shows the test split of one batch: add --batch ID",
+        ));
+    }
+    if arguments.split.is_some() {
+        return Err(Failure::input(
+            "--split chooses a part of one batch: add --batch ID",
+        ));
     }
     let store = store_to_read()?;
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
     if runs.is_empty() {
-        return Err(finding(
-            "no matching runs; `nearmiss runs` lists all, `nearmiss report FOLDER` reports recorded answers"
-                .into(),
+        return Err(Failure::finding(
+            "no matching runs; `nearmiss runs` lists all, `nearmiss report FOLDER` reports recorded answers",
         ));
     }
     if arguments.reread {
         reread(&store, &mut runs)?;
     }
+    let files = claims::files(&sources);
+    let unchecked = claims::complete(&store, &mut runs, files.clone())?;
     let truth = truth::truth(&sources, &store, &runs)?;
     let asides = store.asides().map_err(Failure::input)?;
     let stored = report::stored(&runs, &truth, &asides);
     let notices = notices(&stored);
-    for notice in &notices {
-        output::say(&format!("nearmiss: {notice}"));
+    // A report for people has them among its notes.
+    if stored.scored.is_empty() || !has_notes {
+        for notice in &notices {
+            output::say(&format!("nearmiss: {notice}"));
+        }
     }
     if stored.scored.is_empty() {
-        return Err(finding("none of the runs can be scored".into()));
+        return Err(Failure::finding("none of the runs can be scored"));
     }
     let words = truth::words(&sources, &stored, &store)?;
     let mut notes = vec![format!(
@@ -63,6 +78,7 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
         output::counted(stored.scored.len(), "run")
     )];
     notes.extend(notices);
+    notes.extend(unchecked);
     if !stored.scored.iter().any(|one| one.reference.is_some()) {
         notes.push(
             "No agreement with the built-in judge: no run of reference/geometry has the same question; \
@@ -70,24 +86,37 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
                 .into(),
         );
     }
+    let counted = stored.scored.iter().filter_map(|one| one.run).collect();
+    let provenance = Provenance::of_runs(&store, &counted).map_err(Failure::input)?;
     let about = ReportSubject {
+        provenance: Some(provenance),
         truth: words,
         sources: sources.iter().map(|s| s.display().to_string()).collect(),
         notes,
         ..ReportSubject::default()
     };
-    Ok(AnyReport::Report(
-        Report::from_scored(&stored.scored).about(about),
-    ))
+    let cases = AnswerCase::all(&stored.scored);
+    if let Some(request) = arguments.pivot.request() {
+        return Ok(AnyReport::Pivot(Box::new(
+            pivot::made(&store, &cases, request)?.about(about),
+        )));
+    }
+    let page = match format {
+        Format::Html => answers::page(&store, &cases, files)?,
+        _ => AnswerPage::default(),
+    };
+    let report = arguments.compared(&stored.scored, &Comparison::default())?;
+    Ok(AnyReport::Report(Box::new(
+        report.about(about).answers(page),
+    )))
 }
 
 /// Describes runs left out of the report, or without a ground truth.
 fn notices(stored: &Stored) -> Vec<String> {
     let left_out = [
-        (stored.unfinished, "running, cancelled or interrupted"),
         (
             stored.asked_again,
-            "repeats of a question; its newest answer counts",
+            "repeats of a question, one of whose answers counts; their costs are counted",
         ),
         (stored.other_tasks, "of tasks without a yes or no"),
         (
@@ -99,6 +128,10 @@ fn notices(stored: &Stored) -> Vec<String> {
             "at further leads of their batch; `nearmiss evaluate --resume ID` shows them",
         ),
         (
+            stored.locked,
+            "of test splits that are not complete; `nearmiss report --batch ID` shows how far they are",
+        ),
+        (
             stored.changed,
             "about transformed scenes; `nearmiss evaluate --resume ID` shows them",
         ),
@@ -107,6 +140,12 @@ fn notices(stored: &Stored) -> Vec<String> {
     let mut notices: Vec<String> = left_out
         .map(|(count, what)| format!("skipped: {count} {what}"))
         .collect();
+    if stored.unfinished > 0 {
+        notices.push(format!(
+            "{} running, cancelled or interrupted; counted as not asked",
+            output::counted(stored.unfinished as usize, "question")
+        ));
+    }
     if stored.several_windows > 0 {
         notices.push(format!(
             "{}: several windows of the safety task are counted together; --batch ID reports one batch",
@@ -125,7 +164,8 @@ fn notices(stored: &Stored) -> Vec<String> {
             false => "",
         };
         notices.push(format!(
-            "no ground truth for {} ({}{more}); add labels or a folder of scenarios with --truth",
+            "no ground truth for {} about {} ({}{more}); --truth takes labels or a folder of scenarios",
+            output::counted(stored.without_truth as usize, "answer"),
             output::counted(stored.unlabelled.len(), "scenario"),
             some.join(", ")
         ));
@@ -151,7 +191,11 @@ fn reread(store: &Store, runs: &mut [Run]) -> Result<(), Failure> {
             continue;
         }
         match verdict::read(run.task, &whole) {
-            Ok(reading) => {
+            Ok(mut reading) => {
+                if let ParsedAnswer::Verdict(verdict) = reading.said {
+                    let kept = with_token_probability(verdict, run.verdict.as_deref());
+                    reading.said = kept.into();
+                }
                 let json = serde_json::to_string(&reading.said).map_err(Failure::input)?;
                 run.verdict = Some(json);
             }

@@ -30,11 +30,15 @@ pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, 
         ego: &ego,
         thresholds,
     };
-    let mut truth = Truth::default();
+    let of_batches = batch_labels(store).map_err(Failure::input)?;
+    let mut truth = Truth {
+        windows: of_batches.windows,
+        ..Truth::default()
+    };
     let mut entries: Vec<Entry> = Vec::new();
     for source in sources {
         if source.as_os_str() == BATCH {
-            (truth.of_batches, _) = batch_labels(store).map_err(Failure::input)?;
+            truth.of_batches.clone_from(&of_batches.all);
         } else if source.as_os_str() == AUTO {
             truth.add_stored_geometry(runs);
             entries.extend(bundled());
@@ -63,6 +67,10 @@ pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, 
 /// The same as a description for the report: for batches, how many answers are compared with which ground truth.
 pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<String, Failure> {
     let mut words = Vec::new();
+    let named = sources.iter().any(|source| source.as_os_str() == BATCH);
+    if !named && let Some(batches) = of_batches(stored, store)? {
+        words.push(format!("of drawn windows {batches}"));
+    }
     for source in sources {
         if source.as_os_str() == BATCH {
             words.extend(of_batches(stored, store)?);
@@ -73,7 +81,7 @@ pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<Stri
         }
     }
     Ok(match words.is_empty() {
-        true => "none; no batch says what is true about these answers".into(),
+        true => "none; no batch has a truth for these answers".into(),
         false => words.join(", then "),
     })
 }
@@ -91,7 +99,7 @@ fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure>
         let known = id.map(|id| store.batch(id)).transpose();
         let known = known.map_err(Failure::input)?.flatten();
         let spec = known.and_then(|batch| Spec::from_json(&batch.spec).ok());
-        let truth = spec.map_or_else(|| "its own".into(), |spec| spec.truth.words());
+        let truth = spec.map_or_else(|| "its own".into(), |spec| spec.truth_words());
         parts.push(format!(
             "{batch}, {answers} answers: {}",
             output::visible(&truth)
@@ -101,7 +109,7 @@ fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure>
         parts.push("…".into());
     }
     Ok(Some(format!(
-        "that of the batch an answer is of ({})",
+        "that of each answer's batch ({})",
         parts.join("; ")
     )))
 }
@@ -110,8 +118,7 @@ fn labels(file: &Path, truth: &mut Truth) -> Result<(), Failure> {
     let shown = file.display().to_string();
     let bytes = system::read_file(file, system::LARGEST).map_err(|e| {
         Failure::input(format!(
-            "--truth {shown}: {}; it takes CSV files, folders, `batch` for the truth of the batches, or `auto` for the exact \
-             geometry",
+            "--truth {shown}: {}; use CSV files, folders, `batch` for the truth of the batches, or `auto` for the exact geometry",
             system::words(&e)
         ))
     })?;

@@ -1,8 +1,13 @@
 //! Runs as a table: time, verdict, model and cost.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::cli::json::Output;
 use crate::cli::{output, time};
+use crate::evaluation::{AnswerState, Spending};
 use crate::judge;
-use crate::store::Summary;
+use crate::store::{RunState, Summary};
 use crate::verdict::Task;
 
 const TITLES: [&str; 10] = [
@@ -49,13 +54,16 @@ fn row(run: &Summary) -> [String; 10] {
         "recorded" => remarks.push("recorded, imported".into()),
         other => remarks.push(other.into()),
     }
+    if run.superseded {
+        remarks.push(AnswerState::Superseded.name().into());
+    }
     if run.pinned {
         remarks.push("pinned".into());
     }
     [
         run.run.to_string(),
         time::local(run.created_ms),
-        said(run).into(),
+        said(run),
         run.scenario.clone(),
         run.model.clone(),
         run.task.clone(),
@@ -66,17 +74,65 @@ fn row(run: &Summary) -> [String; 10] {
     ]
 }
 
-/// The verdict in the words of its task, or how far the answer came.
-fn said(run: &Summary) -> &str {
-    let verdict = Task::parse(&run.task).is_some_and(|task| Task::VERDICTS.contains(&task));
-    match (run.dangerous, run.task == Task::Collision.name()) {
+/// The verdict in the words of its task, or how far the answer came; in brackets the verdict of an answer that was cut
+/// off, which does not count.
+fn said(run: &Summary) -> String {
+    let has_verdicts = Task::parse(&run.task).is_some_and(|task| Task::VERDICTS.contains(&task));
+    let verdict = match (run.dangerous, run.task == Task::Collision.name()) {
         (Some(true), true) => "collision",
         (Some(false), true) => "no collision",
         (Some(true), false) => "critical",
         (Some(false), false) => "not critical",
-        (None, _) if run.state == "answered" && verdict => "no verdict",
-        (None, _) => &run.state,
+        (None, _) => "",
+    };
+    match (answer_state(run), verdict) {
+        (Some(AnswerState::Answered), verdict) if !verdict.is_empty() => verdict.into(),
+        (Some(AnswerState::Unparsed), _) if has_verdicts => "no verdict".into(),
+        (Some(AnswerState::Answered | AnswerState::Unparsed) | None, _) => run.state.clone(),
+        (Some(state), "") => state.name().into(),
+        (Some(state), verdict) => format!("{} ({verdict})", state.name()),
     }
+}
+
+/// The state of a run's answer, leaving aside whether another one counts in its place.
+fn answer_state(run: &Summary) -> Option<AnswerState> {
+    let state = RunState::parse(&run.state)?;
+    let has_verdict = run.dangerous.is_some();
+    Some(AnswerState::of_run(
+        state,
+        run.finish.as_deref(),
+        has_verdict,
+    ))
+}
+
+/// A run as JSON: what the store says of it, and the state of its answer as reports count it.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RunLine<'a> {
+    /// The run.
+    #[serde(flatten)]
+    run: &'a Summary,
+    /// The state of its answer as reports count it; null if unknown.
+    answer_state: Option<AnswerState>,
+}
+
+impl<'a> RunLine<'a> {
+    /// Of a run.
+    pub(super) fn of(run: &'a Summary) -> Self {
+        let state = answer_state(run).map(|state| match run.superseded {
+            true => AnswerState::Superseded,
+            false => state,
+        });
+        Self {
+            run,
+            answer_state: state,
+        }
+    }
+}
+
+impl Output for RunLine<'_> {
+    const NAME: &'static str = "runs";
+    const TITLE: &'static str = "`runs --json`: one run a line, in short";
+    const COMMON_WORDS: bool = true;
 }
 
 /// What a run cost, US dollars; `<=` before the most that one can have cost that broke off.
@@ -97,24 +153,23 @@ fn costs_nothing(run: &Summary) -> bool {
 
 /// How many runs, and what they cost together.
 pub(super) fn sum(runs: &[Summary]) -> String {
-    // The sum of no numbers is written -0.
-    let known = runs
-        .iter()
-        .filter_map(|run| run.cost_usd)
-        .fold(0.0, |a, b| a + b);
-    let priceless = || runs.iter().filter(|run| run.cost_usd.is_none());
-    let broken: Vec<f64> = priceless().filter_map(|run| run.most_usd).collect();
-    let broken: Vec<f64> = broken.into_iter().filter(|usd| *usd > 0.0).collect();
-    let unknown = priceless().filter(|run| run.most_usd.is_none() && !costs_nothing(run));
-    let mut text = format!(
-        "{}: {known:.6} US dollars",
-        output::counted(runs.len(), "run")
-    );
-    if !broken.is_empty() {
-        let most: f64 = broken.iter().sum();
-        text += &format!("; {} interrupted, at most {most:.6} more", broken.len());
+    let mut sum = Spending::default();
+    for run in runs {
+        let free = costs_nothing(run) && run.most_usd.is_none();
+        sum.add(run.cost_usd.or(free.then_some(0.0)), run.most_usd);
     }
-    match unknown.count() {
+    let mut text = format!(
+        "{}: {:.6} US dollars",
+        output::counted(runs.len(), "run"),
+        sum.usd
+    );
+    if sum.bounded > 0 {
+        text += &format!(
+            "; {} of unknown cost, at most {:.6} more",
+            sum.bounded, sum.most_usd
+        );
+    }
+    match sum.unknown {
         0 => {}
         n => text += &format!("; cost of {n} unknown"),
     }
@@ -123,6 +178,7 @@ pub(super) fn sum(runs: &[Summary]) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::store::StoredTemplate;
 
@@ -143,6 +199,8 @@ mod tests {
             cost_usd: cost,
             most_usd: most,
             output_tokens: None,
+            finish: None,
+            superseded: false,
             pinned: false,
             excerpt: None,
         }
@@ -161,7 +219,7 @@ mod tests {
         ];
         assert_eq!(
             sum(&runs),
-            "5 runs: 0.250000 US dollars; 1 interrupted, at most 0.500000 more; cost of 1 unknown"
+            "5 runs: 0.250000 US dollars; 1 of unknown cost, at most 0.500000 more; cost of 1 unknown"
         );
         assert_eq!(sum(&runs[3..4]), "1 run: 0.000000 US dollars");
         let costs = runs.each_ref().map(cost);
@@ -178,7 +236,17 @@ mod tests {
         assert_eq!(said(&run), "not critical");
         (run.dangerous, run.task) = (None, "attacker".into());
         assert_eq!(said(&run), "answered");
-        run.state = "cancelled".into();
+        // A cut answer says something, and is none.
+        (run.state, run.finish) = ("truncated".into(), Some("content_filter".into()));
+        (run.task, run.dangerous) = ("safety".into(), Some(true));
+        assert_eq!(said(&run), "filtered (critical)");
+        assert_eq!(RunLine::of(&run).answer_state, Some(AnswerState::Filtered));
+        run.superseded = true;
+        assert_eq!(
+            RunLine::of(&run).answer_state,
+            Some(AnswerState::Superseded)
+        );
+        (run.state, run.dangerous, run.superseded) = ("cancelled".into(), None, false);
         assert_eq!(said(&run), "cancelled");
         let table = table(&[run]);
         let lines: Vec<&str> = table.lines().collect();

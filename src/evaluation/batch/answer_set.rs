@@ -5,10 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::scored::{BatchTemplates, read};
 use super::spec::Spec;
+use super::test_split::TestSplit;
 use super::variant::Variant;
-use crate::evaluation::{AnswerOutcome, Label, Lead, PromptConfig, Results, Scored};
+use crate::evaluation::results::CountedWay;
+use crate::evaluation::{Label, Lead, PromptConfig, Results, Scored};
 use crate::scenario::Transform;
-use crate::store::{BatchId, Progress, Store, StoreError};
+use crate::store::{BatchId, Progress, SplitPart, Store, StoreError};
 use crate::verdict::Task;
 
 /// Which answers are counted, and so against which ground truth.
@@ -29,6 +31,8 @@ pub enum BatchPart {
     Lead(Lead),
     /// The scenes after this change.
     Changed(Transform),
+    /// The plain questions of a part of a split.
+    Split(SplitPart),
 }
 
 /// An entry of the list of choices.
@@ -51,6 +55,8 @@ pub struct BatchResults {
     pub rows: Vec<Results>,
     /// Questions that were not asked, or not yet, or cannot be asked at all; they are not counted.
     pub unasked: usize,
+    /// How far the test split is that may not be counted yet; `None` where the rows are all there is.
+    pub locked: Option<String>,
 }
 
 impl std::fmt::Display for AnswerSet {
@@ -60,7 +66,12 @@ impl std::fmt::Display for AnswerSet {
             Self::Batch(id, BatchPart::Plain) => write!(f, "batch {id}"),
             Self::Batch(id, BatchPart::Lead(Lead::Paper)) => write!(f, "batch {id}, lead end"),
             Self::Batch(id, BatchPart::Lead(lead)) => write!(f, "batch {id}, lead {lead} s"),
-            Self::Batch(id, BatchPart::Changed(change)) => write!(f, "batch {id}, scenes {change}"),
+            Self::Batch(id, BatchPart::Split(part)) => {
+                write!(f, "batch {id}, {} split", part.name())
+            }
+            Self::Batch(id, BatchPart::Changed(change)) => {
+                write!(f, "batch {id}, transform {change}")
+            }
         }
     }
 }
@@ -69,7 +80,7 @@ impl BatchPart {
     /// Whether a question is one of them, where `first` is the first lead of the batch.
     fn holds(self, variant: &Variant, first: Option<Lead>) -> bool {
         match self {
-            Self::Plain => {
+            Self::Plain | Self::Split(_) => {
                 variant.transform.is_none() && (variant.lead.is_none() || variant.lead == first)
             }
             Self::Lead(lead) => variant.transform.is_none() && variant.lead == Some(lead),
@@ -87,19 +98,34 @@ pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
     for (batch, progress) in store.batches()? {
         let spec = Spec::from_json(&batch.spec);
         let truth = match &spec {
-            Ok(spec) => spec.truth.words(),
-            Err(why) => format!("as the batch has it ({why})"),
+            Ok(spec) => spec.truth_words(),
+            Err(why) => format!("truth of the batch ({why})"),
         };
+        let test = TestSplit::of(store, &batch, false)?;
+        let looks = test.as_ref().and_then(TestSplit::looks_words);
         let matrix = spec.ok().map(|spec| spec.matrix);
         let parts = matrix.iter().flat_map(|matrix| {
             let leads = matrix.more_leads.iter().map(|lead| BatchPart::Lead(*lead));
             let changes = matrix.transforms.iter();
             leads.chain(changes.map(|change| BatchPart::Changed(*change)))
         });
-        for part in std::iter::once(BatchPart::Plain).chain(parts) {
+        // Leads and changes are counted of the dev part of a split.
+        let first = match test {
+            Some(_) => &[
+                BatchPart::Split(SplitPart::Dev),
+                BatchPart::Split(SplitPart::Test),
+            ][..],
+            None => &[BatchPart::Plain],
+        };
+        for part in first.iter().copied().chain(parts) {
+            let looks = looks.as_ref();
+            let looks = looks.filter(|_| part == BatchPart::Split(SplitPart::Test));
             found.push(CountingChoice {
                 counting: AnswerSet::Batch(batch.id, part),
-                truth: truth.clone(),
+                truth: match looks {
+                    Some(looks) => format!("{truth}; {looks}"),
+                    None => truth.clone(),
+                },
                 created_ms: Some(batch.created_ms),
                 progress,
             });
@@ -117,8 +143,8 @@ pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
 /// Questions whose texts are at hand at once.
 const PIECE: u32 = 2000;
 
-/// The truth about an answer, where another one than that of its batch counts.
-pub type OtherTruth<'a> = &'a (dyn Fn(&Scored) -> Option<Label> + Sync);
+/// The truth about an answer with the critical obstacles, where another one than that of its batch counts.
+pub type OtherTruth<'a> = &'a (dyn Fn(&Scored) -> Option<(Label, Vec<i64>)> + Sync);
 
 /// Counts a part of a batch: verdicts are read anew from the stored texts, as for a report. Nothing where it was told
 /// to stop.
@@ -133,12 +159,23 @@ pub fn counted(
     stop: &AtomicBool,
 ) -> Result<Option<BatchResults>, StoreError> {
     let Some(batch) = store.batch(id)? else {
-        return Err(StoreError::Word(format!("there is no batch {id}")));
+        return Err(StoreError::Word(format!("no batch {id}")));
     };
     let spec = Spec::from_json(&batch.spec);
     let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
-    let first = spec.matrix.request.lead;
-    let mut ways: BTreeMap<PromptConfig, Vec<AnswerOutcome>> = BTreeMap::new();
+    let wanted = match (TestSplit::of(store, &batch, false)?, part) {
+        (None, _) => None,
+        (Some(test), BatchPart::Split(SplitPart::Test)) if test.is_locked() => {
+            return Ok(Some(BatchResults {
+                locked: Some(test.words()),
+                ..BatchResults::default()
+            }));
+        }
+        (Some(_), BatchPart::Split(part)) => Some(part),
+        (Some(_), _) => Some(SplitPart::Dev),
+    };
+    let (first, protocol) = (spec.matrix.request.lead, spec.matrix.request.protocol);
+    let mut ways: BTreeMap<PromptConfig, CountedWay> = BTreeMap::new();
     let mut templates = BatchTemplates::default();
     let (mut unasked, mut from) = (0, 0);
     loop {
@@ -146,29 +183,35 @@ pub fn counted(
             return Ok(None);
         }
         let mut piece = store.some_items_with_answers(id, from, Some(PIECE))?;
+        let runs = store.question_runs(id, from, Some(PIECE))?;
         let Some((last, _)) = piece.last() else { break };
         from = last.place + 1;
         piece.retain(|(item, _)| Task::VERDICTS.contains(&item.asked.task));
+        piece.retain(|(item, _)| wanted.is_none() || item.asked.split == wanted);
         templates.note(&piece);
-        for (variant, mut scored) in read(&piece)? {
+        for (variant, mut scored) in read(&piece, &runs)? {
             if !part.holds(&variant, first) {
                 continue;
             }
             if let Some(other) = other {
-                scored.truth = other(&scored);
+                scored.tell(other(&scored));
             }
-            match AnswerOutcome::of_scored(&scored) {
-                Some(counted) => ways.entry(scored.way).or_default().push(counted),
-                None => unasked += 1,
-            }
+            protocol.count(&mut scored);
+            // The way of a question is written for its row alone.
+            let way = match ways.contains_key(&scored.way) {
+                true => ways.get_mut(&scored.way),
+                false => Some(ways.entry(scored.way.clone()).or_default()),
+            };
+            unasked += usize::from(way.is_some_and(|way| !way.take(&scored)));
         }
     }
-    let rows = ways.into_iter().map(|(mut way, all)| {
+    let rows = ways.into_iter().filter_map(|(mut way, all)| {
         templates.name(&mut way);
-        Results::new(way, all)
+        all.results(way)
     });
     Ok(Some(BatchResults {
         rows: rows.collect(),
         unasked,
+        locked: None,
     }))
 }

@@ -6,7 +6,7 @@ use crate::evaluation::request::most_usd;
 use crate::evaluation::{Judge, Question};
 
 /// Estimated size of one question.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Size {
     /// Tokens of the question, estimated.
     pub tokens: u64,
@@ -14,12 +14,14 @@ pub struct Size {
     pub stored: bool,
     /// Its price.
     pub price: Price,
+    /// What the bound counts beyond listed prices, in words.
+    pub bound: Option<String>,
 }
 
 /// Price of one question, US dollars.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Price {
-    /// Free: the built-in judge.
+    /// Free: the built-in judge, or recorded answers.
     Free,
     /// At most this, the answer included.
     AtMost(f64),
@@ -39,14 +41,19 @@ impl Size {
     #[must_use]
     pub fn estimate(question: &Question, judge: &Judge) -> Self {
         let tokens = question.tokens();
+        let pricing = match judge {
+            Judge::Reference | Judge::Recorded(_) => None,
+            Judge::Model(model) => {
+                let prices = &model.endpoint.prices;
+                prices.pricing_for(&model.name, Zoned::now().date())
+            }
+        };
         let price = match judge {
-            Judge::Reference => Price::Free,
+            Judge::Reference | Judge::Recorded(_) => Price::Free,
             Judge::Model(model) => most_usd(question, model).map_or_else(
                 || {
-                    let prices = &model.endpoint.prices;
-                    let pricing = prices.pricing_for(&model.name, Zoned::now().date());
                     let tokens = u32::try_from(tokens).unwrap_or(u32::MAX);
-                    let alone = pricing.and_then(|pricing| {
+                    let alone = pricing.as_ref().and_then(|pricing| {
                         let usd = pricing.at_most(tokens, 0)?;
                         let million = pricing.at_most(tokens, 1_000_000)? - usd;
                         Some(Price::Question { usd, million })
@@ -60,6 +67,7 @@ impl Size {
             tokens: tokens as u64,
             stored: false,
             price,
+            bound: pricing.and_then(|pricing| pricing.bound_words()),
         }
     }
 }
@@ -67,12 +75,14 @@ impl Size {
 /// Estimated total of all questions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Estimate {
-    /// Requests that would be sent; those to the built-in judge are none.
+    /// Requests that would be sent; those to the built-in judge, and for recorded answers, are none.
     pub requests: u64,
     /// Questions that the built-in judge answers.
     pub free: u64,
     /// Questions whose answers the store has.
     pub stored: u64,
+    /// Questions whose request is that of another one of the batch: one answer is for both.
+    pub repeated: u64,
     /// Questions that cannot be asked.
     pub unaskable: u64,
     /// Why, each reason once, with how many questions it holds for.
@@ -87,30 +97,43 @@ pub struct Estimate {
     pub million: f64,
     /// Requests without a known price.
     pub unpriced: u64,
+    /// What the bounds count beyond listed prices, in words, each once.
+    pub bounds: Vec<String>,
 }
 
+/// Tokens of an answer that the total is given for where nothing bounds answers.
+const ASSUMED_ANSWER: u64 = 1000;
+
 impl Estimate {
+    /// All questions.
+    #[must_use]
+    pub fn questions(&self) -> u64 {
+        self.requests + self.free + self.stored + self.repeated + self.unaskable
+    }
+
     /// Adds a question; `size` is missing where it cannot be asked, for this reason.
     pub fn add(&mut self, size: Option<Size>, why: Option<&str>) {
         let Some(size) = size else {
             self.unaskable += 1;
-            let why = why.unwrap_or("no question can be made of it");
+            let why = why.unwrap_or("no question can be built from it");
             match self.why.iter_mut().find(|(known, _)| known == why) {
                 Some((_, count)) => *count += 1,
                 None => self.why.push((why.to_string(), 1)),
             }
             return;
         };
-        if size.price == Price::Free {
-            self.free += 1;
-            return;
-        }
         if size.stored {
             self.stored += 1;
             return;
         }
+        if size.price == Price::Free {
+            self.free += 1;
+            return;
+        }
         self.requests += 1;
         self.tokens += size.tokens;
+        let bound = size.bound.filter(|words| !self.bounds.contains(words));
+        self.bounds.extend(bound);
         match size.price {
             Price::AtMost(usd) => self.usd += usd,
             Price::Question { usd, million } => {
@@ -123,28 +146,32 @@ impl Estimate {
         }
     }
 
-    /// Formats the price.
+    /// The total cost in words: a bound, or where nothing bounds the answers an estimate for short ones.
     #[must_use]
     pub fn price(&self) -> String {
         let all = self.requests;
         if all == 0 {
-            return "nothing to pay".into();
+            return "free".into();
+        }
+        if self.usd == 0.0 && self.unbounded == 0 && self.unpriced == 0 {
+            return "free: nothing is paid for these models".into();
         }
         if self.unpriced == all {
-            return "no price known".into();
+            return "no price known; [[provider.NAME.prices]] in config.toml states one".into();
         }
         let mut words = match self.unbounded {
-            0 => format!("at most {:.4} USD", self.usd),
-            n => format!(
-                "{:.4} USD and the answers of {n}, which nothing bounds (--max-tokens)",
-                self.usd
-            ),
+            0 => format!("at most ${:.4}", self.usd),
+            n => {
+                let answers = self.million * (n * ASSUMED_ANSWER) as f64 / 1e6;
+                format!(
+                    "${:.4} for the questions, ${:.4} in all if answers take {ASSUMED_ANSWER} tokens each; max_tokens sets a limit",
+                    self.usd,
+                    self.usd + answers
+                )
+            }
         };
         if self.unpriced > 0 {
-            words.push_str(&format!(
-                ", without {} that have no known price",
-                self.unpriced
-            ));
+            words.push_str(&format!(", without {} of unknown price", self.unpriced));
         }
         words
     }

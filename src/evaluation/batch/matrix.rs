@@ -2,8 +2,11 @@
 
 use super::question_builder::Ask;
 use super::variant::Variant;
+use super::windows::BatchWindows;
+use crate::description::Form;
 use crate::description::Frame;
-use crate::evaluation::{Lead, PromptConfig, Settings};
+use crate::evaluation::windows::{LEAD, WITHIN};
+use crate::evaluation::{Axes, AxisValues, Lead, PAPER_STEPS, PromptConfig, Protocol, Settings};
 use crate::judge;
 use crate::llm::{Effort, Parameters};
 use crate::prompts::Techniques;
@@ -27,6 +30,8 @@ pub struct Matrix {
     pub more_leads: Vec<Lead>,
     /// Changes of the scene under each of which everything is asked once more, with the first lead.
     pub transforms: Vec<Transform>,
+    /// Settings in several values, under each of which everything is asked once more.
+    pub axes: Axes,
     /// How all of them are asked.
     pub request: RequestSettings,
 }
@@ -40,21 +45,58 @@ pub struct RequestSettings {
     pub radius: Option<f64>,
     /// Where windows of the safety task end; `None` for the usual one, two steps before the last recorded one.
     pub lead: Option<Lead>,
+    /// How far after its last step the truth of a window looks, seconds, where windows are drawn so that dangerous and
+    /// safe ones are alike; `None` for the ends of recordings.
+    pub within: Option<f64>,
+    /// By which rules windows are chosen and answers counted; with [`Protocol::Paper`] there are no `lead` and `within`.
+    pub protocol: Protocol,
+    /// Whether windows are drawn of every safe scenario, also where no dangerous window is left for it.
+    pub every_scenario: bool,
     /// Sampling temperature.
     pub temperature: Option<f64>,
     /// Most tokens of an answer.
     pub max_tokens: Option<u32>,
     /// How much the models are to reason.
     pub effort: Option<Effort>,
+    /// Whether log probabilities are asked for.
+    pub log_probabilities: bool,
+    /// Form of the description.
+    pub form: Option<Form>,
+    /// Steps between described ones.
+    pub stride: Option<usize>,
+    /// Seed of the sampling.
+    pub seed: Option<u64>,
 }
 
 impl RequestSettings {
+    /// The same for these tasks with windows drawn as the protocol says: by default dangerous ones and safe ones like
+    /// them.
+    #[must_use]
+    pub fn drawn(self, tasks: &[Task]) -> Self {
+        if self.protocol == Protocol::Paper {
+            return Self {
+                lead: None,
+                within: None,
+                history: self.history.or(Some(PAPER_STEPS)),
+                ..self
+            };
+        }
+        let timed = tasks.contains(&Task::Safety);
+        Self {
+            lead: self.lead.or(timed.then_some(LEAD)),
+            within: self.within.or(Some(WITHIN)),
+            ..self
+        }
+    }
+
     /// The settings that determine a scene's description.
     #[must_use]
     pub fn settings(&self, techniques: Option<Techniques>) -> Settings {
         Settings {
             history: self.history,
             radius: self.radius,
+            form: self.form,
+            stride: self.stride,
             techniques,
             ..Settings::default()
         }
@@ -66,32 +108,40 @@ impl RequestSettings {
         Parameters {
             temperature: self.temperature,
             max_tokens: self.max_tokens,
-            seed: None,
+            seed: self.seed,
             effort: self.effort,
+            log_probabilities: self.log_probabilities,
         }
     }
 }
 
 impl Matrix {
-    /// Every way of asking, each once: by task, frame, techniques and model, as they were named. The built-in judge,
+    /// Every way of asking, each once: by task, frame, techniques, model and values of axes, as they were named. The built-in judge,
     /// which is not asked in words, stands once for each task.
     #[must_use]
     pub fn ways(&self) -> Vec<PromptConfig> {
+        let settings = self.axes.values();
         let mut ways = Vec::new();
         for &task in &self.tasks {
             for &frame in &self.frames {
                 for &techniques in &self.techniques {
                     for model in &self.models {
                         let in_words = model != judge::MODEL;
-                        let way = PromptConfig {
-                            task,
-                            frame: in_words.then_some(frame),
-                            techniques: in_words.then_some(techniques),
-                            model: model.clone(),
-                            template: None,
-                        };
-                        if !ways.contains(&way) {
-                            ways.push(way);
+                        for settings in &settings {
+                            let way = PromptConfig {
+                                task,
+                                frame: in_words.then_some(frame),
+                                techniques: in_words.then_some(techniques),
+                                model: model.clone(),
+                                settings: match in_words {
+                                    true => *settings,
+                                    false => AxisValues::default(),
+                                },
+                                template: None,
+                            };
+                            if !ways.contains(&way) {
+                                ways.push(way);
+                            }
                         }
                     }
                 }
@@ -113,15 +163,15 @@ impl Matrix {
     /// the changed scenes. Only the safety task has leads.
     #[must_use]
     pub fn variants(&self, way: &PromptConfig) -> Vec<Variant> {
-        let timed = way.task == Task::Safety && !self.more_leads.is_empty();
+        let timed = way.task == Task::Safety;
         let first = Variant {
             lead: self.request.lead.filter(|_| timed),
-            transform: None,
+            ..Variant::default()
         };
         let more = self.more_leads.iter().filter(|_| timed);
         let leads = more.map(|lead| Variant {
             lead: Some(*lead),
-            transform: None,
+            ..Variant::default()
         });
         let changes = self.transforms.iter().map(|change| Variant {
             transform: Some(*change),
@@ -130,19 +180,36 @@ impl Matrix {
         std::iter::once(first).chain(leads).chain(changes).collect()
     }
 
-    /// Everything that is asked about one scenario.
+    /// Everything that is asked about the scenario with this path.
     #[must_use]
-    pub fn asks(&self) -> Vec<Ask> {
-        let asks = self.ways().into_iter().flat_map(|way| {
+    pub fn asks(&self, windows: &BatchWindows, path: &str) -> Vec<Ask> {
+        let mut asks = Vec::new();
+        for way in self.ways() {
             let samples: Vec<u32> = (0..self.samples_of(&way)).collect();
-            let variants = self.variants(&way).into_iter();
-            variants.map(move |variant| Ask {
-                samples: samples.clone(),
-                way: way.clone(),
-                variant,
-            })
-        });
-        asks.collect()
+            for variant in self.variants(&way) {
+                let ask = |variant, truth| Ask {
+                    samples: samples.clone(),
+                    way: way.clone(),
+                    variant,
+                    truth,
+                };
+                match windows.of(&way, variant.lead, path) {
+                    None => asks.push(ask(variant, None)),
+                    Some(windows) => asks.extend(windows.iter().map(|window| {
+                        let window = window.clone();
+                        let steps = Some(window.steps);
+                        ask(
+                            Variant {
+                                window: steps,
+                                ..variant
+                            },
+                            Some(window),
+                        )
+                    })),
+                }
+            }
+        }
+        asks
     }
 
     /// Adds what is not there yet.

@@ -7,17 +7,21 @@ use super::matrix::RequestSettings;
 use super::recent::Recent;
 use super::truth::Truth;
 use super::variant::Variant;
+use super::window_facts::facts;
+use super::windows::{AskedWindow, default_window, too_short};
+use crate::evaluation::recorded_answer::has_answer;
 use crate::evaluation::request::record;
+use crate::evaluation::windows::{Moment, Recording};
 use crate::evaluation::{
-    Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled, Lead, PromptConfig,
-    Question, RunOptions, default_frame, prepare, template,
+    AxisValues, Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled, Lead,
+    PromptConfig, Protocol, Question, RunOptions, default_frame, prepare, template,
 };
 use crate::formats::{EgoSelection, Entry, EntryLocation};
 use crate::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Severity, Window};
-use crate::store::{Key, NewItem, Store, StoreError};
+use crate::store::{Item, Key, NewItem, Store, StoreError};
 use crate::verdict::{Task, Verdict};
 
 /// Shared inputs of all questions in a batch.
@@ -35,7 +39,7 @@ pub struct QuestionBuilder {
 }
 
 /// Identity of a question: the scenario, the prompt configuration, the lead and the change.
-type QuestionId = (String, PromptConfig, (Option<String>, Option<String>));
+type QuestionId = (String, PromptConfig, Variant);
 
 /// A scenario that was opened, with its recorded ego.
 #[derive(Debug, Clone)]
@@ -53,6 +57,8 @@ pub struct Ask {
     pub way: PromptConfig,
     /// With which lead, and about which change of the scene.
     pub variant: Variant,
+    /// What is true about its window, where that was drawn; else the label of the scenario counts.
+    pub truth: Option<AskedWindow>,
     /// Which of several answers.
     pub samples: Vec<u32>,
 }
@@ -68,8 +74,8 @@ pub struct PreparedQuestions {
     pub wrong: Option<LabelError>,
     /// Warnings about it.
     pub doubts: Vec<String>,
-    /// For each model the first question that would be sent to it.
-    pub first: Vec<(String, Arc<Question>)>,
+    /// For each model and values of axes the first question that would be sent to it.
+    pub first: Vec<(String, AxisValues, Arc<Question>)>,
 }
 
 /// Scenes that are kept in memory at once, and questions.
@@ -131,16 +137,20 @@ impl QuestionBuilder {
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Arc<Question>, String> {
-        // The recipient does not change the question.
+        // Neither the recipient nor the parameters of the request change the question.
         let whose = PromptConfig {
             model: String::new(),
+            settings: AxisValues {
+                form: way.settings.form,
+                stride: way.settings.stride,
+                ..AxisValues::default()
+            },
             ..way.clone()
         };
-        self.questions
-            .get(&(path_of(entry), whose, variant.words()), || {
-                let scene = self.open(entry)?.scene;
-                self.made(entry, scene, way, variant, label).map(Arc::new)
-            })
+        self.questions.get(&(path_of(entry), whose, *variant), || {
+            let scene = self.open(entry)?.scene;
+            self.made(entry, scene, way, variant, label).map(Arc::new)
+        })
     }
 
     fn made(
@@ -173,6 +183,7 @@ impl QuestionBuilder {
             window,
             options: decided.options,
             thresholds: Arc::clone(&self.thresholds),
+            horizon: self.request.within.unwrap_or(Case::HORIZON),
         };
         prepare(case, &self.library, None).map_err(|e| e.to_string())
     }
@@ -185,7 +196,17 @@ impl QuestionBuilder {
         let techniques = way.techniques.unwrap_or(Techniques::ALL);
         let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
         let settings = self.request.settings(Some(techniques));
+        let settings = way.settings.settings(settings);
         Ok(settings.with(&chosen.front.defaults))
+    }
+
+    /// Steps in a window of this way of asking, and how far around the ego it is described, metres.
+    ///
+    /// # Errors
+    /// There is no template for it.
+    pub fn span(&self, way: &PromptConfig) -> Result<(usize, f64), String> {
+        let decided = self.decided(way)?;
+        Ok((decided.history, decided.options.radius))
     }
 
     /// The steps that a question is about.
@@ -197,13 +218,44 @@ impl QuestionBuilder {
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Window, String> {
+        if let Some((first, last)) = variant.window {
+            let steps = usize::try_from(last - first + 1).unwrap_or(1);
+            return Ok(Window::ending_at(scene, last, steps));
+        }
         let history = self.decided(way)?.history;
+        if self.request.protocol == Protocol::Paper {
+            let window = Labelled::new(scene, label).paper_window(way.task, history);
+            return window.ok_or_else(|| too_short(entry, Lead::Paper));
+        }
         match (way.task, variant.lead.or(self.request.lead)) {
             (Task::Safety, Some(lead)) => Labelled::new(scene, label)
                 .window(lead, history)
                 .ok_or_else(|| too_short(entry, lead)),
             _ => Ok(default_window(way.task, scene, history)),
         }
+    }
+
+    /// What is true about a drawn window where its scenario has this label; the label itself where it cannot be opened.
+    pub(super) fn window_truth(
+        &self,
+        entry: &Entry,
+        item: &Item,
+        label: Label,
+        (first, last): (i64, i64),
+    ) -> Label {
+        let (Ok(reading), Some(horizon)) = (self.open(entry), self.request.within) else {
+            return label;
+        };
+        let scene = &reading.scene;
+        let moment = match item.asked.task {
+            Task::Collision => Moment::Contact,
+            _ => Moment::Before(Lead::Seconds(0.0)),
+        };
+        let steps = usize::try_from(last - first + 1).unwrap_or(1);
+        let window = Window::ending_at(scene, last, steps);
+        let case = Labelled::new(scene, Some(label));
+        let recording = Recording::new(&entry.name, &case, self.request.radius.unwrap_or(0.0));
+        recording.truth(moment, &window, horizon).0
     }
 
     /// The built-in judge's verdict on the same steps of the unchanged scene.
@@ -250,15 +302,17 @@ impl QuestionBuilder {
             prepared.doubts.clone_from(&reading.doubts);
         }
         for ask in asks {
+            let label = ask.truth.as_ref().map_or(label, |truth| Some(truth.label));
             // Windows of safe scenarios are the same at every lead: one is enough.
             let another = ask.variant.transform.is_none()
+                && ask.variant.window.is_none()
                 && ask.variant.lead.is_some()
                 && ask.variant.lead != self.request.lead;
             if another && label == Some(Label::Safe) {
                 continue;
             }
             let question = self.question(entry, &ask.way, &ask.variant, label);
-            let judge = &judges[&ask.way.model];
+            let judge = &*judges[&ask.way.model].under(&ask.way.settings);
             let (key, size) = match &question {
                 Ok(question) => (
                     question_key(question, judge)?,
@@ -267,19 +321,23 @@ impl QuestionBuilder {
                 Err(_) => (None, None),
             };
             let (lead, transform) = ask.variant.words();
+            let facts = question
+                .as_ref()
+                .ok()
+                .map(|question| facts(question, ask, label));
             for &sample in &ask.samples {
-                let stored = match &key {
-                    Some(key) => store.has_answer(key, sample)?,
-                    None => false,
+                let known = match &question {
+                    Ok(question) => has_answer(question, (judge, key.as_ref()), sample, store)?,
+                    Err(why) => Err(why.clone()),
                 };
-                if let (Ok(question), false) = (&question, stored)
-                    && !prepared
-                        .first
-                        .iter()
-                        .any(|(model, _)| *model == ask.way.model)
+                let (stored, unaskable) = (known == Ok(true), known.err());
+                if let (Ok(question), false, None) = (&question, stored, &unaskable)
+                    && !prepared.first.iter().any(|(model, settings, _)| {
+                        *model == ask.way.model && *settings == ask.way.settings
+                    })
                 {
-                    let first = (ask.way.model.clone(), Arc::clone(question));
-                    prepared.first.push(first);
+                    let (model, settings) = (ask.way.model.clone(), ask.way.settings);
+                    prepared.first.push((model, settings, Arc::clone(question)));
                 }
                 let item = NewItem {
                     path: path_of(entry),
@@ -293,14 +351,19 @@ impl QuestionBuilder {
                     sample,
                     lead: lead.clone(),
                     transform: transform.clone(),
+                    window: ask.variant.window,
+                    facts: facts.clone(),
+                    scene: None,
                     key: key.clone(),
                     collides: label.map(Label::collides),
                     obstacle: obstacle(label),
-                    unaskable: question.as_ref().err().cloned(),
+                    unaskable: unaskable.clone(),
+                    settings: ask.way.settings.words(),
+                    split: None,
                 };
-                prepared
-                    .items
-                    .push((item, size.map(|size| Size { stored, ..size })));
+                let size = size.clone().filter(|_| unaskable.is_none());
+                let size = size.map(|size| Size { stored, ..size });
+                prepared.items.push((item, size));
             }
         }
         Ok(prepared)
@@ -324,28 +387,10 @@ pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
 }
 
 /// The stored path of an entry: its file, or the name of a bundled scenario.
-pub(super) fn path_of(entry: &Entry) -> String {
+#[must_use]
+pub fn path_of(entry: &Entry) -> String {
     match &entry.place {
         EntryLocation::File(path) => path.display().to_string(),
         EntryLocation::Bundled(_) => entry.name.clone(),
     }
-}
-
-/// The window of a task by default, of so many steps: the end of the recording, for the safety task
-/// [`Window::AFTER_SAFETY`] steps before it.
-fn default_window(task: Task, scene: &Scene, history: usize) -> Window {
-    let last = match task {
-        Task::Collision => scene.last_step(),
-        Task::Safety | Task::Attacker | Task::Trajectory => {
-            scene.last_step() - Window::AFTER_SAFETY
-        }
-    };
-    Window::ending_at(scene, last, history)
-}
-
-fn too_short(entry: &Entry, lead: Lead) -> String {
-    format!(
-        "{}: the recording begins later than {lead} s before the collision",
-        entry.display()
-    )
 }

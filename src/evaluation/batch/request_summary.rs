@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::spec::Spec;
-use crate::evaluation::{default_frame, template};
+use crate::evaluation::{Protocol, default_frame, template};
 use crate::prompts::{Library, Techniques};
 
 /// The scene descriptions of a batch, completed from its templates: each number once, in order.
@@ -43,16 +43,16 @@ impl Spec {
         Some(described)
     }
 
-    /// The same as JSON, as the store has it: paths, ways of asking, window, sampling, templates and thresholds. The
-    /// address of the server is left out, which may hold a key. `history` and `radius` are numbers also where the
+    /// The same as JSON: names of the paths, ways of asking, window, sampling, templates and thresholds. The
+    /// address of the server, which may hold a key, and texts of drafts are left out. `history` and `radius` are numbers also where the
     /// templates decide them, as far as they are known: a list where they differ, and `of_templates` names those that
     /// are not the batch's.
     #[must_use]
     pub fn asked(&self, described: Option<&SceneDescriptions>) -> Value {
         // A serialised struct is an object.
-        let mut asked: Value = serde_json::from_str(&self.to_json()).unwrap_or_default();
+        let mut asked: Value = serde_json::from_str(&self.portable().to_json()).unwrap_or_default();
         if let Some(asked) = asked.as_object_mut() {
-            for elsewhere in ["base_url", "truth", "truth_files"] {
+            for elsewhere in ["base_url", "truth", "truth_files", "drafts"] {
                 asked.shift_remove(elsewhere);
             }
             if let Some(described) = described {
@@ -82,10 +82,31 @@ impl Spec {
         asked
     }
 
+    /// How the windows of the questions were chosen.
+    fn windows_words(&self) -> String {
+        let request = &self.matrix.request;
+        if request.protocol == Protocol::Paper {
+            return "windows of the paper, a yes of the safety task counts if it names the obstacle of the collision"
+                .into();
+        }
+        let matched = match request.every_scenario {
+            true => "matched windows and one of every other safe scenario",
+            false => "matched windows",
+        };
+        match (request.within, request.lead) {
+            (Some(horizon), Some(lead)) => {
+                format!("{matched}, lead {lead}, contact within {horizon} s")
+            }
+            (Some(_), None) => matched.into(),
+            (None, Some(lead)) => format!("lead {lead}, safe windows first in their recordings"),
+            (None, None) => "windows at the end of the recordings".into(),
+        }
+    }
+
     /// Settings a reader needs to reproduce the table: window, sampling, templates.
     #[must_use]
     pub fn asked_words(&self, described: Option<&SceneDescriptions>) -> String {
-        let request = &self.matrix.request;
+        let (request, axes) = (&self.matrix.request, &self.matrix.axes);
         let usual = |value: Option<String>, else_: &str| value.unwrap_or_else(|| else_.into());
         let (history, radius) = match described {
             Some(described) => (
@@ -97,52 +118,74 @@ impl Spec {
                 request.radius.map(|m| m.to_string()),
             ),
         };
-        let lead = request.lead.map(|lead| lead.to_string());
         let parts = [
             format!(
                 "steps in a window {}",
-                usual(history, "as the templates had it, which are others now")
+                usual(history, "from the templates, which have changed since")
             ),
             format!(
                 "radius in metres {}",
-                usual(radius, "as the templates had it, which are others now")
+                usual(radius, "from the templates, which have changed since")
             ),
-            format!("lead {}", usual(lead, "as in the paper")),
+            self.windows_words(),
             format!(
                 "temperature {}",
                 usual(
-                    request.temperature.map(|t| t.to_string()),
-                    "of the templates or the server"
+                    one_or_each(request.temperature, &axes.temperatures, f64::to_string),
+                    "from the templates or the server"
                 )
             ),
             format!(
                 "answers of {}",
                 usual(
                     request.max_tokens.map(|n| format!("at most {n} tokens")),
-                    "as many tokens as the server allows"
+                    "unlimited tokens"
                 )
             ),
             format!(
                 "reasoning {}",
                 usual(
-                    request.effort.map(|e| e.name().to_string()),
-                    "as the server does it"
+                    one_or_each(request.effort, &axes.efforts, |effort| effort.name().into()),
+                    "server default"
                 )
             ),
             format!("samples {}", self.matrix.samples),
         ];
+        let more = [
+            (
+                "form",
+                one_or_each(request.form, &axes.forms, |form| form.name().into()),
+            ),
+            (
+                "stride",
+                one_or_each(request.stride, &axes.strides, usize::to_string),
+            ),
+            (
+                "seed",
+                one_or_each(request.seed, &axes.seeds, u64::to_string),
+            ),
+        ];
+        let more = more.into_iter();
+        let more = more.filter_map(|(name, value)| Some(format!("{name} {}", value?)));
+        let parts: Vec<String> = parts.into_iter().chain(more).collect();
         let templates = self.templates.iter().map(|(file, hash)| {
             let short: String = hash.chars().take(12).collect();
             format!("{file} ({short})")
         });
         let templates: Vec<String> = templates.collect();
         format!(
-            "Asked with: {}. Templates, with the beginnings of their hashes: {}. nearmiss {}.",
+            "Settings: {}. Templates, with the start of their hashes: {}. nearmiss {}.",
             parts.join(", "),
             templates.join(", "),
             env!("CARGO_PKG_VERSION")
         )
     }
+}
+
+/// The value of a setting in words, or those of its axis; `None` where the batch does not say it.
+fn one_or_each<T>(one: Option<T>, each: &[T], word: impl Fn(&T) -> String) -> Option<String> {
+    let all: Vec<String> = one.iter().chain(each).map(word).collect();
+    (!all.is_empty()).then(|| all.join(" or "))
 }
 
 /// A number, or a list of several.
@@ -153,12 +196,12 @@ fn one_or_all<T: Serialize>(values: &[T]) -> Value {
     }
 }
 
-/// `10 (of the templates)`, with a word between several.
+/// `10 (from the templates)`, with a word between several.
 fn joined<T: ToString>(values: &[T], of_templates: bool) -> Option<String> {
     let all: Vec<String> = values.iter().map(T::to_string).collect();
     let words = all.join(" or ");
     (!all.is_empty()).then(|| match of_templates {
-        true => format!("{words} (of the templates)"),
+        true => format!("{words} (from the templates)"),
         false => words,
     })
 }

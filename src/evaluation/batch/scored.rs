@@ -1,21 +1,29 @@
 //! A batch's answers with their ground truth: parsed again from their texts, failed ones included.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
 
 use super::question_builder::obstacle;
+use super::spec::Spec;
 use super::truth::Truth;
 use super::variant::Variant;
+use super::windows::critical_of;
 use crate::description::Frame;
+use crate::evaluation::answer_state::rank;
+use crate::evaluation::report::QuestionKey;
 use crate::evaluation::{
-    AnswerStatus, Label, LabelError, Lead, PromptConfig, Scored, TemplateVersion,
+    AnswerCase, AnswerStatus, Attempt, Label, LabelError, Lead, PromptConfig, Protocol, Scored,
+    TemplateVersion, with_token_probability,
 };
 use crate::formats::Entry;
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
-use crate::store::{BatchId, Consumed, Item, ItemState, NewItem, NewestAnswer, Store, StoreError};
+use crate::store::{
+    BatchId, ClaimCounts, Consumed, Item, ItemState, NewItem, NewestAnswer, QuestionRun, SplitPart,
+    Store, StoreError,
+};
 use crate::verdict::{self, Task, Verdict};
 
 /// The answers of a batch, those about its scenes as they are and with the first lead apart from the others.
@@ -30,8 +38,27 @@ pub struct Answers {
     pub leads: Vec<(Lead, Scored)>,
     /// The places of the plain ones in the batch, in the same order.
     pub places: Vec<u64>,
+    /// The leads that the plain ones were asked at, in the same order.
+    pub plain_leads: Vec<Option<Lead>>,
     /// Those that are not among the plain ones.
     pub others: usize,
+}
+
+impl Answers {
+    /// Every answer once, with its lead and its transform.
+    #[must_use]
+    pub fn cases(&self) -> Vec<AnswerCase<'_>> {
+        let case = |scored, lead| AnswerCase { scored, lead };
+        let plain = self.plain.iter().zip(&self.plain_leads);
+        let plain = plain.map(|(scored, lead)| case(scored, *lead));
+        let is_plain = |lead: &Lead| self.plain_leads.contains(&Some(*lead));
+        let leads = self.leads.iter().filter(|(lead, _)| !is_plain(lead));
+        let leads = leads.map(|(lead, scored)| case(scored, Some(*lead)));
+        let first = self.plain_leads.iter().flatten().next().copied();
+        let changed = self.changed.iter();
+        let changed = changed.map(|one| case(one, first.filter(|_| one.way.task == Task::Safety)));
+        plain.chain(leads).chain(changed).collect()
+    }
 }
 
 /// Every yes-or-no question of a batch with its answer, in order: the newest complete answer to the same request and
@@ -42,9 +69,25 @@ pub struct Answers {
 /// # Errors
 /// The store cannot be read, or holds words that this version does not know.
 pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
+    answers_of_part(store, batch, None)
+}
+
+/// The same of one part of a split; `None` for all questions.
+///
+/// # Errors
+/// As [`answers`].
+pub fn answers_of_part(
+    store: &Store,
+    batch: BatchId,
+    part: Option<SplitPart>,
+) -> Result<Answers, StoreError> {
     let mut found = store.items_with_answers(batch)?;
     found.retain(|(item, _)| Task::VERDICTS.contains(&item.asked.task));
-    let mut all = read(&found)?;
+    found.retain(|(item, _)| part.is_none() || item.asked.split == part);
+    let protocol = protocol(store, batch)?;
+    let mut all = read(&found, &store.question_runs(batch, 0, None)?)?;
+    all.iter_mut()
+        .for_each(|(_, scored)| protocol.count(scored));
     let mut templates = BatchTemplates::default();
     templates.note(&found);
     all.iter_mut()
@@ -59,6 +102,9 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
         true => None,
         false => all.iter().find_map(|(variant, _)| variant.lead),
     };
+    let several = all
+        .iter()
+        .any(|(variant, _)| variant.lead.is_some() && variant.lead != first);
     let questions = all.len();
     let mut sorted = Answers::default();
     for ((variant, scored), place) in all.into_iter().zip(places) {
@@ -66,36 +112,36 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
             sorted.changed.push(scored);
             continue;
         }
-        if let Some(lead) = variant.lead {
+        if let Some(lead) = variant.lead.filter(|_| several) {
             sorted.leads.push((lead, scored.clone()));
         }
         if variant.lead.is_none() || variant.lead == first {
             sorted.plain.push(scored);
             sorted.places.push(place);
+            sorted.plain_leads.push(variant.lead);
         }
     }
     sorted.others = questions - sorted.plain.len();
     let scored = &mut sorted.plain;
-    let reference: Vec<(String, Task, Verdict)> = scored
+    let question = |one: &Scored| (one.scenario.clone(), one.way.task, one.window);
+    let reference: HashMap<_, Verdict> = scored
         .iter()
         .filter(|one| one.way.model == judge::MODEL)
-        .filter_map(|one| match &one.status {
-            AnswerStatus::Verdict(verdict) => {
-                Some((one.scenario.clone(), one.way.task, verdict.clone()))
-            }
-            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
-        })
-        .collect();
-    let of: std::collections::HashMap<_, _> = reference
-        .iter()
-        .map(|(scenario, task, verdict)| ((scenario.as_str(), *task), verdict))
+        .filter_map(|one| Some((question(one), one.status.verdict()?.clone())))
         .collect();
     for one in scored {
-        one.reference = of
-            .get(&(one.scenario.as_str(), one.way.task))
-            .map(|v| (*v).clone());
+        one.reference = reference.get(&question(one)).cloned();
     }
     Ok(sorted)
+}
+
+/// The rules by which the answers of a batch count.
+fn protocol(store: &Store, batch: BatchId) -> Result<Protocol, StoreError> {
+    let Some(batch) = store.batch(batch)? else {
+        return Ok(Protocol::default());
+    };
+    let spec = Spec::from_json(&batch.spec).map_err(|why| StoreError::Word(why.to_string()))?;
+    Ok(spec.matrix.request.protocol)
 }
 
 /// The templates that a batch asks with, by task and frame: it pins one version of each, which its answers tell.
@@ -124,16 +170,21 @@ impl BatchTemplates {
     }
 }
 
-/// Answers to questions of a batch, in order, with the variant each is about.
+/// The runs that were made for questions of a batch, by their places.
+type Runs = BTreeMap<u64, Vec<QuestionRun>>;
+
+/// Answers to questions of a batch, in order, with the variant each is about, and with all `runs` made for them.
 ///
 /// # Errors
 /// The store holds words that this version does not know.
 pub(super) fn read(
     found: &[(Item, Option<NewestAnswer>)],
+    runs: &Runs,
 ) -> Result<Vec<(Variant, Scored)>, StoreError> {
     let one = |(item, found): &(Item, Option<NewestAnswer>)| {
         let variant = Variant::from_item(&item.asked).map_err(StoreError::Word)?;
-        let scored = one(item, found.as_ref())?;
+        let runs = runs.get(&item.place).map_or(&[][..], Vec::as_slice);
+        let scored = one(item, found.as_ref(), runs)?;
         Ok((variant, told_back(item, variant.transform, scored)))
     };
     found.par_iter().map(one).collect()
@@ -150,41 +201,76 @@ fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scor
         return scored;
     }
     let asked = &item.asked;
+    if let Some(known) = asked.scene.as_ref().filter(|scene| !scene.ids.is_empty()) {
+        return scored.mapped_back(&known.ids);
+    }
     let read = Entry::of_argument(std::path::Path::new(&asked.path)).read();
     match read.map_err(|error| error.to_string()) {
         Ok(scenario) if asked.scenario_hash == Some(scenario.hash.to_string()) => {
             scored.mapped_back(&change.ids(&scenario))
         }
         Ok(_) => {
-            let why = "its numbers cannot be told back: the scenario is no longer the same";
+            let why = "its obstacle ids cannot be mapped back: the scenario has changed";
             scored.status = AnswerStatus::Failed(why.into());
             scored
         }
         Err(why) => {
-            scored.status = AnswerStatus::Failed(format!("its numbers cannot be told back: {why}"));
+            scored.status =
+                AnswerStatus::Failed(format!("its obstacle ids cannot be mapped back: {why}"));
             scored
         }
     }
 }
 
-fn one(item: &Item, found: Option<&NewestAnswer>) -> Result<Scored, StoreError> {
+fn one(
+    item: &Item,
+    found: Option<&NewestAnswer>,
+    runs: &[QuestionRun],
+) -> Result<Scored, StoreError> {
     let asked = &item.asked;
+    // The same that counts in a report of the store.
+    let counts = match found {
+        Some(found) => runs.iter().find(|one| one.run == found.run),
+        None => runs.iter().max_by_key(|one| (rank(one.state), one.run)),
+    };
+    let others = runs
+        .iter()
+        .filter(|one| Some(one.run) != counts.map(|c| c.run));
+    let window = counts.or(runs.first()).and_then(|one| one.window);
     let status = match found {
         Some(found) => match verdict::parse(asked.task, &found.text) {
-            Ok(parsed) => AnswerStatus::Verdict(parsed.verdict),
+            Ok(parsed) => AnswerStatus::Verdict(with_token_probability(
+                parsed.verdict,
+                found.verdict.as_deref(),
+            )),
             Err(why) => AnswerStatus::Unparsed(why.to_string()),
         },
         None => without_answer(item),
     };
+    let asked_for = !matches!(status, AnswerStatus::Unasked(_));
     Ok(Scored {
         scenario: asked.scenario.clone(),
         way: way_of(asked).map_err(StoreError::Word)?,
         sample: asked.sample,
         truth: label_of(asked),
+        critical: label_of(asked)
+            .map_or_else(Vec::new, |label| critical_of(label, asked.facts.as_ref())),
         status,
         reference: None,
-        consumed: found.map_or_else(Consumed::default, |found| found.consumed),
-        run: found.map(|found| found.run).or(item.run),
+        window: asked
+            .window
+            .or_else(|| QuestionKey::window(asked.task, window)),
+        consumed: counts.map_or_else(Consumed::default, |one| one.consumed),
+        most_usd: counts.and_then(|one| one.most_usd),
+        superseded: others
+            .map(|one| Attempt {
+                consumed: one.consumed,
+                most_usd: one.most_usd,
+            })
+            .collect(),
+        claims: counts.map_or_else(ClaimCounts::default, |one| one.claims),
+        // A question that was not asked has no run but those that were made for it.
+        run: counts.map(|one| one.run).or(item.run.filter(|_| asked_for)),
     })
 }
 
@@ -193,12 +279,10 @@ fn without_answer(item: &Item) -> AnswerStatus {
     let why = |usual: &str| item.error.clone().unwrap_or_else(|| usual.into());
     match item.state {
         ItemState::Answered => AnswerStatus::Failed(why("the answer was deleted from the store")),
-        ItemState::Truncated | ItemState::Failed => {
-            AnswerStatus::Failed(why("no whole answer came"))
-        }
-        ItemState::Waiting => AnswerStatus::Unasked(why("it was not asked yet")),
+        ItemState::Truncated | ItemState::Failed => AnswerStatus::Failed(why("no complete answer")),
+        ItemState::Waiting => AnswerStatus::Unasked(why("not asked yet")),
         ItemState::Unaskable => {
-            AnswerStatus::Unasked(why("no question can be made of the scenario"))
+            AnswerStatus::Unasked(why("no question can be built from the scenario"))
         }
     }
 }
@@ -230,6 +314,12 @@ pub fn retold(
             let scene = scene.as_ref().map(|reading| &*reading.scene);
             truth.fits(&entry, scene)?;
             let label = truth.label(&entry, scene);
+            let label = match (label, item.asked.window) {
+                (Some(label), Some(steps)) => {
+                    Some(builder.window_truth(&entry, item, label, steps))
+                }
+                _ => label,
+            };
             Ok((item.place, label.map(Label::collides), obstacle(label)))
         })
         .collect()
@@ -252,6 +342,12 @@ pub fn way_of(asked: &NewItem) -> Result<PromptConfig, String> {
             .map(Techniques::parse)
             .transpose()?,
         model: asked.model.clone(),
+        settings: asked
+            .settings
+            .as_deref()
+            .map(str::parse)
+            .transpose()?
+            .unwrap_or_default(),
         template: None,
     })
 }

@@ -1,21 +1,18 @@
 //! The stored specification of a batch: enough to resume it, or to detect that it has changed.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
-use super::matrix::{Matrix, RequestSettings};
+use super::matrix::Matrix;
 use super::question_builder::QuestionBuilder;
+use super::split::Subset;
 use super::truth::TruthSource;
-use crate::description::Frame;
-use crate::evaluation::{Lead, default_frame, template};
+use crate::evaluation::report::Comparison;
+use crate::evaluation::{default_frame, template};
 use crate::formats::EgoSelection;
-use crate::llm::Effort;
 use crate::metrics::Thresholds;
-use crate::prompts::{Library, Techniques};
-use crate::verdict::Task;
+use crate::prompts::{Library, Origin};
 
 /// Everything that determines what a batch asks.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,133 +33,61 @@ pub struct Spec {
     pub ego: EgoSelection,
     /// Texts of templates that were not saved, by file name.
     pub drafts: BTreeMap<String, String>,
+    /// Which comparisons of its answers were declared to matter.
+    pub comparison: Comparison,
+    /// Which of the scenarios are asked about, and in which parts.
+    pub subset: Subset,
 }
 
 /// Why a specification cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SpecError {
     /// It is not one, or one of another version of the program.
-    #[error("what the batch asks cannot be read: {0}; begin a new batch")]
+    #[error("the batch's questions cannot be read: {0}; start a new batch")]
     Unreadable(String),
+    /// A template is not the one that the batch was begun with.
+    #[error("template {file} is not the one that the batch began with ({hash}…): {}", other(file, place.as_deref()))]
+    OtherTemplate {
+        /// The file's name.
+        file: String,
+        /// The user's file; `None` if it is the program's own.
+        place: Option<PathBuf>,
+        /// The start of the hash of the one it began with.
+        hash: String,
+    },
     /// Templates or thresholds are no longer the same.
-    #[error("{0}; undo that, or begin a new batch")]
+    #[error("{0}; undo that, or start a new batch")]
     Changed(String),
 }
 
-/// The form that is written.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Written {
-    paths: Vec<PathBuf>,
-    tasks: Vec<String>,
-    frames: Vec<String>,
-    techniques: Vec<String>,
-    models: Vec<String>,
-    samples: u32,
-    history: Option<usize>,
-    radius: Option<f64>,
-    lead: Option<String>,
-    temperature: Option<f64>,
-    max_tokens: Option<u32>,
-    effort: Option<String>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    more_leads: Vec<String>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    transforms: Vec<String>,
-    truth: String,
-    truth_files: Vec<PathBuf>,
-    templates: BTreeMap<String, String>,
-    thresholds: Vec<String>,
-    base_url: Option<String>,
-    #[serde(default, skip_serializing_if = "is_default")]
-    ego: EgoSelection,
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    drafts: BTreeMap<String, String>,
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
+/// What changed about a template, and what to do.
+fn other(file: &str, place: Option<&Path>) -> String {
+    match place {
+        Some(path) => format!(
+            "{}, or a fragment that it includes, has changed; undo that, or start a new batch",
+            path.display()
+        ),
+        None => format!(
+            "the program's own text is used now; put the older text into your folder of templates (`nearmiss prompts show \
+             {file}` with the nearmiss that began the batch prints it), or start a new batch. Reports still have its answers"
+        ),
+    }
 }
 
 impl Spec {
-    /// As JSON, the same for the same spec.
+    /// What the truth of its questions is, in words for people.
     #[must_use]
-    pub fn to_json(&self) -> String {
-        let (matrix, request) = (&self.matrix, &self.matrix.request);
-        let (truth, truth_files) = match &self.truth {
-            TruthSource::Geometry => ("geometry", Vec::new()),
-            TruthSource::Layout => ("layout", Vec::new()),
-            TruthSource::Files(files) => ("files", files.clone()),
-        };
-        let written = Written {
-            paths: self.paths.clone(),
-            tasks: words(&matrix.tasks, |task| task.name()),
-            frames: words(&matrix.frames, |frame| frame.name()),
-            techniques: words(&matrix.techniques, ToString::to_string),
-            models: matrix.models.clone(),
-            samples: matrix.samples,
-            history: request.history,
-            radius: request.radius,
-            lead: request.lead.map(Lead::stored),
-            temperature: request.temperature,
-            max_tokens: request.max_tokens,
-            effort: request.effort.map(|effort| effort.name().to_string()),
-            more_leads: words(&matrix.more_leads, |lead| lead.stored()),
-            transforms: words(&matrix.transforms, ToString::to_string),
-            truth: truth.into(),
-            truth_files,
-            templates: self.templates.clone(),
-            thresholds: self.thresholds.clone(),
-            base_url: self.base_url.clone(),
-            ego: self.ego.clone(),
-            drafts: self.drafts.clone(),
-        };
-        // Strings, numbers and lists can always be written.
-        serde_json::to_string(&written).unwrap_or_default()
-    }
-
-    /// From what [`Spec::to_json`] wrote.
-    ///
-    /// # Errors
-    /// It is not of this form.
-    pub fn from_json(json: &str) -> Result<Self, SpecError> {
-        let written: Written =
-            serde_json::from_str(json).map_err(|e| SpecError::Unreadable(e.to_string()))?;
-        let effort = written.effort.map(|word| known(&word, Effort::parse));
-        let lead = written.lead.map(|word| known(&word, |w| w.parse().ok()));
-        let matrix = Matrix {
-            tasks: each(&written.tasks, Task::parse)?,
-            frames: each(&written.frames, Frame::parse)?,
-            techniques: each(&written.techniques, |w| Techniques::parse(w).ok())?,
-            models: written.models,
-            samples: written.samples,
-            more_leads: each(&written.more_leads, |w| w.parse().ok())?,
-            transforms: each(&written.transforms, |w| w.parse().ok())?,
-            request: RequestSettings {
-                history: written.history,
-                radius: written.radius,
-                lead: lead.transpose()?,
-                temperature: written.temperature,
-                max_tokens: written.max_tokens,
-                effort: effort.transpose()?,
-            },
-        };
-        let truth = match written.truth.as_str() {
-            "geometry" => TruthSource::Geometry,
-            "layout" => TruthSource::Layout,
-            "files" => TruthSource::Files(written.truth_files),
-            other => return Err(unknown(other)),
-        };
-        Ok(Self {
-            paths: written.paths,
-            matrix,
-            truth,
-            templates: written.templates,
-            thresholds: written.thresholds,
-            base_url: written.base_url,
-            ego: written.ego,
-            drafts: written.drafts,
-        })
+    pub fn truth_words(&self) -> String {
+        let words = self.truth.words();
+        match (self.matrix.request.within, &self.truth) {
+            (None, _) => words,
+            (Some(horizon), TruthSource::Geometry) => {
+                format!("exact geometry of each matched window and the {horizon} s after it")
+            }
+            (Some(horizon), _) => {
+                format!("{words}, for each matched window and the {horizon} s after it")
+            }
+        }
     }
 
     /// The templates that a matrix is asked with, by file name with their hashes; frames that a task has none for are
@@ -218,39 +143,43 @@ impl Spec {
         Ok(QuestionBuilder::new(library, thresholds, request, ego))
     }
 
+    /// What makes the questions of the batch again.
+    ///
+    /// # Errors
+    /// They would be others now: templates or thresholds have changed.
+    pub fn builder_again(
+        &self,
+        library: &Library,
+        thresholds: Arc<Thresholds>,
+    ) -> Result<QuestionBuilder, SpecError> {
+        self.still(library, &thresholds)?;
+        self.builder(library, thresholds)
+    }
+
     /// Whether templates and thresholds are still those of the batch.
     ///
     /// # Errors
     /// Which are not.
     pub fn still(&self, library: &Library, thresholds: &Thresholds) -> Result<(), SpecError> {
-        let now = Self::templates_of(&self.matrix, &self.library(library)?);
+        let library = self.library(library)?;
+        let now = Self::templates_of(&self.matrix, &library);
         for (file, hash) in &self.templates {
             if now.get(file) != Some(hash) {
-                let why =
-                    format!("the template {file} is not the one that the batch was begun with");
-                return Err(SpecError::Changed(why));
+                let place = match library.source(file) {
+                    Some((_, Origin::User(path))) => Some(path.clone()),
+                    _ => None,
+                };
+                return Err(SpecError::OtherTemplate {
+                    file: file.clone(),
+                    place,
+                    hash: hash.chars().take(12).collect(),
+                });
             }
         }
         if Self::thresholds_of(thresholds) != self.thresholds {
-            let why = "thresholds.toml says something else than when the batch was begun";
+            let why = "thresholds.toml has changed since the batch started";
             return Err(SpecError::Changed(why.into()));
         }
         Ok(())
     }
-}
-
-fn words<T, S: ToString>(values: &[T], word: impl Fn(&T) -> S) -> Vec<String> {
-    values.iter().map(|value| word(value).to_string()).collect()
-}
-
-fn each<T>(words: &[String], parse: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, SpecError> {
-    words.iter().map(|word| known(word, &parse)).collect()
-}
-
-fn known<T>(word: &str, parse: impl Fn(&str) -> Option<T>) -> Result<T, SpecError> {
-    parse(word).ok_or_else(|| unknown(word))
-}
-
-fn unknown(word: &str) -> SpecError {
-    SpecError::Unreadable(format!("`{word}` is not known to this version"))
 }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::*;
-use crate::description::Frame;
-use crate::evaluation::{Label, Lead, PromptConfig};
+use crate::description::{Form, Frame};
+use crate::evaluation::{Label, Lead, PromptConfig, Protocol};
 use crate::formats::{EgoSelection, Entry};
 use crate::judge;
 use crate::llm::Effort;
@@ -15,11 +15,11 @@ use crate::prompts::Techniques;
 use crate::scenario::Transform;
 use crate::verdict::Task;
 
-fn techniques(words: &str) -> Techniques {
+pub(super) fn techniques(words: &str) -> Techniques {
     Techniques::parse(words).unwrap()
 }
 
-fn matrix() -> Matrix {
+pub(super) fn matrix() -> Matrix {
     Matrix {
         tasks: vec![Task::Collision, Task::Safety],
         frames: vec![Frame::Ego, Frame::Cartesian],
@@ -28,6 +28,7 @@ fn matrix() -> Matrix {
         samples: 3,
         more_leads: Vec::new(),
         transforms: Vec::new(),
+        axes: Default::default(),
         request: RequestSettings::default(),
     }
 }
@@ -156,9 +157,16 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
         history: Some(7),
         radius: Some(25.5),
         lead: Some(Lead::Seconds(1.5)),
+        within: Some(2.5),
+        every_scenario: true,
+        protocol: Protocol::Paper,
         temperature: Some(0.0),
         max_tokens: Some(900),
         effort: Some(Effort::Low),
+        log_probabilities: true,
+        form: Some(Form::Prose),
+        stride: Some(2),
+        seed: Some(7),
     };
     for truth in [
         TruthSource::Geometry,
@@ -177,10 +185,12 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
             base_url: Some("http://127.0.0.1:1".into()),
             ego: EgoSelection::Beside,
             drafts: BTreeMap::new(),
+            comparison: Default::default(),
+            subset: Default::default(),
         };
         let json = spec.to_json();
         assert!(
-            ["more_leads", "transforms", "ego\":", "drafts"]
+            ["more_leads", "transforms", "ego\":", "drafts", "comparison"]
                 .iter()
                 .all(|name| !json.contains(name)),
             "as older versions wrote it"
@@ -193,11 +203,13 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
             path: "/data/ego.csv".into(),
             planning_problem: Some(3),
         };
+        varied.comparison.baseline = Some("lab/x".into());
+        varied.comparison.primary = Some(("lab/x".into(), "lab/y".into()));
         varied.drafts = BTreeMap::from([("collision-ego.md".into(), "my text".into())]);
         assert_eq!(Spec::from_json(&varied.to_json()), Ok(varied));
     }
     let error = Spec::from_json("{}").unwrap_err().to_string();
-    assert!(error.contains("begin a new batch"), "{error}");
+    assert!(error.contains("start a new batch"), "{error}");
 }
 
 #[test]
@@ -213,13 +225,22 @@ fn a_changed_template_is_noticed() {
         base_url: None,
         ego: EgoSelection::Beside,
         drafts: BTreeMap::new(),
+        comparison: Default::default(),
+        subset: Default::default(),
     };
     assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
     assert_eq!(spec.still(&library, thresholds), Ok(()));
     spec.templates
         .insert("collision-ego.md".into(), "0".repeat(64));
     let error = spec.still(&library, thresholds).unwrap_err().to_string();
-    assert!(error.contains("collision-ego.md"), "{error}");
+    for words in [
+        "template collision-ego.md",
+        "(000000000000…)",
+        "`nearmiss prompts show collision-ego.md`",
+        "or start a new batch",
+    ] {
+        assert!(error.contains(words), "{words}: {error}");
+    }
 }
 
 #[test]
@@ -240,6 +261,8 @@ fn a_draft_is_part_of_its_batch() {
         base_url: None,
         ego: EgoSelection::Beside,
         drafts,
+        comparison: Default::default(),
+        subset: Default::default(),
     };
     spec.templates = Spec::templates_of(&spec.matrix, &spec.library(&library).unwrap());
     assert_ne!(spec.templates, Spec::templates_of(&spec.matrix, &library));
@@ -270,6 +293,8 @@ fn what_templates_decide_is_told_in_numbers() {
         base_url: None,
         ego: EgoSelection::Beside,
         drafts: BTreeMap::new(),
+        comparison: Default::default(),
+        subset: Default::default(),
     };
     let described = spec.described(&library).unwrap();
     assert_eq!(described.history, [10], "as the paper");
@@ -286,7 +311,7 @@ fn what_templates_decide_is_told_in_numbers() {
     );
     let words = spec.asked_words(Some(&described));
     assert!(
-        words.contains("steps in a window 10 (of the templates)"),
+        words.contains("steps in a window 10 (from the templates)"),
         "{words}"
     );
     // What the batch says itself is no matter of the templates.
@@ -304,7 +329,7 @@ fn what_templates_decide_is_told_in_numbers() {
         .insert("collision-ego.md".into(), "0".repeat(64));
     assert_eq!(spec.described(&library), None);
     assert!(spec.asked(None)["radius"].is_null());
-    assert!(spec.asked_words(None).contains("as the templates had it"));
+    assert!(spec.asked_words(None).contains("from the templates, which"));
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub enum Truth {
 pub enum TruthError {
     /// A file cannot be read.
     #[error(
-        "--truth {file}: {}; it takes CSV files, or auto (exact geometry) or layout (folders) alone",
+        "--truth {file}: {}; use CSV files, or auto (exact geometry) or layout (folders) alone",
         system::words(source)
     )]
     File {
@@ -84,10 +84,10 @@ impl TruthSource {
     pub fn words(&self) -> String {
         match self {
             Self::Geometry => "exact geometry of the whole recordings".into(),
-            Self::Layout => "the scenarios' folders, with the annotations beside them".into(),
+            Self::Layout => "the scenarios' folders and their annotations".into(),
             Self::Files(files) => {
                 let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
-                format!("labels of {}", names.join(", "))
+                format!("labels from {}", names.join(", "))
             }
         }
     }
@@ -137,7 +137,7 @@ impl Truth {
                         && label.collides() != collides
                     {
                         doubts.push(format!(
-                            "{}: its annotation says otherwise than its folder; the folder counts",
+                            "{}: annotation and folder disagree; the folder counts",
                             entry.name
                         ));
                     }
@@ -154,13 +154,18 @@ impl Truth {
         matches!(self, Self::Labels(_) | Self::Layout(_))
     }
 
-    /// The truth as the questions of a batch have it.
+    /// The truth as the questions of a batch have it: a scenario with a dangerous window is a collision.
     #[must_use]
     pub fn known(items: &[Item]) -> Self {
-        let known = items
-            .iter()
-            .map(|item| (item.asked.path.clone(), label_of(&item.asked)));
-        Self::Known(known.collect())
+        let mut known: BTreeMap<String, Option<Label>> = BTreeMap::new();
+        for item in items {
+            let label = label_of(&item.asked);
+            let before = known.entry(item.asked.path.clone()).or_insert(label);
+            if !before.is_some_and(Label::collides) {
+                *before = label.or(*before);
+            }
+        }
+        Self::Known(known)
     }
 
     /// Whether the obstacle that a label names is in its scenario; without the scene nothing is looked at.

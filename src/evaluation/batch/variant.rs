@@ -11,6 +11,8 @@ pub struct Variant {
     pub lead: Option<Lead>,
     /// Change of the scene; `None` if unchanged.
     pub transform: Option<Transform>,
+    /// First and last step of the window, where it was drawn; `None` for the one that task and lead give.
+    pub window: Option<(i64, i64)>,
 }
 
 impl Variant {
@@ -30,6 +32,7 @@ impl Variant {
         Ok(Self {
             lead: lead.transpose()?,
             transform: transform.transpose()?,
+            window: asked.window,
         })
     }
 

@@ -6,7 +6,7 @@ use crate::metrics::{Encounter, Relation, measure, paper};
 use crate::scenario::Participant;
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
-pub const TOLERANCES: &str = "half of the last digit stated, 0.05 of the unit or 2 %, whichever is most; 10 % where it is said to be rough";
+pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
 
 /// The geometry a claim was checked against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -67,6 +67,9 @@ impl CheckedClaim {
             ClaimedValue::Number {
                 value, decimals, ..
             } => {
+                if value.is_infinite() {
+                    return "never".into();
+                }
                 format!(
                     "{value:.*} {}",
                     usize::from(decimals),
@@ -119,12 +122,12 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
         let window = subject.steps();
         let earlier = window.steps().filter(|s| *s != step);
         if subject.window.is_none() {
-            checked.judgement = Judgement::Unknown("it is not known which steps were described");
+            checked.judgement = Judgement::Unknown("the described steps are unknown");
         } else if earlier
             .into_iter()
             .any(|s| at(&claim, subject, s).judgement == Judgement::Right)
         {
-            checked.judgement = Judgement::Unknown("it was so at an earlier step");
+            checked.judgement = Judgement::Unknown("true at an earlier step");
         }
     }
     checked
@@ -143,12 +146,14 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         truth: None,
         is: "not there".into(),
         basis: ClaimBasis::Exact,
-        judgement: Judgement::Unknown("the ego or the obstacle is not there then"),
+        judgement: Judgement::Unknown("ego or obstacle absent at that step"),
         claim: claim.clone(),
     };
     let (Some(participant), Some(encounter)) = (participant, encounter) else {
         return checked;
     };
+    let sample = scene.ego.recorded.iter().find(|s| s.step == step);
+    let written = sample.and_then(|sample| sample.heading);
     match claim.stated {
         ClaimedValue::Number {
             value,
@@ -166,6 +171,26 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
                 (told - value).abs() <= digit.max(0.05).max(share * truth.abs()) + 1e-9
             };
+            if value.is_infinite() {
+                let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
+                let of_bodies = exact(claim.quantity, &encounter);
+                let mut told = told(&encounter, written);
+                told.retain(|told| none(&of_paper(claim.quantity, told).collect::<Vec<_>>()));
+                checked.truth = of_bodies.first().copied();
+                checked.is = match checked.truth {
+                    Some(truth) => format!("{truth:.1} {}", claim.quantity.unit()),
+                    None => "none: never reached".into(),
+                };
+                checked.judgement = match (none(&of_bodies), told.is_empty()) {
+                    (true, _) => Judgement::Right,
+                    (false, false) => {
+                        checked.basis = ClaimBasis::Paper;
+                        Judgement::Right
+                    }
+                    (false, true) => Judgement::Wrong,
+                };
+                return checked;
+            }
             let exact = exact(claim.quantity, &encounter);
             let shown = exact
                 .iter()
@@ -180,7 +205,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                     truth + 0.0,
                     claim.quantity.unit()
                 ),
-                None => "none: it does not come to that".into(),
+                None => "none: never reached".into(),
             };
             checked.judgement = if shown.is_some_and(fits) {
                 Judgement::Right
@@ -188,7 +213,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 Judgement::Wrong
             };
             if checked.judgement == Judgement::Wrong {
-                let told = others(claim.quantity, &encounter);
+                let told = others(claim.quantity, &encounter, written);
                 if let Some((basis, truth)) = told.into_iter().find(|(_, truth)| fits(*truth)) {
                     checked.basis = basis;
                     checked.truth = Some(truth);
@@ -206,6 +231,19 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             let relation = encounter.relation();
             checked.is = relation.direction.name().to_lowercase();
             checked.judgement = judge_side(side, &relation, &encounter);
+            let stands = encounter.ego.velocity.abs() < STANDING;
+            if checked.judgement == Judgement::Wrong && stands {
+                // The heading of a standing ego may have been described as its recording writes it.
+                let agrees = |told: &paper::Relation| {
+                    let fits =
+                        |said: Option<bool>, apart: f64| said.is_none_or(|s| (apart > 0.0) == s);
+                    fits(side.front, told.d_long) && fits(side.left, told.d_lat)
+                };
+                if told(&encounter, written).iter().any(agrees) {
+                    checked.basis = ClaimBasis::Paper;
+                    checked.judgement = Judgement::Right;
+                }
+            }
         }
         ClaimedValue::Contact => {
             let touches = encounter.distance() == 0.0;
@@ -216,8 +254,9 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             };
             checked.is = contact(subject, &participant, touches);
             if !touches
-                && told(&encounter)
-                    .is_some_and(|r| r.adjusted_d_long == 0.0 && r.adjusted_d_lat == 0.0)
+                && told(&encounter, written)
+                    .iter()
+                    .any(|r| r.adjusted_d_long == 0.0 && r.adjusted_d_lat == 0.0)
             {
                 checked.basis = ClaimBasis::Paper;
                 checked.judgement = Judgement::Right;
@@ -253,17 +292,34 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
 }
 
 /// Other values that the answer may have been given instead of the exact number.
-fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(ClaimBasis, f64)> {
+fn others(
+    quantity: Quantity,
+    encounter: &Encounter<'_>,
+    written: Option<f64>,
+) -> Vec<(ClaimBasis, f64)> {
     let centre: Point = encounter.ego.pose.to_local(&encounter.other.pose.position);
-    let mut all = match quantity {
+    let velocity = encounter.relation().velocity;
+    let closing = |apart: f64, velocity: f64| {
+        (apart * velocity < 0.0).then(|| (ClaimBasis::Centres, -apart / velocity))
+    };
+    let times = |all: &[Option<(ClaimBasis, f64)>]| all.iter().copied().flatten().collect();
+    let mut all: Vec<(ClaimBasis, f64)> = match quantity {
         Quantity::Distance => vec![(ClaimBasis::Centres, centre.coords.norm())],
         Quantity::GapLong => vec![(ClaimBasis::Centres, centre.x)],
         Quantity::GapLat => vec![(ClaimBasis::Centres, centre.y)],
+        Quantity::Ttc => times(&[closing(centre.x, velocity.x), closing(centre.y, velocity.y)]),
+        Quantity::TtcLong => times(&[closing(centre.x, velocity.x)]),
+        Quantity::TtcLat => times(&[closing(centre.y, velocity.y)]),
         _ => Vec::new(),
     };
-    let Some(told) = told(encounter) else {
-        return all;
-    };
+    for told in told(encounter, written) {
+        all.extend(of_paper(quantity, &told).map(|value| (ClaimBasis::Paper, value)));
+    }
+    all
+}
+
+/// The numbers that the paper's convention gives for a quantity.
+fn of_paper(quantity: Quantity, told: &paper::Relation) -> impl Iterator<Item = f64> {
     let values = match quantity {
         Quantity::GapLong => vec![Some(told.adjusted_d_long)],
         Quantity::GapLat => vec![Some(told.adjusted_d_lat)],
@@ -277,17 +333,25 @@ fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(ClaimBasis, f64
         Quantity::AccelerationLat => vec![Some(told.a_rel_lat)],
         _ => Vec::new(),
     };
-    all.extend(
-        values
-            .into_iter()
-            .flatten()
-            .map(|value| (ClaimBasis::Paper, value)),
-    );
-    all
+    values.into_iter().flatten()
 }
 
-fn told(encounter: &Encounter<'_>) -> Option<paper::Relation> {
-    paper::Relation::new(encounter.ego, encounter.other).map(paper::Relation::rounded)
+/// Below this speed a heading is not told from motion, m/s.
+pub(super) const STANDING: f64 = 0.1;
+
+/// The relation as the paper's tables have it: with the ego's heading, and with the one that its recording writes, which
+/// turns at random where it stands.
+fn told(encounter: &Encounter<'_>, written: Option<f64>) -> Vec<paper::Relation> {
+    let mut egos = vec![*encounter.ego];
+    if let Some(heading) = written {
+        let mut as_written = *encounter.ego;
+        as_written.pose.heading = heading;
+        egos.push(as_written);
+    }
+    egos.iter()
+        .filter_map(|ego| paper::Relation::new(ego, encounter.other))
+        .map(paper::Relation::rounded)
+        .collect()
 }
 
 /// Where bodies overlap along an axis, the centres decide, and only for, not against.
@@ -303,7 +367,7 @@ fn judge_side(side: Side, relation: &Relation, encounter: &Encounter<'_>) -> Jud
             }
         }
         Some(positive) if (centre > 0.0) == positive => Judgement::Right,
-        Some(_) => Judgement::Unknown("the bodies overlap along that axis"),
+        Some(_) => Judgement::Unknown("bodies overlap along this axis"),
     };
     let along = holds(side.front, relation.gap_long, centre.x);
     let across = holds(side.left, relation.gap_lat, centre.y);

@@ -8,6 +8,8 @@ use super::times::MentionedTime;
 pub struct Above {
     /// The obstacle that the heading names.
     pub heading: Option<i64>,
+    /// The level of that heading, 1 the highest.
+    level: usize,
     /// The list items that name a participant, the innermost last.
     pub named: Vec<Item>,
     /// The obstacle that the last sentence of the paragraph was about.
@@ -65,12 +67,19 @@ impl Above {
     pub fn begin(&mut self, kind: LineKind, indent: usize, lower: &str, named: &[Mention]) {
         self.open = false;
         match kind {
-            LineKind::Heading => {
+            LineKind::Heading(level) => {
+                let under = self.heading.filter(|_| level > self.level);
                 self.forget();
                 self.heading = match named {
                     [one] if !one.compared => one.id,
+                    // "**Calculations:**" under "### Obstacle 7" is about that obstacle.
+                    [] if under.is_some() && !concludes(lower) => {
+                        self.heading = under;
+                        return;
+                    }
                     _ => None,
                 };
+                self.level = level;
             }
             LineKind::Item => {
                 self.sentence = None;
@@ -111,7 +120,25 @@ impl Above {
 /// Kind of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum LineKind {
-    Heading,
+    /// With its level, 1 the highest.
+    Heading(usize),
     Item,
     Line,
+}
+
+/// Whether a heading begins what is about all obstacles.
+fn concludes(lower: &str) -> bool {
+    [
+        "summary",
+        "conclu",
+        "overall",
+        "final",
+        "json",
+        "explanation",
+        "scenario",
+        "all ",
+        "output",
+    ]
+    .iter()
+    .any(|word| lower.contains(word))
 }

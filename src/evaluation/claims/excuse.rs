@@ -2,7 +2,7 @@
 //!
 //! Calling a true sentence wrong is worse than leaving a wrong one undecided.
 
-use super::check::{Judgement, at};
+use super::check::{Judgement, STANDING, at};
 use super::{Claim, ClaimedValue, Quantity, Subject};
 use crate::metrics::{Encounter, Relation};
 
@@ -22,7 +22,7 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
         })
     };
     if turned(claim, subject, step) {
-        return Some("the ego stands still, and its heading may have been told otherwise");
+        return Some("the ego stands still; its heading may have been described differently");
     }
     let time = matches!(
         claim.quantity,
@@ -33,22 +33,25 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
         if let ClaimedValue::Number { value, .. } = &mut unsigned.stated {
             *value = -*value;
         }
-        return holds(&unsigned).then_some("it is so without the sign");
+        return holds(&unsigned).then_some("true without the sign");
     }
     if time && from_rounded(claim, subject, step) {
-        return Some("it follows from a rounded velocity");
+        return Some("follows from a rounded velocity");
+    }
+    if of_its_own(claim, subject, step) {
+        return Some("true for its own velocity, not the relative one");
     }
     if claim.quantity == Quantity::Distance
         && (as_other(Quantity::GapLong) || as_other(Quantity::GapLat))
     {
-        return Some("it is the gap along or across the heading alone");
+        return Some("true for the gap along or across the heading alone");
     }
     let length = matches!(
         claim.quantity,
         Quantity::Distance | Quantity::GapLong | Quantity::GapLat
     );
     if length && along_the_map(claim, subject, step) {
-        return Some("it is the difference of x or y on the map");
+        return Some("true for the difference in x or y on the map");
     }
     // A sentence that names no participant takes its subject from what it stands under.
     let telling = decimals >= 2 && value != 0.0;
@@ -61,7 +64,7 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
                 ..claim.clone()
             })
         });
-        return of_another.then_some("it is so of another obstacle");
+        return of_another.then_some("true for another obstacle");
     }
     None
 }
@@ -75,9 +78,6 @@ fn met(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<(f64, f64, Rel
     let speed = encounter.ego.velocity.abs();
     Some((speed, apart.norm(), encounter.relation()))
 }
-
-/// Below this speed a heading is not told from motion, m/s.
-const STANDING: f64 = 0.1;
 
 /// Whether the ego stands still and the claim would hold for another heading of it.
 fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
@@ -97,6 +97,30 @@ fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
         _ => false,
     };
     speed < STANDING && seen_from_it
+}
+
+/// Whether a velocity along an axis is the obstacle's own there, in the ego's axes.
+fn of_its_own(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
+    let ClaimedValue::Number { value, .. } = claim.stated else {
+        return false;
+    };
+    let mut participants = subject.scene.participants();
+    let Some(participant) = participants.find(|p| p.obstacle.id == claim.obstacle) else {
+        return false;
+    };
+    let Some(encounter) = Encounter::at(subject.scene, &participant, step) else {
+        return false;
+    };
+    let turned = encounter.other.pose.heading - encounter.ego.pose.heading;
+    let velocity = encounter.other.velocity;
+    let own = match claim.quantity {
+        Quantity::VelocityLong => velocity * turned.cos(),
+        Quantity::VelocityLat => velocity * turned.sin(),
+        _ => return false,
+    };
+    [own, velocity]
+        .iter()
+        .any(|own| (own.abs() - value.abs()).abs() <= (0.02 * own.abs()).max(0.05))
 }
 
 /// Whether a time is the gap by a velocity that was rounded to two decimals: of slow ones that changes much.

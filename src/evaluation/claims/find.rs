@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::Claim;
 use super::context::{Above, LineKind};
-use super::mentions::{begins_with, mentions};
-use super::number::{Unit, numbers};
+use super::mentions::{Mention, begins_with, mentions};
+use super::number::{Unit, name_units, numbers};
 use super::place::has_word;
 use super::sentence::Sentence;
 use super::times::{MentionedTime, heading_time, times};
+use super::{Claim, ClaimedValue};
 
 /// Ids and time steps that a text can refer to.
 pub struct MentionContext<'a> {
@@ -21,6 +21,8 @@ pub struct MentionContext<'a> {
     pub dt: f64,
     /// The steps of the recording.
     pub steps: Range<i64>,
+    /// The step that times are relative to; `None` where they count from time step 0.
+    pub now: Option<i64>,
 }
 
 /// The claims of a text.
@@ -68,16 +70,28 @@ fn take(
         || (bare.starts_with("**")
             && bare.trim_end_matches(':').ends_with("**")
             && bare.matches("**").count() == 2);
-    above.items.retain(|(depth, _)| !heading && *depth < indent);
     let lower = lowered(line);
     let named = mentions(&lower, &numbers(line), world);
+    // "Obstacle 7 analysis:" without markup.
+    let titled = !item
+        && indent == 0
+        && bare.ends_with(':')
+        && bare.len() < 60
+        && matches!(named.as_slice(), [one] if begins_with(&lower, one));
+    let heading = heading || titled;
+    above.items.retain(|(depth, _)| !heading && *depth < indent);
     let kind = match (heading, item) {
-        (true, _) => LineKind::Heading,
+        (true, _) => LineKind::Heading(level(bare)),
         (_, true) => LineKind::Item,
         _ => LineKind::Line,
     };
     if heading {
         above.time = heading_time(&lower, line, world, above.time);
+    } else if !item && named.is_empty() && bare.len() < 40 && bare.ends_with(':') {
+        // "At t = 2.7 s:" stands above what follows, like a heading.
+        if let (_, time @ MentionedTime::Step(_)) = times(&lower, &numbers(line), world) {
+            above.time = time;
+        }
     }
     above.begin(kind, indent, &lower, &named);
     above.parted = false;
@@ -100,7 +114,8 @@ fn sentence(
     found: &mut Vec<Claim>,
 ) {
     let lower = lowered(text);
-    let all = numbers(text);
+    let mut all = numbers(text);
+    name_units(&lower, &mut all);
     let named = mentions(&lower, &all, world);
     let fixed = above.fixed();
     let before = above.obstacle();
@@ -150,10 +165,19 @@ fn sentence(
             None
         }
     };
-    let Some((obstacle, part)) = about else {
-        return;
+    // "Obstacles 7 and 8 are behind the ego": what has no number holds for each.
+    let listed = match about {
+        None => enumerated(&lower, &named),
+        Some(_) => Vec::new(),
     };
-    let own = !named.is_empty() && named.iter().all(|m| m.id == Some(obstacle));
+    let several = !listed.is_empty();
+    let subjects: Vec<(i64, Range<usize>)> = match about {
+        Some(one) => vec![one],
+        None => listed.into_iter().map(|id| (id, 0..text.len())).collect(),
+    };
+    if subjects.is_empty() {
+        return;
+    }
     let (times, when) = times(&lower, &all, world);
     let when = if when == MentionedTime::Unsaid {
         above.time
@@ -175,22 +199,58 @@ fn sentence(
         .iter()
         .map(|(_, words)| words.as_str())
         .collect();
-    let sentence = Sentence {
-        lower: &lower,
-        numbers: &all,
-        taken: &taken,
-        start,
-        above: &words.join(" "),
-        obstacle,
-        named: own,
-        step,
+    for (obstacle, part) in subjects {
+        let sentence = Sentence {
+            lower: &lower,
+            numbers: &all,
+            taken: &taken,
+            start,
+            above: &words.join(" "),
+            obstacle,
+            named: !named.is_empty() && (several || named.iter().all(|m| m.id == Some(obstacle))),
+            step,
+        };
+        let contact = times.iter().find_map(|&place| sentence.contact(place));
+        let claims = sentence.claims().into_iter().chain(contact);
+        let inside = |claim: &Claim| {
+            let numbered = matches!(claim.stated, ClaimedValue::Number { .. });
+            claim.span.start >= start + part.start
+                && claim.span.end <= start + part.end
+                && !(several && numbered)
+        };
+        found.extend(claims.filter(inside));
+    }
+}
+
+/// The obstacles of a list that a sentence begins with: "Obstacles 7, 8 and 9 are …"; empty if it does not.
+fn enumerated(lower: &str, named: &[Mention]) -> Vec<i64> {
+    let [first, .., last] = named else {
+        return Vec::new();
     };
-    let contact = times.iter().find_map(|&place| sentence.contact(place));
-    let all = sentence.claims().into_iter().chain(contact);
-    let inside = |claim: &Claim| {
-        claim.span.start >= start + part.start && claim.span.end <= start + part.end
-    };
-    found.extend(all.filter(inside));
+    let between = &lower[first.span.end..last.span.start];
+    let joined = between
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .all(|word| {
+            ["and", "obstacle", "0"].contains(&word) || word.chars().all(|c| c.is_ascii_digit())
+        });
+    if !joined || !begins_with(lower, first) || named.iter().any(|m| m.compared) {
+        return Vec::new();
+    }
+    let ids: Option<Vec<i64>> = named.iter().map(|m| m.id).collect();
+    ids.unwrap_or_default()
+}
+
+/// The level of a heading: 1 for `#`, more for deeper ones; lines in bold are the deepest, a boundary is above all.
+fn level(bare: &str) -> usize {
+    if !bare.starts_with(['#', '─', '*']) {
+        return 6;
+    }
+    match bare.chars().take_while(|c| *c == '#').count() {
+        0 if bare.starts_with("──") => 0,
+        0 => 7,
+        marks => marks,
+    }
 }
 
 /// A row of a table: every cell is a sentence under its title.
@@ -274,11 +334,15 @@ fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
 fn sentences(line: &str) -> Vec<(usize, &str)> {
     let mut found = Vec::new();
     let mut from = 0;
+    // In formulas braces stand around units.
+    let tex = ["\\text", "\\frac", "\\approx", "\\("]
+        .iter()
+        .any(|command| line.contains(command));
     let mut chars = line.char_indices().peekable();
     while let Some((at, c)) = chars.next() {
         let next = chars.peek().map(|(_, c)| *c);
         let ends = match c {
-            '{' | '}' => true,
+            '{' | '}' => !tex,
             ';' => true,
             '.' | '!' | '?' => next.is_none_or(|n| n == ' ' || n == '*' || n == '"'),
             _ => false,

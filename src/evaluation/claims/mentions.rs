@@ -205,6 +205,7 @@ mod tests {
             ego: 9,
             dt: 0.1,
             steps: 0..50,
+            now: None,
         };
         let all = mentions(text, &numbers(text), &world);
         let begins = |m: &Mention| (m.id, m.compared, begins_with(text, m));

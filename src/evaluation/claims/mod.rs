@@ -3,12 +3,15 @@
 //! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
 //! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
+mod axis;
 mod check;
 mod context;
+mod count;
 mod excuse;
 mod find;
 mod mentions;
 mod number;
+mod phrases;
 mod place;
 mod sentence;
 mod times;
@@ -17,7 +20,9 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
+pub use count::{CHECK, count, counted, shown_text};
 
+use crate::description::has_relative_times;
 use crate::scenario::{Scene, Window};
 
 /// The quantity a claim states about an obstacle.
@@ -150,11 +155,34 @@ pub struct Claim {
     pub step: Option<i64>,
 }
 
+/// What the times in an answer count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TimeOrigin {
+    /// Time step 0 of the recording; steps are named, too.
+    #[default]
+    Recording,
+    /// The end of the described window: earlier times are negative.
+    WindowEnd,
+}
+
+impl TimeOrigin {
+    /// Of answers to these messages, or to this description.
+    #[must_use]
+    pub fn of(messages: &str) -> Self {
+        match has_relative_times(messages) {
+            true => Self::WindowEnd,
+            false => Self::Recording,
+        }
+    }
+}
+
 /// The scene a text is about.
 #[derive(Debug, Clone)]
 pub struct Subject<'a> {
     /// The scene.
     pub scene: &'a Scene,
+    /// What its times count from.
+    pub times: TimeOrigin,
     /// First and last step that were described; `None` if that is not known.
     pub window: Option<(i64, i64)>,
 }
@@ -184,6 +212,10 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
         ego: subject.scene.ego.id,
         dt: subject.scene.scenario.dt(),
         steps: subject.scene.steps(),
+        now: match (subject.times, subject.window) {
+            (TimeOrigin::WindowEnd, Some((_, last))) => Some(last),
+            _ => None,
+        },
     };
     find::claims(text, &world)
 }

@@ -63,6 +63,42 @@ const UNITS: &[(&str, Unit)] = &[
     ("s", Unit::Second),
 ];
 
+/// What TeX may have between a number and its unit.
+const TEX: &[&str] = &["\\,", "\\;", "\\ ", "\\text{", "\\mathrm{", "\\"];
+
+/// Names of quantities whose unit goes without saying.
+const NAMED: &[(&[&str], Unit)] = &[
+    (&["velocity", "speed"], Unit::Speed),
+    (&["acceleration", "deceleration"], Unit::Acceleration),
+    (&["dtclong", "dtclat"], Unit::Metre),
+    (&["ttclong", "ttclat"], Unit::Second),
+];
+
+/// Gives numbers without a unit that of the quantity whose name stands right before them: "velocity (2.743)",
+/// "DTClat is 0.0"; `lower` is the text in lower case. A whole number may be an id or a score.
+pub fn name_units(lower: &str, all: &mut [Number]) {
+    for number in all {
+        if number.unit != Unit::None || number.decimals == 0 {
+            continue;
+        }
+        let markup = ['*', ' ', '`', ':', '=', '('];
+        let before = lower[..number.span.start].trim_end_matches(markup);
+        let before = [" is", " of"]
+            .iter()
+            .find_map(|word| before.strip_suffix(word))
+            .unwrap_or(before);
+        let named = |(names, _): &&(&[&str], Unit)| {
+            names.iter().any(|name| {
+                let rest = before.strip_suffix(name);
+                rest.is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
+            })
+        };
+        if let Some((_, unit)) = NAMED.iter().find(named) {
+            number.unit = *unit;
+        }
+    }
+}
+
 /// All numbers of a text, in its order.
 pub fn numbers(text: &str) -> Vec<Number> {
     let bytes = text.as_bytes();
@@ -124,12 +160,12 @@ fn sign(text: &str, at: usize) -> (usize, f64) {
 /// The unit behind a number, and where it ends; `None` for digits that go on as a word.
 fn unit(text: &str, end: usize) -> (Option<Unit>, usize) {
     let rest = &text[end..];
-    // Markup and backslashes of TeX may stand between: `3.2** m`, `3.2\,m`.
-    let skipped = rest.len()
-        - rest
-            .trim_start_matches([' ', '\u{a0}', '*', '`', '\\', '$'])
-            .len();
-    let tail = &rest[skipped..];
+    // Markup and TeX may stand between: `3.2** m`, `3.2\,m`, `3.2 \, \text{m}`.
+    let mut tail = rest.trim_start_matches([' ', '\u{a0}', '*', '`', '$']);
+    while let Some(further) = TEX.iter().find_map(|tex| tail.strip_prefix(tex)) {
+        tail = further.trim_start_matches([' ', '\u{a0}', '*', '`', '$']);
+    }
+    let skipped = rest.len() - tail.len();
     let lower = |n: usize| tail.get(..n).map(str::to_lowercase);
     for (name, unit) in UNITS {
         let fits = lower(name.len()).is_some_and(|t| t == *name);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::Side;
+use super::phrases::clauses;
 
 const fn side(front: Option<bool>, left: Option<bool>) -> Side {
     Side { front, left }
@@ -25,6 +26,7 @@ const SIDES: &[(&str, Side)] = &[
     ("in front of ", side(Some(true), None)),
     ("ahead of ", side(Some(true), None)),
     ("behind ", side(Some(false), None)),
+    ("trailing ", side(Some(false), None)),
     ("to the left of ", side(None, Some(true))),
     ("to the right of ", side(None, Some(false))),
 ];
@@ -51,7 +53,6 @@ const DOUBTFUL: &[&str] = &[
     "turn",
     "turning",
     "moving",
-    "from",
     "toward",
     "towards",
     "was",
@@ -70,37 +71,130 @@ const DOUBTFUL: &[&str] = &[
 
 /// Where the obstacle of a sentence is said to be; the sentence is in lower case.
 pub fn side_in(lower: &str) -> Option<(Range<usize>, Side)> {
-    if DOUBTFUL.iter().any(|word| has_word(lower, word)) {
+    if ["if", "neither"].iter().any(|word| has_word(lower, word)) {
         return None;
     }
+    let plain = |(_, clause): &(usize, &str)| !DOUBTFUL.iter().any(|word| has_word(clause, word));
+    let mut found = clauses(lower)
+        .into_iter()
+        .filter(plain)
+        .filter_map(|(from, clause)| {
+            let (span, side) = match said_in(clause) {
+                Some(found) => found,
+                None => in_brackets(&lower[..from], clause)?,
+            };
+            // "Approaching from behind" is no place.
+            let before = clause[..span.start].trim_end();
+            let before = before.strip_suffix("directly").unwrap_or(before).trim_end();
+            let before = before.strip_suffix("the").unwrap_or(before).trim_end();
+            let whole = from + span.start..from + span.end;
+            (!before.ends_with("from")).then_some((whole, side))
+        });
+    let first = found.next()?;
+    // Two places say nothing certain.
+    found.all(|(_, side)| side == first.1).then_some(first)
+}
+
+/// The place that a clause states.
+fn said_in(clause: &str) -> Option<(Range<usize>, Side)> {
     let mut found = CORNERS.iter().filter_map(|(words, side)| {
-        let at = lower.find(words)?;
+        let at = clause.find(words)?;
         let end = at + words.len();
-        let ends = !lower[end..].starts_with(char::is_alphanumeric);
+        let ends = !clause[end..].starts_with(char::is_alphanumeric);
         ends.then_some((at..end, *side))
     });
     if let Some(first) = found.next() {
-        // Two corners say nothing certain.
         return found.all(|(_, s)| s == first.1).then_some(first);
     }
+    if let Some(both) = joined(clause) {
+        return Some(both);
+    }
     let mut found = SIDES.iter().filter_map(|(words, side)| {
-        let at = lower.find(words)?;
-        let rest = lower[at + words.len()..].trim_start_matches("the ");
+        let at = clause.find(words)?;
+        let rest = clause[at + words.len()..].trim_start_matches("the ");
+        let rest = rest.trim_start_matches("current ");
         let ego = rest.starts_with("ego") || rest.starts_with("you");
         ego.then_some((at..at + words.trim_end().len(), *side))
     });
     if let Some(first) = found.next() {
         return found.next().is_none().then_some(first);
     }
+    // "In the same lanelet as ego, but far behind".
+    let end = clause.trim_end_matches([' ', '.', ',', ';', '*', '"']);
+    for (words, front) in [
+        ("far behind", false),
+        ("directly behind", false),
+        ("directly ahead", true),
+        ("directly in front", true),
+        ("and in front", true),
+    ] {
+        if end.ends_with(words) {
+            return Some((end.len() - words.len()..end.len(), side(Some(front), None)));
+        }
+    }
     // A field: "position: behind".
-    let at = lower.find("position")? + "position".len();
-    let rest = lower[at..].trim_start_matches([':', '*', ' ', '"', '`', '=']);
-    let start = lower.len() - rest.len();
+    let at = ["position", "location", "direction"]
+        .iter()
+        .find_map(|field| Some(clause.find(field)? + field.len()))?;
+    let rest = clause[at..].trim_start_matches([':', '*', ' ', '"', '`', '=']);
+    let start = clause.len() - rest.len();
     let (word, side) = FIELDS.iter().find(|(word, _)| {
         let after = rest.strip_prefix(word);
         after.is_some_and(|a| {
             a.trim_start_matches(['*', ' ', '"', '`', '.']).is_empty()
                 || a.trim_start().starts_with('(')
+        })
+    })?;
+    Some((start..start + word.len(), *side))
+}
+
+/// "Ahead and slightly to the left of the ego": both axes, in words.
+fn joined(clause: &str) -> Option<(Range<usize>, Side)> {
+    for (word, front) in [("ahead", true), ("in front", true), ("behind", false)] {
+        for (words, left) in [("to the left", true), ("to the right", false)] {
+            let Some(at) = clause.find(&format!("{word} and ")) else {
+                continue;
+            };
+            let rest = &clause[at + word.len() + " and ".len()..];
+            // An adverb may stand between.
+            let rest = match rest.split_once(' ') {
+                Some((adverb, further)) if adverb.ends_with("ly") => further,
+                _ => rest,
+            };
+            let Some(after) = rest.strip_prefix(words) else {
+                continue;
+            };
+            let of = after
+                .trim_start()
+                .strip_prefix("of ")
+                .map(|of| of.trim_start_matches("the "));
+            let ends = after.trim_matches([' ', '.', '*', '"']).is_empty();
+            if ends || of.is_some_and(|of| of.starts_with("ego")) {
+                let end = clause.len() - after.len();
+                return Some((at..end, side(Some(front), Some(left))));
+            }
+        }
+    }
+    None
+}
+
+/// The place in brackets behind the name of an obstacle or a length: "obstacle 7 (left)", "20 m (ahead)".
+fn in_brackets(before: &str, clause: &str) -> Option<(Range<usize>, Side)> {
+    let before = before.strip_suffix('(')?.trim_end_matches([' ', '*']);
+    let length = ["m", "meters", "metres"].iter().any(|unit| {
+        before
+            .strip_suffix(unit)
+            .is_some_and(|b| b.trim_end().ends_with(|c: char| c.is_ascii_digit()))
+    });
+    if !length && !before.ends_with(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    let rest = clause.strip_prefix("directly ").unwrap_or(clause);
+    let start = clause.len() - rest.len();
+    let (word, side) = FIELDS.iter().find(|(word, _)| {
+        let after = rest.strip_prefix(word);
+        after.is_some_and(|a| {
+            a.trim_matches([' ', ')', ',']).is_empty() || a.starts_with(" -") || a.starts_with(" –")
         })
     })?;
     Some((start..start + word.len(), *side))

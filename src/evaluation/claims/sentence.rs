@@ -1,6 +1,9 @@
 //! The claims of one sentence about one obstacle.
 
+use super::axis::{axis, axis_of, from_ego, from_number, only_axis, without_reference};
+use super::find::ends_with_word;
 use super::number::{Number, Unit};
+use super::phrases;
 use super::place::{has_word, side_in, touches_before};
 use super::{Claim, ClaimedValue, Quantity};
 
@@ -37,7 +40,6 @@ const SUPPOSED: &[&str] = &[
     "assumed",
     "example",
     "average",
-    "from",
     "decreased",
     "increased",
     "decreases",
@@ -69,7 +71,7 @@ const BOUNDS: &[&str] = &[
     "exceeding",
     "until",
     "least",
-    "most",
+    "at most",
     "up",
     "between",
     "every",
@@ -116,7 +118,8 @@ const OTHER_LENGTHS: &[&str] = &[
 impl Sentence<'_> {
     /// Its claims, in order.
     pub fn claims(&self) -> Vec<Claim> {
-        let supposed = SUPPOSED.iter().any(|word| has_word(self.lower, word));
+        let supposed =
+            SUPPOSED.iter().any(|word| has_word(self.lower, word)) || from_number(self.lower);
         let mut found: Vec<Claim> = Vec::new();
         if !supposed {
             let mut from = 0;
@@ -131,6 +134,12 @@ impl Sentence<'_> {
                         magnitude: magnitude || self.magnitude(from, number),
                     };
                     found.push(self.claim(number.span.clone(), quantity, stated));
+                    // "Relative velocity: 0 m/s in both dimensions".
+                    let after = self.lower[number.span.end..].trim_start_matches(['*', ' ']);
+                    if quantity == Quantity::VelocityLong && after.starts_with("in both ") {
+                        let across = Quantity::VelocityLat;
+                        found.push(self.claim(number.span.clone(), across, stated));
+                    }
                 }
                 // "The gap to obstacle 7 is 3 m": words before an id or a time go on behind it.
                 if !self.taken[place] {
@@ -140,6 +149,15 @@ impl Sentence<'_> {
         }
         if let Some((span, side)) = side_in(self.lower) {
             found.push(self.claim(span, Quantity::Side, ClaimedValue::Side(side)));
+        }
+        for (span, quantity) in phrases::still(self.lower) {
+            found.push(self.claim(span, quantity, phrases::NOTHING));
+        }
+        for (span, quantity, value) in phrases::times(self.lower) {
+            found.push(self.claim(span, quantity, value));
+        }
+        if let Some(span) = phrases::touches_now(self.lower) {
+            found.push(self.claim(span, Quantity::Contact, ClaimedValue::Contact));
         }
         found.sort_by_key(|claim| claim.span.start);
         found
@@ -175,7 +193,8 @@ impl Sentence<'_> {
         let near = &self.lower[from..number.span.start];
         let before = &self.lower[..number.span.start];
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        if self.counted(near, after) || BOUNDS.iter().any(|word| has_word(near, word)) {
+        let bounds = near.replace("over time", "");
+        if self.counted(near, after) || BOUNDS.iter().any(|word| has_word(&bounds, word)) {
             return None;
         }
         // "Longitudinal & lateral distance: 0.45 m & -2.04 m": which is which is not said beside the number.
@@ -186,7 +205,8 @@ impl Sentence<'_> {
         let near_or_above = format!("{} {near}", self.above);
         let axis = axis_of(near, after).or_else(|| {
             // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
-            let calculated = number.unit == Unit::Second && near.contains(['=', '≈']);
+            let equals = near.contains(['=', '≈']) || near.contains("approx");
+            let calculated = number.unit == Unit::Second && equals;
             let before = if calculated { only_axis(before) } else { None };
             before.or_else(|| axis(self.above))
         });
@@ -204,8 +224,11 @@ impl Sentence<'_> {
                 || text.contains("v_rel_")
         };
         // "2.2 m/s toward ego, lateral 0.6 m/s" is not the ego's.
-        let toward = near.replace("towards", "toward").replace("the ego", "ego");
-        let own = has_word(&toward.replace("toward ego", ""), "ego");
+        let clause_of = |text: &str| {
+            let clause = text.rsplit([',', ';']).next().unwrap_or(text);
+            without_reference(clause)
+        };
+        let own = has_word(&clause_of(near), "ego");
         // "Position: rear-right with a longitudinal distance of 3 m": the label is not what is measured.
         let clause = near.trim_end_matches(['*', ' ', '`', ':', '=', '(']);
         let clause = clause.rsplit(':').next().unwrap_or(clause);
@@ -243,7 +266,10 @@ impl Sentence<'_> {
                     "dtclat",
                 ]
                 .iter()
-                .any(|word| has_word(&near_or_above, word));
+                .any(|word| has_word(&near_or_above, word))
+                    || ["away from the ego", "away from ego", "distance"]
+                        .iter()
+                        .any(|words| after.starts_with(words));
                 match axis.or_else(|| from_ego(after).filter(|_| !distance)) {
                     Some(true) => Some((GapLong, false)),
                     Some(false) => Some((GapLat, false)),
@@ -256,20 +282,37 @@ impl Sentence<'_> {
                 }
             }
             Unit::Speed => {
-                let said = format!("{} {before}", self.above);
+                let said = without_reference(&format!("{} {before}", self.above));
                 match axis {
-                    Some(long) if relative(&said) && !own => {
+                    // Along an axis it is told as a relative one, whether the word is repeated or not.
+                    Some(long) if !own => {
                         let closing = has_word(near, "closing");
                         Some((if long { VelocityLong } else { VelocityLat }, closing))
                     }
+                    None if relative(&said) && !own && after.starts_with("in both ") => {
+                        Some((VelocityLong, false))
+                    }
                     None if !relative(&said) && !own && !has_word(&said, "ego") => {
                         let approach = ["approach", "approaching", "toward", "towards"];
-                        if approach.iter().any(|word| has_word(near, word)) {
+                        let tail = near.rsplit(" with ").next().unwrap_or(near);
+                        if approach.iter().any(|word| has_word(tail, word)) {
                             return None;
                         }
-                        let named = ["speed", "velocity"]
-                            .iter()
-                            .any(|word| has_word(&near_or_above, word));
+                        let bare = near.trim_end_matches(['*', ' ', '`', '(', '~']);
+                        let moving = [
+                            "moving at",
+                            "moving slowly at",
+                            "moving fast",
+                            "driving at",
+                            "traveling at",
+                            "travelling at",
+                        ]
+                        .iter()
+                        .any(|words| ends_with_word(bare, words));
+                        let named = moving
+                            || ["speed", "velocity"]
+                                .iter()
+                                .any(|word| has_word(&near_or_above, word));
                         named.then_some((Speed, false))
                     }
                     _ => None,
@@ -339,51 +382,5 @@ impl Sentence<'_> {
         // A number with its sign written is meant with it.
         let shown = &self.lower[number.span.clone()];
         !shown.starts_with(['-', '−', '–', '+'])
-    }
-}
-
-/// The axis of a number: named before it, or right behind it, as in "2.4 m longitudinal, 9.4 m lateral".
-fn axis_of(near: &str, after: &str) -> Option<bool> {
-    let after = after.trim_start_matches('(');
-    let behind = ["longitudinal", "lateral"].map(|word| after.starts_with(word));
-    let words = near.trim_end_matches(['*', ' ', '`', ':', '=', '(', '≈', '~', '-', '−']);
-    let before = words.ends_with("longitudinal") || words.ends_with("lateral");
-    match behind {
-        [true, _] if !before => Some(true),
-        [_, true] if !before => Some(false),
-        _ => axis(near),
-    }
-}
-
-/// The axis of "3 m in front of the ego" or "2 m to the left of the ego".
-fn from_ego(after: &str) -> Option<bool> {
-    let said = |words: &[&str]| {
-        let rest = words.iter().find_map(|word| after.strip_prefix(word));
-        rest.is_some_and(|rest| {
-            let rest = rest.trim_start_matches([' ', '*']);
-            rest.starts_with("the ego") || rest.starts_with("ego")
-        })
-    };
-    if said(&["in front of", "ahead of", "behind"]) {
-        Some(true)
-    } else {
-        said(&["to the left of", "to the right of", "left of", "right of"]).then_some(false)
-    }
-}
-
-/// The axis that is named, if it is the only one.
-fn only_axis(text: &str) -> Option<bool> {
-    let other = |long| if long { "lateral" } else { "longitudinal" };
-    axis(text).filter(|long| !text.contains(other(*long)))
-}
-
-/// The last axis that is named: along (true) or across the ego's heading.
-fn axis(near: &str) -> Option<bool> {
-    let last = |words: &[&str]| words.iter().filter_map(|word| near.rfind(word)).max();
-    let long = last(&["longitudinal", "_long", "dtclong", "vrellong"]);
-    let lat = last(&["lateral", "_lat", "dtclat", "vrellat"]);
-    match (long, lat) {
-        (None, None) => None,
-        (a, b) => Some(a > b),
     }
 }

@@ -1,7 +1,9 @@
 //! Tests on texts in several styles, about a bundled scenario.
 #![allow(clippy::unwrap_used)]
 
+mod forms;
 mod mentions;
+mod relative;
 
 use super::*;
 use crate::formats::bundled;
@@ -38,6 +40,7 @@ fn found(text: &str) -> Vec<(i64, Quantity, String, Option<i64>)> {
     let scene = scene();
     let subject = Subject {
         scene: &scene,
+        times: TimeOrigin::Recording,
         window: None,
     };
     let claims = find(text, &subject).into_iter();
@@ -192,6 +195,7 @@ fn claims_are_held_against_the_geometry() {
     let (a, _, window) = cast(&scene);
     let subject = Subject {
         scene: &scene,
+        times: TimeOrigin::Recording,
         window: Some(window),
     };
     let now = relation(&scene, a, window.1);
@@ -280,12 +284,14 @@ fn a_value_of_an_earlier_step_is_neither_right_nor_wrong() {
     );
     let subject = Subject {
         scene: &scene,
+        times: TimeOrigin::Recording,
         window: Some(window),
     };
     let all = checked(&text, &subject);
     assert!(matches!(all[0].judgement, Judgement::Unknown(_)), "{all:?}");
     let unknown = Subject {
         scene: &scene,
+        times: TimeOrigin::Recording,
         window: None,
     };
     assert!(matches!(
@@ -308,6 +314,7 @@ fn what_the_built_in_judge_says_is_right() {
             let said = crate::judge::judge(&scene, task, &window);
             let subject = Subject {
                 scene: &scene,
+                times: TimeOrigin::Recording,
                 window: Some((window.first(), window.last())),
             };
             for text in [&said.reasoning, &said.verdict.justification] {
@@ -333,6 +340,7 @@ fn foreign_text_does_no_harm() {
     let (a, ..) = cast(&scene);
     let subject = Subject {
         scene: &scene,
+        times: TimeOrigin::Recording,
         window: None,
     };
     for text in [
@@ -382,7 +390,6 @@ fn the_plainest_sentences() {
             ),
             vec![format!("{a} distance: 3 m"), format!("{a} TTC: 2.5 s")],
         ),
-        // Whose it is is not said.
         (
             format!("The gap between obstacle {a} and obstacle {b} is 3 m."),
             vec![],

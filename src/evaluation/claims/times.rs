@@ -28,16 +28,21 @@ pub fn times(
         let counted = ["step", "timestep", "time_step", "steps"]
             .iter()
             .any(|word| ends_with_word(before, word));
+        let after = &lower[number.span.end..];
         // "- 4.8 s: longitudinal 3.75 m"
-        let leads = before.chars().all(|c| !c.is_alphanumeric())
-            && lower[number.span.end..].starts_with(':');
+        let leads = before.chars().all(|c| !c.is_alphanumeric()) && after.starts_with(':');
+        let ago = world.now.is_some() && is_ago(after);
         let timed = counted
             || leads
+            || ago
             || ["at", "t", "time", "at around", "at about", "by"]
                 .iter()
                 .any(|word| ends_with_word(before, word));
         let named = match number.unit {
+            Unit::Second if ago => step_at(-number.value.abs(), world),
             Unit::Second if timed => step_at(number.value, world),
+            // "Step 1" of an answer that was told no time steps is one of its reasoning.
+            Unit::None if world.now.is_some() && number.decimals == 0 => continue,
             Unit::None if counted && number.decimals == 0 => {
                 number.whole().filter(|s| world.steps.contains(s))
             }
@@ -51,7 +56,28 @@ pub fn times(
             _ => MentionedTime::Unclear,
         };
     }
+    if when == MentionedTime::Unsaid
+        && let Some(now) = world.now
+        && has_word(lower, "now")
+    {
+        let elsewhere = ["until now", "from now", "up to now", "by now"];
+        when = match elsewhere.iter().any(|words| lower.contains(words)) {
+            true => MentionedTime::Unclear,
+            false => MentionedTime::Step(now),
+        };
+    }
     (places, when)
+}
+
+/// Whether the words behind a number of seconds say that it lies so long in the past: "0.5 s ago".
+fn is_ago(after: &str) -> bool {
+    let after = after.trim_start_matches(['*', ' ', '`', ')']);
+    ["ago", "before now", "before the end", "before the present"]
+        .iter()
+        .any(|words| {
+            let rest = after.strip_prefix(words);
+            rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+        })
 }
 
 /// The time that a heading sets for what stands under it; `now` is that of the heading before.
@@ -90,9 +116,11 @@ pub fn heading_time(
     }
 }
 
-/// The step at a time, seconds; nothing between steps and outside the recording.
+/// The step at a time, seconds; nothing between steps, outside the recording, and after what was described.
 fn step_at(seconds: f64, world: &MentionContext<'_>) -> Option<i64> {
-    let step = (seconds / world.dt).round();
-    let near = (step * world.dt - seconds).abs() < 0.1 * world.dt;
-    Some(step as i64).filter(|s| near && world.steps.contains(s))
+    let steps = (seconds / world.dt).round();
+    let near = (steps * world.dt - seconds).abs() < 0.1 * world.dt;
+    let step = (steps as i64).saturating_add(world.now.unwrap_or(0));
+    let told = world.now.is_none_or(|now| step <= now);
+    Some(step).filter(|s| near && told && world.steps.contains(s))
 }

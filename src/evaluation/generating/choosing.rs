@@ -119,7 +119,7 @@ impl AuthorSession<'_> {
                     let refused = match choice.attacker {
                         Some(id) => self.can_attack(id, ranked).err(),
                         None => Some(Refusal::answer(
-                            "it says that no obstacle can attack the ego",
+                            "the model says that no obstacle can attack the ego",
                         )),
                     };
                     (Some(choice.clone()), refused)
@@ -172,7 +172,7 @@ impl AuthorSession<'_> {
         }
         if ranked.iter().all(|candidate| candidate.obstacle != id) {
             return Err(Refusal::answer(format!(
-                "obstacle {id} is not there for long enough while the ego drives"
+                "obstacle {id} is not present long enough during the ego's drive"
             )));
         }
         Ok(())
@@ -181,5 +181,5 @@ impl AuthorSession<'_> {
 
 pub(super) fn other_task(task: Task) -> Refusal {
     let task = task.name();
-    Refusal::answer(format!("it answers another task than it was asked: {task}"))
+    Refusal::answer(format!("it answers another task: {task}"))
 }

@@ -226,6 +226,7 @@ impl AuthorSession<'_> {
             window,
             options: decided.options,
             thresholds: Arc::clone(&author.thresholds),
+            horizon: Case::HORIZON,
         };
         prepare(case, &author.library, None)
     }

@@ -153,7 +153,7 @@ impl AuthorSession<'_> {
             };
             let other = said.obstacle;
             return Err(vec![Refusal::answer(format!(
-                "it moves obstacle {other}{there}, but a motion of obstacle {attacker} was asked for"
+                "it moves obstacle {other}{there} instead of obstacle {attacker}"
             ))]);
         }
         admit(self.ground, attacker, &said.motion)

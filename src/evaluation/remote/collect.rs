@@ -118,7 +118,7 @@ pub async fn collect(
         BatchState::Expired => (ProviderBatchState::Expired, failed(EXPIRED)),
         BatchState::Failed => {
             let why = status.problem.as_deref().unwrap_or("without a reason");
-            let why = format!("the provider could not use the batch: {why}");
+            let why = format!("the provider rejected the batch: {why}");
             (ProviderBatchState::Failed, failed(&why))
         }
         _ if batch.state == ProviderBatchState::Cancelling => (
@@ -126,7 +126,7 @@ pub async fn collect(
             Ending::bare(RunState::Cancelled),
         ),
         _ => {
-            let why = "the provider ended the batch without a result for it; ask again";
+            let why = "the batch ended without a result for this question; ask again";
             (ProviderBatchState::Ended, failed(why))
         }
     };

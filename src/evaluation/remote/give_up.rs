@@ -8,7 +8,8 @@ use crate::evaluation::judges::ModelJudge;
 use crate::store::{Ending, ProviderBatchId, ProviderBatchState, RunState, Store};
 
 /// Why a question has no answer whose batch was given up.
-const GIVEN_UP: &str = "its batch was given up; the provider may have answered it all the same, and want to be paid for it";
+const GIVEN_UP: &str =
+    "its batch was given up; the provider may still have answered and charged for it";
 
 /// Outcome of abandoning a batch.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,14 +4,14 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::evaluation::answer::{Answer, JudgeOutcome, MissingVerdict};
-use crate::evaluation::answer_outcome::{read, stopped_short, word};
+use crate::evaluation::answer_outcome::{read, stopped_short, weighed, word};
 use crate::evaluation::judges::ModelJudge;
 use crate::llm::Secrets;
 use crate::llm::batch::{Outcome, WholeAnswer};
 use crate::store::{AnswerPiece, Consumed, Ending, Run, RunState};
 
 /// Why a question has no answer whose batch the provider did not finish in time.
-pub const EXPIRED: &str = "the provider did not get to it before its batch expired; ask again";
+pub const EXPIRED: &str = "the batch expired before the provider answered; ask again";
 
 /// The texts of a result and the end of its run.
 pub struct FinishedRun {
@@ -84,6 +84,7 @@ fn answer(run: Run, answered: WholeAnswer, model: &ModelJudge) -> FinishedRun {
     };
     let secrets = Secrets::sent(&model.client, &model.endpoint);
     answer.judged = read(task, &answer, stopped_short(&answered.finish)).without(&secrets);
+    weighed(task, &answered.tokens, &mut answer.judged);
     let ending = answer.ending();
     FinishedRun {
         reasoning: answer.reasoning,

@@ -1,15 +1,14 @@
 //! One cell of a report: a prompt configuration on half of the data or all of it.
 
-use std::collections::BTreeMap;
-
-use super::super::answer::NOT_SENT;
-use super::super::statistics::{
-    AnswerAgreement, Calibration, Interval, Kappa, f1_interval, majority, shown, wilson,
+use super::super::statistics::{Calibration, Kappa, ShareIntervals};
+use super::super::{
+    AnswerStatus, Confusion, Naming, NamingIntervals, ProbabilitySource, PromptConfig, Scored,
+    probability,
 };
-use super::super::{AnswerStatus, Confusion, Label, PromptConfig, Scored, names_obstacle};
+use super::claims::ClaimTally;
 use super::consumption::{Consumption, count};
+use super::votes::{Ballot, Samples};
 use crate::judge;
-use crate::store::Consumed;
 
 /// The half of the data that a cell counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,17 +50,6 @@ impl DataHalf {
     }
 }
 
-/// Counts of how often the colliding obstacle is named.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct NamingCounts {
-    /// Verdicts on collisions whose obstacle is known.
-    pub n: u32,
-    /// Of them those that name it as the danger, see [`crate::evaluation::named_obstacles`].
-    pub right: u32,
-    /// Of them those that give no obstacle a graver score.
-    pub first: u32,
-}
-
 /// Results of one prompt configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
@@ -83,60 +71,31 @@ pub struct Cell {
     pub unasked: u32,
     /// Verdicts on scenarios without a truth: neither right nor wrong.
     pub unlabelled: u32,
-    /// Of the false negatives those that say yes and do not name the obstacle of the truth, see [`Scored::positive`].
-    pub wrong_obstacle: u32,
-    /// The bootstrap interval of F1, over scenarios; of whole ways alone.
-    pub f1_interval: Option<Interval>,
+    /// Intervals of 95 %; those of precision and F1 of whole ways alone.
+    pub intervals: ShareIntervals,
     /// Agreement with the built-in judge in yes and no; `None` if its verdict is not known, and of itself.
     pub kappa: Option<Kappa>,
-    /// The obstacle that collides.
-    pub named: NamingCounts,
-    /// Risk scores beside the truth.
+    /// Named obstacles beside those that are truly critical.
+    pub naming: Naming,
+    /// Intervals of its shares.
+    pub naming_intervals: NamingIntervals,
+    /// The probabilities of all verdicts beside the truth.
     pub calibration: Calibration,
-    /// Agreement of several samples.
-    pub spread: AnswerAgreement,
-    /// The majority of samples for each scenario, against the ground truth.
-    pub majority: Confusion,
-    /// Scenarios whose samples say yes and no equally often, or nothing at all: no vote.
-    pub undecided: u32,
+    /// How many of these probabilities are from each source, in the order of [`ProbabilitySource::ALL`].
+    pub sources: [u32; ProbabilitySource::ALL.len()],
+    /// The probabilities by log probabilities, of the verdicts that have one, beside the truth.
+    pub token_calibration: Calibration,
+    /// What several samples of the same questions come to.
+    pub samples: Samples,
     /// Time, tokens and cost.
     pub consumption: Consumption,
-}
-
-/// The verdicts on one scenario.
-#[derive(Default)]
-struct Votes {
-    truth: Option<bool>,
-    yes: u32,
-    no: u32,
-    counts: Confusion,
-}
-
-/// What a question took; `None` if it was not asked. The built-in judge, and what was not sent, cost nothing, which
-/// is known.
-fn taken(one: &Scored) -> Option<Consumed> {
-    let free = match &one.status {
-        AnswerStatus::Unasked(_) => return None,
-        AnswerStatus::Failed(why) => why.starts_with(NOT_SENT),
-        AnswerStatus::Verdict(_) | AnswerStatus::Unparsed(_) => false,
-    };
-    let free = free || one.way.model == judge::MODEL;
-    let cost_usd = one.consumed.cost_usd.or(free.then_some(0.0));
-    Some(Consumed {
-        cost_usd,
-        ..one.consumed
-    })
-}
-
-/// The Wilson interval of a proportion, where enough answers stand behind it.
-fn proportion(hits: u32, all: u32) -> Option<Interval> {
-    shown(wilson(hits, all), all)
+    /// Claims about obstacles.
+    pub claims: ClaimTally,
 }
 
 impl Cell {
     /// Counts the answers of one way.
     pub(super) fn count(way: &PromptConfig, half: DataHalf, scored: &[&Scored]) -> Self {
-        let taken: Vec<Consumed> = scored.iter().copied().filter_map(taken).collect();
         let mut cell = Self {
             way: way.clone(),
             half,
@@ -147,57 +106,45 @@ impl Cell {
             failed: 0,
             unasked: 0,
             unlabelled: 0,
-            wrong_obstacle: 0,
-            f1_interval: None,
+            intervals: ShareIntervals::default(),
             kappa: None,
-            named: NamingCounts::default(),
+            naming: Naming::default(),
+            naming_intervals: NamingIntervals::from_scored(scored.iter().copied()),
             calibration: Calibration::default(),
-            spread: AnswerAgreement::default(),
-            majority: Confusion::default(),
-            undecided: 0,
-            consumption: Consumption::from_answers(taken.iter()),
+            sources: [0; ProbabilitySource::ALL.len()],
+            token_calibration: Calibration::default(),
+            samples: Samples::default(),
+            consumption: Consumption::from_scored(scored),
+            claims: ClaimTally::count(scored),
         };
-        let mut votes: BTreeMap<&str, Votes> = BTreeMap::new();
+        let mut ballot = Ballot::default();
         let mut both = [0; 4];
         for one in scored {
-            let votes = votes.entry(&one.scenario).or_default();
-            votes.truth = votes.truth.or(one.is_collision());
-            cell.take(one, votes, &mut both);
+            ballot.take(one, one.positive());
+            cell.take(one, &mut both);
         }
         cell.kappa = Kappa::from_counts(both);
-        cell.scenarios = count(votes.len());
-        for vote in votes.values() {
-            cell.spread.count(vote.yes, vote.no);
-            match (majority(vote.yes, vote.no), vote.truth) {
-                (Some(said), Some(truth)) => cell.majority.count(said, truth),
-                (None, Some(_)) => cell.undecided += 1,
-                (_, None) => {}
-            }
-        }
-        if half == DataHalf::All {
-            let counts: Vec<Confusion> = votes.values().map(|v| v.counts).collect();
-            let counted: Vec<Confusion> = counts.into_iter().filter(|c| c.answered() > 0).collect();
-            cell.f1_interval = shown(f1_interval(&counted), count(counted.len()));
+        cell.scenarios = ballot.scenarios();
+        cell.samples = ballot.samples();
+        cell.intervals = ballot.intervals();
+        if half != DataHalf::All {
+            (cell.intervals.precision, cell.intervals.f1) = (None, None);
         }
         cell
     }
 
-    fn take(&mut self, one: &Scored, votes: &mut Votes, both: &mut [u32; 4]) {
+    fn take(&mut self, one: &Scored, both: &mut [u32; 4]) {
         let verdict = match &one.status {
             AnswerStatus::Verdict(verdict) => verdict,
             AnswerStatus::Unparsed(_) => return self.unparsed += 1,
             AnswerStatus::Failed(_) => return self.failed += 1,
             AnswerStatus::Unasked(_) => return self.unasked += 1,
         };
-        let said = one.positive().unwrap_or(verdict.dangerous);
-        match said {
-            true => votes.yes += 1,
-            false => votes.no += 1,
-        }
-        // Against the judge a yes counts whichever obstacle is named; a judge agrees with itself.
+        let said = verdict.dangerous;
+        // A judge agrees with itself.
         let reference = one.reference.as_ref();
         if let Some(reference) = reference.filter(|_| one.way.model != judge::MODEL) {
-            let place = 2 * usize::from(!verdict.dangerous) + usize::from(!reference.dangerous);
+            let place = 2 * usize::from(!said) + usize::from(!reference.dangerous);
             both[place] += 1;
         }
         let Some(truth) = one.is_collision() else {
@@ -205,52 +152,25 @@ impl Cell {
             return;
         };
         self.confusion.count(said, truth);
-        self.wrong_obstacle += u32::from(truth && verdict.dangerous && !said);
-        votes.counts.count(said, truth);
-        if let Some(worst) = verdict.worst() {
-            self.calibration.count(worst.risk_score, truth);
-            if let Some(Label::Collision(Some(who))) = one.truth {
-                let its = verdict.obstacles.iter().find(|o| o.id == who);
-                let first = its.is_some_and(|o| o.risk_score <= worst.risk_score);
-                self.named.first += u32::from(first);
-            }
+        self.naming.count(one);
+        let (probability, source) = probability(verdict);
+        self.calibration.count(probability, truth);
+        self.sources[source as usize] += 1;
+        if let Some(probability) = verdict.token_probability {
+            self.token_calibration.count(probability, truth);
         }
-        if let Some(Label::Collision(Some(who))) = one.truth {
-            self.named.n += 1;
-            self.named.right += u32::from(names_obstacle(verdict, who));
-        }
+    }
+
+    /// How many probabilities are from a source.
+    #[must_use]
+    pub fn source(&self, source: ProbabilitySource) -> u32 {
+        self.sources[source as usize]
     }
 
     /// Precision, of whole ways: where one half of the data is missing, it says nothing.
     #[must_use]
     pub fn precision(&self) -> Option<f64> {
         self.whole().and_then(|c| c.precision())
-    }
-
-    /// The Wilson interval of the precision.
-    #[must_use]
-    pub fn precision_interval(&self) -> Option<Interval> {
-        let c = self.whole()?;
-        proportion(c.true_positives, c.true_positives + c.false_positives)
-    }
-
-    /// The Wilson interval of the recall.
-    #[must_use]
-    pub fn recall_interval(&self) -> Option<Interval> {
-        proportion(self.confusion.true_positives, self.confusion.positives())
-    }
-
-    /// The Wilson interval of the specificity.
-    #[must_use]
-    pub fn specificity_interval(&self) -> Option<Interval> {
-        proportion(self.confusion.true_negatives, self.confusion.negatives())
-    }
-
-    /// The Wilson interval of the accuracy.
-    #[must_use]
-    pub fn accuracy_interval(&self) -> Option<Interval> {
-        let c = &self.confusion;
-        proportion(c.true_positives + c.true_negatives, c.answered())
     }
 
     /// F1, of whole ways.

@@ -1,10 +1,11 @@
 //! The contents of a report: tables and figures, task by task.
 
-use super::super::statistics::Interval;
-use super::document::{Block, Document, Figure, Table};
+use super::super::statistics::{Interval, shown};
+use super::calibration_tables::{calibrations, probabilities, token_probabilities};
+use super::document::{Block, Document, Table};
+use super::figures::{bars, matrices};
 use super::names::{self, NONE, number, p_value};
-use super::{Cell, Report, methods, plot};
-use crate::judge;
+use super::{Cell, Pivot, Report, leaks, methods};
 use crate::verdict::Task;
 
 impl Report {
@@ -38,53 +39,67 @@ impl Report {
                 "Confusion matrices: truth in rows, verdict in columns".into(),
                 matrices(&cells),
             ));
-            blocks.push(Block::Table(agreement(task, &cells)));
+            blocks.push(Block::Table(naming(task, &cells)));
+            blocks.push(Block::Table(probabilities(task, &cells)));
+            blocks.extend(token_probabilities(task, &cells).map(Block::Table));
             blocks.push(Block::Figures(
-                "Calibration: the share of true collisions by the gravest risk score, with Wilson intervals; dashed, the \
-                 probability 1 − s/5 that a score is taken for; below, the answers with that score"
+                "Calibration: the share of true collisions by tenths of the probability, with Wilson intervals that take answers as independent; dashed, \
+                 where both are the same; below, the verdicts in each tenth"
                     .into(),
                 calibrations(&cells),
             ));
             blocks.extend(samples(task, &cells).map(Block::Table));
+            blocks.extend(claims(task, &cells).map(Block::Table));
             blocks.extend(consumption(task, &cells).map(Block::Table));
             blocks.extend(self.pairs(task).map(Block::Table));
         }
+        if !self.tables.is_empty() {
+            blocks.push(Block::Heading("Tables of the experiment".into()));
+            let tables = self.tables.iter().flat_map(Pivot::tables);
+            blocks.extend(tables.map(Block::Table));
+        }
         blocks.extend(self.varied.blocks());
+        blocks.extend(leaks::table(&self.leaks).map(Block::Table));
         blocks.retain(|block| !matches!(block, Block::Figures(_, all) if all.is_empty()));
-        blocks.push(Block::Heading("How it is counted".into()));
+        blocks.push(Block::Heading("Method".into()));
         blocks.extend(methods::all().map(Block::Text));
+        if let Some(provenance) = &self.about.provenance {
+            blocks.push(Block::Heading("Provenance".into()));
+            blocks.push(Block::Text(provenance.words()));
+        }
         blocks
     }
 
     fn pairs(&self, task: Task) -> Option<Table> {
         let mut table = Table::new(
-            format!("Pairs of ways on the same scenarios, {} task", task.name()),
+            format!("Comparisons on the same scenarios, {} task", task.name()),
             format!("nearmiss-{}-pairs", task.name()),
             &[
                 "<First",
                 "<Second",
+                "<Family",
                 "Scenarios",
                 "Left out",
-                "Only first right",
-                "Only second right",
-                "χ²",
+                "Ties",
+                "Difference",
+                "Detectable",
                 "p",
                 "p (Holm)",
             ],
         );
         table.notes.push(methods::pairs());
         for pair in self.pairs.iter().filter(|p| p.first.task == task) {
+            let test = &pair.test;
             table.rows.push(vec![
                 names::way(&pair.first),
                 names::way(&pair.second),
+                pair.family.name().into(),
                 pair.n.to_string(),
                 pair.left_out.to_string(),
-                pair.test.only_first.to_string(),
-                pair.test.only_second.to_string(),
-                pair.test
-                    .chi_square
-                    .map_or_else(|| "exact".into(), |c| format!("{c:.2}")),
-                p_value(pair.test.p),
+                pair.ties.to_string(),
+                with_interval(Some(test.difference), shown(test.interval, pair.n)),
+                number(test.detectable, 2),
+                p_value(test.p),
                 p_value(pair.corrected),
             ]);
         }
@@ -99,9 +114,11 @@ fn heading(task: Task) -> &'static str {
     }
 }
 
-/// A table whose first columns say how was asked.
-struct WayTable {
-    table: Table,
+/// A table whose rows are ways of asking.
+pub(super) struct WayTable {
+    pub(super) table: Table,
+    /// Whether the values of axes have a column.
+    settings: bool,
     /// Whether the version of the template has a column: where it is not known of any, there is none.
     templates: bool,
 }
@@ -109,21 +126,35 @@ struct WayTable {
 const WAY: [&str; 3] = ["<Frame", "<Techniques", "<Model"];
 
 impl WayTable {
-    fn new(task: Task, cells: &[&Cell], (caption, name): (&str, &str), titles: &[&str]) -> Self {
+    pub(super) fn new(
+        task: Task,
+        cells: &[&Cell],
+        (caption, name): (&str, &str),
+        titles: &[&str],
+    ) -> Self {
         let templates = cells.iter().any(|cell| cell.way.template.is_some());
+        let settings = cells.iter().any(|cell| !cell.way.settings.is_empty());
+        let setting: &[&str] = if settings { &["<Settings"] } else { &[] };
         let template: &[&str] = if templates { &["<Template"] } else { &[] };
         let table = Table::new(
             format!("{caption}, {} task", task.name()),
             format!("nearmiss-{}{name}", task.name()),
-            &[&WAY, template, titles].concat(),
+            &[&WAY, setting, template, titles].concat(),
         );
-        Self { table, templates }
+        Self {
+            table,
+            settings,
+            templates,
+        }
     }
 
     /// The first cells of a row.
-    fn way(&self, cell: &Cell) -> Vec<String> {
+    pub(super) fn way(&self, cell: &Cell) -> Vec<String> {
         let way = &cell.way;
         let mut row = vec![names::frame(way), names::techniques(way), way.model.clone()];
+        if self.settings {
+            row.push(names::settings(way));
+        }
         if self.templates {
             row.push(names::template(way));
         }
@@ -147,11 +178,7 @@ pub(crate) fn with_interval(value: Option<f64>, interval: Option<Interval>) -> S
 fn quality(task: Task, cells: &[&Cell]) -> Table {
     let unlabelled = cells.iter().any(|c| c.unlabelled > 0);
     let unasked = cells.iter().any(|c| c.unasked > 0);
-    let mut titles = vec!["n", "TP", "FP", "FN", "TN"];
-    if task == Task::Safety {
-        titles.push("Wrong obstacle");
-    }
-    titles.extend(["Unparsed", "Failed"]);
+    let mut titles = vec!["n", "TP", "FP", "FN", "TN", "Unparsed", "Failed"];
     if unasked {
         titles.push("Not asked");
     }
@@ -172,9 +199,6 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
         ];
         row.push(cell.n.to_string());
         row.extend(counts.map(|n| n.to_string()));
-        if task == Task::Safety {
-            row.push(cell.wrong_obstacle.to_string());
-        }
         row.extend([cell.unparsed, cell.failed].map(|n| n.to_string()));
         if unasked {
             row.push(cell.unasked.to_string());
@@ -182,46 +206,43 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
         if unlabelled {
             row.push(cell.unlabelled.to_string());
         }
-        row.push(with_interval(cell.precision(), cell.precision_interval()));
-        row.push(with_interval(c.recall(), cell.recall_interval()));
-        row.push(with_interval(c.specificity(), cell.specificity_interval()));
-        row.push(with_interval(c.accuracy(), cell.accuracy_interval()));
-        row.push(with_interval(cell.f1(), cell.f1_interval));
+        row.push(with_interval(cell.precision(), cell.intervals.precision));
+        row.push(with_interval(c.recall(), cell.intervals.recall));
+        row.push(with_interval(c.specificity(), cell.intervals.specificity));
+        row.push(with_interval(c.accuracy(), cell.intervals.accuracy));
+        row.push(with_interval(cell.f1(), cell.intervals.f1));
         filled.table.rows.push(row);
     }
     filled.table
 }
 
-fn agreement(task: Task, cells: &[&Cell]) -> Table {
+fn naming(task: Task, cells: &[&Cell]) -> Table {
     let titles = [
-        "Named",
+        "Windows",
+        "Obstacle named",
         "Named worst",
-        "κ with the judge",
+        "Names",
+        "Names right",
+        "κ with judge",
         "Same verdict",
-        "Scored",
-        "Brier",
-        "ECE",
     ];
-    let caption = "The obstacle that collides, agreement with the built-in judge, and calibration of risk scores";
+    let caption = "Named obstacles, and agreement with the built-in judge";
     let mut filled = WayTable::new(task, cells, (caption, "-agreement"), &titles);
-    filled.table.notes = vec![methods::agreement(), methods::intervals()];
-    let of = |part: u32, all: u32| match all {
-        0 => NONE.into(),
-        _ => format!("{part} of {all}"),
-    };
+    filled.table.notes = vec![methods::naming(), methods::intervals()];
     for cell in cells {
-        let mut row = filled.way(cell);
-        row.push(of(cell.named.right, cell.named.n));
-        row.push(of(cell.named.first, cell.named.n));
+        let (naming, intervals) = (&cell.naming, &cell.naming_intervals);
         let kappa = cell.kappa;
+        let mut row = filled.way(cell);
+        row.push(naming.windows.to_string());
+        row.push(with_interval(naming.recall(), intervals.recall));
+        row.push(naming.first.to_string());
+        row.push(naming.named.to_string());
+        row.push(with_interval(naming.precision(), intervals.precision));
         row.push(with_interval(
             kappa.and_then(|k| k.kappa),
             kappa.and_then(|k| k.interval),
         ));
         row.push(number(kappa.map(|k| k.agreement), 2));
-        row.push(cell.calibration.n().to_string());
-        row.push(number(cell.calibration.brier(), 3));
-        row.push(number(cell.calibration.error(), 3));
         filled.table.rows.push(row);
     }
     filled.table
@@ -229,21 +250,24 @@ fn agreement(task: Task, cells: &[&Cell]) -> Table {
 
 fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
     let titles = [
-        "Scenarios",
+        "Questions",
         "Unanimous",
         "Agreement",
+        "All right",
         "Majority TP",
         "FP",
         "FN",
         "TN",
+        "Ties",
         "No vote",
+        "Coverage",
         "F1",
     ];
     let caption = "Several samples and their majority";
     let mut filled = WayTable::new(task, cells, (caption, "-samples"), &titles);
     filled.table.notes.push(methods::samples());
-    for cell in cells.iter().filter(|c| c.spread.scenarios > 0) {
-        let c = &cell.majority;
+    for cell in cells.iter().filter(|c| c.samples.spread.scenarios > 0) {
+        let (samples, c) = (&cell.samples, &cell.samples.majority);
         let counts = [
             c.true_positives,
             c.false_positives,
@@ -251,11 +275,14 @@ fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
             c.true_negatives,
         ];
         let mut row = filled.way(cell);
-        row.push(cell.spread.scenarios.to_string());
-        row.push(number(cell.spread.unanimity(), 2));
-        row.push(number(cell.spread.agreement(), 2));
+        row.push(samples.spread.scenarios.to_string());
+        row.push(number(samples.spread.unanimity(), 2));
+        row.push(number(samples.spread.agreement(), 2));
+        row.push(number(samples.all_right.share, 2));
         row.extend(counts.map(|n| n.to_string()));
-        row.push(cell.undecided.to_string());
+        row.push(samples.ties.to_string());
+        row.push((samples.undecided - samples.ties).to_string());
+        row.push(number(samples.coverage(), 2));
         row.push(number(c.f1(), 2));
         filled.table.rows.push(row);
     }
@@ -272,13 +299,16 @@ fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
         "Output",
         "US dollars",
         "Cost unknown",
+        "at most",
+        "Superseded",
     ];
     let caption = "Time, tokens and cost";
     let mut filled = WayTable::new(task, cells, (caption, "-cost"), &titles);
     filled.table.notes.push(methods::consumption());
     for cell in cells {
         let c = &cell.consumption;
-        if c.timed + c.counted + c.priced == 0 {
+        let of = &c.spending;
+        if c.timed + c.counted + of.known + of.bounded == 0 {
             continue;
         }
         let tokens = |n: u64| match c.counted {
@@ -292,56 +322,43 @@ fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
         row.push(c.counted.to_string());
         row.push(tokens(c.input_tokens));
         row.push(tokens(c.output_tokens));
-        row.push(number(c.cost_usd, 4));
-        row.push(c.unpriced().to_string());
+        row.push(number(of.cost(), 4));
+        row.push(of.unpriced().to_string());
+        row.push(number(of.most(), 4));
+        row.push(c.superseded.to_string());
         filled.table.rows.push(row);
     }
     filled.filled()
 }
 
-fn bars(task: Task, cells: &[&Cell]) -> Figure {
-    let bar = |cell: &&Cell| plot::Bar {
-        name: names::way(&cell.way),
-        value: cell.f1(),
-        interval: cell.f1_interval,
-        other: cell.way.model == judge::MODEL,
-    };
-    let title = format!("F1 with bootstrap intervals of 95 %, {} task", task.name());
-    Figure {
-        svg: plot::bars(&title, &cells.iter().map(bar).collect::<Vec<_>>()),
-        caption: String::new(),
-    }
-}
-
-fn matrices(cells: &[&Cell]) -> Vec<Figure> {
-    let figure = |cell: &&Cell| {
-        let aside = match cell.unparsed + cell.failed + cell.unasked {
-            0 => String::new(),
-            aside => format!("; {aside} without a verdict"),
+fn claims(task: Task, cells: &[&Cell]) -> Option<Table> {
+    let titles = [
+        "Checked",
+        "Not checked",
+        "Right",
+        "Wrong",
+        "Open",
+        "Claims an answer",
+        "Wrong share",
+    ];
+    let caption = "Claims about obstacles in the answers";
+    let mut filled = WayTable::new(task, cells, (caption, "-claims"), &titles);
+    filled.table.notes.push(methods::claims());
+    for cell in cells {
+        let claims = &cell.claims;
+        if claims.answers + claims.unchecked == 0 {
+            continue;
+        }
+        let known = |n: u32| match claims.answers {
+            0 => NONE.into(),
+            _ => n.to_string(),
         };
-        let caption = format!("{}{aside}", names::way(&cell.way));
-        Figure {
-            svg: plot::confusion(
-                &format!("Truth in rows, verdict in columns: {caption}"),
-                &cell.confusion,
-            ),
-            caption,
-        }
-    };
-    cells.iter().map(figure).collect()
-}
-
-fn calibrations(cells: &[&Cell]) -> Vec<Figure> {
-    let scored = cells.iter().filter(|c| c.calibration.n() > 0);
-    let figure = |cell: &&Cell| {
-        let caption = names::way(&cell.way);
-        Figure {
-            svg: plot::calibration(
-                &format!("Share of true collisions by risk score: {caption}"),
-                &cell.calibration,
-            ),
-            caption,
-        }
-    };
-    scored.map(figure).collect()
+        let mut row = filled.way(cell);
+        row.extend([claims.answers, claims.unchecked].map(|n| n.to_string()));
+        row.extend([claims.right, claims.wrong, claims.open].map(known));
+        row.push(number(claims.per_answer(), 1));
+        row.push(with_interval(claims.wrong_share(), claims.interval));
+        filled.table.rows.push(row);
+    }
+    filled.filled()
 }

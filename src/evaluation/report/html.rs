@@ -1,20 +1,36 @@
 //! Reports as one self-contained HTML file, light or dark by the reader's preference.
 
 use super::document::{Align, Block, Document, Figure, Table, clean};
+use crate::evaluation::AnswerPage;
+use crate::evaluation::answer_page::{STYLE as ANSWERS_STYLE, source_hash};
 
 /// The look: colours as variables, so that figures in SVG have them too.
 const STYLE: &str = include_str!("report.css");
 
 impl Document {
-    /// The report as one file of HTML, with its figures in it.
+    /// The report as one file of HTML, with its figures in it, and the answers that it counts where there are any. The
+    /// page runs nothing but its own script and asks for nothing.
     #[must_use]
-    pub fn html(&self) -> String {
+    pub fn html(&self, answers: &AnswerPage) -> String {
         let title = escaped(&self.title);
+        let style = match answers.is_empty() {
+            true => format!("\n{STYLE}"),
+            false => format!("\n{STYLE}{ANSWERS_STYLE}"),
+        };
+        let script = match answers.is_empty() {
+            true => "'none'".to_string(),
+            false => format!("'{}'", AnswerPage::script_hash()),
+        };
+        let policy = format!(
+            "default-src 'none'; style-src '{}'; script-src {script}; img-src data:; base-uri 'none'; form-action 'none'",
+            source_hash(&style)
+        );
         let mut text = format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n\
-             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
+             <title>{title}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
         );
         for block in &self.blocks {
             match block {
@@ -30,7 +46,11 @@ impl Document {
                 }
             }
         }
-        text + "</main>\n</body>\n</html>\n"
+        text += "</main>\n";
+        if !answers.is_empty() {
+            text += &answers.html();
+        }
+        text + "</body>\n</html>\n"
     }
 }
 

@@ -2,10 +2,11 @@
 
 use serde_json::{Map, Value, json};
 
-use super::super::statistics::{Interval, RESAMPLES, SEED};
-use super::super::{Confusion, PromptConfig};
+use super::super::statistics::Calibration;
+use super::super::statistics::{DRAWS, Interval, RESAMPLES, SEED, shown};
+use super::super::{Confusion, ProbabilitySource, PromptConfig};
 use super::names::technique;
-use super::{Cell, Pair, Report};
+use super::{Cell, Pair, Pivot, Report};
 
 impl Report {
     /// `{"cells": […], "pairs": […], …}`, with the subject of the report; missing values are null.
@@ -16,9 +17,11 @@ impl Report {
             "pairs": self.pairs.iter().map(pair).collect::<Vec<_>>(),
             "intervals": {
                 "level": 0.95,
-                "proportions": "Wilson",
+                "proportions": "Wilson with one answer a scenario, else percentile bootstrap over scenarios",
                 "f1": "percentile bootstrap over scenarios",
                 "resamples": RESAMPLES,
+                "comparisons": "paired permutation test by scenario",
+                "permutations": DRAWS,
                 "seed": SEED,
             },
         });
@@ -27,6 +30,12 @@ impl Report {
         }
         for (name, rows) in self.varied.fields() {
             report[name] = rows;
+        }
+        if !self.tables.is_empty() {
+            report["tables"] = self.tables.iter().map(Pivot::json).collect();
+        }
+        if !self.leaks.is_empty() {
+            report["leaks"] = self.leaks.iter().map(super::leaks::row).collect();
         }
         report
     }
@@ -41,6 +50,7 @@ pub(crate) fn way(way: &PromptConfig) -> Map<String, Value> {
         // The name of before `schema_version`.
         ("technique", json!(way.techniques.map(technique))),
         ("model", json!(way.model)),
+        ("settings", json!(way.settings.words())),
         ("template", json!(way.template.as_ref().map(|t| &t.name))),
         (
             "template_hash",
@@ -67,11 +77,40 @@ pub(crate) fn counts(c: &Confusion) -> Map<String, Value> {
         .collect()
 }
 
-fn interval(interval: Option<Interval>) -> Value {
+pub(super) fn interval(interval: Option<Interval>) -> Value {
     interval.map_or(Value::Null, |i| json!([i.low, i.high]))
 }
 
+/// Probabilities beside the truth.
+fn calibration(all: &Calibration) -> Value {
+    json!({
+        "n": all.n(),
+        "brier": all.brier(),
+        "auroc": all.auroc(),
+        "expected_error": all.error(),
+        "bins": all.bins(),
+    })
+}
+
 impl Cell {
+    /// The same of all verdicts, with how many probabilities are from where.
+    fn calibrated(&self) -> Value {
+        let mut all = json!({
+            "n": self.calibration.n(),
+            "from_stated": self.source(ProbabilitySource::Stated),
+            "from_critical": self.source(ProbabilitySource::Critical),
+            "from_token": self.source(ProbabilitySource::Token),
+            "from_score": self.source(ProbabilitySource::Score),
+            "from_decision": self.source(ProbabilitySource::Decision),
+        });
+        if let (Some(all), Value::Object(rest)) =
+            (all.as_object_mut(), calibration(&self.calibration))
+        {
+            all.extend(rest);
+        }
+        all
+    }
+
     /// One object, flat except for nested values.
     #[must_use]
     pub fn json(&self) -> Value {
@@ -80,7 +119,7 @@ impl Cell {
         map.extend(way(&self.way));
         map.insert("n".into(), json!(self.n));
         map.extend(counts(&self.confusion));
-        let (c, of) = (&self.confusion, &self.consumption);
+        let (c, of, samples) = (&self.confusion, &self.consumption, &self.samples);
         let rest = json!({
             "unparsed": self.unparsed,
             "failed": self.failed,
@@ -88,35 +127,41 @@ impl Cell {
             "unlabelled": self.unlabelled,
             "scenarios": self.scenarios,
             "precision": self.precision(),
-            "precision_ci": interval(self.precision_interval()),
+            "precision_ci": interval(self.intervals.precision),
             "recall": c.recall(),
-            "recall_ci": interval(self.recall_interval()),
+            "recall_ci": interval(self.intervals.recall),
             "specificity": c.specificity(),
-            "specificity_ci": interval(self.specificity_interval()),
+            "specificity_ci": interval(self.intervals.specificity),
             "accuracy": c.accuracy(),
-            "accuracy_ci": interval(self.accuracy_interval()),
+            "accuracy_ci": interval(self.intervals.accuracy),
             "f1": self.f1(),
-            "f1_ci": interval(self.f1_interval),
+            "f1_ci": interval(self.intervals.f1),
             "kappa": self.kappa.and_then(|k| k.kappa),
             "kappa_ci": interval(self.kappa.and_then(|k| k.interval)),
             "kappa_n": self.kappa.map(|k| k.n),
             "agreement_with_reference": self.kappa.map(|k| k.agreement),
-            "fn_wrong_obstacle": self.wrong_obstacle,
-            "named": self.named.right,
-            "named_of": self.named.n,
-            "named_first": self.named.first,
-            "calibration": {
-                "scores": self.calibration.bins,
-                "brier": self.calibration.brier(),
-                "expected_error": self.calibration.error(),
-            },
+            "named": self.naming.found,
+            "named_of": self.naming.windows,
+            "named_first": self.naming.first,
+            "naming_recall": self.naming.recall(),
+            "naming_recall_ci": interval(self.naming_intervals.recall),
+            "obstacles_named": self.naming.named,
+            "obstacles_named_right": self.naming.right,
+            "naming_precision": self.naming.precision(),
+            "naming_precision_ci": interval(self.naming_intervals.precision),
+            "calibration": self.calibrated(),
             "samples": {
-                "scenarios": self.spread.scenarios,
-                "unanimous": self.spread.unanimous,
-                "agreement": self.spread.agreement(),
-                "majority": counts(&self.majority),
-                "majority_f1": self.f1().and(self.majority.f1()),
-                "undecided": self.undecided,
+                "scenarios": samples.spread.scenarios,
+                "unanimous": samples.spread.unanimous,
+                "agreement": samples.spread.agreement(),
+                "majority": counts(&samples.majority),
+                "majority_f1": self.f1().and(samples.majority.f1()),
+                "majority_coverage": samples.coverage(),
+                "undecided": samples.undecided,
+                "ties": samples.ties,
+                "all_right": samples.all_right.share,
+                "all_right_k": samples.all_right.k,
+                "all_right_of": samples.all_right.questions,
             },
             "seconds_median": of.median_s,
             "seconds_p95": of.p95_s,
@@ -124,12 +169,18 @@ impl Cell {
             "input_tokens": (of.counted > 0).then_some(of.input_tokens),
             "output_tokens": (of.counted > 0).then_some(of.output_tokens),
             "tokens_of": of.counted,
-            "cost_usd": of.cost_usd,
-            "cost_unknown": of.unpriced(),
+            "cost_usd": of.spending.cost(),
+            "cost_of": of.spending.known,
+            "cost_unknown": of.spending.unpriced(),
+            "cost_unknown_most_usd": of.spending.most(),
+            "superseded": of.superseded,
         });
         if let Value::Object(rest) = rest {
             map.extend(rest);
         }
+        let tokens = calibration(&self.token_calibration);
+        map.insert("token_calibration".into(), tokens);
+        map.extend(self.claims.fields());
         Value::Object(map)
     }
 }
@@ -141,10 +192,17 @@ pub(super) fn pair(pair: &Pair) -> Value {
         "differs": pair.differs,
         "n": pair.n,
         "left_out": pair.left_out,
-        "only_first": pair.test.only_first,
-        "only_second": pair.test.only_second,
-        "chi_square": pair.test.chi_square,
+        "family": pair.family.name(),
+        "ties": pair.ties,
+        "difference": pair.test.difference,
+        "difference_ci": interval(shown(pair.test.interval, pair.n)),
+        "detectable": pair.test.detectable,
         "p": pair.test.p,
         "p_holm": pair.corrected,
+        "exact": pair.test.exact,
+        "only_first": pair.mcnemar.only_first,
+        "only_second": pair.mcnemar.only_second,
+        "chi_square": pair.mcnemar.chi_square,
+        "p_mcnemar": pair.mcnemar.p,
     })
 }

@@ -74,8 +74,16 @@ fn notes(notes: &[String]) -> String {
 /// Text that means nothing to LaTeX; signs that its usual fonts lack are written as mathematics, or by their number.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
-    for c in clean(text).chars() {
+    let text = clean(text);
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
         match c {
+            // A sign, not a hyphen.
+            '-' if rest.peek().is_some_and(char::is_ascii_digit)
+                && (escaped.is_empty() || escaped.ends_with([' ', '['])) =>
+            {
+                escaped += "$-$";
+            }
             // After the end of a row they would be an argument of it.
             '[' | '*' if escaped.is_empty() => escaped += &format!("{{{c}}}"),
             // Two of them would be a dash, as in `--truth`.
@@ -125,6 +133,10 @@ mod tests {
         assert_eq!(
             escaped("`--truth` é 中 ␛"),
             "\\textasciigrave{}-{}-truth\\textasciigrave{} é {\\ttfamily U+4E2D} {\\ttfamily U+241B}"
+        );
+        assert_eq!(
+            escaped("-0.12 [-0.20, −0.03] b-1"),
+            "$-$0.12 [$-$0.20, $-$0.03] b-1"
         );
         assert_eq!(escaped("κ ≤ 1 – χ²"), "$\\kappa$ $\\leq$ 1 -- $\\chi$$^2$");
     }

@@ -1,51 +1,101 @@
 //! Explains every number of a report: beneath the tables of papers, at the end of all other reports.
 
-use super::super::statistics::{EXACT_BELOW, FEWEST, RESAMPLES, SEED};
+use super::super::statistics::{DRAWS, EXACT_BELOW, EXACT_UP_TO, FEWEST, RESAMPLES, SEED};
 
 /// Everything, in the order of the tables.
 pub(super) fn all() -> impl Iterator<Item = String> {
-    let last = [agreement(), samples(), consumption()].join(" ");
-    [counts(), intervals(), pairs(), last].into_iter()
+    let last = [claims(), samples(), consumption()].join(" ");
+    let all = [
+        counts(),
+        intervals(),
+        pairs(),
+        naming(),
+        calibration(),
+        last,
+    ];
+    all.into_iter()
 }
 
 pub(super) fn counts() -> String {
     "n is every question, answered or not: TP, FP, FN and TN are verdicts beside the truth; unparsed answers hold no \
-     verdict, failed questions were asked and have no whole answer, others were not asked, or not yet, and none of these \
-     is counted as right or wrong. A yes to the safety task about a scenario whose truth names an obstacle has to name \
-     that obstacle as the danger (risk score 0 or 1, or 2 if that is the gravest of a yes); else it is a no. So many of FN say yes and name another obstacle, or none: \
-     wrong obstacle."
+     verdict, failed questions were asked and have no whole answer (an answer that was cut off or filtered is none, \
+     whatever it says), others were not asked, or not yet, and none of these \
+     is counted as right or wrong. Yes and no are counted as said, whichever obstacle is named."
         .into()
 }
 
 pub(super) fn intervals() -> String {
     format!(
-        "Intervals are of 95 %: Wilson's for proportions, and for F1 the percentile bootstrap over scenarios with all \
-         their samples ({RESAMPLES} resamples, seed {SEED}). Wilson's take answers as independent, and are too narrow \
-         where a scenario was asked about several times. The bootstrap cannot vary where no answer is right, or every \
-         one: an interval of F1 without width says nothing. Below {FEWEST} observations no interval is given."
+        "Intervals are of 95 %, with the scenario as the unit: the percentile bootstrap over scenarios with all their \
+         windows and samples ({RESAMPLES} resamples, seed {SEED}; Efron 1979, Davison and Hinkley 1997), as answers about \
+         one scenario are not independent; so are those of named obstacles, leads and transformed scenes. Shares of \
+         answers of which each scenario has one have Wilson's interval; so have shares of 0 and 1, where the bootstrap \
+         cannot vary, with the scenarios as observations. An interval of F1 without width says nothing. Below {FEWEST} \
+         scenarios no interval is given."
     )
 }
 
 pub(super) fn pairs() -> String {
     format!(
-        "Pairs differ in frame, techniques or model alone and are compared by McNemar's test on scenarios, by the \
-         majority of samples: exact below {EXACT_BELOW} scenarios that one alone is right about, else chi-square with \
-         continuity correction. p (Holm) is corrected for all pairs of a task."
+        "Difference: the mean over scenarios of the first's share of right answers minus the second's, with its \
+         bootstrap interval. p is that of the paired permutation test by scenario (Fisher 1935): the share of \
+         assignments of signs to the scenarios' differences whose sum is as far from 0, all of them for up to \
+         {EXACT_UP_TO} scenarios that differ, else {DRAWS} random ones (seed {SEED}). p (Holm) is corrected for the \
+         comparisons of the same family and task (Holm 1979): a single declared comparison (--compare) is not corrected, \
+         those with the baseline (--baseline) are together, and without a baseline all pairs that differ in frame, \
+         techniques, model or template alone. Detectable: the difference that would be found with a power of 80 % at a \
+         level of 5 %, (1.96 + 0.84)·√(mean d²/n) of n scenarios' differences d (Connor 1987, Miller 2024); a smaller true \
+         difference is likely missed. Ties: scenarios on which the samples of one are as often right as wrong; they count \
+         by half. JSON and CSV have McNemar's test of majorities, which leaves ties out (exact below {EXACT_BELOW} \
+         discordant scenarios)."
     )
 }
 
-pub(super) fn agreement() -> String {
-    "Named: the true obstacle is named as the danger (risk score 0 or 1, or 2 if that is the gravest of a yes); named worst: no obstacle has a graver score. κ is Cohen's, of \
-     yes and no beside the built-in judge. Calibration takes the gravest risk score s of an answer as the \
-     probability 1 − s/5 of a collision; ECE has a bin for each score."
+pub(super) fn naming() -> String {
+    "Windows are the dangerous ones, with a verdict, whose critical obstacles are known. Obstacle named: the share of \
+     them of which the answer names one (recall of naming); named worst: no obstacle has a graver risk score. Names are the \
+     obstacles named over these and the safe windows; names right: the share that is truly critical (precision of \
+     naming), so a yes on a safe window names only bystanders. An answer names the critical_obstacles of a yes; one without \
+     that list, those of risk score 0 or 1, or of 2 if that is the gravest of a yes. κ is Cohen's, of yes and no beside \
+     the built-in judge."
+        .into()
+}
+
+pub(super) fn calibration() -> String {
+    "Every verdict beside a truth has a probability of yes: the one that the answer states; else the largest of its \
+     critical_obstacles; else that of its log probabilities; else 1 − s/5 with its gravest risk score s as written; \
+     else 1 for yes and 0 for no. The columns say how many are from each. Brier is the mean square of what they miss; AUROC the probability that a yes in truth has a \
+     higher one than a no, ties counted half; ECE has ten bins of the same width."
+        .into()
+}
+
+pub(super) fn token_calibration() -> String {
+    "Log probabilities: of the tokens with which an answer decides, e^l of those that begin a yes over that of those that \
+     begin a yes or a no, among the alternatives that the server lists; of the verdicts for which it gives them."
         .into()
 }
 
 pub(super) fn samples() -> String {
-    "A tie of samples is no vote.".into()
+    "Samples: unanimous is the share of questions on which all samples agree, agreement the share of pairs of samples \
+     that do (Fleiss 1971). All right: the chance that all k samples of a question are right, pass^k, with k the number \
+     of samples; C(r, k)/C(n, k) of r right among n verdicts (Chen et al. 2021, Yao et al. 2024), over questions with k \
+     verdicts. Ties have yes and no equally often, no vote means no verdict at all; coverage is the share of questions \
+     with a majority, and the majority's counts and F1 are of these alone."
+        .into()
+}
+
+pub(super) fn claims() -> String {
+    "Claims are sentences of whole answers that give one obstacle a distance, time, velocity, acceleration, place or \
+     contact; found and checked against the geometry as `nearmiss help answers` says. Open: it depends on what is meant. \
+     Wrong share: the wrong ones of those that are right or wrong, with the bootstrap over scenarios. Not checked: the \
+     scenario of the answer was not at hand."
+        .into()
 }
 
 pub(super) fn consumption() -> String {
-    "Unknown costs and times are counted, never taken as 0. The built-in judge and questions that were not sent cost \
-     nothing; questions that were not asked are not in that table.".into()
+    "Tokens and dollars are of every attempt at a question: answers that were cut off or filtered, and superseded \
+     attempts, in whose place another one counts; deleted runs are left out. Times are of the answers that count. \
+     Unknown costs and times are counted, never taken as 0; at most: what attempts of unknown cost can have cost, where \
+     a price and a limit bound it. The built-in judge and questions that were not sent cost nothing."
+        .into()
 }

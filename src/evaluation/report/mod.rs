@@ -1,60 +1,90 @@
 //! Reports: figures from answers and ground truth, written for people, papers and programs.
 
+mod calibration_tables;
 mod cell;
+mod charts;
+mod claims;
+mod comparison;
 mod consumption;
 mod contents;
 mod csv;
 mod document;
+mod figures;
 mod html;
 mod json;
 mod latex;
+mod leaks;
 mod markdown;
 mod methods;
 mod names;
 mod pairs;
+mod pivot;
 mod plot;
+mod split;
 mod stored;
 mod subject;
 mod truth;
 mod varied;
+mod votes;
 
-pub use cell::{Cell, DataHalf, NamingCounts};
+pub use cell::{Cell, DataHalf};
+pub use charts::ReportFigure;
+pub use claims::ClaimTally;
+pub(crate) use comparison::is_called;
+pub use comparison::{Comparison, Family};
 pub use consumption::Consumption;
 pub(crate) use contents::with_interval;
-pub use csv::csv;
+pub use csv::{FlatTable, csv};
 pub use document::{Align, Block, Document, Table};
 pub(crate) use json::{counts, way};
-pub use names::technique;
+pub(crate) use leaks::row as leak_row;
 pub(crate) use names::{NONE, number, p_value};
+pub use names::{model as model_name, technique, way as name_of};
 pub use pairs::Pair;
+pub use pivot::{AskedFacts, Axis, Measure, Pivot, PivotRequest};
+pub use split::{PartProgress, SplitReport, joined};
 pub use stored::{Stored, stored};
 pub use subject::ReportSubject;
-pub use truth::{QuestionKey, RecordedScene, Truth};
+pub use truth::{BatchTruth, QuestionKey, RecordedScene, Truth};
 pub use varied::{SAME_WORDS, Varied};
+pub use votes::Samples;
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{PromptConfig, Scored};
+use super::{AnswerPage, Leak, PromptConfig, Scored};
 
 /// Aggregated results of answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// For each way of asking, in their order: each half of the data that occurs, then all of it.
     pub cells: Vec<Cell>,
-    /// Ways that differ in one thing, on the same scenarios.
+    /// Ways that are compared on the same scenarios.
     pub pairs: Vec<Pair>,
     /// Which answers these are, and beside which truth.
     pub about: ReportSubject,
     /// Of batches: changed scenes and other leads.
     pub varied: Varied,
+    /// Tables over axes that were declared with the batch.
+    pub tables: Vec<Pivot>,
+    /// Of batches: how well what the questions look like tells their answers.
+    pub leaks: Vec<Leak>,
+    /// The answers themselves, for the page that shows them.
+    pub answers: AnswerPage,
 }
 
 impl Report {
-    /// Counts answers. The order of the answers does not matter.
+    /// Counts answers, and compares every pair of ways that differ in one thing. The order of the answers does not
+    /// matter.
     #[must_use]
     pub fn from_scored(scored: &[Scored]) -> Self {
+        Self::compared(scored, &Comparison::default())
+    }
+
+    /// Counts answers, and makes the comparisons that were declared.
+    #[must_use]
+    pub fn compared(scored: &[Scored], comparison: &Comparison) -> Self {
         let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
         for one in scored {
             ways.entry(&one.way).or_default().push(one);
@@ -76,9 +106,12 @@ impl Report {
         });
         Self {
             cells: cells.flatten().collect(),
-            pairs: pairs::compare_pairs(&ways),
+            pairs: pairs::compare_pairs(&ways, comparison),
             about: ReportSubject::default(),
             varied: Varied::default(),
+            tables: Vec::new(),
+            leaks: Vec::new(),
+            answers: AnswerPage::default(),
         }
     }
 
@@ -92,6 +125,24 @@ impl Report {
     #[must_use]
     pub fn varied(self, varied: Varied) -> Self {
         Self { varied, ..self }
+    }
+
+    /// The same report, with the tables that were declared.
+    #[must_use]
+    pub fn tables(self, tables: Vec<Pivot>) -> Self {
+        Self { tables, ..self }
+    }
+
+    /// The same report, with what the questions of its batch give away.
+    #[must_use]
+    pub fn leaks(self, leaks: Vec<Leak>) -> Self {
+        Self { leaks, ..self }
+    }
+
+    /// The same report, with the answers that it counts, to be read.
+    #[must_use]
+    pub fn answers(self, answers: AnswerPage) -> Self {
+        Self { answers, ..self }
     }
 
     /// The cells of whole ways.

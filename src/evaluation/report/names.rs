@@ -29,13 +29,28 @@ pub(super) fn template(way: &PromptConfig) -> String {
     version.map_or_else(|| NONE.into(), ToString::to_string)
 }
 
-/// A way in short: `ego · cp+cot · lab/model · collision-ego@3fa2c1`.
-pub(super) fn way(way: &PromptConfig) -> String {
+/// The values of the axes of a way, or a dash.
+pub(super) fn settings(way: &PromptConfig) -> String {
+    way.settings.words().unwrap_or_else(|| NONE.into())
+}
+
+/// The model of a way with the values of its axes: `lab/model · effort low`.
+#[must_use]
+pub fn model(way: &PromptConfig) -> String {
+    match way.settings.words() {
+        None => way.model.clone(),
+        Some(settings) => format!("{} · {settings}", way.model),
+    }
+}
+
+/// A way in short: `ego · cp+cot · lab/model · effort low · collision-ego@3fa2c1`.
+#[must_use]
+pub fn way(way: &PromptConfig) -> String {
     let frame = way.frame.map(|f| f.name().to_string());
     let parts = [
         frame,
         way.techniques.map(technique),
-        Some(way.model.clone()),
+        Some(model(way)),
         way.template.as_ref().map(ToString::to_string),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")

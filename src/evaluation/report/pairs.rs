@@ -1,49 +1,71 @@
-//! Pairs of prompt configurations that differ in one thing, on the same scenarios.
+//! Comparisons of two prompt configurations on the same scenarios.
 
 use std::collections::BTreeMap;
 
-use super::super::statistics::{McNemar, holm, majority};
-use super::super::{PromptConfig, Scored};
-use super::consumption::count;
+use rayon::prelude::*;
 
-/// Two ways that differ in one thing.
+use super::super::statistics::{McNemar, PairedTest, holm};
+use super::super::{PromptConfig, Scored};
+use super::comparison::{Compared, Comparison, Family};
+use super::consumption::count;
+use crate::verdict::Task;
+
+/// Two ways on the same scenarios.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     /// One way.
     pub first: PromptConfig,
     /// The other one.
     pub second: PromptConfig,
-    /// In what they differ: `frame`, `techniques`, `model` or `template`.
+    /// In what they differ: `frame`, `techniques`, `model` or `template`; `several` of declared ones.
     pub differs: &'static str,
-    /// Scenarios with a truth and a verdict of both; of several samples what most of them say.
+    /// With which other comparisons it is corrected.
+    pub family: Family,
+    /// Scenarios with a truth and a verdict of both.
     pub n: u32,
     /// Scenarios that both were asked about, and that at least one has no verdict on.
     pub left_out: u32,
-    /// Which is right more often.
-    pub test: McNemar,
-    /// The p value corrected for all pairs of the same task, by Holm.
+    /// Of the n those on which the samples of at least one are as often right as wrong.
+    pub ties: u32,
+    /// By how much the first is right more often.
+    pub test: PairedTest,
+    /// The same of majorities: without ties.
+    pub mcnemar: McNemar,
+    /// The p value of the test, corrected for its family of the same task, by Holm.
     pub corrected: f64,
 }
 
-/// What a way says of each scenario: whether it is right, or nothing where it says nothing.
-type Right<'a> = BTreeMap<&'a str, Option<bool>>;
+/// How often a way is right about each scenario: right and wrong verdicts.
+type Right<'a> = BTreeMap<&'a str, (u32, u32)>;
 
-/// Every pair, in the order of the ways.
-pub(super) fn compare_pairs(ways: &[(&PromptConfig, Vec<&Scored>)]) -> Vec<Pair> {
-    let right: Vec<Right<'_>> = ways.iter().map(|(_, scored)| right(scored)).collect();
-    let mut pairs = Vec::new();
+/// Every comparison, the declared ones first, in the order of the ways.
+pub(super) fn compare_pairs(
+    ways: &[(&PromptConfig, Vec<&Scored>)],
+    comparison: &Comparison,
+) -> Vec<Pair> {
+    let right: Vec<Right<'_>> = ways.par_iter().map(|(_, scored)| right(scored)).collect();
+    let mut wanted = Vec::new();
     for (i, (first, _)) in ways.iter().enumerate() {
         for (j, (second, _)) in ways.iter().enumerate().skip(i + 1) {
-            if let Some(differs) = difference(first, second) {
-                pairs.extend(pair(first, second, differs, &right[i], &right[j]));
+            if let Some(compared) = comparison.of(first, second) {
+                let (i, j) = if compared.turned { (j, i) } else { (i, j) };
+                wanted.push((i, j, compared));
             }
         }
     }
-    for task in crate::verdict::Task::VERDICTS {
-        let mut of_task: Vec<&mut Pair> =
-            pairs.iter_mut().filter(|p| p.first.task == task).collect();
-        let p: Vec<f64> = of_task.iter().map(|p| p.test.p).collect();
-        for (pair, corrected) in of_task.iter_mut().zip(holm(&p)) {
+    let pairs = wanted.into_par_iter().filter_map(|(i, j, compared)| {
+        pair([ways[i].0, ways[j].0], &compared, [&right[i], &right[j]])
+    });
+    let mut pairs: Vec<Pair> = pairs.collect();
+    pairs.sort_by_key(|pair| Family::ALL.iter().position(|family| *family == pair.family));
+    for (task, family) in Task::VERDICTS
+        .into_iter()
+        .flat_map(|task| Family::ALL.map(|family| (task, family)))
+    {
+        let together = |pair: &&mut Pair| pair.first.task == task && pair.family == family;
+        let mut of_family: Vec<&mut Pair> = pairs.iter_mut().filter(together).collect();
+        let p: Vec<f64> = of_family.iter().map(|p| p.test.p).collect();
+        for (pair, corrected) in of_family.iter_mut().zip(holm(&p)) {
             pair.corrected = corrected;
         }
     }
@@ -51,65 +73,47 @@ pub(super) fn compare_pairs(ways: &[(&PromptConfig, Vec<&Scored>)]) -> Vec<Pair>
 }
 
 fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
-    let mut votes: BTreeMap<&str, (bool, u32, u32)> = BTreeMap::new();
+    let mut found = Right::new();
     for one in scored {
         let Some(truth) = one.is_collision() else {
             continue;
         };
-        let (_, yes, no) = votes.entry(&one.scenario).or_insert((truth, 0, 0));
+        let (right, wrong) = found.entry(&one.scenario).or_default();
         match one.positive() {
-            Some(true) => *yes += 1,
-            Some(false) => *no += 1,
+            Some(said) if said == truth => *right += 1,
+            Some(_) => *wrong += 1,
             None => {}
         }
     }
-    let right = |(truth, yes, no)| majority(yes, no).map(|said| said == truth);
-    votes
-        .into_iter()
-        .map(|(name, v)| (name, right(v)))
-        .collect()
-}
-
-/// The one thing in which two ways differ.
-fn difference(a: &PromptConfig, b: &PromptConfig) -> Option<&'static str> {
-    // A judge without a prompt differs from the others in frame and techniques at once.
-    if a.task != b.task || a.frame.is_some() != b.frame.is_some() {
-        return None;
-    }
-    let differ = [
-        (a.frame != b.frame, "frame"),
-        (a.techniques != b.techniques, "techniques"),
-        (a.model != b.model, "model"),
-        (a.template != b.template, "template"),
-    ];
-    let mut differ = differ.into_iter().filter(|(differs, _)| *differs);
-    let (_, name) = differ.next()?;
-    differ.next().is_none().then_some(name)
+    found
 }
 
 fn pair(
-    first: &PromptConfig,
-    second: &PromptConfig,
-    differs: &'static str,
-    a: &Right<'_>,
-    b: &Right<'_>,
+    [first, second]: [&PromptConfig; 2],
+    compared: &Compared,
+    [a, b]: [&Right<'_>; 2],
 ) -> Option<Pair> {
     let both: Vec<_> = a
         .iter()
-        .filter_map(|(name, one)| b.get(name).map(|other| one.zip(*other)))
+        .filter_map(|(name, one)| b.get(name).map(|other| (*one, *other)))
         .collect();
-    let said: Vec<(bool, bool)> = both.iter().copied().flatten().collect();
-    if said.is_empty() {
-        return None;
-    }
-    let only = |wanted| count(said.iter().filter(|s| **s == wanted).count());
+    let said = |(right, wrong): (u32, u32)| right + wrong > 0;
+    let pairs: Vec<_> = both.iter().filter(|(a, b)| said(*a) && said(*b)).collect();
+    let share = |(right, wrong): (u32, u32)| f64::from(right) / f64::from(right + wrong);
+    let differences: Vec<f64> = pairs.iter().map(|(a, b)| share(*a) - share(*b)).collect();
+    let majority = |(right, wrong): (u32, u32)| (right != wrong).then_some(right > wrong);
+    let votes = pairs.iter().map(|(a, b)| majority(*a).zip(majority(*b)));
+    let only = |wanted| count(votes.clone().filter(|v| *v == Some(wanted)).count());
     Some(Pair {
         first: first.clone(),
         second: second.clone(),
-        differs,
-        n: count(said.len()),
-        left_out: count(both.len() - said.len()),
-        test: McNemar::from_discordant(only((true, false)), only((false, true))),
+        differs: compared.differs,
+        family: compared.family,
+        n: count(pairs.len()),
+        left_out: count(both.len() - pairs.len()),
+        ties: count(votes.clone().filter(Option::is_none).count()),
+        test: PairedTest::of_differences(&differences)?,
+        mcnemar: McNemar::from_discordant(only((true, false)), only((false, true))),
         corrected: 1.0,
     })
 }

@@ -90,12 +90,12 @@ pub(super) fn bars(title: &str, bars: &[Bar]) -> String {
     text
 }
 
-/// The share of true collisions by risk score, with Wilson intervals, beside the probability that a score stands for.
+/// The share of true collisions by tenths of the probability, with Wilson intervals, beside the diagonal.
 pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
-    let (left, top, side) = (34.0, 8.0, 160.0);
-    let at = |score: f64| left + 12.0 + (side - 24.0) * score / 5.0;
+    let (left, top, side) = (34.0, 8.0, 200.0);
+    let at = |probability: f64| left + side * probability;
     let up = |share: f64| top + side * (1.0 - share);
-    let mut text = svg(left + side + 10.0, top + side + 52.0, title);
+    let mut text = svg(left + side + 10.0, top + side + 54.0, title);
     for tick in [0.0, 0.5, 1.0] {
         let y = up(tick);
         let _ = writeln!(
@@ -111,24 +111,31 @@ pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
         text,
         "<line class=\"dash\" x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\"/>",
         at(0.0),
-        up(1.0),
-        at(5.0),
-        up(0.0)
+        up(0.0),
+        at(1.0),
+        up(1.0)
     );
-    for (score, bin) in (0_u8..).zip(&calibration.bins) {
-        let x = at(f64::from(score));
+    for tick in [0.0, 0.5, 1.0] {
         let _ = writeln!(
             text,
-            "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{score}</text>\
-             <text class=\"soft\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            top + side + 16.0,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{tick:.1}</text>",
+            at(tick),
+            top + side + 16.0
+        );
+    }
+    let bins = calibration.bins();
+    for (place, bin) in (0_u8..).zip(&bins) {
+        let (Some(mean), Some(Interval { low, high })) = (bin.mean, wilson(bin.yes, bin.n)) else {
+            continue;
+        };
+        let (x, middle) = (at(mean), at((f64::from(place) + 0.5) / bins.len() as f64));
+        let _ = writeln!(
+            text,
+            "<text class=\"soft\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"9\">{}</text>",
             top + side + 30.0,
             bin.n
         );
-        let Some(Interval { low, high }) = wilson(bin.collisions, bin.n) else {
-            continue;
-        };
-        let share = f64::from(bin.collisions) / f64::from(bin.n);
+        let share = f64::from(bin.yes) / f64::from(bin.n);
         let _ = writeln!(
             text,
             "<path class=\"whisker\" d=\"M{x:.1} {:.1}V{:.1}\"/><circle class=\"bar\" cx=\"{x:.1}\" cy=\"{:.1}\" r=\"4\"/>",
@@ -139,7 +146,7 @@ pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
     }
     let _ = writeln!(
         text,
-        "<text class=\"soft\" x=\"{left}\" y=\"{:.1}\">risk score; answers</text></svg>",
+        "<text class=\"soft\" x=\"{left}\" y=\"{:.1}\">probability; verdicts</text></svg>",
         top + side + 46.0
     );
     text

@@ -5,14 +5,18 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
-use super::super::{AnswerStatus, Label, PromptConfig, Scored, TemplateVersion};
+use super::super::answer_state::rank;
+use super::super::{
+    AnswerState, AnswerStatus, Attempt, AxisValues, CountedAs, Label, PromptConfig, Scored,
+    TemplateVersion,
+};
 use super::consumption::count;
 use super::truth::{QuestionKey, Truth};
 use crate::description::Frame;
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
-use crate::store::{Key, Outcome, RunId, RunState, SecondaryRuns};
+use crate::store::{Key, Outcome, RunId, SecondaryRuns};
 use crate::verdict::{Task, Verdict};
 
 /// Runs of the store beside the truth.
@@ -20,14 +24,17 @@ use crate::verdict::{Task, Verdict};
 pub struct Stored {
     /// Those that can be counted.
     pub scored: Vec<Scored>,
-    /// Runs that are still arriving, were cancelled, or broke off with the program: no answers, and no failures.
+    /// Of those that can be counted, questions whose answers are still arriving, were cancelled, or broke off with the
+    /// program: they count as not asked.
     pub unfinished: u32,
-    /// Runs in whose place another one counts, see [`stored`].
+    /// Runs in whose place another one counts, see [`stored`]; what they cost is with that one.
     pub asked_again: u32,
     /// Runs to tasks that have no yes or no.
     pub other_tasks: u32,
     /// Runs that were asked in a way that this version does not know.
     pub unknown_ways: u32,
+    /// Answers to questions of a test split that is not complete.
+    pub locked: u32,
     /// Runs at other leads than the first one of their batch.
     pub other_leads: u32,
     /// Runs about changed scenes.
@@ -36,14 +43,17 @@ pub struct Stored {
     pub several_windows: u32,
     /// Answers beside the truth of their batch, by batch.
     pub of_batches: BTreeMap<String, u32>,
-    /// Scenarios without a truth.
+    /// Scenarios of answers without a truth.
     pub unlabelled: Vec<String>,
+    /// How many answers these are.
+    pub without_truth: u32,
 }
 
 /// Sets runs beside the truth, in the order of the runs. The verdicts are those that were stored.
 ///
-/// Where the same question was asked again, for the same sample, the newest whole answer counts, and without one the
-/// newest failure. Other leads and changed scenes of batches are other questions, and are left out as in the report of
+/// Where the same question was asked again, for the same sample, one attempt counts, see `rank`, and what the others
+/// cost is added to it. A question whose attempts were all cancelled or interrupted, or are arriving, counts as not
+/// asked. Other leads and changed scenes of batches are other questions, and are left out as in the report of
 /// a batch. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety,
 /// window.
 #[must_use]
@@ -54,41 +64,46 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
             .iter()
             .map(|one| original.get(&one.run).unwrap_or(one))
     };
-    let mut counted: Vec<(&Outcome, PromptConfig)> = Vec::with_capacity(outcomes().len());
     let mut stored = Stored::default();
+    let mut questions: Vec<Attempts<'_>> = Vec::with_capacity(outcomes().len());
     let mut places: HashMap<Identity<'_>, usize> = HashMap::with_capacity(outcomes().len());
     for outcome in outcomes() {
         if !Task::VERDICTS.contains(&outcome.task) {
             stored.other_tasks += 1;
-        } else if !is_over(outcome.state) {
-            stored.unfinished += 1;
+        } else if asides.locked.contains(&outcome.run) {
+            stored.locked += 1;
         } else if is_changed(outcome, asides) {
             stored.changed += 1;
         } else if asides.leads.contains(&outcome.run) {
             stored.other_leads += 1;
-        } else if let Some(way) = way(outcome) {
-            match places.entry(identity(outcome)) {
+        } else if let Some(way) = way(outcome, asides.settings.get(&outcome.run)) {
+            match places.entry(identity(outcome, truth)) {
                 Entry::Vacant(place) => {
-                    place.insert(counted.len());
-                    counted.push((outcome, way));
+                    place.insert(questions.len());
+                    questions.push(Attempts::first(outcome, way));
                 }
                 Entry::Occupied(place) => {
                     stored.asked_again += 1;
-                    let before = &mut counted[*place.get()];
-                    if is_answer(outcome) || !is_answer(before.0) {
-                        *before = (outcome, way);
-                    }
+                    questions[*place.get()].take(outcome);
                 }
             }
         } else {
             stored.unknown_ways += 1;
         }
     }
+    let (counted, superseded): (Vec<(&Outcome, PromptConfig)>, Vec<Vec<Attempt>>) = questions
+        .into_iter()
+        .map(|one| ((one.counts, one.way), one.superseded))
+        .unzip();
     stored.several_windows = several_windows(&counted);
     let statuses: Vec<AnswerStatus> = counted
         .par_iter()
         .map(|(outcome, _)| status(outcome))
         .collect();
+    let unfinished = statuses
+        .iter()
+        .filter(|one| matches!(one, AnswerStatus::Unasked(_)));
+    stored.unfinished = count(unfinished.count());
     let keys: Vec<QuestionKey> = counted
         .par_iter()
         .map(|(outcome, _)| QuestionKey::from(*outcome))
@@ -110,10 +125,9 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
     for batch in counted.iter().filter_map(|(one, _)| truth.batch_of(one)) {
         *of_batches.entry(batch.to_string()).or_default() += 1;
     }
-    let truths: Vec<Option<Label>> = counted
+    let truths: Vec<Option<(Label, Vec<i64>)>> = counted
         .iter()
-        .zip(&statuses)
-        .map(|((outcome, _), status)| truth.label(outcome, status.verdict()))
+        .map(|(outcome, _)| truth.known(outcome))
         .collect();
     stored.of_batches = of_batches;
     let mut unlabelled: Vec<String> = counted
@@ -122,6 +136,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         .filter(|(_, truth)| truth.is_none())
         .map(|((outcome, _), _)| outcome.scenario.clone())
         .collect();
+    stored.without_truth = count(unlabelled.len());
     unlabelled.sort_unstable();
     unlabelled.dedup();
     stored.unlabelled = unlabelled;
@@ -129,18 +144,29 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         .into_iter()
         .zip(statuses)
         .zip(references)
-        .zip(truths);
+        .zip(truths)
+        .zip(superseded);
     stored.scored = parts
-        .map(|((((outcome, way), status), reference), truth)| Scored {
-            scenario: outcome.scenario.clone(),
-            way,
-            sample: outcome.sample,
-            truth,
-            status,
-            reference,
-            consumed: outcome.consumed,
-            run: Some(outcome.run),
-        })
+        .map(
+            |(((((outcome, way), status), reference), truth), superseded)| {
+                let (truth, critical) = truth.unzip();
+                Scored {
+                    scenario: outcome.scenario.clone(),
+                    way,
+                    sample: outcome.sample,
+                    truth,
+                    critical: critical.unwrap_or_default(),
+                    status,
+                    reference,
+                    window: QuestionKey::window(outcome.task, outcome.window),
+                    consumed: outcome.consumed,
+                    most_usd: outcome.most_usd,
+                    superseded,
+                    run: Some(outcome.run),
+                    claims: outcome.claims,
+                }
+            },
+        )
         .collect();
     stored
 }
@@ -183,23 +209,44 @@ fn several_windows(counted: &[(&Outcome, PromptConfig)]) -> u32 {
     count(names.len())
 }
 
-/// Whether a run ended in a state that counts for its model.
-fn is_over(state: RunState) -> bool {
-    match state {
-        RunState::Answered | RunState::Truncated | RunState::Failed => true,
-        RunState::Running | RunState::Interrupted | RunState::Cancelled => false,
+/// The attempts at one question.
+struct Attempts<'a> {
+    counts: &'a Outcome,
+    way: PromptConfig,
+    superseded: Vec<Attempt>,
+}
+
+impl<'a> Attempts<'a> {
+    fn first(counts: &'a Outcome, way: PromptConfig) -> Self {
+        Self {
+            counts,
+            way,
+            superseded: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, mut other: &'a Outcome) {
+        let place = |one: &Outcome| (rank(one.state), one.run);
+        if place(other) > place(self.counts) {
+            std::mem::swap(&mut self.counts, &mut other);
+        }
+        self.superseded.push(Attempt {
+            consumed: other.consumed,
+            most_usd: other.most_usd,
+        });
     }
 }
 
-/// Whether there is an answer, whatever it says.
-fn is_answer(outcome: &Outcome) -> bool {
-    outcome.state != RunState::Failed
-}
-
 /// Identifies runs that answer the same question with the same sample.
-type Identity<'a> = (QuestionKey, [&'a str; 4], Option<Key>, u32);
+type Identity<'a> = (
+    QuestionKey,
+    [&'a str; 4],
+    Option<Key>,
+    Option<(i64, i64)>,
+    u32,
+);
 
-fn identity(outcome: &Outcome) -> Identity<'_> {
+fn identity<'a>(outcome: &'a Outcome, truth: &Truth) -> Identity<'a> {
     let how = [
         outcome.frame.as_str(),
         outcome.techniques.as_str(),
@@ -207,11 +254,19 @@ fn identity(outcome: &Outcome) -> Identity<'_> {
         outcome.template.template_hash.as_str(),
     ];
     let key = outcome.key.clone();
-    (QuestionKey::from(outcome), how, key, outcome.sample)
+    // The key tells windows apart. The built-in judge has none: drawn windows are questions of their own to it, too, also
+    // of the collision task.
+    let drawn = key.is_none() && truth.windows.contains_key(&outcome.run);
+    let window = outcome.window.filter(|_| drawn);
+    (QuestionKey::from(outcome), how, key, window, outcome.sample)
 }
 
-/// How a run was asked; `None` if its words are not known.
-fn way(outcome: &Outcome) -> Option<PromptConfig> {
+/// How a run was asked, under these values of axes of its batch; `None` if its words are not known.
+fn way(outcome: &Outcome, settings: Option<&String>) -> Option<PromptConfig> {
+    let settings = settings
+        .map(|words| words.parse::<AxisValues>())
+        .transpose()
+        .ok()?;
     let is_judge = outcome.model == judge::MODEL;
     let (frame, techniques) = match is_judge {
         true => (None, None),
@@ -225,20 +280,24 @@ fn way(outcome: &Outcome) -> Option<PromptConfig> {
         frame,
         techniques,
         model: outcome.model.clone(),
+        settings: settings.unwrap_or_default(),
         template: TemplateVersion::of(&outcome.template).filter(|_| !is_judge),
     })
 }
 
 fn status(outcome: &Outcome) -> AnswerStatus {
     let verdict = outcome.verdict.as_deref();
-    // A verdict that could be read counts, however the answer ended.
-    if let Some(verdict) = verdict.and_then(|json| serde_json::from_str::<Verdict>(json).ok()) {
-        return AnswerStatus::Verdict(verdict);
-    }
-    let why = |text: &Option<String>| text.clone().unwrap_or_default();
-    match outcome.state {
-        RunState::Answered | RunState::Truncated => AnswerStatus::Unparsed(why(&outcome.reading)),
-        _ => AnswerStatus::Failed(why(&outcome.error)),
+    let verdict = verdict.and_then(|json| serde_json::from_str::<Verdict>(json).ok());
+    let finish = outcome.finish.as_deref();
+    let state = AnswerState::of_run(outcome.state, finish, verdict.is_some());
+    let why = |said: &Option<String>| said.clone().unwrap_or_else(|| state.reason(finish).into());
+    match (state.counted_as(), verdict) {
+        (CountedAs::Verdict, Some(verdict)) => AnswerStatus::Verdict(verdict),
+        (CountedAs::Verdict | CountedAs::Unparsed, _) => {
+            AnswerStatus::Unparsed(why(&outcome.reading))
+        }
+        (CountedAs::Failed | CountedAs::Nothing, _) => AnswerStatus::Failed(why(&outcome.error)),
+        (CountedAs::Unasked, _) => AnswerStatus::Unasked(why(&outcome.error)),
     }
 }
 

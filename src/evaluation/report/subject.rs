@@ -2,11 +2,15 @@
 
 use serde_json::{Value, json};
 
+use crate::evaluation::Provenance;
+
 /// Subject of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportSubject {
     /// The batch, such as `b7`; `None` if the report is not of one.
     pub batch: Option<String>,
+    /// The part of the batch's split, `dev` or `test`; `None` for all of it.
+    pub split: Option<&'static str>,
     /// How the batch asks, as its [`Spec`](crate::evaluation::batch::Spec) says it.
     pub asked: Option<Value>,
     /// Description of the ground truth.
@@ -15,11 +19,13 @@ pub struct ReportSubject {
     pub sources: Vec<String>,
     /// Notes for the reader, in sentences.
     pub notes: Vec<String>,
+    /// What it was made from.
+    pub provenance: Option<Provenance>,
 }
 
 impl ReportSubject {
     /// The fields that stand beside `cells`.
-    pub(super) fn fields(&self) -> [(&'static str, Value); 4] {
+    pub(super) fn fields(&self) -> [(&'static str, Value); 5] {
         [
             ("batch", json!(self.batch)),
             ("asked", json!(self.asked)),
@@ -28,6 +34,7 @@ impl ReportSubject {
                 json!({ "words": self.truth, "sources": self.sources }),
             ),
             ("notes", json!(self.notes)),
+            ("provenance", json!(self.provenance)),
         ]
     }
 

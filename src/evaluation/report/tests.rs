@@ -1,6 +1,10 @@
 //! Tests of reports on small invented answers, counted by hand.
 #![allow(clippy::unwrap_used)]
 
+mod calibration;
+mod comparisons;
+mod simulated;
+
 use super::*;
 use crate::description::Frame;
 use crate::evaluation::{AnswerStatus, Label};
@@ -13,12 +17,16 @@ fn verdict(task: Task, dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {
         id,
         risk_score,
         reason: String::new(),
+        written_score: None,
     };
     Verdict {
         task,
         dangerous,
         obstacles: obstacles.iter().map(obstacle).collect(),
         justification: String::new(),
+        critical: None,
+        probability: None,
+        token_probability: None,
     }
 }
 
@@ -28,6 +36,7 @@ fn way(task: Task, techniques: &str, model: &str) -> PromptConfig {
         frame: Some(Frame::Ego),
         techniques: Some(Techniques::parse(techniques).unwrap()),
         model: model.into(),
+        settings: crate::evaluation::AxisValues::default(),
         template: None,
     }
 }
@@ -38,10 +47,15 @@ fn one(scenario: &str, way: &PromptConfig, truth: Option<Label>, status: AnswerS
         way: way.clone(),
         sample: 0,
         truth,
+        critical: truth.map(Label::critical).unwrap_or_default(),
         status,
         reference: None,
+        window: None,
         consumed: Consumed::default(),
+        most_usd: None,
+        superseded: Vec::new(),
         run: None,
+        claims: crate::store::ClaimCounts::default(),
     }
 }
 
@@ -49,7 +63,7 @@ fn says(dangerous: bool, obstacles: &[(i64, u8)]) -> AnswerStatus {
     AnswerStatus::Verdict(verdict(Task::Safety, dangerous, obstacles))
 }
 
-/// Two collisions with obstacle 7, one found by name and one with another name, a false alarm, a right no, an answer
+/// Two collisions with obstacle 7, a yes to each, one of which names another obstacle, a false alarm, a right no, an answer
 /// without a verdict, a failure, a scenario without a truth, and a question that was not asked.
 fn answers(way: &PromptConfig) -> Vec<Scored> {
     let hit = Some(Label::Collision(Some(7)));
@@ -91,9 +105,7 @@ fn every_question_is_in_one_place() {
         "unlabelled",
     ]
     .map(number);
-    assert_eq!(counts, [8, 1, 1, 1, 1, 1, 1, 1, 1]);
-    // The no of "b" was a yes with another name.
-    assert_eq!(number("fn_wrong_obstacle"), 1);
+    assert_eq!(counts, [8, 2, 1, 0, 1, 1, 1, 1, 1]);
     assert_eq!(counts[0], counts[1..].iter().sum::<u64>());
     assert_eq!(
         (&all["technique"], &all["frame"]),
@@ -103,9 +115,28 @@ fn every_question_is_in_one_place() {
         (number("named"), number("named_of"), number("named_first")),
         (1, 2, 1)
     );
+    // Obstacles 7 and 8 were named on the collisions, 9 on a safe scenario.
+    assert_eq!(
+        (&all["naming_recall"], number("obstacles_named")),
+        (&0.5.into(), 3)
+    );
+    assert!(
+        all["naming_precision"]
+            .as_f64()
+            .is_some_and(|p| (p - 1.0 / 3.0).abs() < 1e-12)
+    );
     // Risk scores 0, 1 (collisions), 2 and 5 (normal): (0 + 0.04 + 0.36 + 0) / 4.
     let brier = all["calibration"]["brier"].as_f64().unwrap();
     assert!((brier - 0.1).abs() < 1e-12, "{brier}");
+    let calibration = &all["calibration"];
+    assert_eq!(
+        (
+            &calibration["from_score"],
+            &calibration["from_stated"],
+            &calibration["auroc"]
+        ),
+        (&4.into(), &0.into(), &1.0.into())
+    );
     assert_eq!(all["agreement_with_reference"], 0.5);
     assert_eq!((number("cost_unknown"), number("timed")), (6, 1));
     assert_eq!(
@@ -117,7 +148,7 @@ fn every_question_is_in_one_place() {
         (&half["precision"], &half["f1"]),
         (&serde_json::Value::Null, &serde_json::Value::Null)
     );
-    assert_eq!((&half["recall"], &half["n"]), (&0.5.into(), &3.into()));
+    assert_eq!((&half["recall"], &half["n"]), (&1.0.into(), &3.into()));
 }
 
 #[test]
@@ -179,8 +210,8 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
                 p.differs,
                 p.n,
                 p.left_out,
-                p.test.only_first,
-                p.test.only_second,
+                p.mcnemar.only_first,
+                p.mcnemar.only_second,
             )
         })
         .collect();
@@ -188,9 +219,11 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
     // things.
     assert_eq!(pairs, [("techniques", 4, 3, 0, 1), ("model", 4, 3, 1, 0)]);
     let csv = report.pairs_csv().unwrap();
-    let line =
-        "safety,ego,base,base,lab/x,,,safety,ego,cp,cp,lab/x,,,techniques,4,3,0,1,,1.0,1.0,,";
-    assert_eq!(csv.lines().nth(1), Some(line), "{csv}");
+    let line = "safety,ego,base,base,lab/x,,,,safety,ego,cp,cp,lab/x,,,,techniques,4,3,pairs,0,-0.25,,,0.7003963";
+    let found = csv.lines().nth(1).unwrap();
+    assert!(found.starts_with(line), "{csv}");
+    // p, p (Holm), exact, and McNemar's test.
+    assert!(found.ends_with(",1.0,1.0,true,0,1,,1.0,,"), "{csv}");
     assert_eq!(csv.lines().count(), 3, "{csv}");
 }
 
@@ -203,7 +236,7 @@ fn nothing_from_outside_is_obeyed() {
         ..ReportSubject::default()
     });
     let document = report.document("A & B");
-    let html = document.html();
+    let html = document.html(&AnswerPage::default());
     assert!(
         !html.contains("<script") && !html.contains("<b>") && !html.contains('\u{1b}'),
         "{html}"
@@ -224,12 +257,8 @@ fn nothing_from_outside_is_obeyed() {
         latex.matches("\\begin{minipage}").count(),
         latex.matches("\\end{minipage}").count()
     );
-    assert!(
-        printed
-            .iter()
-            .any(|l| l.starts_with("\\par Intervals are of 95 \\%")),
-        "{latex}"
-    );
+    let explained = |line: &&str| line.starts_with("\\par Intervals are of 95 \\%");
+    assert!(printed.iter().any(explained), "{latex}");
     assert!(
         latex.contains("\\_\\&\\%\\$") && latex.contains("\\toprule"),
         "{latex}"
@@ -249,7 +278,7 @@ fn nothing_from_outside_is_obeyed() {
     );
     assert!(
         csv.starts_with(
-            "label,task,frame,techniques,technique,model,template,template_hash,n,tp,fp,fn,tn,unparsed,failed,"
+            "label,task,frame,techniques,technique,model,settings,template,template_hash,n,tp,fp,fn,tn,unparsed,failed,"
         ),
         "{csv}"
     );

@@ -2,25 +2,41 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::super::{Label, Labels, named_obstacles};
+use super::super::{Label, Labels};
 use crate::judge;
 use crate::scenario::{Transform, obstacle_taken};
 use crate::store::{Origin, Outcome, RunId};
 use crate::verdict::{Task, Verdict};
 
 /// Ground truth from several sources; the first that covers an answer counts, in the order of the fields.
+///
+/// A window that a batch drew has the truth that was drawn with it: all other sources speak of whole scenarios, in which
+/// a window long before a collision is safe.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Truth {
+    /// Truths of drawn windows, by run.
+    pub windows: HashMap<RunId, BatchTruth>,
     /// Labels of CSV files.
     pub labels: Labels,
-    /// Labels from batches, by run, with the name of the batch.
-    pub of_batches: HashMap<RunId, (String, Label)>,
+    /// Truths from batches, by run.
+    pub of_batches: HashMap<RunId, BatchTruth>,
     /// Labels of the folders that scenarios lie in, by scenario.
     pub layout: BTreeMap<String, Label>,
     /// The exact geometry of whole recordings, by scenario.
     pub recorded: BTreeMap<String, Vec<RecordedScene>>,
     /// The built-in judge's verdicts on the same questions, where these are the truth, prediction included.
     pub judge: Option<HashMap<QuestionKey, Verdict>>,
+}
+
+/// What a batch says is true about a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchTruth {
+    /// The batch.
+    pub batch: String,
+    /// Whether the ego collides, and with whom.
+    pub label: Label,
+    /// The obstacles that are truly critical.
+    pub critical: Vec<i64>,
 }
 
 /// The exact geometry of one recording, and of whom.
@@ -56,12 +72,21 @@ impl From<&Outcome> for QuestionKey {
             scenario_hash: outcome.scenario_hash.clone().unwrap_or_default(),
             ego: outcome.ego.clone(),
             task: outcome.task,
-            window: outcome.window.filter(|_| outcome.task != Task::Collision),
+            window: Self::window(outcome.task, outcome.window),
         }
     }
 }
 
-/// The worst score of an obstacle that the built-in judge calls critical.
+impl QuestionKey {
+    /// The window as far as it tells questions apart: the question about collisions is one about the whole recording.
+    #[must_use]
+    pub fn window(task: Task, window: Option<(i64, i64)>) -> Option<(i64, i64)> {
+        window.filter(|_| task != Task::Collision)
+    }
+}
+
+/// The worst score of a critical obstacle in verdicts of the built-in judge that do not list these, as older versions
+/// stored them.
 const CRITICAL: u8 = 2;
 
 impl RecordedScene {
@@ -103,90 +128,118 @@ impl Truth {
         }
     }
 
-    /// What is true about an answer, which says `said`; `None` where it is not known.
+    /// What is true about an answer, and which obstacles are truly critical; `None` where it is not known.
     #[must_use]
-    pub fn label(&self, outcome: &Outcome, said: Option<&Verdict>) -> Option<Label> {
+    pub fn known(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>)> {
+        match &self.judge {
+            Some(verdicts) => Some(judged(verdicts.get(&QuestionKey::from(outcome))?)),
+            None => self.told(outcome),
+        }
+    }
+
+    /// What is true about an answer; `None` where it is not known.
+    #[must_use]
+    pub fn label(&self, outcome: &Outcome) -> Option<Label> {
         if let Some(verdicts) = &self.judge {
             let verdict = verdicts.get(&QuestionKey::from(outcome))?;
-            return Some(judged(verdict, said));
+            return Some(judged(verdict).0);
+        }
+        self.told(outcome).map(|(label, _)| label)
+    }
+
+    /// What labels and recordings say is true about an answer, and which obstacles are truly critical.
+    fn told(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>)> {
+        let of = |truth: &BatchTruth| (truth.label, truth.critical.clone());
+        if let Some(window) = self.windows.get(&outcome.run) {
+            return Some(of(window));
         }
         let (name, _) = Transform::of_name(&outcome.scenario);
-        let of_batch = || self.of_batches.get(&outcome.run).map(|(_, label)| *label);
+        let of_batch = || self.of_batches.get(&outcome.run).map(of);
+        let alone = |label: Label| (label, label.critical());
         let recorded = || {
             let mut scenes = self.recorded.get(name)?.iter();
             Some(scenes.find(|scene| scene.fits(outcome))?.label)
         };
-        self.labels
-            .get(name)
+        let label = self.labels.get(name).map(alone);
+        label
             .or_else(of_batch)
             // A folder speaks of the recorded ego.
             .or_else(|| {
                 let own = obstacle_taken(&outcome.ego).is_none();
-                self.layout.get(name).copied().filter(|_| own)
+                self.layout
+                    .get(name)
+                    .filter(|_| own)
+                    .map(|label| alone(*label))
             })
-            .or_else(recorded)
+            .or_else(|| recorded().map(alone))
     }
 
-    /// The batch whose label counts for an answer.
+    /// The batch whose truth counts for an answer.
     #[must_use]
     pub fn batch_of(&self, outcome: &Outcome) -> Option<&str> {
-        if self.judge.is_some() || self.labels.get(&outcome.scenario).is_some() {
-            return None;
-        }
-        let (batch, _) = self.of_batches.get(&outcome.run)?;
-        Some(batch)
+        let labelled = || self.labels.get(&outcome.scenario).is_some();
+        let found = match self.windows.get(&outcome.run) {
+            _ if self.judge.is_some() => None,
+            Some(window) => Some(window),
+            None if labelled() => None,
+            None => self.of_batches.get(&outcome.run),
+        };
+        found.map(|truth| truth.batch.as_str())
     }
 }
 
-/// The built-in judge's verdict as the truth about an answer: any of the obstacles that it calls critical is the right
-/// one to name.
-fn judged(verdict: &Verdict, said: Option<&Verdict>) -> Label {
+/// The built-in judge's verdict as the truth about an answer, with the obstacles that it calls critical.
+fn judged(verdict: &Verdict) -> (Label, Vec<i64>) {
     if !verdict.dangerous {
-        return Label::Safe;
+        return (Label::Safe, Vec::new());
     }
-    let all = verdict.obstacles.iter();
-    let critical: Vec<i64> = all
-        .filter(|o| o.risk_score <= CRITICAL)
-        .map(|o| o.id)
-        .collect();
-    let named = said.map_or(Vec::new(), |said| {
-        let scores = said.obstacles.iter().map(|o| (o.id, o.risk_score));
-        named_obstacles(said.dangerous, scores)
-    });
-    let right = named.into_iter().find(|id| critical.contains(id));
-    Label::Collision(right.or(critical.first().copied()))
+    let by_score = || {
+        let all = verdict.obstacles.iter();
+        let grave = all.filter(|o| o.risk_score <= CRITICAL);
+        grave.map(|o| o.id).collect()
+    };
+    let critical = match verdict.critical {
+        Some(_) => verdict.danger(),
+        None => by_score(),
+    };
+    (Label::Collision(critical.first().copied()), critical)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::ObstacleRisk;
+    use crate::verdict::{CriticalObstacle, ObstacleRisk};
 
-    fn verdict(dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {
+    fn verdict(dangerous: bool, obstacles: &[(i64, u8)], critical: Option<&[i64]>) -> Verdict {
         let risk = |(id, risk_score): &(i64, u8)| ObstacleRisk {
             id: *id,
             risk_score: *risk_score,
             reason: String::new(),
+            written_score: None,
         };
+        let of = |ids: &[i64]| ids.iter().copied().map(CriticalObstacle::new).collect();
         Verdict {
             task: Task::Safety,
             dangerous,
             obstacles: obstacles.iter().map(risk).collect(),
             justification: String::new(),
+            critical: critical.map(of),
+            probability: None,
+            token_probability: None,
         }
     }
 
     #[test]
-    fn any_obstacle_that_the_judge_calls_critical_is_the_right_one_to_name() {
-        let truth = verdict(true, &[(7, 1), (8, 2), (9, 3)]);
-        let label = |named: &[(i64, u8)]| judged(&truth, Some(&verdict(true, named)));
-        assert_eq!(label(&[(8, 1)]), Label::Collision(Some(8)));
-        // Score 2 names an obstacle where none is graver.
-        assert_eq!(label(&[(8, 2)]), Label::Collision(Some(8)));
-        assert_eq!(label(&[(9, 1), (8, 2)]), Label::Collision(Some(7)));
-        assert_eq!(judged(&truth, None), Label::Collision(Some(7)));
-        let unnamed = judged(&verdict(true, &[]), Some(&verdict(true, &[(1, 0)])));
-        assert_eq!(unnamed, Label::Collision(None));
-        assert_eq!(judged(&verdict(false, &[(8, 3)]), None), Label::Safe);
+    fn the_critical_obstacles_of_the_judge_are_the_right_ones_to_name() {
+        let scores = [(7, 4), (8, 1), (9, 3)];
+        let told = |critical: Option<&[i64]>| judged(&verdict(true, &scores, critical));
+        let hit = |id| Label::Collision(Some(id));
+        assert_eq!(told(Some(&[9, 7])), (hit(9), vec![9, 7]));
+        // As older versions stored it.
+        assert_eq!(told(None), (hit(8), vec![8]));
+        let unnamed = judged(&verdict(true, &[], None));
+        assert_eq!(unnamed, (Label::Collision(None), Vec::new()));
+        let safe = judged(&verdict(false, &[(8, 3)], None));
+        assert_eq!(safe, (Label::Safe, Vec::new()));
     }
 }

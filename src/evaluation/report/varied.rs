@@ -3,12 +3,12 @@
 use serde_json::{Value, json};
 
 use super::super::batch::Answers;
-use super::super::statistics::Interval;
 use super::super::{
     Invariance, Lead, LeadPoint, PromptConfig, Share, Timed, invariance, lead_curves, pairs,
 };
 use super::contents::with_interval;
 use super::document::{Block, Table};
+use super::json::interval;
 use super::names::{self, NONE, technique};
 
 /// Results of a batch with changed scenes or several leads, beside its cells.
@@ -22,7 +22,7 @@ pub struct Varied {
 
 /// The meaning of `same words` in tables of changed scenes.
 pub const SAME_WORDS: &str =
-    "same words: the change leaves the question as it is, so that it was not asked again; not in n";
+    "same words: the transform leaves the question unchanged, so it was not asked again; not in n";
 
 impl Varied {
     /// Counts the answers of a batch.
@@ -79,22 +79,19 @@ impl Varied {
     /// Explains the columns of leads, and where false alarms are.
     #[must_use]
     pub fn about_leads(&self) -> [String; 2] {
-        let alarms = match self
-            .leads
-            .iter()
-            .any(|(.., point)| point.false_alarms.of > 0)
-        {
-            true => {
-                "windows of scenarios without a collision are the same at every lead and are asked once: their false \
-                 alarms hold for all leads"
+        let points = || self.leads.iter().map(|(.., point)| point.false_alarms.of);
+        let alarms = match (points().all(|of| of > 0), points().any(|of| of > 0)) {
+            (true, _) => {
+                "false alarms: yes to the safe windows that are matched to those of the lead"
             }
-            false => {
-                "no scenario without a collision was asked with these leads, so that there are no false alarms to set \
-                 beside; the table above has those of the batch"
+            (false, true) => {
+                "safe scenarios have the same window at every lead and are asked once: their false alarms apply to all leads"
+            }
+            (false, false) => {
+                "no safe scenario was asked with these leads, so there are no false alarms to compare; the table above has those of the batch"
             }
         };
-        let columns = "said yes: whomever it names; named: also names the obstacle of the truth as the danger, \
-                       as the table above counts it";
+        let columns = "said yes: whichever obstacle is named; named: also names an obstacle that is truly critical";
         [columns.into(), alarms.into()]
     }
 
@@ -103,7 +100,7 @@ impl Varied {
         if self.is_empty() {
             return Vec::new();
         }
-        let heading = Block::Heading("Changed scenes and leads".into());
+        let heading = Block::Heading("Transformed scenes and leads".into());
         let tables = [self.changes(), self.by_lead()];
         let tables = tables.into_iter().filter(|table| !table.rows.is_empty());
         std::iter::once(heading)
@@ -113,7 +110,7 @@ impl Varied {
 
     fn changes(&self) -> Table {
         let mut table = Table::new(
-            "The same scenes changed, which changes nothing about them: yes became no, or no yes",
+            "Transformed scenes, equally dangerous: verdicts that flipped",
             "nearmiss-changes",
             &[
                 "<Task",
@@ -148,7 +145,7 @@ impl Varied {
 
     fn by_lead(&self) -> Table {
         let mut table = Table::new(
-            "Scenarios that collide, by seconds from the end of the window to the collision",
+            "Collisions, by seconds from the end of the window to the collision",
             "nearmiss-leads",
             &[
                 "<Task",
@@ -190,13 +187,12 @@ fn way(way: &PromptConfig) -> Vec<String> {
         way.task.name().into(),
         names::frame(way),
         names::techniques(way),
-        way.model.clone(),
+        names::model(way),
     ]
 }
 
 fn share(share: &Share) -> String {
-    let interval = share.interval().map(|(low, high)| Interval { low, high });
-    with_interval(share.value(), interval)
+    with_interval(share.value(), share.interval)
 }
 
 fn of_all(share: &Share) -> String {
@@ -212,12 +208,13 @@ fn invariance_row(row: &Invariance) -> Value {
         "frame": row.way.frame.map(|frame| frame.name()),
         "technique": row.way.techniques.map(technique),
         "model": row.way.model,
+        "settings": row.way.settings.words(),
         "transform": row.transform.to_string(),
         "n": row.flipped.of,
         "scenarios": row.flipped.scenarios,
         "flips": row.flipped.hits,
         "flip_rate": row.flipped.value(),
-        "ci": row.flipped.interval(),
+        "ci": interval(row.flipped.interval),
         "renamed": row.renamed.hits,
         "risk_change": row.risk_change,
         "risk_distance": row.risk_distance,
@@ -232,6 +229,7 @@ fn lead_row((lead, way, point): &(Lead, PromptConfig, LeadPoint)) -> Value {
         "frame": way.frame.map(|frame| frame.name()),
         "technique": way.techniques.map(technique),
         "model": way.model,
+        "settings": way.settings.words(),
         "lead": match lead {
             Lead::Seconds(seconds) => json!(seconds),
             Lead::Paper => json!("paper"),
@@ -240,15 +238,15 @@ fn lead_row((lead, way, point): &(Lead, PromptConfig, LeadPoint)) -> Value {
         "scenarios": point.yes.scenarios,
         "yes": point.yes.hits,
         "yes_rate": point.yes.value(),
-        "yes_ci": point.yes.interval(),
+        "yes_ci": interval(point.yes.interval),
         "named": point.named.hits,
         "named_of": point.named.of,
         "named_rate": point.named.value(),
-        "named_ci": point.named.interval(),
+        "named_ci": interval(point.named.interval),
         "false_alarms": point.false_alarms.hits,
         "false_alarms_of": point.false_alarms.of,
         "false_alarm_rate": point.false_alarms.value(),
-        "false_alarm_ci": point.false_alarms.interval(),
+        "false_alarm_ci": interval(point.false_alarms.interval),
         "unparsed": point.unparsed,
         "failed": point.failed,
         "unasked": point.unasked,

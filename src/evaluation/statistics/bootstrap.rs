@@ -1,7 +1,8 @@
-//! The bootstrap of F1.
+//! The bootstrap over scenarios: of shares of answers, and of differences.
 
 use super::Interval;
 use super::quantile::of_sorted;
+use super::random::{SEED, SplitMix};
 use crate::evaluation::Confusion;
 
 /// How often is drawn anew, where there are up to 10,000 scenarios.
@@ -14,54 +15,116 @@ const DRAWN: usize = 20_000_000;
 /// The least that is drawn anew.
 const LEAST: usize = 200;
 
-/// Where the draws begin: the same data give the same interval everywhere.
-pub const SEED: u64 = 20_250_101;
+/// Intervals of shares; `None` each if no draw has the share.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ShareIntervals {
+    /// Of the precision.
+    pub precision: Option<Interval>,
+    /// Of the recall.
+    pub recall: Option<Interval>,
+    /// Of the specificity.
+    pub specificity: Option<Interval>,
+    /// Of the accuracy.
+    pub accuracy: Option<Interval>,
+    /// Of F1.
+    pub f1: Option<Interval>,
+}
 
-/// The percentile bootstrap interval of 95 % of F1, from the counts of each scenario; `None` if no draw has an F1.
-///
-/// [`RESAMPLES`] times as many scenarios as there are, are drawn with replacement, each with all its samples, as
-/// answers about the same scenario are not independent; the ends are the quantiles 0.025 and 0.975 of the F1 of the
-/// draws. A draw without a positive scenario has no F1 and is left out. B. Efron, "Bootstrap methods: another look at
-/// the jackknife", Annals of Statistics 7 (1979); clusters as in A. C. Davison and D. V. Hinkley, "Bootstrap Methods
-/// and their Application" (1997), section 3.8.
+/// The percentile bootstrap interval of 95 % of F1, see [`share_intervals`].
 #[must_use]
 pub fn f1_interval(scenarios: &[Confusion]) -> Option<Interval> {
-    if scenarios.is_empty() {
-        return None;
+    let [f1] = intervals(scenarios, [Confusion::f1]);
+    f1
+}
+
+/// The percentile bootstrap intervals of 95 % of shares, from the counts of each scenario.
+///
+/// [`RESAMPLES`] times as many scenarios as there are, are drawn with replacement, each with all its windows and
+/// samples, as answers about the same scenario are not independent; the ends are the quantiles 0.025 and 0.975 of the
+/// share of the draws. A draw without the share, as one without a positive scenario has no recall, is left out.
+/// B. Efron, "Bootstrap methods: another look at the jackknife", Annals of Statistics 7 (1979); clusters as in A. C.
+/// Davison and D. V. Hinkley, "Bootstrap Methods and their Application" (1997), section 3.8.
+#[must_use]
+pub fn share_intervals(scenarios: &[Confusion]) -> ShareIntervals {
+    let shares = [
+        Confusion::precision,
+        Confusion::recall,
+        Confusion::specificity,
+        Confusion::accuracy,
+        Confusion::f1,
+    ];
+    let [precision, recall, specificity, accuracy, f1] = intervals(scenarios, shares);
+    ShareIntervals {
+        precision,
+        recall,
+        specificity,
+        accuracy,
+        f1,
     }
-    let resamples = (DRAWN / scenarios.len()).clamp(LEAST, RESAMPLES);
-    let mut random = SplitMix(SEED);
-    let mut found = Vec::with_capacity(resamples);
-    for _ in 0..resamples {
-        let mut drawn = Confusion::default();
-        for _ in 0..scenarios.len() {
-            drawn.add(&scenarios[random.below(scenarios.len())]);
+}
+
+type OfConfusion = fn(&Confusion) -> Option<f64>;
+
+fn intervals<const N: usize>(
+    scenarios: &[Confusion],
+    shares: [OfConfusion; N],
+) -> [Option<Interval>; N] {
+    let mut found = [(); N].map(|()| Vec::new());
+    resampled(scenarios.len(), |drawn| {
+        let mut sum = Confusion::default();
+        drawn.for_each(|place| sum.add(&scenarios[place]));
+        for (found, share) in found.iter_mut().zip(shares) {
+            found.extend(share(&sum));
         }
-        found.extend(drawn.f1());
+    });
+    found.map(ends)
+}
+
+/// The percentile bootstrap interval of 95 % of the mean of a value that each scenario has, drawn as in
+/// [`share_intervals`]; `None` of nothing.
+#[must_use]
+pub fn mean_interval(values: &[f64]) -> Option<Interval> {
+    let mut found = Vec::new();
+    resampled(values.len(), |drawn| {
+        let sum: f64 = drawn.map(|place| values[place]).sum();
+        found.push(sum / values.len() as f64);
+    });
+    ends(found)
+}
+
+/// The percentile bootstrap interval of 95 % of a share, from its hits and all answers of each scenario, drawn as in
+/// [`share_intervals`]; `None` of nothing.
+#[must_use]
+pub fn ratio_interval(scenarios: &[(u32, u32)]) -> Option<Interval> {
+    let mut found = Vec::new();
+    resampled(scenarios.len(), |drawn| {
+        let sum = drawn.map(|place| scenarios[place]);
+        let (hits, all) = sum.fold((0_u64, 0_u64), |(hits, all), (h, a)| {
+            (hits + u64::from(h), all + u64::from(a))
+        });
+        found.extend((all > 0).then(|| hits as f64 / all as f64));
+    });
+    ends(found)
+}
+
+/// Draws as many places as there are, again and again.
+fn resampled(scenarios: usize, mut each: impl FnMut(&mut dyn Iterator<Item = usize>)) {
+    if scenarios == 0 {
+        return;
     }
+    let resamples = (DRAWN / scenarios).clamp(LEAST, RESAMPLES);
+    let mut random = SplitMix(SEED);
+    for _ in 0..resamples {
+        each(&mut (0..scenarios).map(|_| random.below(scenarios)));
+    }
+}
+
+fn ends(mut found: Vec<f64>) -> Option<Interval> {
     found.sort_by(f64::total_cmp);
     Some(Interval {
         low: of_sorted(&found, 0.025)?,
         high: of_sorted(&found, 0.975)?,
     })
-}
-
-/// SplitMix64: G. L. Steele, D. Lea and C. H. Flood, "Fast splittable pseudorandom number generators" (2014).
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A number below `n`, by multiplication: its bias is below n / 2⁶⁴.
-    fn below(&mut self, n: usize) -> usize {
-        ((u128::from(self.next()) * n as u128) >> 64) as usize
-    }
 }
 
 #[cfg(test)]
@@ -73,21 +136,6 @@ mod tests {
         let mut counts = Confusion::default();
         (0..times).for_each(|_| counts.count(said, truth));
         counts
-    }
-
-    /// The published test vector of SplitMix64 for the seed 1234567.
-    #[test]
-    fn the_generator_is_splitmix64() {
-        let mut random = SplitMix(1_234_567);
-        let first = [(); 3].map(|()| random.next());
-        assert_eq!(
-            first,
-            [
-                6_457_827_717_110_365_317,
-                3_203_168_211_198_807_973,
-                9_817_491_932_198_370_423
-            ]
-        );
     }
 
     /// numpy 2.4, 200,000 resamples of 26 TP, 4 FN, 5 FP and 24 TN with `default_rng(0)`:
@@ -106,6 +154,32 @@ mod tests {
         assert!((found.low - 0.744_186).abs() < 0.015, "{found:?}");
         assert!((found.high - 0.936_170).abs() < 0.015, "{found:?}");
         assert_eq!(f1_interval(&all).unwrap(), found, "the draws are the same");
+    }
+
+    /// The same draws in numpy: accuracy 0.847458, `np.percentile` of it 0.745763 and 0.932203; the difference of
+    /// values 0, ½ and 1 is bounded by them.
+    #[test]
+    fn shares_and_means_have_intervals_of_the_same_draws() {
+        let one = |said, truth, times| vec![counts(said, truth, 1); times];
+        let all = [
+            one(true, true, 26),
+            one(false, true, 4),
+            one(true, false, 5),
+            one(false, false, 24),
+        ]
+        .concat();
+        let found = share_intervals(&all);
+        assert_eq!(found.f1, f1_interval(&all));
+        let accuracy = found.accuracy.unwrap();
+        assert!((accuracy.low - 0.745_763).abs() < 0.02, "{accuracy:?}");
+        assert!((accuracy.high - 0.932_203).abs() < 0.02, "{accuracy:?}");
+        let right: Vec<f64> = (0..59).map(|i| f64::from(u8::from(i < 50))).collect();
+        let mean = mean_interval(&right).unwrap();
+        assert!((mean.low - accuracy.low).abs() < 0.02, "{mean:?}");
+        assert_eq!(mean_interval(&[]), None);
+        let hits: Vec<(u32, u32)> = right.iter().map(|right| (*right as u32, 1)).collect();
+        assert_eq!(ratio_interval(&hits), Some(mean));
+        assert_eq!(share_intervals(&[]), ShareIntervals::default());
     }
 
     #[test]

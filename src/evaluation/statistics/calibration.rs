@@ -1,72 +1,88 @@
-//! Calibration of risk scores.
+//! Probabilities of a yes beside what is true.
 
 use serde::Serialize;
 
-/// The answers of one risk score.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+use super::auc;
+
+/// The answers whose probabilities are in one tenth of the scale.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Bin {
-    /// Answers whose gravest obstacle has this score.
+    /// Answers with such a probability.
     pub n: u32,
-    /// Of them those about true collisions.
-    pub collisions: u32,
+    /// Of them those about what is truly a yes.
+    pub yes: u32,
+    /// The mean of their probabilities; `None` of nothing.
+    pub mean: Option<f64>,
 }
 
-/// The scores 0 (collision) to 5 (negligible) beside what is true.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+/// Probabilities beside the truth.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Calibration {
-    /// By score.
-    pub bins: [Bin; 6],
+    values: Vec<(f64, bool)>,
 }
+
+/// Bins of the same width.
+const BINS: usize = 10;
 
 impl Calibration {
-    /// The probability of a collision that a score stands for: 1 − score/5, so 0 is certain and 5 impossible.
-    ///
-    /// The paper gives its scores no probabilities; this is the straight line between both ends, and as such a
-    /// convention.
-    #[must_use]
-    pub fn probability(score: u8) -> f64 {
-        1.0 - f64::from(score.min(5)) / 5.0
+    /// Counts a probability from 0 to 1, and whether it is a yes in truth.
+    pub fn count(&mut self, probability: f64, truth: bool) {
+        self.values.push((probability.clamp(0.0, 1.0), truth));
     }
 
-    /// Counts an answer by the score of its gravest obstacle.
-    pub fn count(&mut self, score: u8, collides: bool) {
-        let bin = &mut self.bins[usize::from(score.min(5))];
-        bin.n += 1;
-        bin.collisions += u32::from(collides);
-    }
-
-    /// Answers counted.
+    /// Probabilities counted.
     #[must_use]
     pub fn n(&self) -> u32 {
-        self.bins.iter().map(|bin| bin.n).sum()
+        u32::try_from(self.values.len()).unwrap_or(u32::MAX)
     }
 
-    /// The mean of (p − y)², p by [`Self::probability`] and y 1 for a collision, else 0; nothing of nothing.
+    /// The reliability of the probabilities, by tenths; 1 is in the last one.
+    #[must_use]
+    pub fn bins(&self) -> [Bin; BINS] {
+        let mut bins = [Bin::default(); BINS];
+        let mut sums = [0.0; BINS];
+        for (p, truth) in &self.values {
+            let at = ((p * BINS as f64) as usize).min(BINS - 1);
+            bins[at].n += 1;
+            bins[at].yes += u32::from(*truth);
+            sums[at] += p;
+        }
+        for (bin, sum) in bins.iter_mut().zip(sums) {
+            bin.mean = (bin.n > 0).then(|| sum / f64::from(bin.n));
+        }
+        bins
+    }
+
+    /// The mean of (p − y)², y 1 for a yes, else 0; nothing of nothing.
     ///
     /// G. W. Brier, "Verification of forecasts expressed in terms of probability", Monthly Weather Review 78 (1950).
     #[must_use]
     pub fn brier(&self) -> Option<f64> {
-        self.mean(|p, bin| {
-            let (hits, others) = (f64::from(bin.collisions), f64::from(bin.n - bin.collisions));
-            hits * (1.0 - p) * (1.0 - p) + others * p * p
-        })
+        let squares = self.values.iter().map(|(p, truth)| {
+            let miss = p - f64::from(u8::from(*truth));
+            miss * miss
+        });
+        (self.n() > 0).then(|| squares.sum::<f64>() / f64::from(self.n()))
     }
 
-    /// The expected calibration error Σ nₖ/n·|pₖ − share of collisions|, a bin for each score; nothing of nothing.
+    /// The expected calibration error Σ nₖ/n·|mean of pₖ − share of yes| over the bins; nothing of nothing.
     ///
     /// M. P. Naeini, G. F. Cooper and M. Hauskrecht, "Obtaining well calibrated probabilities using Bayesian
     /// binning", AAAI (2015).
     #[must_use]
     pub fn error(&self) -> Option<f64> {
-        self.mean(|p, bin| (p * f64::from(bin.n) - f64::from(bin.collisions)).abs())
+        let bins = self.bins();
+        let off = bins.iter().filter_map(|bin| {
+            let sum = bin.mean? * f64::from(bin.n);
+            Some((sum - f64::from(bin.yes)).abs())
+        });
+        (self.n() > 0).then(|| off.sum::<f64>() / f64::from(self.n()))
     }
 
-    fn mean(&self, of: impl Fn(f64, &Bin) -> f64) -> Option<f64> {
-        let bins = (0_u8..).zip(&self.bins);
-        let sum: f64 = bins
-            .map(|(score, bin)| of(Self::probability(score), bin))
-            .sum();
-        (self.n() > 0).then(|| sum / f64::from(self.n()))
+    /// How well the probabilities tell yes from no: see [`auc`].
+    #[must_use]
+    pub fn auroc(&self) -> Option<f64> {
+        auc(&self.values)
     }
 }
 
@@ -74,25 +90,25 @@ impl Calibration {
 mod tests {
     use super::*;
 
-    /// numpy 2.4, p = 1 − s/5: `mean((p − y)²)` = 0.22, and Σ |mean p − mean y|·share over the scores = 0.3.
+    /// numpy 2.4: `mean((p − y)²)` = 0.22, and Σ |mean p − mean y|·share over the bins = 0.3.
     #[test]
     fn as_numpy_has_it() {
-        let mut scores = Calibration::default();
-        for (score, collides) in [0, 0, 1, 2, 5, 5, 3, 0]
-            .into_iter()
-            .zip([1, 1, 1, 0, 0, 0, 1, 0])
-        {
-            scores.count(score, collides == 1);
+        let mut all = Calibration::default();
+        let values = [1.0, 1.0, 0.8, 0.6, 0.0, 0.0, 0.4, 1.0];
+        for (p, yes) in values.into_iter().zip([1, 1, 1, 0, 0, 0, 1, 0]) {
+            all.count(p, yes == 1);
         }
+        let bins = all.bins();
+        assert_eq!((bins[9].n, bins[9].yes, bins[9].mean), (3, 2, Some(1.0)));
+        assert_eq!((bins[0].n, bins[1].n, bins[1].mean), (2, 0, None));
+        assert!(all.brier().is_some_and(|b| (b - 0.22).abs() < 1e-12));
+        assert!(all.error().is_some_and(|e| (e - 0.3).abs() < 1e-12));
+        // Of 16 pairs 11 are right and two are ties.
+        assert_eq!(all.auroc(), Some(0.75));
+        let none = Calibration::default();
         assert_eq!(
-            scores.bins[0],
-            Bin {
-                n: 3,
-                collisions: 2
-            }
+            (none.brier(), none.error(), none.auroc()),
+            (None, None, None)
         );
-        assert!(scores.brier().is_some_and(|b| (b - 0.22).abs() < 1e-12));
-        assert!(scores.error().is_some_and(|e| (e - 0.3).abs() < 1e-12));
-        assert_eq!(Calibration::default().brier(), None);
     }
 }

@@ -48,6 +48,41 @@ impl AnswerAgreement {
     }
 }
 
+/// How often all of several answers to the same question are right: pass^k.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AllRight {
+    /// How many answers, k.
+    pub k: u32,
+    /// Questions with at least k verdicts.
+    pub questions: u32,
+    /// The mean over them of the chance that k of their answers, drawn without replacement, are all right; `None`
+    /// without any.
+    pub share: Option<f64>,
+}
+
+impl AllRight {
+    /// From the right and the wrong verdicts on each question.
+    ///
+    /// C(r, k)/C(n, k) of r right among n verdicts, which is unbiased: as the estimator of M. Chen et al., "Evaluating
+    /// large language models trained on code", arXiv:2107.03374 (2021), for k of k as in S. Yao et al., "τ-bench",
+    /// arXiv:2406.12045 (2024).
+    #[must_use]
+    pub fn of_questions(k: u32, questions: impl Iterator<Item = (u32, u32)>) -> Self {
+        let (mut counted, mut sum) = (0, 0.0);
+        for (right, wrong) in questions.filter(|(right, wrong)| k > 0 && right + wrong >= k) {
+            let all = right + wrong;
+            let drawn = (0..k).map(|i| f64::from(right.saturating_sub(i)) / f64::from(all - i));
+            sum += drawn.product::<f64>();
+            counted += 1;
+        }
+        Self {
+            k,
+            questions: counted,
+            share: (counted > 0).then(|| sum / f64::from(counted)),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +102,15 @@ mod tests {
                 .agreement()
                 .is_some_and(|a| (a - wanted).abs() < 1e-12)
         );
+    }
+
+    #[test]
+    fn all_right_by_hand() {
+        // C(3,2)/C(4,2) = 1/2, C(2,2)/C(2,2) = 1, C(1,2) = 0; the single answer is left out.
+        let questions = [(3, 1), (2, 0), (1, 3), (1, 0)];
+        let found = AllRight::of_questions(2, questions.into_iter());
+        assert_eq!((found.questions, found.share), (3, Some(0.5)));
+        assert_eq!(AllRight::of_questions(5, questions.into_iter()).share, None);
     }
 
     #[test]

@@ -76,12 +76,12 @@ pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, ReadError
         let at = error.valid_up_to();
         let before = std::str::from_utf8(&bytes[..at]).unwrap_or_default();
         if bytes.contains(&0) {
-            let message = "bytes that are no text; this is not an XML file";
+            let message = "binary data; not an XML file";
             return wrong(before, String::new(), message.into());
         }
         let message = match error.error_len() {
             Some(_) => format!(
-                "the byte 0x{:02x} is not UTF-8; CommonRoad files are UTF-8, save it as such",
+                "the byte 0x{:02x} is not UTF-8; save the file as UTF-8",
                 bytes[at]
             ),
             None => "the file ends within a character; the file is cut off".into(),
@@ -93,7 +93,7 @@ pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, ReadError
         Some(at) => Err(wrong(
             &text[..at],
             String::new(),
-            "a zero byte, which no XML file has; it is damaged, or neither UTF-8 nor marked as what it is".into(),
+            "a zero byte, which XML does not allow; the file is damaged, or in an unmarked encoding other than UTF-8".into(),
         )),
     }
 }
@@ -111,9 +111,7 @@ pub(super) fn doubts(bytes: &[u8], text: &str) -> Vec<Diagnostic> {
     };
     let marks = (bytes.len() - text.len()) / MARK_IN_UTF_8.len();
     if marks > 1 {
-        say(format!(
-            "{marks} byte order marks; the text behind them counts"
-        ));
+        say(format!("{marks} byte order marks; skipped"));
     }
     if let Some(name) = declared(text) {
         let plain = name.to_ascii_lowercase().replace('_', "-");
@@ -122,7 +120,7 @@ pub(super) fn doubts(bytes: &[u8], text: &str) -> Vec<Diagnostic> {
         // ASCII reads the same in nearly all encodings.
         if wide || (!same && !text.is_ascii()) {
             say(format!(
-                "it says that it is `{}`, and is read as UTF-8, which it is",
+                "declared as `{}`, but read as UTF-8, which it is",
                 short(name)
             ));
         }
@@ -180,7 +178,7 @@ mod tests {
                 "<a>é".as_bytes().split_last().unwrap().1,
                 "f.xml:1:4: in <a>: the file ends within",
             ),
-            (b"\xff\0<\x80", "f.xml:1:1: bytes that are no text"),
+            (b"\xff\0<\x80", "f.xml:1:1: binary data"),
             (b"\xff\xfe<\0", "f.xml:1:1: this is UTF-16"),
             (b"<\0a\0>\0", "f.xml:1:1: this is UTF-16"),
             (b"\x1f\x8b\x08", "f.xml:1:1: this is compressed with gzip"),
@@ -200,11 +198,11 @@ mod tests {
             ("<?xml version='1.0' encoding=\"ISO-8859-1\"?><a/>", None),
             (
                 "<?xml version='1.0' encoding=\"ISO-8859-1\"?><a>é</a>",
-                Some("it says that it is `ISO-8859-1`"),
+                Some("declared as `ISO-8859-1`"),
             ),
             (
                 "<?xml version='1.0' encoding='UTF-16'?><a/>",
-                Some("it says that it is `UTF-16`"),
+                Some("declared as `UTF-16`"),
             ),
             ("\u{feff}<a/>", None),
             ("\u{feff}\u{feff}\u{feff}<a/>", Some("3 byte order marks")),

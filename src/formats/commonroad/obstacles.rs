@@ -95,7 +95,7 @@ fn signal_state<'a>(
         }
     }
     if time.is_none() {
-        let message = "a signal state without time was left out".into();
+        let message = "a signal state without a time was left out".into();
         xml.note(Severity::Warning, element, message);
     }
     Ok(time.map(|time| SignalState { time, signals }))
@@ -139,7 +139,7 @@ fn occupancy<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Option<Occup
         xml.note(
             Severity::Warning,
             element,
-            "without time or shape; left out".into(),
+            "no time or shape; left out".into(),
         );
     }
     Ok(both.map(|(time, region)| Occupancy { time, region }))

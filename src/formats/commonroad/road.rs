@@ -135,7 +135,7 @@ pub(super) fn sign<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Sign, 
                     }
                 }
                 if !sign_ids::is_known(&id) {
-                    let message = format!("`{}` is not a traffic sign that is known", short(&id));
+                    let message = format!("unknown traffic sign `{}`", short(&id));
                     xml.note(Severity::Note, child, message);
                 }
                 sign.elements.push(SignElement { id, values });

@@ -32,7 +32,7 @@ pub enum Unrecognised {
     #[error("no XML element in its first {} KiB", HEAD / 1024)]
     NoElement,
     /// Protobuf was expected.
-    #[error("no message of CommonRoad, or damaged at its beginning")]
+    #[error("not a CommonRoad message, or damaged at its beginning")]
     NoMessage,
     /// It is a pipe, a device or the like, which is not touched.
     #[error("not a regular file")]

@@ -83,7 +83,8 @@ pub(super) fn position<'a>(
     }
     let kinds = [here.is_some(), !shapes.is_empty(), !lanelets.is_empty()];
     if kinds.iter().filter(|kind| **kind).count() > 1 {
-        let message = "a point, shapes and lanelets do not go together; the first of these counts";
+        let message =
+            "a position can be a point, shapes or lanelets, not several; the first counts";
         xml.note(Severity::Warning, element, message.into());
     }
     Ok(match (here, Shape::union(shapes), lanelets.is_empty()) {

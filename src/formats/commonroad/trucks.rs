@@ -22,7 +22,7 @@ pub(super) fn truck<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Truck
         return Err(xml.fail_in(element, "a truck needs <truckDims>".into()));
     };
     if shift.is_none() {
-        let message = "no <originXShift>; its states are taken to be at the rear axle";
+        let message = "no <originXShift>; its states are assumed to be at the rear axle";
         xml.note(Severity::Warning, element, message.into());
     }
     Ok(builder::truck(dimensions, shift))

@@ -112,7 +112,7 @@ impl<'a> Xml<'a> {
                 Err(self.fail(
                     self.text.len(),
                     format!(
-                        "the file ends here, but <{}> of line {line} is still open; the file is cut off",
+                        "the file ends here, but <{}> of line {line} is still open; the file is truncated",
                         open.name
                     ),
                 ))
@@ -148,8 +148,7 @@ impl<'a> Xml<'a> {
                             let at = self.reader.buffer_position() as usize;
                             return Err(self.fail(
                                 at,
-                                "an entity that XML does not define; entities are not expanded"
-                                    .into(),
+                                "an entity not defined by XML; entities are not expanded".into(),
                             ));
                         }
                     }
@@ -243,10 +242,7 @@ impl<'a> Xml<'a> {
         self.note(
             Severity::Note,
             element,
-            format!(
-                "<{}> is not known here and was left out",
-                short(element.name)
-            ),
+            format!("unknown element <{}> was left out", short(element.name)),
         );
         Ok(())
     }
@@ -303,9 +299,7 @@ impl builder::SourceLocation for ElementLocation<'_, '_> {
     }
 
     fn warn_tiny(&self, value: f64) {
-        self.warn(format!(
-            "`{value:e}` is nearer to 0 than anything that is measured; taken as it is"
-        ));
+        self.warn(format!("`{value:e}` is implausibly close to 0; used as is"));
     }
 
     fn leave_out(&self, error: &ShapeError) -> Result<(), ReadError> {

@@ -14,20 +14,19 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     let mut xml = Xml::new(bytes, file)?;
     let Some(root) = xml.next()? else {
         let message = if looks_like_an_ego(bytes) {
-            "this is no scenario but looks like an ego's trajectory or log; --ego takes it, beside its scenario"
+            "not a scenario, but it looks like an ego trajectory or log; open its scenario with --ego and this file"
         } else {
-            "there is no XML element in it; a scenario begins with <commonRoad …>"
+            "no XML element; a scenario starts with <commonRoad …>"
         };
         return Err(xml.fail(0, message.into()));
     };
     if root.name == "CommonRoadSolution" {
-        let message = "this is a solution, not a scenario: `nearmiss inspect` shows what is in it, and `--ego` \
-                       takes it as the ego of its scenario";
+        let message = "this is a solution, not a scenario: `nearmiss inspect` shows it, and `--ego` uses it as the ego of its scenario";
         return Err(xml.fail(root.at, message.into()));
     }
     if root.name != "commonRoad" {
         let message = format!(
-            "the root is <{}>, a scenario begins with <commonRoad …>",
+            "the root is <{}>; a scenario starts with <commonRoad …>",
             short(root.name)
         );
         return Err(xml.fail(root.at, message));
@@ -119,7 +118,7 @@ fn tag_of<'a>(xml: &Xml<'a>, element: Element<'a>, word: &str) -> Option<String>
         return None;
     }
     if !conform::is_tag(word) {
-        let message = format!("the schema does not have the tag `{}`; kept", short(word));
+        let message = format!("tag `{}` is not in the schema; kept", short(word));
         xml.note(Severity::Note, element, message);
     }
     Some(word.to_string())

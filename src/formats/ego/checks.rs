@@ -48,7 +48,7 @@ pub(super) fn meant(
     let why = if column.contains("position") {
         refused_coordinate(value)
     } else {
-        (value.abs() > LARGEST_NUMBER).then(|| format!("`{value}` is out of all reason"))
+        (value.abs() > LARGEST_NUMBER).then(|| format!("`{value}` is implausible"))
     };
     match why {
         None => Ok(value),
@@ -66,9 +66,9 @@ pub(super) fn order(steps: &[i64], line: impl Fn(usize) -> u64) -> Option<Diagno
     let back = steps.windows(2).position(|pair| pair[1] < pair[0])?;
     let falling = steps.len() > 2 && steps.windows(2).all(|pair| pair[1] < pair[0]);
     let message = if falling {
-        "the rows run backwards in time; they are put in order"
+        "the rows run backwards in time and were sorted"
     } else {
-        "the rows are not in order of time; they are put in order"
+        "the rows are not in time order and were sorted"
     };
     Some(Diagnostic {
         line: usize::try_from(line(back + 1)).unwrap_or(0),
@@ -87,8 +87,7 @@ pub(super) fn check(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagno
         .any(|o| o.track().iter().count() > 1);
     if moving && (own.end <= theirs.start || own.start >= theirs.end) {
         warn(format!(
-            "it is recorded from step {} to {}, and the obstacles from {} to {}: they never meet; are the steps of \
-             another scenario?",
+            "recorded from step {} to {}, but the obstacles from {} to {}: no common step; is it from another scenario?",
             own.start,
             own.end - 1,
             theirs.start,
@@ -103,7 +102,7 @@ pub(super) fn check(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagno
         let off = (first.pose.position - planned).norm();
         if off > START_TOLERANCE {
             warn(format!(
-                "it begins {off:.2} m from where planning problem {} does; is it of another scenario?",
+                "starts {off:.2} m from the start of planning problem {}; is it from another scenario?",
                 ego.id
             ));
         }
@@ -129,7 +128,7 @@ fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
     if let Some(late) = recorded.iter().find(late) {
         warn(
             late.step,
-            format!("what is later than {LONGEST_TRACK} steps after its first is left out"),
+            format!("rows more than {LONGEST_TRACK} steps after the first were left out"),
         );
     }
     if let Some(jump) = ego.track.jump(scenario.dt()) {
@@ -151,12 +150,12 @@ fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
         &|s| {
             let heading = s.heading?;
             (heading.abs() > MOST_TURNS * std::f64::consts::TAU).then(|| {
-                format!("the heading {heading} is many turns; it is read as radians; headings like this look like degrees")
+                format!("heading {heading}, read as radians, is many turns; is it in degrees?")
             })
         },
         &|s| {
             let fast = s.velocity.filter(|v| v.abs() > FASTEST)?;
-            Some(format!("{fast} m/s is faster than anything on a road"))
+            Some(format!("{fast} m/s is faster than any road user"))
         },
         &|s| {
             let hard = s.acceleration.filter(|a| a.abs() > HARDEST)?;
@@ -165,16 +164,14 @@ fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
         &|s| {
             let off = around?.squared_distance(&s.position).sqrt();
             (off > OFF_MAP)
-                .then(|| format!("it is {off:.0} m from every lanelet; is it of another map?"))
+                .then(|| format!("{off:.0} m from every lanelet; is it from another map?"))
         },
         &|s| {
             let values = [s.position.x, s.position.y];
             let more = [s.heading, s.velocity, s.acceleration];
             let mut all = values.into_iter().chain(more.into_iter().flatten());
             let tiny = all.find(|v| is_tiny(*v))?;
-            Some(format!(
-                "`{tiny:e}` is nearer to 0 than anything that is measured; taken as it is"
-            ))
+            Some(format!("`{tiny:e}` is implausibly close to 0; used as is"))
         },
     ];
     for doubt in each {

@@ -18,8 +18,7 @@ pub enum EgoError {
     },
     /// It is not a file with an ego.
     #[error(
-        "{file}: there is no ego in it that could be read: {why}; an ego is a CSV file with the columns timestep, \
-         x_position and y_position, a logs.csv of Frenetix, or a CommonRoad solution"
+        "{file}: not an ego: {why}; an ego is a CSV file with the columns timestep, x_position and y_position, a Frenetix logs.csv, or a CommonRoad solution"
     )]
     Unknown {
         /// Which file.
@@ -29,7 +28,7 @@ pub enum EgoError {
     },
     /// A column that is needed is not in the header.
     #[error(
-        "{file}: line 1 has no column `{column}`; an ego trajectory has at least timestep, x_position and y_position"
+        "{file}: line 1 has no column `{column}`; an ego trajectory needs timestep, x_position and y_position"
     )]
     Column {
         /// Which file.
@@ -39,8 +38,7 @@ pub enum EgoError {
     },
     /// A column that is needed is not in the header of a log.
     #[error(
-        "{file}: line 1 has no column `{column}`; a log has trajectory_number, and x_position_vehicle_m and \
-         y_position_vehicle_m or x_positions_m, y_positions_m and theta_orientations_rad"
+        "{file}: line 1 has no column `{column}`; a log needs trajectory_number, and x_position_vehicle_m and y_position_vehicle_m or x_positions_m, y_positions_m and theta_orientations_rad"
     )]
     LogColumn {
         /// Which file.
@@ -49,9 +47,7 @@ pub enum EgoError {
         column: &'static str,
     },
     /// The columns are not separated by commas.
-    #[error(
-        "{file}: line 1: the columns are separated by {separator}; an ego trajectory is separated by commas"
-    )]
+    #[error("{file}: line 1: columns are separated by {separator}; use commas")]
     Separator {
         /// Which file.
         file: String,
@@ -59,7 +55,7 @@ pub enum EgoError {
         separator: &'static str,
     },
     /// A value is not a number.
-    #[error("{file}: line {line}: column `{column}` is `{value}`, a finite number is needed")]
+    #[error("{file}: line {line}: column `{column}` is `{value}`; expected a finite number")]
     Value {
         /// Which file.
         file: String,
@@ -84,7 +80,7 @@ pub enum EgoError {
     },
     /// A time step is not a whole number, or beyond all reason.
     #[error(
-        "{file}: line {line}: column `{column}` is `{value}`, a whole time step is needed, of at most {LATEST_STEP}"
+        "{file}: line {line}: column `{column}` is `{value}`; expected a whole time step, at most {LATEST_STEP}"
     )]
     Step {
         /// Which file.
@@ -112,8 +108,7 @@ pub enum EgoError {
     },
     /// A row has fewer fields than the header.
     #[error(
-        "{file}: line {line} has {found} fields where the header has {expected} columns: `{column}` is missing; each row \
-         has a value, or nothing between separators, for every column"
+        "{file}: line {line} has {found} fields, but the header {expected} columns: `{column}` is missing; write an empty field for a missing value"
     )]
     Short {
         /// Which file.
@@ -129,8 +124,7 @@ pub enum EgoError {
     },
     /// A row has more fields than the header.
     #[error(
-        "{file}: line {line} has {found} fields where the header has {expected} columns: `{value}` is too many; are \
-         there commas in numbers?"
+        "{file}: line {line} has {found} fields, but the header {expected} columns: `{value}` is one too many; do numbers contain commas?"
     )]
     Long {
         /// Which file.
@@ -145,7 +139,7 @@ pub enum EgoError {
         value: String,
     },
     /// A field is not UTF-8.
-    #[error("{file}: line {line}: column `{column}` is not UTF-8; save the file as such")]
+    #[error("{file}: line {line}: column `{column}` is not UTF-8; save the file as UTF-8")]
     Text {
         /// Which file.
         file: String,
@@ -155,7 +149,7 @@ pub enum EgoError {
         column: String,
     },
     /// A quote is never closed, and takes in the lines behind it.
-    #[error("{file}: line {line}: a quote begins in this row and does not end; close or remove it")]
+    #[error("{file}: line {line}: unclosed quote; close or remove it")]
     Unclosed {
         /// Which file.
         file: String,
@@ -163,7 +157,7 @@ pub enum EgoError {
         line: u64,
     },
     /// The id of an ego is not a whole number.
-    #[error("{file}: line {line}: column `ego_id` is `{value}`, a whole number is needed")]
+    #[error("{file}: line {line}: column `ego_id` is `{value}`; expected a whole number")]
     Id {
         /// Which file.
         file: String,
@@ -173,7 +167,7 @@ pub enum EgoError {
         value: String,
     },
     /// A time step stands twice.
-    #[error("{file}: line {line}: time step {step} was there before; every step has one row")]
+    #[error("{file}: line {line}: time step {step} is given twice; each step needs one row")]
     Repeated {
         /// Which file.
         file: String,
@@ -183,7 +177,7 @@ pub enum EgoError {
         step: i64,
     },
     /// The file has a header and no state.
-    #[error("{file}: no rows, so there is no ego in it")]
+    #[error("{file}: no rows, so no ego")]
     Empty {
         /// Which file.
         file: String,
@@ -193,8 +187,7 @@ pub enum EgoError {
     Solution(#[from] ReadError),
     /// The solution says what the driver does, not where the vehicle is.
     #[error(
-        "{file}: planning problem {problem} is solved by inputs (<{element}>), which have no positions; \
-         a trajectory of states is needed"
+        "{file}: planning problem {problem} is solved by inputs (<{element}>) without positions; a trajectory of states is needed"
     )]
     Inputs {
         /// Which file.
@@ -205,7 +198,7 @@ pub enum EgoError {
         element: &'static str,
     },
     /// The file has no ego for this planning problem.
-    #[error("{file}: no ego for planning problem {problem} in it; there is one for {known}")]
+    #[error("{file}: no ego for planning problem {problem}; available: {known}")]
     NoSuchProblem {
         /// Which file.
         file: String,
@@ -216,8 +209,7 @@ pub enum EgoError {
     },
     /// The solution is of another scenario: of planning problems which this one does not have.
     #[error(
-        "{file}: this solves planning problem {problems} of {of}, and the scenario that was opened is {scenario} with \
-         planning problem {known}; {}",
+        "{file}: solves planning problem {problems} of {of}, but the open scenario is {scenario} with planning problem {known}; {}",
         other_scenario(of, scenario)
     )]
     Foreign {
@@ -241,7 +233,7 @@ pub enum EgoError {
         source: SceneError,
     },
     /// The file has egos for several planning problems, and none was chosen.
-    #[error("{file}: egos for the planning problems {known}; choose one of them")]
+    #[error("{file}: egos for the planning problems {known}; choose one")]
     Several {
         /// Which file.
         file: String,
@@ -253,8 +245,8 @@ pub enum EgoError {
 /// Advice for a solution of `of` where `scenario` was opened.
 fn other_scenario(of: &str, scenario: &str) -> String {
     if of == scenario {
-        "open the file of that scenario for which it was made".into()
+        "open the scenario file that it was made for".into()
     } else {
-        format!("open {of}, or take a solution of {scenario}")
+        format!("open {of}, or use a solution of {scenario}")
     }
 }

@@ -1,6 +1,8 @@
 //! Finds a scenario's ego when none is named.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
 
 use crate::formats::commonroad;
 
@@ -73,21 +75,49 @@ fn alone(folder: &Path) -> bool {
 
 /// The one solution in a folder that is named after a scenario.
 fn solution(folder: &Path, scenario: &str) -> Option<PathBuf> {
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut found = files.filter(|e| {
-        let name = e.file_name();
-        name.to_str().is_some_and(|n| is_named_after(n, scenario))
-    });
+    let files = solutions(folder);
+    let mut found = files.iter().filter(|name| is_named_after(name, scenario));
     let first = found.next()?;
-    found.next().is_none().then(|| first.path())
+    found.next().is_none().then(|| folder.join(first))
 }
+
+/// A folder that was listed, with the time of its last change.
+type Listed = (PathBuf, SystemTime, Arc<Vec<String>>);
+
+/// The folder listed last: of many scenarios in one folder, each asks for the same list.
+static LISTED: Mutex<Option<Listed>> = Mutex::new(None);
+
+/// A folder that changed more recently than this is listed again, as file systems count time in steps.
+const SETTLED: Duration = Duration::from_secs(2);
+
+/// Names of the files in a folder that may be solutions.
+fn solutions(folder: &Path) -> Arc<Vec<String>> {
+    let changed = folder.metadata().and_then(|m| m.modified()).ok();
+    let mut listed = LISTED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let (Some((path, time, names)), Some(changed)) = (&*listed, changed)
+        && (path.as_path(), *time) == (folder, changed)
+    {
+        return Arc::clone(names);
+    }
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = files.filter_map(|file| file.file_name().into_string().ok());
+    let names = names.filter(|name| name.starts_with(SOLUTION) && name.ends_with(XML));
+    let names = Arc::new(names.collect::<Vec<_>>());
+    let settled = changed.filter(|time| time.elapsed().is_ok_and(|since| since > SETTLED));
+    *listed = settled.map(|time| (folder.to_path_buf(), time, Arc::clone(&names)));
+    names
+}
+
+/// Names of solutions begin and end so.
+const SOLUTION: &str = "solution";
+const XML: &str = ".xml";
 
 /// Whether `file` is `solution_…_SCENARIO_VERSION.xml`, with or without the version; colons are as good as `_`.
 fn is_named_after(file: &str, scenario: &str) -> bool {
     let separators = ['_', ':'];
     let Some(id) = file
-        .strip_prefix("solution")
-        .and_then(|rest| rest.strip_suffix(".xml"))
+        .strip_prefix(SOLUTION)
+        .and_then(|rest| rest.strip_suffix(XML))
     else {
         return false;
     };

@@ -97,9 +97,7 @@ pub(super) fn read(
     if let Some(first) = rows.first().filter(|r| r.step == 0 && start != 0) {
         diagnostics.push(at(
             first.line,
-            format!(
-                "rows begin at 0 and the planning problem at step {start}; taken as time steps"
-            ),
+            format!("rows start at 0, the planning problem at step {start}; taken as time steps"),
         ));
     }
     let vehicle = vehicle(&rows, &mut diagnostics);
@@ -170,7 +168,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             if rows.is_empty() {
                 return Err(table.cut_off(&record));
             }
-            let message = "the file is cut off within this row, which was left out; is the end of the drive missing?";
+            let message = "the file is truncated within this row, which was left out; is the end of the drive missing?";
             diagnostics.push(at(line, message.into()));
             continue;
         }
@@ -273,9 +271,9 @@ fn vehicle(rows: &[Row], diagnostics: &mut Vec<Diagnostic>) -> VehicleType {
     });
     let message = match known {
         Some(vehicle) => {
-            format!("no size in it: taken to be that of the vehicle with this rear axle, {vehicle}")
+            format!("no size given; assuming the vehicle with this rear axle, {vehicle}")
         }
-        None => format!("no size in it: taken to be that of the usual vehicle, {USUAL}"),
+        None => format!("no size given; assuming the default vehicle, {USUAL}"),
     };
     diagnostics.push(assumed(Severity::Note, message));
     known.unwrap_or(USUAL)
@@ -288,8 +286,7 @@ fn driven(rows: &[Row], vehicle: VehicleType, diagnostics: &mut Vec<Diagnostic>)
     let step_of = |row: &Row| first + (row.step - first) * stride;
     if stride > 1 {
         let message = format!(
-            "rows count plans, not steps: each begins where the plan before it is after {stride} steps, so {stride} \
-             states of every plan were driven"
+            "rows count plans, not steps: each starts where the previous plan is after {stride} steps, so {stride} states of every plan were driven"
         );
         diagnostics.push(assumed(Severity::Warning, message));
     }
@@ -313,13 +310,12 @@ fn driven(rows: &[Row], vehicle: VehicleType, diagnostics: &mut Vec<Diagnostic>)
         }
     }
     if between > 0 {
-        let message =
-            format!("{between} steps without a row of their own are those of the plan before them");
+        let message = format!("{between} steps without their own row use the previous plan");
         diagnostics.push(assumed(Severity::Note, message));
     }
     if let Some(line) = breaks.first() {
         let message = format!(
-            "{} row(s) do not begin where the plan before them was to be; the logged positions count",
+            "{} row(s) do not start where the previous plan ends; the logged positions are used",
             breaks.len()
         );
         diagnostics.push(at(*line, message));

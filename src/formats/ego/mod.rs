@@ -15,7 +15,7 @@ use std::path::Path;
 use checks::Lines;
 pub use error::EgoError;
 pub use find::find_recording;
-pub use recording::{read_recording, write_recording};
+pub use recording::write_recording;
 pub use selection::EgoSelection;
 pub use solution::ego_of_solution;
 pub(super) use vehicle_size::sized;
@@ -62,7 +62,7 @@ pub fn read_ego(
     let has = |word: &str| header.contains(&table::plain(word));
     if has("unique_id") && has("trajectory_number") {
         return Err(unknown(
-            "these are all trajectories that a planner sampled; what was driven is in logs.csv",
+            "these are all sampled trajectories of a planner; the driven one is in logs.csv",
         ));
     }
     let (mut ego, lines) = if has("trajectory_number") {
@@ -70,7 +70,7 @@ pub fn read_ego(
     } else if has("timestep") || has("x_position") {
         recording::read_chosen(bytes, file, scenario, planning_problem)?
     } else {
-        return Err(unknown("its first line is no header of a known kind"));
+        return Err(unknown("unknown header in line 1"));
     };
     let doubts = checks::check(&ego, scenario, &lines);
     ego.diagnostics.extend(doubts);

@@ -14,21 +14,14 @@ use crate::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, Vehicl
 /// The vehicle whose size a recording gets that carries none: the one the paper's were made with.
 pub(super) const USUAL: VehicleType = VehicleType::Bmw320i;
 
-/// Reads a recorded ego from CSV `bytes`; `file` names it in errors.
+/// Reads a recorded ego from CSV `bytes`, with the lines of its rows; `file` names it in errors. Where there are several
+/// egos, it reads that of a planning problem.
 ///
 /// The heading is held at standstill, where recorders write 0 or noise; before the first movement it is
 /// the planning problem's. The size is that of the vehicle the paper recorded with.
 ///
 /// # Errors
 /// Missing columns, rows of another length, values that are not numbers, several egos, no rows: with file and line.
-pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<Ego, EgoError> {
-    read_chosen(bytes, file, scenario, None).map(|(ego, _)| ego)
-}
-
-/// Reads a recorded ego, with the lines of its rows; where there are several, that of a planning problem.
-///
-/// # Errors
-/// See [`read_recording`].
 pub(super) fn read_chosen(
     bytes: &[u8],
     file: &str,
@@ -80,7 +73,7 @@ pub(super) fn read_chosen(
 
 /// A diagnostic that the default vehicle size is assumed.
 pub(super) fn usual_size() -> Diagnostic {
-    let size = format!("no size in it: taken to be that of the usual vehicle, {USUAL}");
+    let size = format!("no size given; assuming the default vehicle, {USUAL}");
     assumed(Severity::Note, size)
 }
 
@@ -223,7 +216,7 @@ pub(super) fn whole(value: f64) -> Option<i64> {
     (value.fract() == 0.0 && value.abs() <= LATEST_STEP as f64).then_some(value as i64)
 }
 
-/// An ego's motion as CSV, a row for every recorded step; [`read_recording`] reads it back.
+/// An ego's motion as CSV, a row for every recorded step; [`super::read_ego`] reads it back.
 ///
 /// `id` is that of the planning problem. Positions are the centre of the vehicle, metres; headings radians;
 /// velocities m/s and accelerations m/s² along the heading.

@@ -132,8 +132,7 @@ fn choose<'a>(
         known: known(),
     })?;
     let message = format!(
-        "a cooperative solution of the planning problems {}; the vehicle of problem {} is the ego, and the others are \
-         not on the road",
+        "a cooperative solution of the planning problems {}; the vehicle of problem {} is the ego, the others are left out",
         known(),
         solved.planning_problem
     );
@@ -180,25 +179,24 @@ fn about(
     let mut found = vec![assumed(
         Severity::Note,
         format!(
-            "no size in it: taken to be that of its vehicle, {}; positions are its centre",
+            "no size given; assuming its vehicle, {}; positions are its centre",
             solved.vehicle
         ),
     )];
     let mut warn = |message| found.push(assumed(Severity::Warning, message));
     if solved.trajectory.kind() == TrajectoryKind::Kst {
-        warn("the trailer is left out; the ego is the tractor alone".into());
+        warn("the trailer is ignored; the ego is the tractor alone".into());
     }
     let id = &scenario.header.benchmark_id;
     if *id != solution.scenario_id && benchmark_id::normalized(id) != solution.scenario_id {
         warn(format!(
-            "it is a solution of the scenario {of}, and the scenario that was opened is {}, whose planning problem has the \
-             same id; if they are not the same scenario by two names, open {of}",
+            "a solution of scenario {of}, but the open scenario is {}, whose planning problem has the same id; unless both are the same scenario, open {of}",
             named(scenario),
             of = solution.scenario_id,
         ));
     }
     match problem {
-        None => warn("the scenario has no planning problem to compare it with".into()),
+        None => warn("the scenario has no planning problem to compare with".into()),
         Some(problem) => {
             let start = samples.first().map(|s| s.position);
             let gap = start
@@ -206,8 +204,7 @@ fn about(
                 .map(|(a, b)| (a - b).norm());
             if let Some(gap) = gap.filter(|gap| *gap > START_TOLERANCE) {
                 warn(format!(
-                    "it begins {gap:.2} m from where its planning problem does; if its positions are not of the \
-                     vehicle's centre, all distances are wrong by as much"
+                    "starts {gap:.2} m from the start of its planning problem; if its positions are not the vehicle's centre, all distances are wrong by as much"
                 ));
             }
         }

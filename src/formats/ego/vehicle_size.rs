@@ -35,7 +35,7 @@ pub fn sized(mut ego: Ego, recording: &Path, name: &str, scenario: &Scenario) ->
         ego.diagnostics.push(assumed(
             Severity::Note,
             format!(
-                "no size in it: taken to be that of the vehicle of {}, which has the same motion, {vehicle}",
+                "no size given; assuming the vehicle of {}, which has the same motion, {vehicle}",
                 file.display()
             ),
         ));

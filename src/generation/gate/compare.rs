@@ -55,7 +55,7 @@ impl Gate<'_> {
         // Types, users, neighbours, signs and lights.
         differs(
             !moved && original.network != variant.network,
-            "what is said of the road",
+            "the attributes of the road",
         );
         differs(
             original.planning_problems != variant.planning_problems,

@@ -43,6 +43,7 @@ fn a_variant_is_read_back_as_it_was() {
         speed: Some(0.0),
     });
     let variant = Variant {
+        file: "a/ZAM_HardBraking-1_1_T-1.xml",
         closed: &closed,
         change: &change,
         asked: &asked,

@@ -1,17 +1,17 @@
 //! Tests of the consequences of a change: drives, certificates, files.
 #![allow(clippy::unwrap_used)]
 
-mod asked;
-mod avoiding;
-mod driving;
+mod certificates;
+mod closed_loop;
 mod files;
+mod waypoints;
 
 use std::sync::Arc;
 
 use super::{Change, ClosedLoop};
 use crate::formats::bundled;
 use crate::geometry::{Footprint, Shape};
-use crate::planner::{Forecast, Settings as Planning};
+use crate::planner::{Cancel, Forecast, Settings as Planning};
 use crate::scenario::{
     Motion, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction, Quantity,
     Scenario, State, Steps,
@@ -59,7 +59,14 @@ fn behind_a_car(gap: f64, forecast: Forecast) -> ClosedLoop {
         .map_while(|step| Some(state(step, &motion(step)?)))
         .collect();
     scenario.obstacles.push(car(&states, scenario.dt()));
-    ClosedLoop::new(Arc::new(scenario), &problem, &settings).unwrap()
+    ClosedLoop::watched(
+        Arc::new(scenario),
+        &problem,
+        &settings,
+        &Cancel::default(),
+        &mut |_, _| true,
+    )
+    .unwrap()
 }
 
 /// The car with these states.

@@ -70,7 +70,7 @@ impl BatchApi for AnthropicBatches {
             Some("in_progress") => BatchState::Working,
             Some("canceling") => BatchState::Cancelling,
             Some("ended") => BatchState::Ended,
-            _ => return Err(calls.malformed(&format!("no known status of a batch: {document}"))),
+            _ => return Err(calls.malformed(&format!("unknown batch status: {document}"))),
         };
         let [_, answered, errored, cancelled, expired] = counts(&document);
         Ok(Status {

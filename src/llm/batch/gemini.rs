@@ -92,7 +92,7 @@ impl BatchApi for GeminiBatches {
             Some("CANCELLED") => BatchState::Cancelled,
             Some("EXPIRED") => BatchState::Expired,
             Some("FAILED") => BatchState::Failed,
-            _ => return Err(calls.malformed(&format!("no known state of a batch: {document}"))),
+            _ => return Err(calls.malformed(&format!("unknown batch state: {document}"))),
         };
         let count = |name: &str| {
             let count = document.pointer(&format!("/metadata/batchStats/{name}"));

@@ -22,6 +22,7 @@ use super::dialect::body;
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::request::Request;
+use super::token::Token;
 pub(super) use anthropic::AnthropicBatches;
 pub(super) use api::BatchApi;
 use api::{Match, Results, Submission};
@@ -105,6 +106,8 @@ pub struct WholeAnswer {
     pub reasoning: String,
     /// Its usage, with the cost only if the server states it.
     pub usage: Option<Usage>,
+    /// Its tokens with their log probabilities, where they were asked for and given.
+    pub tokens: Vec<Token>,
     /// The model that the server says it used.
     pub model: Option<String>,
     /// Why the model stopped.
@@ -169,7 +172,7 @@ impl Batches {
         let api = endpoint.dialect.protocol().batches();
         let api = api.ok_or_else(|| Error::Setup {
             place: endpoint.place(),
-            why: "its API has no batches; ask without a batch".into(),
+            why: "its API has no batches; drop --batch".into(),
         })?;
         Ok(Self {
             api,
@@ -203,7 +206,7 @@ impl Batches {
             return Ok(SetAside(None));
         };
         let usd = usd.ok_or_else(|| {
-            no("there is a budget, but the cost of the batch is unknown; set max_tokens and state a price, or leave the budget out".into())
+            no("a budget needs a known cost, but that of the batch is unknown; set max_tokens and a price, or drop the budget".into())
         })?;
         let reserved = budget.reserve(usd).map_err(|over| no(over.to_string()))?;
         Ok(SetAside(Some(reserved)))

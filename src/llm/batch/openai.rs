@@ -92,7 +92,7 @@ impl BatchApi for OpenAiBatches {
             Some("cancelled") => BatchState::Cancelled,
             Some("expired") => BatchState::Expired,
             Some("failed") => BatchState::Failed,
-            _ => return Err(calls.malformed(&format!("no known status of a batch: {document}"))),
+            _ => return Err(calls.malformed(&format!("unknown batch status: {document}"))),
         };
         let count = |name: &str| {
             let count = document.pointer(&format!("/request_counts/{name}"));

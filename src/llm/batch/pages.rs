@@ -35,16 +35,16 @@ impl Pages {
     /// The list does not end: the server repeats itself, or sends more pages than any real list has.
     pub fn turn(&mut self, calls: &Calls, entries: usize, next: Option<&str>) -> Result<(), Error> {
         if entries > MOST_ENTRIES {
-            let what = format!("a page of {entries} batches; {MOST_ENTRIES} are more than one has");
+            let what = format!("a page of {entries} batches; at most {MOST_ENTRIES} are read");
             return Err(calls.malformed(&what));
         }
         let Some(next) = next else { return Ok(()) };
         if !self.seen.insert(next.to_owned()) {
-            let what = format!("a list of batches without an end: the page after `{next}` twice");
+            let what = format!("endless list of batches: the page after `{next}` repeats");
             return Err(calls.malformed(&what));
         }
         if self.seen.len() >= MOST_PAGES {
-            let what = format!("a list of batches without an end: more than {MOST_PAGES} pages");
+            let what = format!("endless list of batches: more than {MOST_PAGES} pages");
             return Err(calls.malformed(&what));
         }
         let after = calls.endpoint().timeouts.total;

@@ -22,6 +22,7 @@ pub fn answer(calls: &Calls, document: &Value) -> Outcome {
         text: String::new(),
         reasoning: String::new(),
         usage: None,
+        tokens: Vec::new(),
         model: None,
         finish: Finish::Other("unstated".into()),
     };
@@ -31,6 +32,7 @@ pub fn answer(calls: &Calls, document: &Value) -> Outcome {
             Chunk::Reasoning(text) => answer.reasoning.push_str(&text),
             Chunk::Text(text) => answer.text.push_str(&text),
             Chunk::Usage(usage) => answer.usage = Some(usage),
+            Chunk::LogProbabilities(tokens) => answer.tokens = tokens,
             Chunk::Finished(finish) => {
                 answer.finish = match finish {
                     Finish::Refusal(text) => Finish::Refusal(clear(text)),

@@ -6,11 +6,12 @@ use super::{AnswerReader, Auth, Body, WireProtocol, count, is_anthropic_model, n
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{AnthropicBatches, BatchApi};
 use crate::llm::chunk::{Finish, Usage};
+use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
-use crate::llm::request::{Effort, Request, Role};
+use crate::llm::request::{Request, Role};
 
 /// The version of the API that is spoken, sent as a header.
 const VERSION: &str = "2023-06-01";
@@ -42,7 +43,7 @@ impl WireProtocol for Protocol {
         out.put("model", json!(request.model));
         let limit = endpoint.answer_limit(parameters).unwrap_or_else(|| {
             out.note(&format!(
-                "max_tokens: this API demands a limit, so {MOST_TOKENS} is sent"
+                "max_tokens: this API requires a limit; {MOST_TOKENS} is sent"
             ));
             MOST_TOKENS
         });
@@ -51,7 +52,7 @@ impl WireProtocol for Protocol {
         let system = request.messages.iter().filter(|m| m.role == Role::System);
         let system: Vec<_> = system.map(|m| m.content.as_str()).collect();
         if !system.is_empty() {
-            out.put("system", json!(system.join("\n\n")));
+            out.put("system", system_prompt(endpoint, system.join("\n\n")));
         }
         let turns = request.messages.iter().filter(|m| m.role != Role::System);
         out.put("messages", turns.map(|m| json!(m)).collect());
@@ -59,12 +60,15 @@ impl WireProtocol for Protocol {
         let mut output = Map::new();
         let thinks = thinking(endpoint, parameters.effort, limit, &mut output, out);
         if thinks && parameters.temperature.is_some_and(|t| t != 1.0) {
-            out.untaken("temperature", "with thinking on, this API takes none but 1");
+            out.untaken("temperature", "with thinking on, this API accepts only 1");
         } else {
             out.temperature(endpoint, request, 1.0, |out, t| out.put("temperature", t));
         }
+        if parameters.log_probabilities {
+            out.untaken("log_probabilities", "this API gives none");
+        }
         if parameters.seed.is_some() {
-            out.untaken("seed", "this API takes none");
+            out.untaken("seed", "not supported by this API");
         }
         if let Some(schema) = &request.schema {
             match endpoint.response_format {
@@ -75,7 +79,7 @@ impl WireProtocol for Protocol {
                 }
                 ResponseFormat::JsonObject => out.untaken(
                     "response_format json_object",
-                    "this API knows json_schema only",
+                    "this API supports only json_schema",
                 ),
             }
         }
@@ -97,6 +101,18 @@ impl WireProtocol for Protocol {
     }
 }
 
+/// The instructions, which are the same in many questions: marked for the server's cache where they are long enough for
+/// it. Tokens are counted as a quarter of the bytes, rather too few: the mark on a shorter text has no effect.
+fn system_prompt(endpoint: &Endpoint, text: String) -> Value {
+    let tokens = u32::try_from(text.len() / 4).unwrap_or(u32::MAX);
+    match endpoint.quirks.cache_from {
+        Some(least) if endpoint.prompt_cache && tokens >= least => json!([{
+            "type": "text", "text": text, "cache_control": {"type": "ephemeral"},
+        }]),
+        _ => json!(text),
+    }
+}
+
 /// Asks for thinking; whether it is on.
 fn thinking(
     endpoint: &Endpoint,
@@ -107,8 +123,11 @@ fn thinking(
 ) -> bool {
     let Some(effort) = effort else { return false };
     match (endpoint.quirks.efforts.unwrap_or(Efforts::Levels), effort) {
-        // Thinking is off unless it is asked for.
-        (_, Effort::Off) => false,
+        // Newer models think unless told not to.
+        (_, Effort::Off) => {
+            out.put("thinking", json!({"type": "disabled"}));
+            false
+        }
         (Efforts::Levels, _) => {
             out.put(
                 "thinking",
@@ -119,21 +138,21 @@ fn thinking(
         }
         (Efforts::Budget, _) => {
             let wanted = match effort {
-                Effort::High => 16 * LEAST_BUDGET,
+                Effort::High | Effort::XHigh | Effort::Max => 16 * LEAST_BUDGET,
                 Effort::Medium => 4 * LEAST_BUDGET,
-                Effort::Low | Effort::Off => LEAST_BUDGET,
+                Effort::Low | Effort::Minimal | Effort::Off => LEAST_BUDGET,
             };
             let budget = wanted.min(limit.saturating_sub(1));
             if budget < LEAST_BUDGET {
                 out.untaken(
                     "effort",
-                    "thinking needs max_tokens of more than 1024, of which it takes a part",
+                    "thinking needs max_tokens above 1024, which it shares",
                 );
                 return false;
             }
             if budget < wanted {
                 out.note(&format!(
-                    "effort {}: the thinking budget is held below max_tokens, at {budget}",
+                    "effort {}: the thinking budget is limited to {budget}, below max_tokens",
                     effort.name()
                 ));
             }
@@ -144,7 +163,7 @@ fn thinking(
             true
         }
         _ => {
-            out.untaken("effort", "this model takes none");
+            out.untaken("effort", "not supported by this model");
             false
         }
     }

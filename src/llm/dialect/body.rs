@@ -2,9 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::llm::effort::Effort;
 use crate::llm::endpoint::Endpoint;
-use crate::llm::quirks::Temperature;
-use crate::llm::request::{Effort, Request};
+use crate::llm::quirks::{LogProbabilities, Temperature};
+use crate::llm::request::Request;
 
 /// A JSON object being written, with what people should know about it.
 #[derive(Debug, Default)]
@@ -49,16 +50,38 @@ impl Body {
         let thinks = request.parameters.effort != Some(Effort::Off);
         match endpoint.quirks.temperature {
             Temperature::Fixed if temperature != 1.0 => {
-                self.untaken("temperature", "this model takes none but 1");
+                self.untaken("temperature", "this model accepts only 1");
             }
             Temperature::NotThinking if thinks => self.untaken(
                 "temperature",
-                "it has no effect while this model thinks, which it does unless effort is off",
+                "no effect while this model thinks, which it does unless effort is off",
             ),
             _ if temperature > most => {
-                self.untaken("temperature", &format!("this API takes 0 to {most}"));
+                self.untaken("temperature", &format!("this API accepts 0 to {most}"));
             }
             _ => put(self, json!(temperature)),
+        }
+    }
+
+    /// The log probabilities, if they are asked for and the model gives them.
+    pub fn log_probabilities(
+        &mut self,
+        endpoint: &Endpoint,
+        request: &Request,
+        put: fn(&mut Self),
+    ) {
+        let thinks = request.parameters.effort != Some(Effort::Off);
+        match endpoint.quirks.log_probabilities {
+            _ if !request.parameters.log_probabilities => {}
+            LogProbabilities::Given => put(self),
+            LogProbabilities::NotThinking if !thinks => put(self),
+            LogProbabilities::NotThinking => self.untaken(
+                "log_probabilities",
+                "this model gives them only with effort off",
+            ),
+            LogProbabilities::Withheld => {
+                self.untaken("log_probabilities", "this model gives none");
+            }
         }
     }
 
@@ -66,7 +89,7 @@ impl Body {
     pub fn seed(&mut self, endpoint: &Endpoint, request: &Request, put: fn(&mut Self, Value)) {
         match request.parameters.seed {
             Some(seed) if endpoint.quirks.seed => put(self, json!(seed)),
-            Some(_) => self.untaken("seed", "this provider documents none"),
+            Some(_) => self.untaken("seed", "not documented by this provider"),
             None => {}
         }
     }

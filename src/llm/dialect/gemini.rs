@@ -7,11 +7,13 @@ use super::{AnswerReader, Auth, Body, WireProtocol, count, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, GeminiBatches};
 use crate::llm::chunk::{Finish, Usage};
+use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
-use crate::llm::request::{Effort, Request, Role};
+use crate::llm::request::{Request, Role};
+use crate::llm::token::{ALTERNATIVES, Token};
 
 /// Google's Gemini.
 pub(super) struct Protocol;
@@ -62,6 +64,10 @@ impl WireProtocol for Protocol {
             config.put("maxOutputTokens", json!(limit));
         }
         config.seed(endpoint, request, |out, seed| out.put("seed", seed));
+        config.log_probabilities(endpoint, request, |config| {
+            config.put("responseLogprobs", json!(true));
+            config.put("logprobs", json!(ALTERNATIVES));
+        });
         thinking(endpoint, request.parameters.effort, &mut config);
         if let Some(schema) = &request.schema {
             if endpoint.response_format != ResponseFormat::Off {
@@ -98,9 +104,7 @@ fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
         (_, None) => {}
         (Efforts::Levels, Some(Effort::Off)) => {
             thinking.insert("thinkingLevel".into(), json!("MINIMAL"));
-            config.note(
-                "effort off: this model knows no less than its minimal level, which is asked for",
-            );
+            config.note("effort off: this model's lowest level is minimal, which is sent");
         }
         (Efforts::Levels, Some(effort)) => {
             let level = effort.name().to_uppercase();
@@ -112,11 +116,11 @@ fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
         (Efforts::Budget, Some(effort)) => {
             thinking.insert("thinkingBudget".into(), json!(-1));
             config.note(&format!(
-                "effort {}: this model knows no levels; it chooses by itself how much to think",
+                "effort {}: this model has no levels and chooses its own effort",
                 effort.name()
             ));
         }
-        (_, Some(_)) => config.untaken("effort", "this model takes none"),
+        (_, Some(_)) => config.untaken("effort", "not supported by this model"),
     }
     if !thinking.is_empty() {
         config.put("thinkingConfig", Value::Object(thinking));
@@ -146,6 +150,7 @@ impl AnswerReader for GeminiReader {
             }
             return Ok(());
         };
+        answer.tokens(tokens(candidate));
         let parts = candidate.pointer("/content/parts");
         for part in parts.and_then(Value::as_array).into_iter().flatten() {
             let text = string(part, "text").unwrap_or_default();
@@ -174,6 +179,29 @@ impl AnswerReader for GeminiReader {
             .iter()
             .try_for_each(|event| self.event(event, answer))
     }
+}
+
+/// The tokens of a candidate, each with those that might have been in its place.
+fn tokens(candidate: &Value) -> Vec<Token> {
+    let list = |pointer| candidate.pointer(pointer).and_then(Value::as_array);
+    let chosen = list("/logprobsResult/chosenCandidates")
+        .into_iter()
+        .flatten();
+    let top = list("/logprobsResult/topCandidates");
+    let pair = |entry: &Value| {
+        let text = entry.get("token").and_then(Value::as_str);
+        let log = entry.get("logProbability").and_then(Value::as_f64);
+        (text.map(str::to_owned), log)
+    };
+    let token = |(i, entry): (usize, &Value)| {
+        let others = top.and_then(|all| all.get(i)?.get("candidates")?.as_array());
+        let (text, log) = pair(entry);
+        Token::new(
+            (text.as_deref(), log),
+            others.into_iter().flatten().map(pair),
+        )
+    };
+    chosen.enumerate().filter_map(token).collect()
 }
 
 fn finish(reason: &str) -> Finish {

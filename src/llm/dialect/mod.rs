@@ -203,6 +203,17 @@ pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
     Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
 }
 
+/// Whether a request asks for log probabilities, and the endpoint's model gives them.
+#[must_use]
+pub fn gives_log_probabilities(endpoint: &Endpoint, request: &Request) -> bool {
+    let wanted = request.parameters.log_probabilities;
+    wanted && endpoint.dialect != Dialect::Anthropic && {
+        let mut asked = Body::default();
+        asked.log_probabilities(endpoint, request, |out| out.put("asked", Value::Null));
+        !asked.fields.is_empty()
+    }
+}
+
 /// Parts of a request the endpoint's model does not accept, and parameters sent unrequested; one sentence each.
 #[must_use]
 pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {

@@ -5,11 +5,13 @@ use serde_json::{Value, json};
 use super::{AnswerReader, Body, Framing, WireProtocol, count, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
+use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
-use crate::llm::request::{Effort, Request};
+use crate::llm::request::Request;
+use crate::llm::token::{ALTERNATIVES, tokens};
 
 /// Tokens kept free for the answer where no limit is set.
 const ROOM: u32 = 4096;
@@ -66,11 +68,17 @@ impl WireProtocol for Protocol {
         let style = quirks.efforts.unwrap_or(Efforts::Levels);
         match request.parameters.effort {
             None => {}
-            Some(_) if style == Efforts::Untaken => out.untaken("effort", "this model takes none"),
+            Some(_) if style == Efforts::Untaken => {
+                out.untaken("effort", "not supported by this model")
+            }
             Some(Effort::Off) => out.put("think", json!(false)),
             Some(_) if style == Efforts::Template => out.put("think", json!(true)),
             Some(effort) => out.put("think", json!(effort.name())),
         }
+        out.log_probabilities(endpoint, request, |out| {
+            out.put("logprobs", json!(true));
+            out.put("top_logprobs", json!(ALTERNATIVES));
+        });
         if let Some(schema) = &request.schema {
             match endpoint.response_format {
                 ResponseFormat::Off => {}
@@ -113,6 +121,7 @@ impl AnswerReader for OllamaReader {
     fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         answer.model(string(value, "model"));
         if let Some(message) = value.get("message") {
+            answer.tokens(tokens(value.get("logprobs")));
             answer.reason(string(message, "thinking").unwrap_or_default());
             answer.say(string(message, "content").unwrap_or_default());
         }

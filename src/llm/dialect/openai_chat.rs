@@ -6,12 +6,14 @@ use super::{AnswerReader, Body, WireProtocol, count, openai_models, openai_versi
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
 use crate::llm::chunk::{Cost, CostSource, Finish, Usage};
+use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::error_body::ErrorBody;
 use crate::llm::portable_schema::{name, portable};
 use crate::llm::quirks::Efforts;
-use crate::llm::request::{Effort, Request, Schema};
+use crate::llm::request::{Request, Schema};
+use crate::llm::token::{ALTERNATIVES, tokens};
 
 /// OpenAI's chat completions.
 pub(super) struct Protocol;
@@ -41,6 +43,10 @@ impl WireProtocol for Protocol {
             out.put(name, json!(limit));
         }
         out.seed(endpoint, request, |out, seed| out.put("seed", seed));
+        out.log_probabilities(endpoint, request, |out| {
+            out.put("logprobs", json!(true));
+            out.put("top_logprobs", json!(ALTERNATIVES));
+        });
         if let Some(effort) = request.parameters.effort {
             self::effort(quirks.efforts.unwrap_or(Efforts::Levels), effort, out);
         }
@@ -73,12 +79,6 @@ fn effort(style: Efforts, effort: Effort, out: &mut Body) {
     match (style, effort) {
         (Efforts::Levels, _) => out.put("reasoning_effort", json!(word)),
         (Efforts::DeepSeek, Effort::Off) => out.put("thinking", json!({"type": "disabled"})),
-        (Efforts::DeepSeek, Effort::Medium) => {
-            out.put("thinking", json!({"type": "enabled"}));
-            out.note(
-                "effort medium: this server knows low and high only, so its own default is used",
-            );
-        }
         (Efforts::DeepSeek, _) => {
             out.put("thinking", json!({"type": "enabled"}));
             out.put("reasoning_effort", json!(word));
@@ -90,11 +90,13 @@ fn effort(style: Efforts, effort: Effort, out: &mut Body) {
             out.put("chat_template_kwargs", json!({"enable_thinking": on}));
             if on {
                 out.note(&format!(
-                    "effort {word}: this server can switch reasoning on and off only; it is switched on"
+                    "effort {word}: this server can only switch reasoning on or off; it is switched on"
                 ));
             }
         }
-        (Efforts::Budget | Efforts::Untaken, _) => out.untaken("effort", "this model takes none"),
+        (Efforts::Budget | Efforts::Untaken, _) => {
+            out.untaken("effort", "not supported by this model")
+        }
     }
 }
 
@@ -108,7 +110,7 @@ fn response_format(endpoint: &Endpoint, request: &Request, schema: &Schema, out:
             } else {
                 out.untaken(
                     "response_format json_object",
-                    "servers want the word JSON in the prompt, and it is not there",
+                    "servers require the word JSON in the prompt, which lacks it",
                 );
             }
         }
@@ -160,6 +162,7 @@ impl AnswerReader for ChatReader {
 
 impl ChatReader {
     fn choice(&mut self, choice: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
+        answer.tokens(tokens(choice.pointer("/logprobs/content")));
         let message = || choice.get("message").filter(|_| answer.received() == 0);
         if let Some(delta) = choice
             .get("delta")
@@ -182,7 +185,7 @@ impl ChatReader {
             // DeepSeek broke off: the partial text is not an answer.
             Some(word @ "insufficient_system_resource") => {
                 return Err(answer.reported(ErrorBody {
-                    message: "it ran out of resources".into(),
+                    message: "the server ran out of resources".into(),
                     code: Some(word.into()),
                     ..ErrorBody::default()
                 }));

@@ -44,6 +44,7 @@ fn request() -> Request {
             content: "hi".into(),
         }],
         parameters: Parameters {
+            log_probabilities: false,
             temperature: Some(0.5),
             max_tokens: Some(100),
             seed: Some(7),

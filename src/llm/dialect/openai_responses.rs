@@ -6,12 +6,14 @@ use super::{AnswerReader, Body, WireProtocol, count, openai_models, openai_versi
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
 use crate::llm::chunk::{Finish, Usage};
+use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::error_body::ErrorBody;
 use crate::llm::portable_schema::{name, portable};
 use crate::llm::quirks::Efforts;
-use crate::llm::request::{Effort, Request};
+use crate::llm::request::Request;
+use crate::llm::token::{ALTERNATIVES, tokens};
 
 /// OpenAI's Responses API.
 pub(super) struct Protocol;
@@ -37,11 +39,17 @@ impl WireProtocol for Protocol {
             out.put("max_output_tokens", json!(limit));
         }
         if request.parameters.seed.is_some() {
-            out.untaken("seed", "the Responses API takes none");
+            out.untaken("seed", "not supported by the Responses API");
         }
+        out.log_probabilities(endpoint, request, |out| {
+            out.put("include", json!(["message.output_text.logprobs"]));
+            out.put("top_logprobs", json!(ALTERNATIVES));
+        });
         let mut reasoning = Map::new();
         match (request.parameters.effort, quirks.efforts) {
-            (Some(_), Some(Efforts::Untaken)) => out.untaken("effort", "this model takes none"),
+            (Some(_), Some(Efforts::Untaken)) => {
+                out.untaken("effort", "not supported by this model")
+            }
             (Some(Effort::Off), _) => drop(reasoning.insert("effort".into(), json!("none"))),
             (Some(effort), _) => drop(reasoning.insert("effort".into(), json!(effort.name()))),
             (None, _) => {}
@@ -100,7 +108,10 @@ impl AnswerReader for ResponsesReader {
     fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         let delta = string(value, "delta").unwrap_or_default();
         match string(value, "type") {
-            Some("response.output_text.delta") => answer.say(delta),
+            Some("response.output_text.delta") => {
+                answer.tokens(tokens(value.get("logprobs")));
+                answer.say(delta);
+            }
             Some("response.refusal.delta") => answer.refuse(delta),
             Some("response.reasoning_summary_text.delta") => self.reason(SUMMARY, delta, answer),
             Some("response.reasoning_text.delta") => self.reason(RAW, delta, answer),
@@ -198,6 +209,7 @@ impl ResponsesReader {
                 continue;
             }
             for part in list(&item, "content") {
+                answer.tokens(tokens(part.get("logprobs")));
                 answer.say(string(&part, "text").unwrap_or_default());
                 answer.refuse(string(&part, "refusal").unwrap_or_default());
             }

@@ -29,7 +29,7 @@ pub struct Row {
 /// States so far apart or so fast that their difference is beyond all numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "obstacle {obstacle} at step {timestep}: position, velocity or acceleration too large to be compared with the ego's"
+    "obstacle {obstacle} at step {timestep}: position, velocity or acceleration too large to compare with the ego's"
 )]
 pub struct TooLarge {
     /// Which obstacle.

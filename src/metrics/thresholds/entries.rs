@@ -59,7 +59,7 @@ impl Thresholds {
         let old = place.map(|place| &self.critical[place]);
         let at = own.name.span().start;
         if old.is_some_and(|old| old.own) {
-            let message = format!("name `{name}` of {} is in the file twice", measure.id);
+            let message = format!("name `{name}` of {} is given twice", measure.id);
             return Err((at, message));
         }
         if old.is_none() && of_measure().count() >= MOST {
@@ -116,14 +116,14 @@ impl Thresholds {
             let place = usize::try_from(score).ok().filter(|place| *place < last);
             let Some(place) = place else {
                 let message = format!(
-                    "score {score} has no bounds to set; allowed are 0 to {}, and {last} is everything above",
+                    "score {score} has no bounds; allowed are 0 to {}, and {last} is everything above",
                     last - 1
                 );
                 return Err((at, message));
             };
             let level = &mut self.risk.levels[place];
             if self.own_levels.contains(&level.score) {
-                return Err((at, format!("score {score} is in the file twice")));
+                return Err((at, format!("score {score} is given twice")));
             }
             if own.distance.is_none() && own.time.is_none() {
                 return Err((
@@ -188,14 +188,14 @@ impl Thresholds {
             let Some(limit) = LIMITS.iter().find(|l| l.id == name) else {
                 let names: Vec<&str> = LIMITS.iter().map(|l| l.id).collect();
                 let message = format!(
-                    "name: there is no limit `{}`; allowed are {}",
+                    "unknown limit `{}`; available: {}",
                     name.escape_debug(),
                     names.join(", ")
                 );
                 return Err((at, message));
             };
             if self.own_limits.contains(&limit.id) {
-                return Err((at, format!("limit {} is in the file twice", limit.id)));
+                return Err((at, format!("limit {} is given twice", limit.id)));
             }
             unit(own.unit.as_ref(), limit.id, limit.unit)?;
             let value = *own.value.get_ref();
@@ -232,7 +232,7 @@ fn known(id: &Spanned<String>) -> Result<&'static Measure, Wrong> {
         Some(found) if found.danger != Danger::Neutral => Ok(found),
         found => {
             let why = match found {
-                Some(_) => "only describes, no value of it is dangerous",
+                Some(_) => "is descriptive and has no dangerous values",
                 None => "is not known",
             };
             let can = MEASURES.iter().filter(|m| m.danger != Danger::Neutral);

@@ -242,7 +242,7 @@ mod tests {
             (
                 "[[threshold]]\nmeasure = \"gap_lat\"\nname = \"a\"\nvalue = 1".into(),
                 2,
-                &["gap_lat", "only describes", "ttc, risk"],
+                &["gap_lat", "is descriptive", "ttc, risk"],
             ),
             (
                 "[[threshold]]\nmeasure = \"tcc\"\nname = \"a\"\nvalue = 1".into(),

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::evaluation::{Loss, names_obstacle};
+use crate::evaluation::Loss;
 
 const ANSWER: &str = r#"{"collision": true, "obstacles": [{"id": 7, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 
@@ -129,7 +129,7 @@ fn everything_is_found_or_named() {
     assert!(
         read.said
             .verdict()
-            .is_some_and(|v| names_obstacle(v, 7) && !names_obstacle(v, 8))
+            .is_some_and(|v| v.danger().contains(&7) && !v.danger().contains(&8))
     );
     let count = |loss| problems.iter().filter(|p| p.loss == loss).count();
     let losses = [Loss::Absent, Loss::Nothing, Loss::Unread].map(count);
@@ -140,15 +140,15 @@ fn everything_is_found_or_named() {
         .collect();
     words.sort();
     let wanted = [
-        "agent: is not there",
-        "analysis: is not there",
-        "answer.txt: has another name",
-        "answer.txt: is not UTF-8",
-        "cart_tree: is no way of asking",
-        "ego_analysis_all_timesteps.txt: is empty",
-        "llama: is a model that the paper does not name",
-        "notes.md: was passed over",
-        "scenario: is not there",
+        "agent: missing",
+        "analysis: missing",
+        "answer.txt: not UTF-8",
+        "answer.txt: not named",
+        "cart_tree: unknown prompt configuration",
+        "ego_analysis_all_timesteps.txt: empty",
+        "llama: not a model of the paper",
+        "notes.md: skipped",
+        "scenario: missing",
     ];
     assert_eq!(words.len(), wanted.len(), "{words:#?}");
     for (word, wanted) in words.iter().zip(wanted) {

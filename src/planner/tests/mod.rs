@@ -1,10 +1,10 @@
 //! Tests of the planner's parts.
 #![allow(clippy::unwrap_used)]
 
-mod aims;
-mod parts;
+mod emergency_stops;
+mod goals;
 mod regions;
-mod stops;
+mod sampling;
 mod traffic;
 
 use super::ReferenceTrack;

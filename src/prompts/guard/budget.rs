@@ -61,7 +61,7 @@ impl Budget {
         self.left.store(0, Ordering::Relaxed);
         let most = self.whole.div_ceil(1 << 20);
         refused(format!(
-            "filling it makes more than {most} MiB of text and values, the limit; repeat or nest less"
+            "rendering exceeds the limit of {most} MiB of text and values; repeat or nest less"
         ))
     }
 
@@ -73,7 +73,7 @@ impl Budget {
     fn walk(&self, value: &Value, times: u64, depth: usize) -> Result<(), Error> {
         if depth > DEEPEST {
             return Err(refused(format!(
-                "a value is nested more than {DEEPEST} levels deep, the limit"
+                "a value is nested deeper than the limit of {DEEPEST} levels"
             )));
         }
         let pay = |bytes: u64| self.pay(bytes.saturating_mul(times));

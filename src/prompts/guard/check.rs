@@ -13,7 +13,7 @@ pub fn check(source: &str) -> Result<(), GuardError> {
     let limit = |line, message: String| Err(GuardError::Limit { line, message });
     if source.len() > LARGEST_SOURCE {
         let most = LARGEST_SOURCE >> 10;
-        return limit(1, format!("it is larger than {most} KiB, the limit"));
+        return limit(1, format!("larger than the limit of {most} KiB"));
     }
     let mut chains = Chains::default();
     let mut elifs = 0_usize;
@@ -26,9 +26,9 @@ pub fn check(source: &str) -> Result<(), GuardError> {
         opens = matches!(token, Token::BlockStart);
         chains.meet(&token);
         let what = if chains.longest > LONGEST_CHAIN {
-            "an expression has more than 1000 parts in a row or inside each other, the limit; set some of them apart"
+            "an expression exceeds the limit of 1000 parts; split it with `set`"
         } else if elifs > LONGEST_CHAIN {
-            "there are more than 1000 `elif`, the limit"
+            "more than the limit of 1000 `elif`"
         } else {
             continue;
         };

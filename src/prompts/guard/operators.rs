@@ -69,7 +69,7 @@ pub fn keepable(value: &Value) -> Result<(), Error> {
         return Ok(());
     };
     if object.type_name().ends_with("::Namespace") {
-        return Err(refused("a namespace cannot be kept in a namespace"));
+        return Err(refused("a namespace cannot contain a namespace"));
     }
     match value.kind() {
         ValueKind::Seq | ValueKind::Iterable => {
@@ -100,7 +100,7 @@ fn times(budget: &Budget, left: &Value, right: &Value) -> Result<Value, Error> {
     };
     let count = count
         .as_usize()
-        .ok_or_else(|| refused("text and lists can only be multiplied with integers, from 0 on"))?;
+        .ok_or_else(|| refused("text and lists can only be multiplied by non-negative integers"))?;
     budget.weigh(what, (count as u64).saturating_add(1))?;
     if let Some(text) = what.as_str() {
         return Ok(Value::from(text.repeat(count)));

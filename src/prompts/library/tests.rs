@@ -135,7 +135,7 @@ fn a_choice_that_cannot_be_kept_is_a_problem() {
         );
         let said = library.problems[0].to_string();
         assert!(
-            said.contains(word) && said.contains("usual template"),
+            said.contains(word) && said.contains("the default template is used"),
             "{said}"
         );
     }

@@ -58,15 +58,28 @@ impl Blocks {
         }
     }
 
-    /// The character in which these parts are filled: a bit each, row by row.
+    /// Which parts of its cell a character fills: a bit each, row by row; `None` for one that is no block.
     #[must_use]
-    pub fn symbol(self, parts: usize) -> char {
-        let all: &[char] = match self {
+    pub fn of_symbol(symbol: char) -> Option<(Self, usize)> {
+        let mut named = Self::NAMED.into_iter();
+        named.find_map(|(_, blocks)| {
+            let parts = blocks.symbols().iter().position(|c| *c == symbol)?;
+            (parts > 0).then_some((blocks, parts))
+        })
+    }
+
+    fn symbols(self) -> &'static [char] {
+        match self {
             Self::Quadrants => &QUADRANTS,
             Self::Sextants => &SEXTANTS,
             Self::Octants => &OCTANTS,
-        };
-        all.get(parts).copied().unwrap_or('█')
+        }
+    }
+
+    /// The character in which these parts are filled: a bit each, row by row.
+    #[must_use]
+    pub fn symbol(self, parts: usize) -> char {
+        self.symbols().get(parts).copied().unwrap_or('█')
     }
 }
 
@@ -79,10 +92,18 @@ mod tests {
         assert_eq!(Blocks::Quadrants.symbol(0b0101), '▌');
         assert_eq!(Blocks::Sextants.symbol(0b01_0101), '▌');
         assert_eq!(Blocks::Octants.symbol(0b0000_1111), '▀');
+        assert_eq!(Blocks::of_symbol('▚'), Some((Blocks::Quadrants, 0b1001)));
+        assert_eq!(Blocks::of_symbol('a').or(Blocks::of_symbol(' ')), None);
         for (_, blocks) in Blocks::NAMED {
             let (across, down) = blocks.per_cell();
             let full = (1 << (across * down)) - 1;
             assert_eq!((blocks.symbol(0), blocks.symbol(full)), (' ', '█'));
+            // Every character is read as what it fills, by the coarsest division that has it.
+            for parts in 1..=full {
+                let symbol = blocks.symbol(parts);
+                let read = Blocks::of_symbol(symbol).map(|(read, parts)| read.symbol(parts));
+                assert_eq!(read, Some(symbol));
+            }
         }
     }
 

@@ -8,6 +8,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 
 use super::compose::{Sample, compose};
+use super::silhouette::{self, Silhouette};
 use super::{CellView, MapStyle};
 
 /// Dots of a Braille character: columns and rows.
@@ -24,6 +25,8 @@ pub struct Dot {
     pub color: Color,
     /// Whether it matters less, for terminals without colours.
     pub faint: bool,
+    /// Whether it is shaded, for terminals without colours: a body beside the ego.
+    pub shaded: bool,
 }
 
 /// The layer of the road and what else lies on the ground.
@@ -33,6 +36,7 @@ const EMPTY: Dot = Dot {
     layer: 0,
     color: Color::Reset,
     faint: false,
+    shaded: false,
 };
 
 /// Dots of one size over the whole map.
@@ -50,7 +54,6 @@ struct Grid {
 pub struct Canvas<'a> {
     view: &'a CellView,
     style: MapStyle,
-    ground: Color,
     columns: usize,
     rows: usize,
     areas: Grid,
@@ -150,13 +153,13 @@ impl<'a> Canvas<'a> {
                 layer: GROUND,
                 color: ground,
                 faint: false,
+                shaded: false,
             },
             false => EMPTY,
         };
         Self {
             view,
             style,
-            ground,
             columns,
             rows,
             areas: Grid::new(view, (columns, rows), style.blocks().per_cell(), empty),
@@ -182,6 +185,7 @@ impl<'a> Canvas<'a> {
             layer: self.layer,
             color,
             faint: self.faint,
+            shaded: false,
         }
     }
 
@@ -199,11 +203,52 @@ impl<'a> Canvas<'a> {
         self.spans = spans;
     }
 
-    /// Empties a ring again.
-    pub fn clear(&mut self, ring: &[(f64, f64)]) {
-        let layer = std::mem::replace(&mut self.layer, 0);
-        self.area(ring, Color::Reset);
-        self.layer = layer;
+    /// The parts of blocks that a body covers, moved by so many metres.
+    pub fn silhouette(&self, rings: &[Vec<(f64, f64)>], by: (f64, f64)) -> Silhouette {
+        let moved = |&(x, y): &(f64, f64)| {
+            let at = (x + by.0, y + by.1);
+            self.areas.place(self.view.half, at)
+        };
+        let rings: Vec<Vec<(f64, f64)>> = rings
+            .iter()
+            .map(|ring| ring.iter().map(moved).collect())
+            .collect();
+        Silhouette::new(&rings, (self.areas.columns, self.areas.rows))
+    }
+
+    /// How far a body is moved, metres, so that equal bodies have equal silhouettes: their middles lie alike in the
+    /// parts of blocks.
+    pub fn snap(&self, rings: &[Vec<(f64, f64)>]) -> (f64, f64) {
+        let places = rings
+            .iter()
+            .flatten()
+            .map(|p| self.areas.place(self.view.half, *p));
+        let (dx, dy) = silhouette::snap(places);
+        (dx * self.areas.size.0, -dy * self.areas.size.1)
+    }
+
+    /// The parts of blocks of a line.
+    pub fn add_line(
+        &self,
+        parts: &mut Silhouette,
+        from: (f64, f64),
+        to: (f64, f64),
+        by: (f64, f64),
+    ) {
+        let place = |(x, y): (f64, f64)| self.areas.place(self.view.half, (x + by.0, y + by.1));
+        parts.add_line(place(from), place(to));
+    }
+
+    /// Fills parts of blocks; shaded, they are told from others without colours.
+    pub fn fill(&mut self, parts: &Silhouette, color: Color, shaded: bool) {
+        let dot = Dot {
+            shaded,
+            ..self.dot(color)
+        };
+        let columns = self.areas.columns;
+        for (column, row) in parts.within((columns, self.areas.rows)) {
+            self.areas.dots[row * columns + column] = dot;
+        }
     }
 
     /// Scattered fine dots in a ring, so that what lies below stays readable.
@@ -229,6 +274,24 @@ impl<'a> Canvas<'a> {
     pub fn bar(&mut self, from: (f64, f64), to: (f64, f64), color: Color) {
         let dot = self.dot(color);
         Self::on(&mut self.areas, self.view, from, to, dot);
+    }
+
+    /// A line that stays unbroken to the eye: as wide as a dot of an area where bodies have backgrounds, else two fine
+    /// ones.
+    pub fn thick(&mut self, from: (f64, f64), to: (f64, f64), color: Color) {
+        match self.style.has_backgrounds() {
+            true => self.bar(from, to, color),
+            false => {
+                let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+                let length = dx.hypot(dy);
+                self.line(from, to, color);
+                if length > 0.0 && length.is_finite() {
+                    let by = (-dy / length * self.view.dot, dx / length * self.view.dot);
+                    let aside = |(x, y): (f64, f64)| (x + by.0, y + by.1);
+                    self.line(aside(from), aside(to), color);
+                }
+            }
+        }
     }
 
     /// A fine line.
@@ -268,7 +331,6 @@ impl<'a> Canvas<'a> {
                 let sample = Sample {
                     areas: &areas[..across * down],
                     lines: &lines,
-                    ground: self.ground,
                 };
                 let at = (area.x + column as u16, area.y + row as u16);
                 if let (Some(glyph), Some(cell)) =

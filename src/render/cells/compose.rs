@@ -17,8 +17,6 @@ pub struct Sample<'a> {
     pub areas: &'a [Dot],
     /// Of lines.
     pub lines: &'a [Dot; 8],
-    /// The colour beside all surfaces.
-    pub ground: Color,
 }
 
 /// What a cell shows.
@@ -33,10 +31,15 @@ pub struct Glyph {
 /// A cell; `None` where nothing is drawn.
 pub fn compose(style: MapStyle, sample: &Sample<'_>) -> Option<Glyph> {
     let top = |dots: &[Dot]| dots.iter().map(|dot| dot.layer).max().unwrap_or(0);
-    let (areas, lines) = (top(sample.areas), top(sample.lines));
+    let lines = top(sample.lines);
+    // Shades fill whole cells: those of which a body has less than half stay free.
+    let areas = match shade(style, sample.areas) {
+        Some(false) => 0,
+        _ => top(sample.areas),
+    };
     // Lines on a body are those that were drawn after it.
     let line = if areas > GROUND { areas + 1 } else { GROUND };
-    if lines >= line && !is_edge(style, sample) {
+    if lines >= line {
         return Some(lined(style, sample, line, lines));
     }
     if areas == 0 {
@@ -45,14 +48,12 @@ pub fn compose(style: MapStyle, sample: &Sample<'_>) -> Option<Glyph> {
     filled(style, sample.areas)
 }
 
-/// Whether surfaces meet here, or there is none, and nothing but markings runs along: the edge of the surface shows
-/// where they are.
-fn is_edge(style: MapStyle, sample: &Sample<'_>) -> bool {
-    let first = sample.areas[0];
-    style.has_backgrounds()
-        && (first.color == sample.ground || sample.areas.iter().any(|dot| !same(dot, &first)))
-        && sample.areas.iter().all(|dot| dot.layer <= GROUND)
-        && sample.lines.iter().all(|dot| dot.layer == 0 || dot.faint)
+/// Whether a shaded body fills this cell, where it lies on top of others.
+fn shade(style: MapStyle, areas: &[Dot]) -> Option<bool> {
+    let solid = |dot: &&Dot| dot.layer > 0 && !dot.shaded;
+    let shaded = areas.iter().filter(|dot| dot.shaded).count();
+    let covers = shaded > 0 && areas.iter().filter(solid).count() < shaded.max(2);
+    (covers && !style.has_backgrounds()).then_some(2 * shaded >= areas.len())
 }
 
 /// Braille dots of the lines from a layer on, in the colour of the topmost.
@@ -96,10 +97,17 @@ fn filled(style: MapStyle, areas: &[Dot]) -> Option<Glyph> {
         [Some(a), other] => (a, other),
         [None, _] => return None,
     };
+    if let Some(fills) = shade(style, areas) {
+        let symbol = if style == MapStyle::Ascii { '%' } else { '▒' };
+        return fills.then(|| Glyph {
+            symbol,
+            style: Style::new().fg(front.color),
+        });
+    }
     let is_front = |dot: &Dot| match back.filter(|_| style.has_backgrounds()) {
         Some(back) => same(dot, &front) || !same(dot, &back) && dot.layer > back.layer,
         // Without backgrounds, bodies in one cell have one colour.
-        None => dot.layer > 0,
+        None => dot.layer > 0 && !dot.shaded,
     };
     let parts = areas.iter().enumerate();
     let mask = parts.fold(0_usize, |mask, (i, dot)| {

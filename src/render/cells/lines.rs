@@ -5,7 +5,7 @@ use ratatui::style::Color;
 use super::CellView;
 use super::canvas::Canvas;
 use crate::geometry::Point;
-use crate::render::scene::{LineStyle, offset};
+use crate::render::scene::LineStyle;
 
 /// Dots of a dash and of the gap behind it.
 const DASH: (f64, f64) = (5.0, 4.0);
@@ -29,8 +29,9 @@ pub fn styled(
     match style {
         LineStyle::Solid => stroke(canvas, view, line, color),
         LineStyle::Thick => {
-            stroke(canvas, view, line, color);
-            stroke(canvas, view, &offset(line, -view.dot), color);
+            for pair in line.windows(2) {
+                canvas.thick(view.at(&pair[0]), view.at(&pair[1]), color);
+            }
         }
         LineStyle::Dashed => {
             let (on, off) = DASH;

@@ -11,6 +11,7 @@ mod lines;
 mod overlays;
 mod regions;
 mod road;
+mod silhouette;
 #[cfg(test)]
 mod tests;
 mod trails;
@@ -67,6 +68,12 @@ pub struct Appearance<'a> {
 }
 
 impl Appearance<'_> {
+    /// Whether the ego has another colour than others; else its body is filled in another way.
+    #[must_use]
+    pub fn has_colors(&self) -> bool {
+        self.theme.ego != Color::Reset
+    }
+
     /// The colour of a role.
     #[must_use]
     pub fn color(&self, role: Role) -> Color {
@@ -112,9 +119,7 @@ pub fn draw(
     overlays::draw(c, look, &scene.overlays, view);
     overlays::draw(c, look, &scene.variation, view);
     c.layer();
-    bodies::draw(c, look, &scene.bodies, view);
-    c.layer();
-    bodies::draw(c, look, &scene.ego, view);
+    bodies::draw(c, look, scene, view);
     c.layer();
     overlays::draw(c, look, &scene.top, view);
     canvas.paint(buffer, area);

@@ -11,8 +11,10 @@ use crate::render::scene::{
     Border, DASH, DirectionArrow, GoalArea, MapScene, Paint, STRIPE, Surface, SurfaceKind, offset,
 };
 
-/// Where a dot is at most this large, metres, there is room for a second line and for driving directions.
+/// Where a dot is at most this large, metres, there is room for a second line.
 const CLOSE: f64 = 0.4;
+/// Where a dot is at most this large, metres, there is room for driving directions: elsewhere they look like dashes.
+const DIRECTIONS: f64 = 0.15;
 /// Where a dot is larger than this, metres, the surface alone shows the road: lines within it would run together.
 const FAR: f64 = 1.3;
 /// Dots from one line across a surface to the next at least.
@@ -113,7 +115,7 @@ pub fn markings(
     view: &CellView,
 ) {
     canvas.faint(true);
-    if look.markings && view.dot <= CLOSE {
+    if look.markings && view.dot <= DIRECTIONS {
         let color = match look.style.has_backgrounds() {
             true => mix(look.theme.map_road, look.theme.map_marking, 0.3),
             false => look.theme.lane_dashed,
@@ -175,20 +177,17 @@ fn painted(
     look: &Appearance<'_>,
 ) {
     let theme = look.theme;
-    let (solid, broken, unknown) = match look.style.has_backgrounds() {
-        true => (
-            theme.map_marking,
-            theme.map_marking,
-            mix(theme.map_road, theme.map_marking, 0.45),
-        ),
-        false => (theme.lane, theme.lane_dashed, theme.lane),
+    let (solid, broken) = match look.style.has_backgrounds() {
+        true => (theme.map_marking, theme.map_marking),
+        false => (theme.lane, theme.lane_dashed),
     };
+    // Dashes that would run together are a lighter line.
+    let merged = mix(theme.map_road, theme.map_marking, 0.45);
     match paint {
         Paint::Dashed if view.dot < DASH / 2.0 => {
             dashes(canvas, view, points, (DASH, DASH), broken);
         }
-        // Dashes that would run together are a lighter line.
-        Paint::Dashed if look.style.has_backgrounds() => stroke(canvas, view, points, unknown),
+        Paint::Dashed if look.style.has_backgrounds() => stroke(canvas, view, points, merged),
         Paint::Dashed => stroke(canvas, view, points, broken),
         Paint::None if look.style.has_backgrounds() => {
             stroke(
@@ -199,8 +198,9 @@ fn painted(
             );
         }
         Paint::None => stroke(canvas, view, points, broken),
-        Paint::Unknown => stroke(canvas, view, points, unknown),
-        Paint::Solid | Paint::Curb | Paint::LoweredCurb => stroke(canvas, view, points, solid),
+        Paint::Solid | Paint::Unknown | Paint::Curb | Paint::LoweredCurb => {
+            stroke(canvas, view, points, solid)
+        }
     }
 }
 

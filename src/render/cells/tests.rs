@@ -120,3 +120,23 @@ fn lines_of_any_length_are_cut_off() {
         });
     }
 }
+
+#[test]
+fn without_colours_shades_tell_bodies_from_the_ego() {
+    let drawn = |style| {
+        drawn(style, |canvas| {
+            let place = |ring: [(f64, f64); 4]| vec![ring.to_vec()];
+            let other = canvas.silhouette(&place(rectangle((-3.0, -1.0), (-1.0, 3.0))), (0.0, 0.0));
+            let ego = canvas.silhouette(&place(rectangle((-1.0, 1.5), (-1.0, 3.0))), (0.0, 0.0));
+            canvas.layer();
+            canvas.fill(&other, Color::Reset, true);
+            canvas.fill(&ego, Color::Reset, false);
+        })
+    };
+    let buffer = drawn(MapStyle::Braille);
+    let row: String = (0..10).map(|x| buffer[(x, 1)].symbol()).collect();
+    assert_eq!(row, "  ▒▒██▌   ");
+    let buffer = drawn(MapStyle::Ascii);
+    let row: String = (0..10).map(|x| buffer[(x, 1)].symbol()).collect();
+    assert_eq!(row, "  %%###   ");
+}

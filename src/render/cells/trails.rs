@@ -5,7 +5,8 @@ use super::lines::stroke;
 use super::{Appearance, CellView};
 use crate::render::scene::{MapScene, Owner};
 
-/// Lines behind everyone, dots ahead of them as far as they are recorded: a dot for every other step.
+/// Lines behind them, thick for the ego and those pointed out; ahead, as far as it is recorded, a dot for every other
+/// step.
 pub fn draw(canvas: &mut Canvas<'_>, look: &Appearance<'_>, scene: &MapScene<'_>, view: &CellView) {
     let theme = look.theme;
     for trail in &scene.trails {
@@ -14,9 +15,13 @@ pub fn draw(canvas: &mut Canvas<'_>, look: &Appearance<'_>, scene: &MapScene<'_>
             (_, Some(_)) => (theme.trail, theme.picked),
             (_, None) => (theme.trail, theme.trail),
         };
+        let thick = trail.owner == Owner::Ego || trail.highlighted.is_some();
         for pair in trail.past.windows(2) {
             let ends = [pair[0].1.pose.position, pair[1].1.pose.position];
-            stroke(canvas, view, &ends, past);
+            match thick {
+                true => canvas.thick(view.at(&ends[0]), view.at(&ends[1]), past),
+                false => stroke(canvas, view, &ends, past),
+            }
         }
         for (_, motion) in trail.future.iter().step_by(2) {
             canvas.point(view.at(&motion.pose.position), future);

@@ -4,10 +4,7 @@ use super::Map;
 use crate::geometry::Point;
 use crate::render::Color;
 use crate::render::display::{Area, Picture, Stroke, Text};
-use crate::render::scene::{Body, Owner};
-
-/// Obstacles named at most, beside those that are pointed out.
-const MOST: usize = 9;
+use crate::render::scene::{Body, NAMED, Owner};
 
 struct Label {
     words: String,
@@ -68,7 +65,7 @@ fn wanted(map: &Map<'_>) -> Vec<Label> {
     let hollow = map.scene.hollow().filter_map(|(name, outline)| {
         label(name.into(), map.color(outline.role), false, &outline.rings)
     });
-    let mut named = map.scene.named(MOST).into_iter().peekable();
+    let mut named = map.scene.named(NAMED).into_iter().peekable();
     let ego = named.next_if(|body| body.owner == Owner::Ego);
     let ego = ego.and_then(of_body).into_iter();
     ego.chain(hollow).chain(named.filter_map(of_body)).collect()

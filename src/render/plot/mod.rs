@@ -1,15 +1,21 @@
 //! Measures over time: a panel for each, below each other, with one axis of time.
 
+mod panel;
 mod steps;
 mod ticks;
+mod values;
 
 pub use steps::steps;
 pub use ticks::Ticks;
+pub use values::{runs, value_range};
+
+use panel::Panel;
 
 use super::Color;
-use super::display::{Anchor, Area, Picture, Spot, Stroke, Text};
+use super::display::{Anchor, Area, Picture, Stroke, Text};
 use super::palette::Palette;
 use crate::metrics::{Measure, Series, Thresholds};
+use crate::scenario::Window;
 
 /// What a plot shows.
 pub struct Plot<'a> {
@@ -19,6 +25,10 @@ pub struct Plot<'a> {
     pub dt: f64,
     /// The step at which a line stands; none for a plot of the whole.
     pub cursor: Option<i64>,
+    /// The window of a question, which is shaded.
+    pub window: Option<Window>,
+    /// The step of the first contact, at which a line stands.
+    pub contact: Option<i64>,
     /// Obstacles that are pointed out.
     pub emphasised: &'a [i64],
     /// From where on values are dangerous.
@@ -68,7 +78,7 @@ impl Plot<'_> {
         picture.group("plot", None, |p| {
             for (i, measure) in measures.iter().enumerate() {
                 let last = i + 1 == measures.len();
-                self.panel(p, measure, panel(i), last);
+                Panel::new(self, measure, panel(i)).draw(p, last);
             }
             self.legend(p, panel(0));
         });
@@ -80,142 +90,11 @@ impl Plot<'_> {
         (from, ((steps.end - 1) as f64 * self.dt).max(from + self.dt))
     }
 
-    fn panel(&self, picture: &mut Picture, measure: &Measure, area: Area, last: bool) {
-        let (palette, size) = (self.palette, self.letters);
-        let curves = self.curves(measure);
-        let (from, to) = self.time();
-        let thresholds: Vec<_> = self.thresholds.for_measure(measure.id).collect();
-        let values: Vec<f64> = thresholds.iter().map(|t| t.value).collect();
-        let most = (area.height / (1.9 * size)).clamp(2.0, 6.0) as usize;
-        let upwards = match measure.is_ordinal() {
-            // All six where numbers have room, one below the other.
-            true if area.height >= 5.0 * 1.1 * size => Ticks::around(0.0, 5.0, 6),
-            true => Ticks::ends(0.0, 5.0),
-            false => upwards(&curves, &values, most),
-        };
-        let (low, high) = upwards.bounds();
-        let spot = |(time, value): (f64, f64)| -> Spot {
-            (
-                area.x + (time - from) / (to - from) * area.width,
-                area.bottom() - (value - low) / (high - low) * area.height,
-            )
-        };
-        for (value, words) in upwards.labels() {
-            let (_, y) = spot((from, value));
-            picture.line(
-                &[(area.x, y), (area.right(), y)],
-                Stroke::new(palette.grid, 0.4),
-            );
-            picture.line(
-                &[(area.x - 2.0, y), (area.x, y)],
-                Stroke::new(palette.text, 0.5),
-            );
-            let at = (area.x - 3.5, y + size * 0.34);
-            picture.text(Text::new(at, words, size, palette.text).anchored(Anchor::End));
-        }
-        self.time_axis(picture, area, last);
-        let seen: Vec<_> = thresholds
-            .iter()
-            .filter(|t| (low..=high).contains(&t.value))
-            .collect();
-        for threshold in &seen {
-            let (_, y) = spot((from, threshold.value));
-            let stroke = Stroke::new(palette.dim, 0.6).dashed(&[2.0, 2.0]);
-            picture.line(&[(area.x, y), (area.right(), y)], stroke);
-        }
-        let cursor = self.cursor.map(|step| step as f64 * self.dt);
-        if let Some(now) = cursor {
-            let (x, _) = spot((now, low));
-            picture.line(
-                &[(x, area.y), (x, area.bottom())],
-                Stroke::new(palette.accent, 0.6),
-            );
-        }
-        picture.group("curves", Some(area.grown(1.2)), |p| {
-            for curve in &curves {
-                for run in &curve.runs {
-                    let run = match measure.is_ordinal() {
-                        true => steps(run),
-                        false => run.clone(),
-                    };
-                    let points: Vec<Spot> = run.into_iter().map(spot).collect();
-                    if let [only] = points[..] {
-                        p.circle(
-                            only,
-                            curve.stroke.width * 0.8,
-                            Some(curve.stroke.color),
-                            None,
-                        );
-                    }
-                    p.line(&points, curve.stroke.clone());
-                }
-                let point = |now| {
-                    curve
-                        .runs
-                        .iter()
-                        .flatten()
-                        .find(|p| (p.0 - now) as f32 == 0.0)
-                };
-                if let Some(point) = cursor.and_then(point) {
-                    let edge = Stroke::new(palette.background, 0.5);
-                    p.circle(spot(*point), 1.7, Some(curve.stroke.color), Some(edge));
-                }
-            }
-        });
-        // Names of thresholds that lie close together would lie over each other.
-        let mut named: Vec<f64> = Vec::new();
-        for threshold in &seen {
-            let (_, y) = spot((from, threshold.value));
-            let size = size * 0.85;
-            if named.iter().all(|other| (other - y).abs() > size) {
-                named.push(y);
-                let baseline = if y - size < area.y { y + size } else { y - 1.8 };
-                // On the left, as scenes end with what matters.
-                let at = (area.x + 3.0, baseline);
-                let text = Text::new(at, &*threshold.name, size, palette.dim);
-                picture.text(text.with_halo(palette.background));
-            }
-        }
-        picture.rectangle(&area, None, Some(Stroke::new(palette.text, 0.5)));
-        let name = axis_name(measure, size, area.height);
-        let at = (self.area.x + size * 0.9, area.y + area.height / 2.0);
-        let mut text = Text::new(at, name, size, palette.text).anchored(Anchor::Middle);
-        text.upwards = true;
-        picture.text(text);
-    }
-
-    fn time_axis(&self, picture: &mut Picture, area: Area, last: bool) {
-        let (palette, size) = (self.palette, self.letters);
-        let (from, to) = self.time();
-        let most = (area.width / (4.5 * size)).clamp(2.0, 11.0) as usize;
-        for (time, words) in Ticks::within(from, to, most).labels() {
-            let x = area.x + (time - from) / (to - from) * area.width;
-            let y = area.bottom();
-            picture.line(&[(x, y), (x, y + 2.0)], Stroke::new(palette.text, 0.5));
-            if last {
-                let at = (x, y + 3.0 + size * 0.85);
-                picture.text(Text::new(at, words, size, palette.text).anchored(Anchor::Middle));
-            }
-        }
-        if last {
-            let at = (area.x + area.width / 2.0, area.bottom() + 3.0 + 2.1 * size);
-            picture.text(Text::new(at, "time (s)", size, palette.text).anchored(Anchor::Middle));
-        }
-    }
-
     /// Everybody together in a fine line, and those who are pointed out.
     fn curves(&self, measure: &Measure) -> Vec<Curve> {
-        let runs = |value: &dyn Fn(i64) -> Option<f64>| {
-            let steps = self.series.steps();
-            let values: Vec<_> = steps
-                .map(|s| Some((s as f64 * self.dt, value(s)?)))
-                .collect();
-            let runs = values.split(Option::is_none).filter(|run| !run.is_empty());
-            runs.map(|run| run.iter().flatten().copied().collect())
-                .collect()
-        };
+        let runs = |value: &dyn Fn(i64) -> Option<f64>| runs(self.series, self.dt, value);
         let all = Curve {
-            name: format!("{} of all", measure.danger.extreme()),
+            name: format!("{} of all", measure.extreme()),
             stroke: Stroke::new(self.palette.obstacle, 1.6).rounded(),
             runs: runs(&|s| self.series.most_dangerous_at(measure.id, s).map(|(_, v)| v)),
         };
@@ -259,43 +138,4 @@ impl Plot<'_> {
             right -= needed;
         }
     }
-}
-
-/// Its name with its unit, or its short one where that is too long.
-fn axis_name(measure: &Measure, size: f64, room: f64) -> String {
-    let with_unit = |name: &str| match measure.unit {
-        "" => name.to_string(),
-        unit => format!("{name} ({unit})"),
-    };
-    let name = with_unit(measure.name);
-    match Text::width(&name, size) <= room {
-        true => name,
-        false => with_unit(measure.id),
-    }
-}
-
-/// So much of what the values take up may be added to reach a threshold, or zero.
-const NEAR: f64 = 0.5;
-
-/// The axis upwards: from the lowest to the highest value, and to thresholds near them.
-fn upwards(curves: &[Curve], thresholds: &[f64], most: usize) -> Ticks {
-    let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
-    let range = points.fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.1), h.max(p.1)));
-    let (mut low, mut high) = range;
-    if low > high {
-        return Ticks::ends(0.0, 1.0);
-    }
-    let room = NEAR * (high - low);
-    let near = thresholds
-        .iter()
-        .chain(&[0.0])
-        .filter(|t| (low - room..=high + room).contains(*t));
-    let (wider_low, wider_high) = near.fold((low, high), |(l, h), &t| (l.min(t), h.max(t)));
-    (low, high) = (wider_low, wider_high);
-    if high - low <= 1e-9 * low.abs().max(1e-3) {
-        // One value all the time: it stands between two others.
-        let around = (low.abs() * 0.1).max(0.5);
-        (low, high) = (low - around, high + around);
-    }
-    Ticks::around(low, high, most)
 }

@@ -197,6 +197,9 @@ impl<'a> MapScene<'a> {
     }
 }
 
+/// Obstacles that are named on a map at most, beside those that are pointed out.
+pub const NAMED: usize = 9;
+
 impl<'a> MapScene<'a> {
     /// Whether an owner is the attacker of a variant, changed or not.
     #[must_use]

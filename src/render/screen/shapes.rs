@@ -1,5 +1,6 @@
 //! Signs that fill their cell as shapes: boxes, blocks, Braille, arrows; fonts leave gaps between them.
 
+use crate::render::cells::Blocks;
 use crate::render::display::{Area, Segment, Spot, circle};
 
 /// A sign.
@@ -53,6 +54,17 @@ pub fn shape(c: char, cell: &Area) -> Option<Shape> {
             filled: Vec::new(),
             lines: lines.iter().map(line).collect(),
         })
+    };
+    // An arrow to a corner of the square in the middle of the cell.
+    let slanted = |right: bool, up: bool| {
+        let spot = |x: f64, y: f64| {
+            let x = if right { x } else { 1.0 - x };
+            (x, if up { y } else { 1.06 - y })
+        };
+        strokes(&[
+            &[spot(0.1, 0.73), spot(0.9, 0.33)],
+            &[spot(0.42, 0.33), spot(0.9, 0.33), spot(0.9, 0.57)],
+        ])
     };
     let dot = |radius: f64| circle(at(0.5, 0.53), radius * cell.width);
     let code = u32::from(c);
@@ -117,12 +129,33 @@ pub fn shape(c: char, cell: &Area) -> Option<Shape> {
             &[(0.5, 0.25), (0.5, 0.8)],
             &[(0.2, 0.63), (0.5, 0.81), (0.8, 0.63)],
         ]),
+        '↗' => slanted(true, true),
+        '↖' => slanted(false, true),
+        '↘' => slanted(true, false),
+        '↙' => slanted(false, false),
         '↩' | '⏎' => strokes(&[
             &[(0.9, 0.3), (0.9, 0.58), (0.1, 0.58)],
             &[(0.4, 0.46), (0.1, 0.58), (0.4, 0.7)],
         ]),
-        _ => boxes(c, cell),
+        _ => boxes(c, cell).or_else(|| filled(blocks(c, cell)?)),
     }
+}
+
+/// The parts of a cell that a block character fills, as the map is made of them.
+fn blocks(c: char, cell: &Area) -> Option<Vec<Segment>> {
+    let (blocks, parts) = Blocks::of_symbol(c)?;
+    let (across, down) = blocks.per_cell();
+    let (width, height) = (cell.width / across as f64, cell.height / down as f64);
+    let part = |i: usize| {
+        rectangle(&Area {
+            x: cell.x + (i % across) as f64 * width,
+            y: cell.y + (i / across) as f64 * height,
+            width,
+            height,
+        })
+    };
+    let set = (0..across * down).filter(|i| parts >> i & 1 == 1);
+    Some(set.flat_map(part).collect())
 }
 
 /// A filled box.
@@ -277,12 +310,22 @@ mod tests {
             width: 4.0,
             height: 8.0,
         };
-        for c in "⣿▁█▌▸●…≠─│┌╭╯═→".chars() {
+        for c in "⣿▁█▌▸●…≠─│┌╭╯═→↗↙▚▛🬝🬎𜺠".chars() {
             assert!(shape(c, &cell).is_some(), "{c}");
         }
         for c in "aZ0ü²·".chars() {
             assert!(shape(c, &cell).is_none(), "{c}");
         }
+        // The upper left and the lower right quarter.
+        let quarters = shape('▚', &cell).map(|s| s.filled).unwrap_or_default();
+        let corners: Vec<Spot> = quarters
+            .iter()
+            .filter_map(|s| match s {
+                Segment::Move(spot) => Some(*spot),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(corners, [(0.0, 0.0), (2.0, 4.0)]);
         let lines = shape('┼', &cell).map_or(0, |s| s.lines.len());
         assert_eq!(lines, 4);
     }

@@ -50,7 +50,7 @@ pub(super) fn check(obstacle: &Obstacle, say: &mut impl FnMut(String)) {
     let shape = footprint.shape();
     if let Some((a, b)) = crossing(shape) {
         say(format!(
-            "its outline crosses itself, after corner {} and again after corner {}; the hull around it is taken",
+            "outline crosses itself after corners {} and {}; its convex hull is used",
             a + 1,
             b + 1
         ));
@@ -67,7 +67,7 @@ pub(super) fn check(obstacle: &Obstacle, say: &mut impl FnMut(String)) {
     let large = (around.max - around.min).norm();
     if off > ELSEWHERE.max(large) {
         say(format!(
-            "its body lies {off:.0} m from its position; shapes are told from where the obstacle is"
+            "body is {off:.0} m from its position; shapes are relative to the obstacle's position"
         ));
     }
 }
@@ -87,7 +87,7 @@ fn size(obstacle: &Obstacle, shape: &Shape, say: &mut impl FnMut(String)) {
             && fits(width, sizes.length)
             && fits(length, sizes.width);
         if !turned {
-            say(format!("{size} is no size of a {kind}; taken as it is"));
+            say(format!("{size} is implausible for a {kind}; used as is"));
         }
         return;
     }
@@ -102,7 +102,7 @@ fn size(obstacle: &Obstacle, shape: &Shape, say: &mut impl FnMut(String)) {
     );
     if long && matches!(shape, Shape::Rectangle { .. }) && width > 1.2 * length {
         say(format!(
-            "{size}: it is wider than long; are length and width exchanged?"
+            "{size}: wider than long; are length and width swapped?"
         ));
     }
 }

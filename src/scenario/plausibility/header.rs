@@ -13,8 +13,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         found.warn(
             ElementRef::Scenario,
             format!(
-                "a time step of {dt} s is unusually long; nothing is known of what happens in between, and collisions \
-                 may be missed"
+                "a time step of {dt} s is unusually long; collisions between steps may be missed"
             ),
         );
     }
@@ -30,7 +29,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         if let Some(degrees) = absurd {
             found.warn(
                 ElementRef::Location,
-                format!("a {name} of {degrees}° is nowhere on Earth"),
+                format!("a {name} of {degrees}° is not on Earth"),
             );
         }
     }
@@ -39,7 +38,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     if let Some(scaling) = scaling.filter(|s| *s <= 0.0) {
         found.warn(
             ElementRef::Location,
-            format!("the map is scaled by {scaling}, which makes no map"),
+            format!("the map scale {scaling} is implausible"),
         );
     }
 }

@@ -68,34 +68,32 @@ fn bound(side: &str, bound: &Bound, say: &mut impl FnMut(String)) -> bool {
         before = Some(leg).filter(|_| metres > SPIKE);
     }
     if length < SHORTEST {
-        say(format!(
-            "its {side} bound is {length:.3} m long and leads nowhere"
-        ));
+        say(format!("{side} bound is only {length:.3} m long"));
         return false;
     }
     let (metres, at) = longest;
     if metres > LONGEST_SEGMENT {
         say(format!(
-            "its {side} bound goes {metres:.0} m from point {} to {}; is a coordinate wrong?",
+            "{side} bound jumps {metres:.0} m from point {} to {}; is a coordinate wrong?",
             at + 1,
             at + 2
         ));
     }
     if let Some(at) = spike {
         say(format!(
-            "its {side} bound turns back on itself at point {}",
+            "{side} bound turns back on itself at point {}",
             at + 1
         ));
     }
     if let Some((a, b)) = self_crossing(points, false) {
         say(format!(
-            "its {side} bound crosses itself, after point {} and again after point {}",
+            "{side} bound crosses itself after points {} and {}",
             a + 1,
             b + 1
         ));
     }
     if let Some(z) = bound.heights.iter().find(|z| z.abs() > HIGHEST) {
-        say(format!("its {side} bound lies at a height of {z} m"));
+        say(format!("{side} bound is at a height of {z} m"));
     }
     true
 }
@@ -105,21 +103,21 @@ fn between(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
     let (left, right) = (&lanelet.left.points, &lanelet.right.points);
     if left.len() != right.len() {
         say(format!(
-            "its left bound has {} points and its right one {}, which belong in pairs; taken by their lengths",
+            "left bound has {} points, right bound {}; points should pair up, so they are matched by length",
             left.len(),
             right.len()
         ));
     }
     if let Some((a, b)) = crossing(left, right) {
         say(format!(
-            "its bounds cross, after point {} of the left and {} of the right one",
+            "bounds cross after point {} of the left and {} of the right one",
             a + 1,
             b + 1
         ));
     } else if lanelet.borders_disagree() {
-        say("its bounds are drawn in opposite directions; one is turned around".into());
+        say("bounds run in opposite directions; one is reversed".into());
     } else if twice_area(left, right) > 0.0 {
-        say("its left bound lies on the right of the right one; are they exchanged?".into());
+        say("left bound is right of the right one; are they swapped?".into());
     }
     width(left, right, say);
 }
@@ -140,13 +138,11 @@ fn width(left: &[Point], right: &[Point], say: &mut impl FnMut(String)) {
     };
     let most = widths.iter().copied().fold(0.0, f64::max);
     if most < NARROWEST {
-        say(format!(
-            "it is nowhere wider than {most:.2} m; no vehicle fits"
-        ));
+        say(format!("at most {most:.2} m wide; no vehicle fits"));
     } else if most > WIDEST {
         let at = widths.iter().position(|w| *w == most).unwrap_or_default();
         say(format!(
-            "it is {most:.0} m wide at point {}; is a coordinate wrong?",
+            "{most:.0} m wide at point {}; is a coordinate wrong?",
             at + 1
         ));
     }
@@ -173,12 +169,12 @@ fn stop_line(lanelet: &Lanelet, around: &Bounds, say: &mut impl FnMut(String)) {
     };
     let length = (to - from).norm();
     if length < SHORTEST {
-        say("its stop line has no length".into());
+        say("stop line has no length".into());
     } else if length > WIDEST {
-        say(format!("its stop line is {length:.0} m long"));
+        say(format!("stop line is {length:.0} m long"));
     }
     let off = beyond(around, &from).min(beyond(around, &to));
     if off > STOP_LINE_APART {
-        say(format!("its stop line lies {off:.0} m away from it"));
+        say(format!("stop line is {off:.0} m away from the lanelet"));
     }
 }

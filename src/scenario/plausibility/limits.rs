@@ -45,7 +45,7 @@ pub fn refused_time_step(seconds: f64) -> Option<String> {
     }
     (!(shortest..=longest).contains(&seconds)).then(|| {
         format!(
-            "is no time step that can be worked with: {shortest} s to {longest} s are read; is it in another unit?"
+            "is out of range: {shortest} s to {longest} s are supported; is it in another unit?"
         )
     })
 }
@@ -54,7 +54,7 @@ pub fn refused_time_step(seconds: f64) -> Option<String> {
 pub fn refused_coordinate(metres: f64) -> Option<String> {
     (metres.abs() > LARGEST_COORDINATE).then(|| {
         format!(
-            "`{metres}` is out of all reason: no map has coordinates beyond ±{:.0} km",
+            "`{metres}` is implausible: coordinates are limited to ±{:.0} km",
             LARGEST_COORDINATE / 1e3
         )
     })
@@ -64,7 +64,7 @@ pub fn refused_coordinate(metres: f64) -> Option<String> {
 pub fn refused_size(metres: f64) -> Option<String> {
     (metres.abs() > LARGEST_SHAPE).then(|| {
         format!(
-            "`{metres}` is out of all reason: no shape is larger than {:.0} km",
+            "`{metres}` is implausible: shapes are limited to {:.0} km",
             LARGEST_SHAPE / 1e3
         )
     })
@@ -87,7 +87,7 @@ pub fn doubtful(field: StateField, quantity: Quantity) -> Option<String> {
         let name = field.name();
         return Some(match field {
             StateField::Orientation => format!(
-                "the heading {value} is more than {MOST_TURNS} turns; it is read as radians, and looks like degrees"
+                "heading {value}, read as radians, is more than {MOST_TURNS} turns; is it in degrees?"
             ),
             _ => {
                 let digits = if most.fract() == 0.0 { 0 } else { 2 };
@@ -96,7 +96,7 @@ pub fn doubtful(field: StateField, quantity: Quantity) -> Option<String> {
         });
     }
     let backwards = field == StateField::Velocity && from < -FASTEST_BACKWARDS;
-    backwards.then(|| format!("it drives backwards at {} m/s", -from))
+    backwards.then(|| format!("drives backwards at {} m/s", -from))
 }
 
 /// The largest magnitude that a quantity can have, and its unit; `None` if anything is possible.

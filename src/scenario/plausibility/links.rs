@@ -39,23 +39,23 @@ fn itself(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
         ("predecessor", &lanelet.predecessors),
     ] {
         if ids.contains(&id) {
-            say(format!("it is its own {what}"));
+            say(format!("is its own {what}"));
         }
         let mut seen = HashSet::new();
         if let Some(twice) = ids.iter().find(|id| !seen.insert(**id)) {
-            say(format!("{twice} is its {what} twice"));
+            say(format!("{twice} is listed twice as {what}"));
         }
     }
     let (left, right) = (lanelet.adjacent_left, lanelet.adjacent_right);
     for (side, neighbour) in [("left", left), ("right", right)] {
         let Some(neighbour) = neighbour else { continue };
         if neighbour.id == id {
-            say(format!("it is its own neighbour on the {side}"));
+            say(format!("is its own neighbour on the {side}"));
         } else if lanelet.successors.contains(&neighbour.id)
             || lanelet.predecessors.contains(&neighbour.id)
         {
             say(format!(
-                "{} lies beside it on the {side} and before or behind it, too",
+                "{} is both {side} neighbour and predecessor or successor",
                 neighbour.id
             ));
         }
@@ -63,7 +63,7 @@ fn itself(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
     if let (Some(left), Some(right)) = (left, right)
         && left.id == right.id
     {
-        say(format!("{} lies on its left and on its right", left.id));
+        say(format!("{} is both left and right neighbour", left.id));
     }
 }
 
@@ -77,7 +77,7 @@ fn along(network: &LaneletNetwork, lanelet: &Lanelet, say: &mut impl FnMut(Strin
     for next in others(&lanelet.successors) {
         if !next.predecessors.contains(&id) {
             say(format!(
-                "{} is its successor and does not have it as predecessor",
+                "successor {} does not list it as predecessor",
                 next.id
             ));
         }
@@ -87,7 +87,7 @@ fn along(network: &LaneletNetwork, lanelet: &Lanelet, say: &mut impl FnMut(Strin
         let gap = (begin - end).norm();
         if gap > JOINT {
             say(format!(
-                "its successor {} begins {gap:.1} m from where it ends",
+                "successor {} starts {gap:.1} m from its end",
                 next.id
             ));
         }
@@ -95,7 +95,7 @@ fn along(network: &LaneletNetwork, lanelet: &Lanelet, say: &mut impl FnMut(Strin
     for before in others(&lanelet.predecessors) {
         if !before.successors.contains(&id) {
             say(format!(
-                "{} is its predecessor and does not have it as successor",
+                "predecessor {} does not list it as successor",
                 before.id
             ));
         }
@@ -128,7 +128,7 @@ fn beside(network: &LaneletNetwork, place: usize, say: &mut impl FnMut(String)) 
         let side_name = side.name();
         if gap > BESIDE {
             say(format!(
-                "{}, its neighbour on the {side_name}, lies {gap:.0} m away",
+                "{side_name} neighbour {} is {gap:.0} m away",
                 other.id
             ));
         } else if let Some(message) = course(lanelet, other, side, adjacent) {
@@ -170,17 +170,15 @@ fn mutual(
     match back {
         Some(back) if back.id == lanelet.id && back.same_direction == adjacent.same_direction => {}
         Some(back) if back.id == lanelet.id => say(format!(
-            "whether {id}, its neighbour on the {side}, is driven the same way, the two say differently"
+            "it and its {side} neighbour {id} disagree on the driving direction"
         )),
         _ => {
             let there = [other.adjacent_left, other.adjacent_right];
             if there.iter().flatten().any(|back| back.id == lanelet.id) {
-                say(format!(
-                    "{id} is its neighbour on the {side}, and has it on the wrong side for that"
-                ));
+                say(format!("{side} neighbour {id} lists it on the wrong side"));
             } else {
                 say(format!(
-                    "{id} is its neighbour on the {side}, and does not have it as neighbour"
+                    "{side} neighbour {id} does not list it as neighbour"
                 ));
             }
         }
@@ -194,12 +192,12 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
     let id = other.id;
     if adjacent.same_direction && along < -0.5 {
         return Some(format!(
-            "{id} is to be driven the same way, and runs the other way"
+            "{id} is marked as same direction but runs in the opposite one"
         ));
     }
     if !adjacent.same_direction && along > 0.5 {
         return Some(format!(
-            "{id} is to be driven the other way, and runs the same way"
+            "{id} is marked as opposite direction but runs in the same one"
         ));
     }
     // For an oncoming neighbour left and right are swapped.
@@ -210,7 +208,7 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
     };
     wrong.then(|| {
         format!(
-            "{id} is its neighbour on the {}, and lies on the other side",
+            "neighbour {id} on the {} lies on the other side",
             side.name()
         )
     })
@@ -269,7 +267,7 @@ fn astray(network: &LaneletNetwork, found: &mut Findings) {
         found.warn(
             ElementRef::Lanelet(place),
             format!(
-                "lanelet {}: it lies {nearest:.0} m from all other lanelets; is a coordinate wrong?",
+                "lanelet {}: {nearest:.0} m from all other lanelets; is a coordinate wrong?",
                 lanelet.id
             ),
         );

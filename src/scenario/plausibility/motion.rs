@@ -95,7 +95,7 @@ impl<'a> Pair<'a> {
         let changes = (b - a).abs() > by.max(rate * self.time);
         changes.then(|| {
             format!(
-                "its speed goes from {a} to {b} m/s {}, within {} s",
+                "speed changes from {a} to {b} m/s {}, within {} s",
                 self.steps(),
                 self.time
             )
@@ -110,7 +110,7 @@ impl<'a> Pair<'a> {
         let slack = 2.0 + 10.0 * self.time * self.time;
         (self.time <= LONGEST && told > self.moved + slack).then(|| {
             format!(
-                "it moves {:.1} m {}, where its speed says {told:.1} m",
+                "moves {:.1} m {}; its speed implies {told:.1} m",
                 self.moved,
                 self.steps()
             )
@@ -124,7 +124,7 @@ impl<'a> Pair<'a> {
             .all(|s| s.velocity.is_some_and(|v| v.abs() > SLOW));
         (self.time <= LONGEST && drives && turn.abs() > LARGEST_TURN).then(|| {
             format!(
-                "its heading turns by {:.0}° {}",
+                "heading turns by {:.0}° {}",
                 turn.to_degrees(),
                 self.steps()
             )
@@ -161,12 +161,12 @@ impl<'a> Pair<'a> {
         }
         let (steps, (off, velocity)) = (self.steps(), b);
         Some(if off.abs() < SIDEWAYS {
-            format!("it moves forwards {steps}, where its speed of {velocity} m/s says backwards")
+            format!("moves forwards {steps}, but its speed of {velocity} m/s implies backwards")
         } else if velocity >= 0.0 && off.abs() > std::f64::consts::PI - SIDEWAYS {
-            format!("it moves backwards {steps}, where its speed of {velocity} m/s says forwards")
+            format!("moves backwards {steps}, but its speed of {velocity} m/s implies forwards")
         } else {
             format!(
-                "it moves at {:.0}° to its heading {steps}; is the heading in degrees, or of another vehicle?",
+                "moves at {:.0}° to its heading {steps}; is the heading in degrees, or of another vehicle?",
                 off.to_degrees()
             )
         })
@@ -188,9 +188,8 @@ fn path_and_speed(rows: &[Row], dt: f64) -> Option<(usize, String)> {
     let (factor, least) = FACTOR;
     let (less, more) = (path.min(told), path.max(told));
     (more > factor * less && more - less > least).then(|| {
-        let message = format!(
-            "its positions make a way of {path:.1} m, and its speeds one of {told:.1} m; both are taken as they are"
-        );
+        let message =
+            format!("positions cover {path:.1} m, but speeds {told:.1} m; both are used as is");
         (rows[0].place, message)
     })
 }
@@ -246,12 +245,12 @@ mod tests {
             (
                 even(0.0, -10.0, 1.0),
                 1,
-                "forwards from time step 0 to 1, where its speed of -10",
+                "forwards from time step 0 to 1, but its speed of -10",
             ),
             (
                 even(3.1, 10.0, 1.0),
                 1,
-                "backwards from time step 0 to 1, where its speed of 10",
+                "backwards from time step 0 to 1, but its speed of 10",
             ),
             (
                 changed(7, (7.0, 3.0, 10.0)),
@@ -260,16 +259,8 @@ mod tests {
             ),
             (changed(7, (7.0, 0.0, 99.0)), 7, "from 10 to 99 m/s"),
             (even(0.0, 60.0, 0.0), 1, "moves 0.0 m"),
-            (
-                even(0.0, 36.0, 1.0),
-                0,
-                "way of 19.0 m, and its speeds one of 68.4 m",
-            ),
-            (
-                even(0.0, 0.0, 1.0),
-                0,
-                "way of 19.0 m, and its speeds one of 0.0 m",
-            ),
+            (even(0.0, 36.0, 1.0), 0, "cover 19.0 m, but speeds 68.4 m"),
+            (even(0.0, 0.0, 1.0), 0, "cover 19.0 m, but speeds 0.0 m"),
         ] {
             let found = doubts(&drive(&states), 0.1, false);
             let hit = found

@@ -45,7 +45,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
             if let Some((state, metres)) = off.find(|(_, metres)| *metres > OFF_MAP) {
                 say(
                     Some(state),
-                    format!("it is {metres:.0} m from every lanelet; is a coordinate wrong?"),
+                    format!("{metres:.0} m from every lanelet; is a coordinate wrong?"),
                 );
             }
         }
@@ -80,12 +80,12 @@ fn role(obstacle: &Obstacle, say: &mut impl FnMut(Option<usize>, String)) {
                 let what = if moves { "moves" } else { "has a prediction" };
                 say(
                     None,
-                    format!("it is static and {what}; it is taken to stand where it is first"),
+                    format!("static but {what}; assumed to stay at its first position"),
                 );
             } else if let Some(speed) = speeds().find(|v| *v > slow) {
                 say(
                     Some(0),
-                    format!("it is static and drives at {speed} m/s; it is taken to stand"),
+                    format!("static but drives at {speed} m/s; assumed to stand"),
                 );
             }
         }
@@ -95,12 +95,11 @@ fn role(obstacle: &Obstacle, say: &mut impl FnMut(Option<usize>, String)) {
             }
             match &obstacle.prediction {
                 Prediction::Trajectory(states) if states.is_empty() => {
-                    say(None, "its trajectory has no states".into());
+                    say(None, "trajectory has no states".into());
                 }
                 Prediction::None if speeds().any(|v| v > slow) => say(
                     Some(0),
-                    "it drives, and nothing but its first state is said; it is gone after that"
-                        .into(),
+                    "drives, but has only an initial state; absent afterwards".into(),
                 ),
                 _ => {}
             }
@@ -113,7 +112,7 @@ fn role(obstacle: &Obstacle, say: &mut impl FnMut(Option<usize>, String)) {
 fn occupancies(regions: &[Occupancy], say: &mut impl FnMut(String)) {
     if let Some((a, b)) = regions.iter().find_map(|o| bodies::crossing(&o.region)) {
         say(format!(
-            "the outline of an occupancy crosses itself, after corner {} and again after corner {}",
+            "outline of an occupancy crosses itself after corners {} and {}",
             a + 1,
             b + 1
         ));
@@ -124,7 +123,7 @@ fn occupancies(regions: &[Occupancy], say: &mut impl FnMut(String)) {
     for (from, to) in spans {
         if from > covered.saturating_add(1) {
             say(format!(
-                "no occupancy from time step {} to {}, where it is taken to be absent",
+                "no occupancy from time step {} to {}; assumed absent",
                 covered + 1,
                 from - 1
             ));
@@ -145,7 +144,7 @@ fn states(obstacle: &Obstacle, dt: f64, say: &mut impl FnMut(Option<usize>, Stri
         let placeless = || all.iter().enumerate().filter(|(_, s)| s.middle().is_none());
         if let Some((place, state)) = placeless().next() {
             let message = format!(
-                "no place in the state of time step {}, which is left out of its motion",
+                "no position at time step {}; this state is left out",
                 state.time.from
             );
             say(Some(place), and_more(message, placeless().count() - 1));

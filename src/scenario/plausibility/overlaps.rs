@@ -43,7 +43,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
             found.warn(
                 ElementRef::Obstacle(second.place),
                 format!(
-                    "obstacle {}: it stands in obstacle {} at time step {step}",
+                    "obstacle {}: overlaps obstacle {} at time step {step}",
                     second.obstacle.id, first.obstacle.id
                 ),
             );

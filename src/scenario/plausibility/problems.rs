@@ -48,15 +48,15 @@ fn start(scenario: &Scenario, problem: &PlanningProblem, say: &mut impl FnMut(St
         say(message);
     }
     if initial.time.from < 0 || initial.time.from > LONGEST_TRACK {
-        say(format!("it begins at time step {}", initial.time.from));
+        say(format!("starts at time step {}", initial.time.from));
     }
     let Some(at) = initial.point() else {
         match &initial.position {
-            None => say("its initial state has no position".into()),
+            None => say("initial state has no position".into()),
             Some(Position::Region(_)) => {
-                say("it begins somewhere in a region; the middle is taken".into());
+                say("starts in a region; its centre is used".into());
             }
-            Some(_) => say("it begins somewhere on lanelets; no point is known".into()),
+            Some(_) => say("starts on lanelets, without a known point".into()),
         }
         return;
     };
@@ -68,7 +68,7 @@ fn start(scenario: &Scenario, problem: &PlanningProblem, say: &mut impl FnMut(St
                 .is_some_and(|body| body.holds(&at))
     };
     if let Some(other) = scenario.obstacles.iter().find(covers) {
-        say(format!("it begins inside obstacle {}", other.id));
+        say(format!("starts inside obstacle {}", other.id));
     }
 }
 
@@ -84,9 +84,9 @@ fn place(network: &LaneletNetwork, at: &Point, heading: Option<f64>, say: &mut i
     if near.is_empty() {
         let off = beyond(&around, at);
         say(if off > OFF_ROAD {
-            format!("it begins {off:.0} m from the road; is a coordinate wrong?")
+            format!("starts {off:.0} m from the road; is a coordinate wrong?")
         } else {
-            "it begins beside the road".into()
+            "starts off the road".into()
         });
         return;
     }
@@ -109,7 +109,7 @@ fn place(network: &LaneletNetwork, at: &Point, heading: Option<f64>, say: &mut i
     }
     if least > AGAINST {
         say(format!(
-            "it begins against the direction of its lane, at {:.0}° to it",
+            "starts against its lane, at {:.0}° to it",
             least.to_degrees()
         ));
     }
@@ -120,7 +120,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
     let Steps { from, to } = goal.time;
     if to <= begins {
         say(format!(
-            "a goal that ends at time step {to}, and the problem begins at {begins}; it can never be reached"
+            "a goal ends at time step {to}, but the problem starts at {begins}; it cannot be reached"
         ));
     }
     if to.saturating_sub(begins) > LONGEST_TRACK {
@@ -133,7 +133,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
         let (low, high) = ends(velocity);
         if high < -limits::FASTEST_BACKWARDS || low > limits::FASTEST {
             say(format!(
-                "a goal speed of {low} to {high} m/s, which no road user reaches"
+                "a goal speed of {low} to {high} m/s is unreachable for road users"
             ));
         }
     }
@@ -141,7 +141,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
         let (low, high) = ends(orientation);
         if high - low > TAU {
             say(format!(
-                "a goal whose headings go from {low} to {high}, more than a whole turn"
+                "a goal with headings from {low} to {high}, more than a full turn"
             ));
         } else if let Some(message) = limits::doubtful(StateField::Orientation, orientation) {
             say(format!("a goal: {message}"));
@@ -156,7 +156,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
             && let Some((a, b)) = bodies::crossing(region)
         {
             say(format!(
-                "the outline of a goal crosses itself, after corner {} and again after corner {}",
+                "outline of a goal crosses itself after corners {} and {}",
                 a + 1,
                 b + 1
             ));
@@ -188,7 +188,7 @@ fn too_far(
     let reach = (speed * time + STRONGEST * time * time / 2.0).min(limits::FASTEST * time);
     if time > 0.0 && metres > reach {
         say(format!(
-            "a goal {metres:.0} m away and to be reached in {time:.1} s, which no vehicle does"
+            "a goal {metres:.0} m away in {time:.1} s, too far for any vehicle"
         ));
     }
 }

@@ -14,7 +14,7 @@ pub(crate) fn check(steps: &[i64]) -> Vec<(usize, String)> {
     let back = steps.windows(2).position(|pair| pair[1] < pair[0]);
     if let Some((_, second)) = twice {
         let message = format!(
-            "time step {} has two states; the first counts",
+            "time step {} has two states; the first is used",
             steps[second]
         );
         found.push((second, message));
@@ -22,9 +22,9 @@ pub(crate) fn check(steps: &[i64]) -> Vec<(usize, String)> {
     if let Some(place) = back.filter(|_| twice.is_none()) {
         let falling = steps.windows(2).all(|pair| pair[1] < pair[0]);
         let message = if falling && steps.len() > 2 {
-            "the states run backwards in time; they are put in order"
+            "the states run backwards in time and were sorted"
         } else {
-            "the states are not in order of time; they are put in order"
+            "the states are not in time order and were sorted"
         };
         found.push((place + 1, message.into()));
     }
@@ -33,23 +33,19 @@ pub(crate) fn check(steps: &[i64]) -> Vec<(usize, String)> {
         return found;
     };
     if steps[*first] < 0 {
-        let message = format!(
-            "it begins at time step {}, before the scenario",
-            steps[*first]
-        );
+        let message = format!("starts at time step {}, before the scenario", steps[*first]);
         found.push((*first, message));
     }
     if steps[*first] > LONGEST_TRACK {
-        let message = format!("it begins only at time step {}", steps[*first]);
+        let message = format!("starts only at time step {}", steps[*first]);
         found.push((*first, message));
     }
     if steps[*last].saturating_sub(steps[*first]) > LONGEST_TRACK {
         let late = order
             .iter()
             .find(|i| steps[**i].saturating_sub(steps[*first]) > LONGEST_TRACK);
-        let message = format!(
-            "states later than {LONGEST_TRACK} steps after the first are left out of its motion"
-        );
+        let message =
+            format!("states more than {LONGEST_TRACK} steps after the first were left out");
         found.push((*late.unwrap_or(last), message));
     }
     found
@@ -71,19 +67,13 @@ fn gaps(steps: &[i64], pairs: impl Iterator<Item = (usize, usize)>) -> Option<(u
     let (place, a, b) = *gaps.clone().next()?;
     let even = apart.len() > 2 && apart.iter().all(|(_, a, b)| b - a == stride);
     let message = if even {
-        format!(
-            "there is a state only every {stride} time steps; nothing is known of it in between; are its times in \
-             another unit?"
-        )
+        format!("only one state every {stride} time steps; are its times in another unit?")
     } else {
         let missing = match b - a {
-            2 => format!("there is no state at time step {}", a + 1),
-            _ => format!("there are no states from time step {} to {}", a + 1, b - 1),
+            2 => format!("no state at time step {}", a + 1),
+            _ => format!("no states from time step {} to {}", a + 1, b - 1),
         };
-        and_more(
-            format!("{missing}, where it is taken to be absent"),
-            gaps.count() - 1,
-        )
+        and_more(format!("{missing}; assumed absent"), gaps.count() - 1)
     };
     Some((place, message))
 }
@@ -100,15 +90,19 @@ mod tests {
         assert_eq!(all(&[7]), []);
         for (steps, place, words) in [
             (&[0, 1, 1, 2][..], 2, "time step 1 has two states"),
-            (&[0, 2, 1, 3], 2, "not in order"),
+            (&[0, 2, 1, 3], 2, "not in time order"),
             (&[3, 2, 1, 0], 1, "run backwards"),
-            (&[0, 1, 3, 4], 2, "no state at time step 2,"),
-            (&[0, 1, 12, 13], 2, "no states from time step 2 to 11,"),
+            (&[0, 1, 3, 4], 2, "no state at time step 2;"),
+            (&[0, 1, 12, 13], 2, "no states from time step 2 to 11;"),
             (&[0, 2, 3, 9, 10], 1, "(and 1 more)"),
-            (&[0, 100, 200, 300], 1, "only every 100 time steps"),
-            (&[-3, -2, -1, 0], 0, "begins at time step -3"),
-            (&[0, 1_000_000], 1, "left out of its motion"),
-            (&[900_000, 900_001], 0, "begins only at time step 900000"),
+            (
+                &[0, 100, 200, 300],
+                1,
+                "only one state every 100 time steps",
+            ),
+            (&[-3, -2, -1, 0], 0, "starts at time step -3"),
+            (&[0, 1_000_000], 1, "were left out"),
+            (&[900_000, 900_001], 0, "starts only at time step 900000"),
         ] {
             let found = all(steps);
             let hit = found

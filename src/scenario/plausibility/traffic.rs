@@ -49,7 +49,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
 
 fn astray(around: Option<&Bounds>, position: Option<Point>) -> Option<String> {
     let off = beyond(around?, &position?);
-    (off > FARTHEST).then(|| format!("it stands {off:.0} m from the road; is a coordinate wrong?"))
+    (off > FARTHEST).then(|| format!("{off:.0} m from the road; is a coordinate wrong?"))
 }
 
 fn sign(sign: &Sign, say: &mut impl FnMut(String)) {
@@ -59,13 +59,11 @@ fn sign(sign: &Sign, say: &mut impl FnMut(String)) {
             Some(SignMeaning::SpeedLimit(limit) | SignMeaning::LeastSpeed(limit))
                 if limit <= 0.0 || limit > HIGHEST_LIMIT =>
             {
-                say(format!("a speed of {limit} m/s is no limit of a road"));
+                say(format!("a speed limit of {limit} m/s is implausible"));
             }
-            Some(SignMeaning::Words("speed limit" | "least speed")) => {
+            Some(SignMeaning::Words("speed limit" | "minimum speed")) => {
                 let value: String = value.chars().take(40).collect();
-                say(format!(
-                    "`{value}` is no speed in m/s; no limit is taken from it"
-                ));
+                say(format!("`{value}` is not a speed in m/s; ignored"));
             }
             _ => {}
         }
@@ -77,7 +75,7 @@ fn light(light: &TrafficLight, dt: f64, about: ElementRef, found: &mut Findings)
     let bad = light.cycle.iter().filter(|phase| phase.duration <= 0);
     if let Some(first) = bad.clone().next() {
         let message = format!(
-            "light {id}: a phase that lasts {} time steps; it is never shown",
+            "light {id}: a phase lasts {} time steps and is never shown",
             first.duration
         );
         found.warn(about, super::and_more(message, bad.count() - 1));
@@ -89,10 +87,7 @@ fn light(light: &TrafficLight, dt: f64, about: ElementRef, found: &mut Findings)
         .sum();
     let seconds = whole as f64 * dt;
     if seconds > LONGEST_CYCLE {
-        found.warn(
-            about,
-            format!("light {id}: its phases take {seconds:.0} s in all"),
-        );
+        found.warn(about, format!("light {id}: its cycle takes {seconds:.0} s"));
     }
     if light.offset < 0 {
         found.note(
@@ -130,7 +125,7 @@ fn intersection(
                 say(
                     Severity::Warning,
                     format!(
-                        "lanelet {lanelet} leads in on the roads {other} and {}",
+                        "lanelet {lanelet} is part of incoming roads {other} and {}",
                         road.id
                     ),
                 );
@@ -159,7 +154,7 @@ fn intersection(
                     say(
                         Severity::Warning,
                         format!(
-                            "lanelet {id}, to which road {} leads {way}, is no successor of its lanelets",
+                            "lanelet {id}, which road {} reaches going {way}, is not a successor of its lanelets",
                             road.id
                         ),
                     );

@@ -6,13 +6,13 @@ use crate::geometry::ReferencePathError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RouteError {
     /// The scenario has no road.
-    #[error("there are no lanelets")]
+    #[error("no lanelets")]
     NoRoad,
     /// The initial state does not say where.
     #[error("the start has no position")]
     NoStart,
     /// The start is on no lanelet that may be driven.
-    #[error("the start is on no lanelet that may be driven{}", closest(.nearest))]
+    #[error("the start is not on a drivable lanelet{}", closest(.nearest))]
     StartOffRoad {
         /// The nearest lanelet, and how far it is in metres.
         nearest: Option<(i64, f64)>,
@@ -24,13 +24,13 @@ pub enum RouteError {
         lanelets: Vec<i64>,
     },
     /// No goal is on a lanelet that may be driven.
-    #[error("no goal is on a lanelet that may be driven{}", missing(.unknown))]
+    #[error("no goal is on a drivable lanelet{}", missing(.unknown))]
     GoalOffRoad {
         /// Lanelets that the goals name and that are not in the network.
         unknown: Vec<i64>,
     },
     /// No way leads there.
-    #[error("no way leads from lanelet {} to lanelet {}", list(.from), list(.to))]
+    #[error("no route from lanelet {} to lanelet {}", list(.from), list(.to))]
     Unreachable {
         /// Lanelets at the start.
         from: Vec<i64>,
@@ -38,7 +38,7 @@ pub enum RouteError {
         to: Vec<i64>,
     },
     /// The recorded positions are not on lanelets.
-    #[error("none of the positions is on a lanelet that may be driven")]
+    #[error("no position is on a drivable lanelet")]
     NeverOnRoad,
     /// The recorded positions jump between lanelets that are not connected.
     #[error("the positions jump from lanelet {from} to lanelet {to}, which are not connected")]
@@ -77,6 +77,6 @@ fn missing(ids: &[i64]) -> String {
     if ids.is_empty() {
         String::new()
     } else {
-        format!("; there is no lanelet {}", list(ids))
+        format!("; no lanelet {}", list(ids))
     }
 }

@@ -8,6 +8,7 @@ mod graph;
 mod index;
 mod lane;
 mod lane_numbers;
+mod lane_relation;
 mod matching;
 mod reference;
 mod route;
@@ -17,6 +18,7 @@ pub use error::RouteError;
 pub use graph::{DirectedLanelet, Direction, LaneGraph, Side};
 pub(super) use index::Index;
 pub use lane::Lane;
+pub use lane_relation::{LaneRelation, LaneRelations};
 pub use route::{Destination, Leg, Route};
 
 /// Costs and distances that differ by less are alike, metres: rounding must not choose between them.

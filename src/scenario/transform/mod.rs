@@ -78,17 +78,6 @@ impl Transform {
         }
     }
 
-    /// What undoes it; of new numbers there is none in these words, see [`Transform::ids`].
-    #[must_use]
-    pub fn inverse(&self) -> Option<Self> {
-        match *self {
-            Self::Rotate(angle) => Some(Self::Rotate(-angle)),
-            Self::Mirror => Some(Self::Mirror),
-            Self::Move(x, y) => Some(Self::Move(-x, -y)),
-            Self::Renumber(_) => None,
-        }
-    }
-
     fn plane(&self, scene: &Scene) -> Plane {
         match *self {
             Self::Rotate(angle) => Plane::turn(angle, centre(scene)),

@@ -8,7 +8,7 @@ use super::Transform;
 /// A text that names no change of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{text}` is no change of a scene: {why}; there are rotate:DEGREES, mirror, move:X,Y (metres) and renumber:SEED"
+    "invalid transform `{text}`: {why}; available: rotate:DEGREES, mirror, move:X,Y (metres), renumber:SEED"
 )]
 pub struct TransformError {
     /// What was said, at most 40 characters of it.
@@ -41,25 +41,25 @@ impl FromStr for Transform {
         };
         match (kind, values) {
             ("mirror", None) => Ok(Self::Mirror),
-            ("mirror", Some(_)) => Err(wrong("mirror has no value")),
+            ("mirror", Some(_)) => Err(wrong("mirror takes no value")),
             ("rotate", Some(degrees)) => match number(degrees, MOST_DEGREES) {
                 Some(degrees) => Ok(Self::Rotate(degrees.to_radians())),
-                None => Err(wrong("degrees from -360 to 360 are needed")),
+                None => Err(wrong("expected degrees from -360 to 360")),
             },
             ("move", Some(values)) => {
                 let values = values.split_once(',');
                 let values = values.map(|(x, y)| (number(x, FARTHEST), number(y, FARTHEST)));
                 match values {
                     Some((Some(x), Some(y))) => Ok(Self::Move(x, y)),
-                    _ => Err(wrong("two numbers of at most 1000000 metres are needed")),
+                    _ => Err(wrong("expected two numbers of at most 1000000 metres")),
                 }
             }
             ("renumber", Some(seed)) => match seed.trim().parse() {
                 Ok(seed) => Ok(Self::Renumber(seed)),
-                Err(_) => Err(wrong("a seed is a whole number, not negative")),
+                Err(_) => Err(wrong("expected a non-negative whole number")),
             },
-            ("rotate" | "move" | "renumber", None) => Err(wrong("it needs a value after a colon")),
-            _ => Err(wrong("the name is not known")),
+            ("rotate" | "move" | "renumber", None) => Err(wrong("expected a value after a colon")),
+            _ => Err(wrong("unknown name")),
         }
     }
 }
@@ -134,12 +134,12 @@ mod tests {
             ("rotate", "after a colon"),
             ("rotate:NaN", "degrees"),
             ("rotate:400", "degrees"),
-            ("mirror:x", "no value"),
+            ("mirror:x", "takes no value"),
             ("move:1", "two numbers"),
             ("move:1,inf", "two numbers"),
-            ("renumber:-1", "not negative"),
-            ("shear:1", "not known"),
-            ("", "not known"),
+            ("renumber:-1", "non-negative"),
+            ("shear:1", "unknown name"),
+            ("", "unknown name"),
         ] {
             let error = text.parse::<Transform>().unwrap_err().to_string();
             assert!(

@@ -189,12 +189,12 @@ impl Reading<'_> {
                 }
                 other => self.text.mistake(
                     &key.span(),
-                    format!("{other} is not known; there are name, dark, [roles] and [sixteen]"),
+                    format!("unknown key `{other}`; available: name, dark, [roles], [sixteen]"),
                 ),
             }
         }
         if !table.contains_key("dark") {
-            let words = "dark is missing: true for dark backgrounds, else false";
+            let words = "dark is missing: set true for dark backgrounds, else false";
             self.text.mistake(&(0..0), words.into());
         }
     }
@@ -203,8 +203,8 @@ impl Reading<'_> {
         let name = role.get_ref().as_ref();
         let Some(known) = ROLES.iter().find(|known| **known == name) else {
             let meant = nearest(name, ROLES.iter().copied());
-            let meant = meant.map_or(String::new(), |role| format!("; did you mean {role}?"));
-            let words = format!("{part}.{name} is not a role{meant}");
+            let meant = meant.map_or(String::new(), |role| format!("; did you mean `{role}`?"));
+            let words = format!("unknown role `{part}.{name}`{meant}");
             return self.text.mistake(&role.span(), words);
         };
         let color = color_of(value.get_ref());
@@ -287,9 +287,9 @@ mod tests {
         let text = "name = \"mine\"\ndark = true\nbright = 1\n[roles]\ntext = \"blurple\"\ndangr = \"red\"\ndim = 300\n\n[sixteen]\ntext = \"#ffffff\"\n";
         let mistakes = ThemeFile::parse("mine", "mine.toml", text).unwrap_err();
         let found = [
-            "mine.toml:3: bright is not known",
+            "mine.toml:3: unknown key `bright`",
             "mine.toml:5: roles.text = \"blurple\" is not a colour",
-            "mine.toml:6: roles.dangr is not a role; did you mean danger?",
+            "mine.toml:6: unknown role `roles.dangr`; did you mean `danger`?",
             "mine.toml:7: roles.dim = 300",
             "mine.toml:10: sixteen.text",
         ];

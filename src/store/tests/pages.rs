@@ -74,6 +74,24 @@ fn words_and_filters_page_too() {
     assert_eq!(found("brak"), [two.0, one.0], "the beginning of a word");
     assert_eq!(found("brak odd"), [two.0]);
     assert_eq!(found("model:large"), [two.0]);
+    assert_eq!(found("LARGE"), [two.0], "a part of the model's name");
+    assert_eq!(
+        found("lar brak"),
+        [two.0],
+        "one of the model, one of the answer"
+    );
+    assert_eq!(found("local"), [one.0]);
+    assert_eq!(found("large local"), [] as [i64; 0], "all words");
+    assert_eq!(found("odd large"), [two.0], "the note and the model");
+    let three = asked_at(&store, 3000, "lab/later", Some(true));
+    assert_eq!(found("later"), [three.0], "a model that came since");
+    store.note(one, "larger than life").unwrap();
+    assert_eq!(found("large"), [two.0, one.0], "a model or a text");
+    assert_eq!(
+        store.count_to(&Filter::read("large").unwrap(), 9).unwrap(),
+        2
+    );
+    store.delete(three, true).unwrap();
     assert_eq!(found("verdict:dangerous"), [one.0]);
     assert_eq!(found("verdict:none"), [two.0]);
     assert_eq!(found("pinned"), [two.0]);

@@ -30,6 +30,8 @@ fn of_several_batches_the_one_that_asked_says_what_is_true() {
         batch: second,
         collides: true,
         obstacle: Some(7),
+        drawn: false,
+        facts: None,
     };
     assert_eq!(store.truths().unwrap(), [told]);
 }

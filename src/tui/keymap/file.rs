@@ -100,9 +100,9 @@ fn preset(file: &mut TomlText<'_>, table: &DeTable<'_>) -> Preset {
     if said.is_none() {
         let names = Preset::ALL.map(|(name, _)| format!("{name:?}"));
         let words = format!(
-            "preset = {} is not known; there are {}",
+            "unknown preset {}; available: {}",
             shown_value(value.get_ref()),
-            names.join(" and ")
+            names.join(", ")
         );
         file.mistake(&value.span(), words);
     }
@@ -118,7 +118,7 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
         let Some((scope, ..)) = Scope::ALL.iter().find(|(_, scope, _)| *scope == name) else {
             let names = Scope::ALL.map(|(_, name, _)| format!("[{name}]"));
             let words = format!(
-                "{name} is not known; there are preset, {}",
+                "unknown table `{name}`; available: preset, {}",
                 names.join(", ")
             );
             file.mistake(&key.span(), words);
@@ -130,7 +130,7 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
         for (id, keys) in actions {
             let Some(place) = place(*scope, id.get_ref()) else {
                 let words = format!(
-                    "{name}.{} is not an action{}",
+                    "unknown action `{name}.{}`{}",
                     id.get_ref(),
                     near(*scope, id.get_ref())
                 );
@@ -144,7 +144,12 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
     }
 }
 
+/// Names of actions in earlier versions, with those of today.
+const RENAMED: [(&str, &str); 1] = [("reset-template", "discard-draft")];
+
 fn place(scope: Scope, id: &str) -> Option<usize> {
+    let renamed = RENAMED.iter().find(|(old, _)| *old == id);
+    let id = renamed.map_or(id, |(_, new)| *new);
     let mut all = ACTIONS.iter();
     all.position(|entry| entry.scope == scope && entry.id == id)
 }
@@ -191,11 +196,11 @@ fn near(scope: Scope, id: &str) -> String {
     let elsewhere = ACTIONS.iter().filter(|entry| entry.id == id);
     let places: Vec<String> = elsewhere.map(|e| format!("[{}]", e.scope.name())).collect();
     if !places.is_empty() {
-        return format!(" there; it is one in {}", places.join(" and "));
+        return format!("; it belongs to {}", places.join(" and "));
     }
     let here = ACTIONS.iter().filter(|entry| entry.scope == scope);
     match nearest(id, here.map(|entry| entry.id)) {
-        Some(meant) => format!("; did you mean {meant}?"),
+        Some(meant) => format!("; did you mean `{meant}`?"),
         None => "; `nearmiss keys` lists all".into(),
     }
 }
@@ -310,13 +315,13 @@ mod tests {
     fn mistakes_are_named_by_line_and_key() {
         let text = "preset = \"emacs\"\nkeys = 1\n[global]\nqit = \"q\"\ntop = \"t\"\nplay = \"hyper-x\"\nhelp = 3\n[nowhere]\n";
         let found = [
-            "keymap.toml:1: preset = \"emacs\" is not known; there are \"default\" and \"vim\"",
-            "keymap.toml:2: keys is not known",
-            "keymap.toml:4: global.qit is not an action; did you mean quit?",
-            "keymap.toml:5: global.top is not an action there; it is one in [scenarios] and [text]",
+            "keymap.toml:1: unknown preset \"emacs\"; available: \"default\", \"vim\"",
+            "keymap.toml:2: unknown table `keys`",
+            "keymap.toml:4: unknown action `global.qit`; did you mean `quit`?",
+            "keymap.toml:5: unknown action `global.top`; it belongs to [scenarios] and [text]",
             "keymap.toml:6: global.play: `hyper-x` is not a key",
             "keymap.toml:7: global.help = 3 is not a key",
-            "keymap.toml:8: nowhere is not known",
+            "keymap.toml:8: unknown table `nowhere`",
         ];
         let mistakes = mistakes(text);
         assert_eq!(mistakes.len(), found.len(), "{mistakes:#?}");

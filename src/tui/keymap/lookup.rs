@@ -1,7 +1,7 @@
 //! The live keymap: which keys trigger which action in which context. Footer, help, palette and which-key read it.
 
 use super::{Chord, Key, file};
-use crate::tui::action::{ACTIONS, Action, Entry, Scope, order_of, title_of};
+use crate::tui::action::{ACTIONS, Action, Entry, Scope, menu_label, order_of, title_of};
 
 /// A set of keys to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +73,8 @@ pub struct NextKey {
     pub words: &'static str,
     /// Whether more keys follow.
     pub leads_on: bool,
+    /// The action, where no more keys follow.
+    pub action: Option<Action>,
 }
 
 impl Binding {
@@ -164,10 +166,11 @@ impl Keymap {
             all.push(NextKey {
                 key: rest[0],
                 words: match ends {
-                    true => binding.entry().short,
+                    true => menu_label(binding.entry()),
                     false => title.unwrap_or("more"),
                 },
                 leads_on: !ends,
+                action: ends.then_some(binding.entry().action),
             });
         }
         let menu = |next: &NextKey| {

@@ -2,6 +2,7 @@
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
+use crate::tui::model::Arrangement::{self, Compact, Narrow, Wide};
 use crate::tui::model::{Border, Edge, Pane, PaneShares};
 
 /// Fewest columns of a pane.
@@ -32,7 +33,11 @@ fn named(longest: usize) -> u16 {
 fn list_columns(width: u16, longest: usize) -> u16 {
     match width {
         ..160 => (width * 17 / 100).max(named(longest)),
-        wide => (wide * 21 / 100).min(48),
+        // Names whole, and how many answers say otherwise.
+        wide => {
+            let whole = u16::try_from(longest + 14).unwrap_or(u16::MAX).min(41);
+            (wide * 21 / 100).max(whole).min(48)
+        }
     }
 }
 
@@ -83,7 +88,7 @@ impl Arranged {
         area: Rect,
         whole: Rect,
         shares: PaneShares,
-        wide: bool,
+        arrangement: Arrangement,
         cut: Cut,
     ) -> [Rect; 2] {
         let total = if cut.upright {
@@ -115,7 +120,7 @@ impl Arranged {
         };
         self.borders.push(Border {
             edge: cut.edge,
-            wide,
+            arrangement,
             strip,
             upright: cut.upright,
             before: cut.before,
@@ -128,12 +133,12 @@ impl Arranged {
 
     /// Everything at once.
     pub fn wide(&mut self, body: Rect, shares: PaneShares, longest: usize) {
-        let [left, right] = self.cut(body, body, shares, true, Cut::answers(body));
+        let [left, right] = self.cut(body, body, shares, Wide, Cut::answers(body));
         let [upper, prompt] = self.cut(
             left,
             body,
             shares,
-            true,
+            Wide,
             Cut {
                 edge: Edge::Prompt,
                 upright: false,
@@ -142,12 +147,12 @@ impl Arranged {
                 limits: (LOWEST, body.height.saturating_sub(LOW + LOWEST)),
             },
         );
-        let [list, middle] = self.cut(upper, body, shares, true, Cut::list(body, left, longest));
+        let [list, middle] = self.cut(upper, body, shares, Wide, Cut::list(body, left, longest));
         let [map, timeline] = self.cut(
             middle,
             body,
             shares,
-            true,
+            Wide,
             Cut {
                 edge: Edge::Timeline,
                 upright: false,
@@ -170,13 +175,13 @@ impl Arranged {
             _ => 17,
         };
         let focus = Pane::Scenarios;
-        self.answers(right, body, shares, (true, focus), (verdict, risk));
+        self.answers(right, body, shares, (Wide, focus), (verdict, risk));
     }
 
     /// Three columns in a low terminal: the prompt takes turns with map and timeline.
     pub fn low(&mut self, body: Rect, shares: PaneShares, (longest, focus): (usize, Pane)) {
-        let [left, right] = self.cut(body, body, shares, true, Cut::answers(body));
-        let [list, middle] = self.cut(left, body, shares, true, Cut::list(body, left, longest));
+        let [left, right] = self.cut(body, body, shares, Wide, Cut::answers(body));
+        let [list, middle] = self.cut(left, body, shares, Wide, Cut::list(body, left, longest));
         self.panes.push((Pane::Scenarios, list));
         if focus == Pane::Prompt {
             self.panes.push((Pane::Prompt, middle));
@@ -185,7 +190,7 @@ impl Arranged {
                 middle,
                 body,
                 shares,
-                true,
+                Wide,
                 Cut {
                     edge: Edge::Timeline,
                     upright: false,
@@ -197,16 +202,12 @@ impl Arranged {
             self.panes
                 .extend([(Pane::Map, map), (Pane::Timeline, timeline)]);
         }
-        self.answers(right, body, shares, (true, focus), (9, 7));
+        self.answers(right, body, shares, (Wide, focus), (9, 7));
     }
 
     /// One column: what is looked at above (list, map or prompt), and what is said about it below; below the list, the
-    /// map. The timeline is between them, and more below, where there is room.
-    pub fn narrow(&mut self, body: Rect, focus: Pane) {
-        let upper = match focus {
-            Pane::Scenarios | Pane::Prompt => focus,
-            _ => Pane::Map,
-        };
+    /// map. The timeline is below the map, and more is shown below, where there is room.
+    pub fn narrow(&mut self, body: Rect, shares: PaneShares, focus: Pane) {
         let lower = match focus {
             Pane::Scenarios => Pane::Map,
             Pane::Reasoning | Pane::Plot => focus,
@@ -216,30 +217,60 @@ impl Arranged {
             Pane::Verdict => Pane::Reasoning,
             _ => Pane::Verdict,
         };
-        let timeline = body.height >= 20;
-        let more = body.height >= 34;
-        // Of a tall terminal, what is said needs a part; the rest is for what is looked at.
-        let below = match lower {
-            Pane::Map if more => body.height * 2 / 5,
-            _ if more => 9,
-            _ => (body.height / 2).min(9),
+        let (timeline, more) = (body.height >= 20, body.height >= 34);
+        let mut rest = body;
+        let mut below = |rest: &mut Rect, edge, usual, limits| {
+            let cut = Cut {
+                edge,
+                upright: false,
+                before: false,
+                usual,
+                limits,
+            };
+            let [upper, lower] = self.cut(*rest, body, shares, Narrow, cut);
+            *rest = upper;
+            lower
         };
-        let mut heights = [
-            (Some(upper), Constraint::Min(LOW)),
-            (timeline.then_some(Pane::Timeline), Constraint::Length(5)),
-            (Some(lower), Constraint::Length(below)),
-            (more.then_some(lowest), Constraint::Length(body.height / 4)),
-        ];
-        if lower == Pane::Map {
-            heights.swap(1, 2);
+        let mut panes = Vec::new();
+        // What the panes above need at least.
+        let least = if timeline { LOWEST + LOW } else { LOW };
+        if more {
+            let limits = (LOWEST, rest.height.saturating_sub(LOW + least));
+            panes.push((
+                lowest,
+                below(&mut rest, Edge::Plot, body.height / 4, limits),
+            ));
         }
-        let shown = heights
-            .into_iter()
-            .filter_map(|(pane, height)| Some((pane?, height)));
-        let (panes, constraints): (Vec<Pane>, Vec<Constraint>) = shown.unzip();
-        let areas = Layout::vertical(constraints).split(body);
-        self.panes
-            .extend(panes.into_iter().zip(areas.iter().copied()));
+        if lower == Pane::Map {
+            if timeline {
+                let limits = (LOWEST, rest.height.saturating_sub(LOW + LOW));
+                panes.push((Pane::Timeline, below(&mut rest, Edge::Timeline, 5, limits)));
+            }
+            let map = match more {
+                true => body.height * 2 / 5,
+                false => (body.height / 2).min(9),
+            };
+            let limits = (LOW, rest.height.saturating_sub(LOW));
+            panes.push((Pane::Map, below(&mut rest, Edge::List, map, limits)));
+            panes.push((Pane::Scenarios, rest));
+        } else {
+            let lower_least = if lower == Pane::Plot { LOW } else { LOWEST };
+            let limits = (lower_least, rest.height.saturating_sub(least));
+            let usual = (body.height / 2).min(9);
+            panes.push((lower, below(&mut rest, Edge::Verdict, usual, limits)));
+            if timeline {
+                let limits = (LOWEST, rest.height.saturating_sub(LOW));
+                panes.push((Pane::Timeline, below(&mut rest, Edge::Timeline, 5, limits)));
+            }
+            let upper = if focus == Pane::Prompt {
+                focus
+            } else {
+                Pane::Map
+            };
+            panes.push((upper, rest));
+        }
+        panes.reverse();
+        self.panes.extend(panes);
     }
 
     /// Two columns: the subject on the left (list, map or prompt), statements about it on the right.
@@ -248,7 +279,7 @@ impl Arranged {
             body,
             body,
             shares,
-            false,
+            Compact,
             Cut {
                 edge: Edge::Right,
                 upright: true,
@@ -261,7 +292,7 @@ impl Arranged {
             left,
             body,
             shares,
-            false,
+            Compact,
             Cut {
                 edge: Edge::Timeline,
                 upright: false,
@@ -280,7 +311,7 @@ impl Arranged {
                 upper,
                 body,
                 shares,
-                false,
+                Compact,
                 Cut {
                     edge: Edge::List,
                     upright: false,
@@ -295,7 +326,7 @@ impl Arranged {
             self.panes.push((shown, upper));
         }
         self.panes.push((Pane::Timeline, timeline));
-        self.answers(right, body, shares, (false, focus), (9, 7));
+        self.answers(right, body, shares, (Compact, focus), (9, 7));
     }
 
     /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many
@@ -305,7 +336,7 @@ impl Arranged {
         area: Rect,
         body: Rect,
         shares: PaneShares,
-        (wide, focus): (bool, Pane),
+        (arrangement, focus): (Arrangement, Pane),
         usual: (u16, u16),
     ) {
         let all = area.height >= usual.0 + LOWEST + LOW;
@@ -321,7 +352,7 @@ impl Arranged {
                     usual: usual.1,
                     limits: (LOW, rest.saturating_sub(verdict)),
                 };
-                let [upper, plot] = self.cut(area, body, shares, wide, cut);
+                let [upper, plot] = self.cut(area, body, shares, arrangement, cut);
                 (upper, Some(plot))
             }
             false => (area, None),
@@ -338,7 +369,7 @@ impl Arranged {
             usual: usual.0,
             limits: (LOWEST, upper.height.saturating_sub(least)),
         };
-        let [verdict, lower] = self.cut(upper, body, shares, wide, cut);
+        let [verdict, lower] = self.cut(upper, body, shares, arrangement, cut);
         self.panes
             .extend([(Pane::Verdict, verdict), (second, lower)]);
         self.panes.extend(plot.map(|area| (Pane::Plot, area)));

@@ -75,19 +75,16 @@ impl Authorship {
             return format!("{model} wrote nothing: {why}");
         }
         if authored.choice.attacker.is_none() {
-            return format!(
-                "{model} was asked for nothing: no moving obstacle could come near the ego"
-            );
+            return format!("{model} was not asked: no moving obstacle can come near the ego");
         }
         if passed > 0 {
             return format!(
-                "{model} made nothing dangerous: {passed} of its {answers} motions passed the gate, and the ego got away \
-                 or was only hit from behind"
+                "{model} found nothing dangerous: {passed} of its {answers} motions passed the gate, but the ego got away or was only hit from behind"
             );
         }
         let last = authored.declined.last().and_then(|d| d.refusals.first());
         let last = last.map_or(String::new(), |why| format!("; the last: {why}"));
-        format!("{model} made nothing dangerous: all of its {answers} answers were refused{last}")
+        format!("{model} found nothing dangerous: all of its {answers} answers were rejected{last}")
     }
 
     /// Whether it could not do its work, and not only did it badly.

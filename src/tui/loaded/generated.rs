@@ -93,7 +93,7 @@ impl Opened {
         } = generation;
         if let Some(collision) = workshop.unsafe_already() {
             return Err(format!(
-                "the scenario is not safe as it is: the planned ego touches {collision}"
+                "not safe as recorded: the planned ego touches {collision}"
             ));
         }
         let model = wish.writer.as_ref().map(|writer| writer.model.clone());
@@ -132,6 +132,7 @@ impl Opened {
             Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
         };
         let shown = VariantDisplay {
+            file: wish.entry.display(),
             closed: workshop.closed,
             by: model.unwrap_or_else(|| effort.to_string()),
             only: wish.only,
@@ -183,6 +184,7 @@ fn heard(
 
 /// A variant's data for display, beside the attack.
 struct VariantDisplay {
+    file: String,
     closed: ClosedLoop,
     by: String,
     only: Option<i64>,
@@ -206,6 +208,7 @@ impl VariantDisplay {
             ..
         } = chosen.attack;
         Ok(GeneratedVariant {
+            file: self.file,
             closed: self.closed,
             asked,
             change,
@@ -238,8 +241,7 @@ fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
         .only
         .map_or("any obstacle".to_string(), |id| id.to_string());
     format!(
-        "nothing dangerous was found for {who} with seed {}: of {tried} motions {refused} were refused, against \
-         {driven} the ego was driven, and it got away or was only hit from behind",
+        "no dangerous motion found for {who} with seed {}: {tried} motions tried, {refused} rejected, {driven} simulated; the ego got away or was only hit from behind",
         wish.seed
     )
 }

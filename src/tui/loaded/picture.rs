@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::VariantShown;
+use super::{GeneratedVariant, VariantShown};
 use crate::metrics::Thresholds;
 use crate::render::{Format, Look, Screen, Variation};
 use crate::scenario::{Scenario, Scene};
@@ -64,17 +64,25 @@ pub struct PictureJob {
     pub screen: Result<Option<Screen>, String>,
 }
 
+impl GeneratedVariant {
+    /// Both motions of its attacker, beside the variant or its original.
+    #[must_use]
+    pub fn variation(&self, shows_changed: bool) -> Option<Variation<'_>> {
+        let id = self.effect.attacker;
+        Some(Variation {
+            recorded: self.closed.scenario().obstacle(id)?,
+            changed: self.effect.scenario.obstacle(id)?,
+            from: self.effect.from,
+            shows_changed,
+        })
+    }
+}
+
 impl VariantShown {
     /// Both motions of its attacker.
     #[must_use]
     pub fn variation(&self) -> Option<Variation<'_>> {
-        let (made, id) = (&self.made, self.made.effect.attacker);
-        Some(Variation {
-            recorded: made.closed.scenario().obstacle(id)?,
-            changed: made.effect.scenario.obstacle(id)?,
-            from: made.effect.from,
-            shows_changed: self.changed,
-        })
+        self.made.variation(self.changed)
     }
 }
 

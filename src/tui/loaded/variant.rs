@@ -58,6 +58,8 @@ pub enum GenerationStage {
 /// A generated variant, with its evidence.
 #[derive(Debug)]
 pub struct GeneratedVariant {
+    /// The original's file.
+    pub file: String,
     /// The original scenario and the ego's drive in it.
     pub closed: ClosedLoop,
     /// The motion requested of the attacker.
@@ -116,6 +118,7 @@ impl GeneratedVariant {
     #[must_use]
     pub fn variant(&self) -> Variant<'_> {
         Variant {
+            file: &self.file,
             closed: &self.closed,
             change: &self.change,
             asked: &self.asked,

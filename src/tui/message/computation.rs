@@ -91,6 +91,7 @@ impl Computation {
             Self::Claims(document, scene) => {
                 let subject = Subject {
                     scene: &scene,
+                    times: document.times,
                     window: document.window,
                 };
                 Computed::Claims(document.key, checked(&document.text, &subject))

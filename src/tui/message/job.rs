@@ -1,8 +1,14 @@
 //! Jobs in the background: one id, one command, and one kind of update for all of them.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::experiment::{
+    CountedExperiment, ExperimentBatch, ExperimentNews, ExperimentQuery, ExperimentWritten,
+    ItemChange, NewExperiment,
+};
 use super::runs::{Batch, BatchAnswer, ComparedVersions, Counts, VersionSide};
+use crate::corpus::CorpusIndex;
 use crate::evaluation::{Answer, Event, Question};
 use crate::formats::Entry;
 use crate::planner::Forecast;
@@ -38,6 +44,14 @@ pub enum JobRequest {
     Pair([RunId; 2]),
     /// Ask the questions of the batch that was estimated under the same id.
     Batch(Arc<Batch>),
+    /// Read an experiment file and prepare its questions to know what they take; nothing is asked.
+    Experiment(Box<ExperimentQuery>),
+    /// Ask the questions of the experiment that was read under the same id.
+    ExperimentBatch(ExperimentBatch),
+    /// Write an experiment file.
+    WriteExperiment(Box<NewExperiment>),
+    /// Read the index in a folder.
+    Index(PathBuf),
 }
 
 /// Events of a job, by its kind.
@@ -57,6 +71,12 @@ pub enum JobEvent {
     Pair(Update<(), Vec<Run>>),
     /// Asking the questions of a batch.
     Batch(Update<BatchProgress, ()>),
+    /// What an experiment file says, then what it would ask.
+    Experiment(Update<ExperimentNews, Box<CountedExperiment>>),
+    /// An experiment file was written, or not.
+    ExperimentWritten(Update<(), ExperimentWritten>),
+    /// Rows of an index, and rows in all; then the index.
+    Index(Update<(u64, u64), Arc<CorpusIndex>>),
 }
 
 /// How far a job is; the last one tells its outcome.
@@ -75,6 +95,8 @@ pub enum Update<P, T> {
 pub enum BatchProgress {
     /// The store knows it by this name, and it has so many questions to ask.
     Named(String, usize),
+    /// A question of an experiment changed its state.
+    Changed(Box<ItemChange>),
     /// A question was answered, or why not.
     Answered(Result<BatchAnswer, String>),
 }

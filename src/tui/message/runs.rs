@@ -109,6 +109,8 @@ pub struct CountedAnswers {
     pub rows: Vec<Results>,
     /// Questions of the batch that were not asked, or not yet, or cannot be asked; they are not counted.
     pub unasked: usize,
+    /// How far the test split is that may not be counted yet.
+    pub locked: Option<String>,
     /// What they are compared with.
     pub truth: TruthChoice,
     /// What else they could be compared with.
@@ -163,8 +165,12 @@ pub struct ComparedVersions {
 /// The estimate of a batch before it is asked.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Counts {
+    /// Recordings that were read to draw windows, and how many there are.
+    pub read: (usize, usize),
     /// Scenarios that were looked at.
     pub looked: usize,
+    /// How many safe scenarios have no window to ask about, and why.
+    pub left_out: Option<String>,
     /// Those of them whose truth is unknown: they are left out.
     pub unlabelled: usize,
     /// The size of the questions.
@@ -175,29 +181,6 @@ pub struct Counts {
     pub at_once: usize,
     /// US dollars left of the session's budget, if there is one.
     pub budget: Option<f64>,
-}
-
-impl Counts {
-    /// The cost of the questions, in words.
-    #[must_use]
-    pub fn price(&self) -> String {
-        let Estimate {
-            requests,
-            usd,
-            unbounded,
-            unpriced,
-            million,
-            ..
-        } = self.estimate;
-        match (requests, unpriced, unbounded) {
-            (0, ..) => "nothing".into(),
-            (_, 0, 0) => format!("at most ${usd:.4}"),
-            (_, 0, _) => format!(
-                "${usd:.4} for the questions, and ${million:.2} for every million tokens of the answers (max_tokens bounds them)"
-            ),
-            _ => "unknown; config.toml can state it".into(),
-        }
-    }
 }
 
 /// An answer within a batch.

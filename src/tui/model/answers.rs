@@ -1,6 +1,7 @@
 //! The compared answers, one column each, beside the built-in judge.
 
 use crate::description::Frame;
+use crate::evaluation::claims::TimeOrigin;
 use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 use crate::judge::Judgement;
 use crate::store::RunId;
@@ -49,6 +50,8 @@ pub struct Column {
     pub how: String,
     /// First and last time step that it was told of, where that is known.
     pub steps: Option<(i64, i64)>,
+    /// What the times in it count from.
+    pub times: TimeOrigin,
     /// Whether the store has a run for it: from then on something may have been sent.
     pub begun: bool,
     /// The built-in judge's verdict on the same question.
@@ -273,6 +276,7 @@ impl From<Answer> for Column {
             model: answer.model.clone(),
             how: answer.how.clone(),
             steps: answer.window,
+            times: answer.times,
             begun: true,
             truth: None,
             judging: false,

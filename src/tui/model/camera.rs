@@ -17,7 +17,14 @@ pub struct Camera {
     pub follow: bool,
     /// Whether the ego drives upwards.
     pub ego_up: bool,
+    /// Whether the map chooses its zoom, as long as the ego is followed: until the user zooms or moves it.
+    pub auto: bool,
+    /// Metres that the map is wide at least, where it chooses.
+    pub least: f64,
 }
+
+/// Metres that a map shows at first, so that a vehicle is seen before it is near.
+pub const NEIGHBOURHOOD: f64 = 45.0;
 
 const NEAREST: f64 = 0.1;
 const FARTHEST: f64 = 200.0;
@@ -40,6 +47,8 @@ impl Default for Camera {
             shift: Vector::zeros(),
             follow: true,
             ego_up: false,
+            auto: true,
+            least: NEIGHBOURHOOD,
         }
     }
 }
@@ -58,6 +67,12 @@ impl Camera {
 
     /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed.
     pub fn zoom(&mut self, factor: f64) {
+        self.auto = false;
+        self.scale(factor);
+    }
+
+    /// The same where it is not the user who zooms.
+    pub fn scale(&mut self, factor: f64) {
         let before = self.cell;
         self.cell = (self.cell * factor).clamp(NEAREST, FARTHEST);
         self.shift *= self.cell / before;
@@ -72,6 +87,7 @@ impl Camera {
         ego: Option<Pose>,
         (columns, rows): (u16, u16),
     ) {
+        self.auto = false;
         let frame = self.frame(ego);
         let before = self.cell;
         self.cell = (self.cell * factor).clamp(NEAREST, FARTHEST);
@@ -89,11 +105,13 @@ impl Camera {
 
     /// Zooms out until this many metres fit into the width of the pane.
     pub fn show_at_least(&mut self, metres: f64, columns: u16) {
+        self.least = metres;
         self.cell = self.cell.max(metres / f64::from(columns.max(1)));
     }
 
     /// Moves the view by cells, to the right and up; the ego is not followed any longer.
     pub fn pan(&mut self, right: f64, up: f64, ego: Option<Pose>) {
+        self.auto = false;
         let frame = self.frame(ego);
         self.center = frame.to_world(&Point::new(up * self.row(), -right * self.cell));
         self.follow = false;

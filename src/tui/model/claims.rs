@@ -5,8 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use super::{Model, ShownAnswer};
-use crate::description::visible;
-use crate::evaluation::claims::{CheckedClaim, Judgement};
+use crate::evaluation::claims::{CheckedClaim, TimeOrigin, shown_text};
 use crate::tui::widgets::long_text::folded_line;
 
 /// Claims that are known, by what they were found in.
@@ -26,7 +25,10 @@ struct Parts<'a> {
     reasoning: &'a str,
     text: &'a str,
     window: Option<(i64, i64)>,
+    times: TimeOrigin,
     whole: bool,
+    /// As it was sent, its reasons inside its JSON.
+    raw: bool,
 }
 
 /// The same, kept. To compare it costs little, to make the document of a long answer does not.
@@ -35,13 +37,16 @@ struct Source {
     reasoning: String,
     text: String,
     window: Option<(i64, i64)>,
+    times: TimeOrigin,
     whole: bool,
+    raw: bool,
     scene: Option<(String, String)>,
 }
 
 impl Source {
     fn is(&self, parts: &Parts<'_>, scene: &Option<(String, String)>) -> bool {
-        (self.window, self.whole) == (parts.window, parts.whole)
+        (self.window, self.times, self.whole, self.raw)
+            == (parts.window, parts.times, parts.whole, parts.raw)
             && self.text == parts.text
             && self.reasoning == parts.reasoning
             && self.scene == *scene
@@ -55,6 +60,8 @@ pub struct Document {
     pub text: String,
     /// The steps that it is about, where they are known.
     pub window: Option<(i64, i64)>,
+    /// What the times in it count from.
+    pub times: TimeOrigin,
     /// Whether all of it is here.
     pub whole: bool,
     /// Identifies text, window and scene.
@@ -71,12 +78,6 @@ impl Document {
 
 /// Texts whose claims are kept.
 const MOST: usize = 100;
-
-/// The separator between reasoning and answer.
-const ANSWER: &str = "── answer ──";
-
-/// The heading of the reasoning.
-const REASONING: &str = "── reasoning ──";
 
 impl Claims {
     /// The claims of a text, in its order; none until they were checked.
@@ -123,17 +124,6 @@ impl Claims {
     }
 }
 
-/// How many are right, wrong, and cannot be told.
-#[must_use]
-pub fn counted(claims: &[CheckedClaim]) -> (usize, usize, usize) {
-    let count = |is: fn(&Judgement) -> bool| claims.iter().filter(|c| is(&c.judgement)).count();
-    (
-        count(|j| *j == Judgement::Right),
-        count(|j| *j == Judgement::Wrong),
-        count(|j| matches!(j, Judgement::Unknown(_))),
-    )
-}
-
 impl Model {
     /// An answer as it is read; `None` if there is none.
     #[must_use]
@@ -143,7 +133,9 @@ impl Model {
                 reasoning: "",
                 text: &self.answers.reference.as_ref()?.reasoning,
                 window: self.window().map(|w| (w.first(), w.last())),
+                times: TimeOrigin::Recording,
                 whole: true,
+                raw: true,
             },
             ShownAnswer::Column(place) => {
                 let column = self.answers.columns.get(place)?;
@@ -153,7 +145,9 @@ impl Model {
                     reasoning: if hides { "" } else { &column.reasoning },
                     text: &column.text,
                     window: column.steps,
+                    times: column.times,
                     whole: !column.is_running(),
+                    raw: self.reading.raw,
                 }
             }
         };
@@ -172,7 +166,9 @@ impl Model {
             reasoning: parts.reasoning.into(),
             text: parts.text.into(),
             window: parts.window,
+            times: parts.times,
             whole: parts.whole,
+            raw: parts.raw,
             scene,
         };
         // Of one that arrives the latest state is enough.
@@ -187,19 +183,13 @@ fn document(parts: &Parts<'_>, scene: Option<&(String, String)>) -> Document {
         reasoning,
         text,
         window,
+        times,
         whole,
+        raw,
     } = *parts;
-    let text = match (reasoning.is_empty(), text.is_empty()) {
-        (true, _) => visible(text).into_owned(),
-        // The heading is there from the start, so that nothing moves when the answer begins.
-        (false, true) => visible(&format!("{REASONING}\n{reasoning}")).into_owned(),
-        (false, false) => {
-            let whole = format!("{REASONING}\n{reasoning}\n\n{ANSWER}\n{text}");
-            visible(&whole).into_owned()
-        }
-    };
+    let text = shown_text(reasoning, text, raw);
     let mut hasher = DefaultHasher::new();
-    (&text, window).hash(&mut hasher);
+    (&text, window, times).hash(&mut hasher);
     if let Some((scenario, ego)) = scene {
         scenario.hash(&mut hasher);
         ego.hash(&mut hasher);
@@ -207,6 +197,7 @@ fn document(parts: &Parts<'_>, scene: Option<&(String, String)>) -> Document {
     Document {
         text,
         window,
+        times,
         whole,
         key: hasher.finish(),
     }

@@ -7,7 +7,8 @@ use crate::generation::Consequence;
 use crate::scenario::{ContentHash, Transform};
 use crate::tui::action::Action;
 use crate::tui::loaded::{
-    AuthoringProgress, Authorship, GeneratedVariant, GenerationStage, Opened, VariantShown,
+    AuthoringProgress, Authorship, GeneratedVariant, GenerationStage, Opened, SavedVariant,
+    VariantShown,
 };
 use crate::tui::message::JobId;
 
@@ -25,6 +26,8 @@ pub struct GenerationState {
     unwritten: Vec<Unwritten>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
     heard_out: Vec<(ContentHash, Option<i64>, String)>,
+    /// The place of the scenario to search in once it is open.
+    pub wanted: Option<usize>,
     /// The last seed for each scenario and for the one obstacle that was allowed to attack.
     seeds: Vec<(ContentHash, Option<i64>, u64)>,
 }
@@ -253,6 +256,23 @@ impl Model {
         self.opened.as_ref()?.variant.as_ref()
     }
 
+    /// What is known of a variant that was opened from a file.
+    fn saved_variant(&self, saved: &SavedVariant) -> String {
+        let what = format!(
+            "a saved variant: {} has a new motion",
+            saved.origin.attacker
+        );
+        match &saved.original {
+            Ok(_) => format!(
+                "{what}; {} opens the original {}, {} shows it beside",
+                self.look.key(Action::SwitchVariant),
+                saved.origin.id,
+                self.look.key(Action::SplitMap)
+            ),
+            Err(why) => format!("{what}; {why}"),
+        }
+    }
+
     /// Why there is no variant to show, and what to do.
     #[must_use]
     pub fn without_variant(&self) -> String {
@@ -271,7 +291,14 @@ impl Model {
                 "the variant is not shown: {generate} or {} shows it",
                 self.look.key(Action::SwitchVariant)
             ),
-            None => format!("no variant was made; {generate} makes the scenario dangerous"),
+            None => match self
+                .opened
+                .as_ref()
+                .and_then(|opened| opened.saved.as_ref())
+            {
+                Some(saved) => self.saved_variant(saved),
+                None => format!("no variant was made; {generate} makes the scenario dangerous"),
+            },
         }
     }
 }

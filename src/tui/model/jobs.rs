@@ -57,6 +57,8 @@ pub enum JobKind {
     Plan,
     /// A scenario is made dangerous.
     Generate,
+    /// An index is read.
+    Index,
 }
 
 /// Where a job stands.

@@ -16,7 +16,8 @@ pub struct LastFrame {
     panes: RefCell<Vec<(Pane, Rect)>>,
     borders: RefCell<Vec<Border>>,
     texts: RefCell<Vec<(Pane, Extent)>>,
-    map: RefCell<Option<MapDrawn>>,
+    maps: RefCell<Vec<MapDrawn>>,
+    cramped: Cell<bool>,
     scales: RefCell<Vec<Rect>>,
     history: Cell<Option<HistoryDrawn>>,
     window_end: Cell<usize>,
@@ -107,9 +108,11 @@ impl Extent {
     }
 }
 
-/// The map as it was drawn.
+/// A map as it was drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapDrawn {
+    /// Whether it is the second one, beside that of the clock.
+    pub second: bool,
     /// The cells of the map.
     pub area: Rect,
     /// The view's frame: forward is up.
@@ -164,7 +167,8 @@ impl LastFrame {
         self.panes.borrow_mut().clear();
         self.borders.borrow_mut().clear();
         self.texts.borrow_mut().clear();
-        *self.map.borrow_mut() = None;
+        self.maps.borrow_mut().clear();
+        self.cramped.set(false);
         self.scales.borrow_mut().clear();
         self.history.set(None);
         *self.results.borrow_mut() = ResultsDrawn::default();
@@ -270,9 +274,26 @@ impl LastFrame {
         columns.get(place)?.1.get(claim).copied()
     }
 
-    /// The map is here.
+    /// A map is here.
     pub fn map(&self, map: MapDrawn) {
-        *self.map.borrow_mut() = Some(map);
+        self.maps.borrow_mut().push(map);
+    }
+
+    /// There was no room for a second map.
+    pub fn set_cramped(&self) {
+        self.cramped.set(true);
+    }
+
+    /// Whether there was no room for a second map.
+    #[must_use]
+    pub fn is_cramped(&self) -> bool {
+        self.cramped.get()
+    }
+
+    /// Whether something follows from what was drawn: an image is to be made, or a word is to be said.
+    #[must_use]
+    pub fn has_consequences(&self) -> bool {
+        self.has_picture() || self.is_cramped()
     }
 
     /// The lines of the list of scenarios are here, without what stands above them.
@@ -324,18 +345,25 @@ impl LastFrame {
     /// The point of the world under a position of the screen.
     #[must_use]
     pub fn point_at(&self, at: Position) -> Option<(Point, f64)> {
-        let map = (*self.map.borrow()).filter(|m| m.area.contains(at))?;
+        let map = self.map_at(at)?;
         let right = f64::from(at.x - map.area.x) + 0.5 - f64::from(map.area.width) / 2.0;
         let down = f64::from(at.y - map.area.y) + 0.5 - f64::from(map.area.height) / 2.0;
         let local = Point::new(-down * map.row, -right * map.cell);
         Some((map.frame.to_world(&local), map.cell))
     }
 
+    /// The map at a position of the screen.
+    #[must_use]
+    pub fn map_at(&self, at: Position) -> Option<MapDrawn> {
+        let maps = self.maps.borrow();
+        maps.iter().find(|map| map.area.contains(at)).copied()
+    }
+
     /// Columns and rows of the map.
     #[must_use]
     pub fn map_size(&self) -> (u16, u16) {
-        self.map
-            .borrow()
+        let maps = self.maps.borrow();
+        maps.first()
             .map_or((60, 25), |m| (m.area.width, m.area.height))
     }
 }

@@ -2,25 +2,29 @@
 //!
 //! Arriving rows are only recorded; [`List::settle`] reorders them at most once a frame.
 
-mod filter;
+mod filtering;
 mod group;
+mod indexed;
 mod order;
 mod row;
-mod terms;
 #[cfg(test)]
 mod tests;
 mod view;
 
 use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 
-pub use filter::{Filter, Filtering, Matching};
+pub use filtering::Filtering;
 pub use group::{Group, Grouping};
+pub use indexed::ListIndex;
 pub use order::Order;
-pub use row::{Row, nearest};
-pub use terms::{HEADLINE, TERMS};
+pub use row::Row;
+
+pub use crate::workflow::{Filter, HEADLINE, Matching, TERMS, WordMatch, nearest};
 
 use unicode_width::UnicodeWidthStr;
 
+use crate::corpus::CorpusIndex;
 use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::metrics::Measure;
 use crate::settings::{SavedViews, Tags};
@@ -46,6 +50,10 @@ pub struct List {
     pub selected: usize,
     /// The filter as it is typed.
     pub filter: String,
+    /// The filter that Esc removed last.
+    pub dropped: Option<String>,
+    /// How the words of the filter matched.
+    pub matched: WordMatch,
     /// The filter as it was read.
     pub read: Filter,
     /// The opened one, as a place in `rows`.
@@ -64,6 +72,8 @@ pub struct List {
     pub views: SavedViews,
     /// The view that is to be shown.
     pub chosen_view: Option<String>,
+    /// The index that terms such as `road:urban` ask.
+    index: ListIndex,
     /// Names of groups that are shut.
     shut: HashSet<String>,
     /// Whether what arrived changes what is shown.
@@ -117,7 +127,10 @@ impl List {
         };
         self.known += usize::from(row.facts.is_none());
         self.answered |= facts.as_ref().is_ok_and(|f| f.tally().count() > 0);
+        // Words match tags, too.
+        self.stale |= self.read.has_words() && facts.as_ref().is_ok_and(|f| !f.tags.is_empty());
         row.facts = Some(facts);
+        row.look_up(self.index.ready().map(Arc::as_ref));
         self.stale |=
             self.read.needs_facts() || self.order.needs_facts() || self.grouping.needs_facts();
     }
@@ -183,10 +196,17 @@ impl List {
         found.is_some()
     }
 
+    /// Whether the best match is to be opened once typing rests.
+    #[must_use]
+    pub fn waits(&self) -> bool {
+        let filtering = self.filtering.as_ref();
+        filtering.is_some_and(|filtering| filtering.rest.is_some())
+    }
+
     /// Changes the filter; without one, the selected scenario stays selected.
     pub fn set_filter(&mut self, filter: String) {
         self.filter = filter;
-        self.read = Filter::read(&self.filter, self.measure());
+        self.read_filter();
         // The best match is what one looks for while typing.
         self.arrange(self.filter.is_empty() || self.order != Order::Found);
     }
@@ -222,7 +242,7 @@ impl List {
             }
         }
         self.order = order;
-        self.read = Filter::read(&self.filter, self.measure());
+        self.read_filter();
         self.arrange(true);
     }
 
@@ -276,7 +296,7 @@ impl List {
         let name = name.map(|group| group.name.clone());
         let on_head = matches!(selected, Some(Line::Head(_)));
 
-        self.visible = self.passing();
+        (self.visible, self.matched) = self.passing();
         self.stand();
 
         let in_group = |line: &Line| match line {
@@ -298,13 +318,18 @@ impl List {
         self.selected = same.filter(|_| keep).unwrap_or(first);
     }
 
-    /// Places of the scenarios that the filter lets through, in their order.
-    fn passing(&self) -> Vec<usize> {
+    /// Places of the scenarios that the filter lets through, in their order, and how its words matched.
+    fn passing(&self) -> (Vec<usize>, WordMatch) {
         let mut matching = Matching::default();
-        let rows = self.rows.iter().enumerate();
-        let mut scored: Vec<(u32, usize)> = rows
-            .filter_map(|(place, row)| Some((self.read.score(row, &mut matching)?, place)))
-            .collect();
+        let mut score = |how: WordMatch| -> Vec<(u32, usize)> {
+            let rows = self.rows.iter().enumerate();
+            rows.filter_map(|(place, row)| Some((self.read.score(row, how, &mut matching)?, place)))
+                .collect()
+        };
+        let (mut scored, mut how) = (score(WordMatch::Part), WordMatch::Part);
+        if scored.is_empty() && self.read.has_words() {
+            (scored, how) = (score(WordMatch::Fuzzy), WordMatch::Fuzzy);
+        }
         let by_match = self.read.has_words() && self.order == Order::Found;
         scored.sort_by(|a, b| {
             let by_order = || {
@@ -316,7 +341,7 @@ impl List {
                 false => by_order(),
             }
         });
-        scored.into_iter().map(|(_, place)| place).collect()
+        (scored.into_iter().map(|(_, place)| place).collect(), how)
     }
 
     /// Makes the lines of the visible scenarios, with their groups.

@@ -6,7 +6,7 @@ use super::{Border, Model, Picker, Sizes};
 use crate::render::cells::{Blocks, MapStyle};
 use crate::settings::{Config, ThemeFile};
 use crate::tui::action::Action;
-use crate::tui::keymap::{Key, Keymap, Preset};
+use crate::tui::keymap::{Code, Key, Keymap, Preset};
 use crate::tui::theme::{AUTO, ColorDepth, Named, Theme};
 
 /// Symbols that the terminal supports.
@@ -64,6 +64,8 @@ pub struct Look {
     pub repeat: Option<u32>,
     /// The name of the theme that is chosen; `auto` for dark or light.
     pub chosen: String,
+    /// The configuration file, as it is told.
+    pub config_file: String,
     /// The themes that can be chosen, in all colours.
     pub themes: Vec<Named>,
     /// How many colours the terminal has.
@@ -108,6 +110,7 @@ impl Default for Look {
             count: None,
             repeat: None,
             chosen: AUTO.into(),
+            config_file: "config.toml".into(),
             themes: Vec::new(),
             depth: ColorDepth::True,
             dark: true,
@@ -170,8 +173,14 @@ impl Look {
         match Named::find(&self.themes, name, self.dark).map(|named| &named.theme) {
             Some(Ok(theme)) => Ok(theme.clone().at_depth(self.depth)),
             Some(Err(mistakes)) => Err(crate::tui::user_file::first(mistakes)),
-            None => Err(format!("there is no theme `{name}` any more")),
+            None => Err(format!("theme `{name}` no longer exists")),
         }
+    }
+
+    /// Whether a chord of the menus behind the space bar has begun.
+    #[must_use]
+    pub fn in_menu(&self) -> bool {
+        self.pending.first() == Some(&Key::plain(Code::Char(' ')))
     }
 
     /// How often the motion that is being performed is repeated.

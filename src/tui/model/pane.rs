@@ -69,6 +69,8 @@ impl Pane {
                 FitMap,
                 NextObstacle,
                 PreviousObstacle,
+                SplitMap,
+                PinMoment,
                 Layers,
                 NextPaths,
                 TakeTape,
@@ -82,7 +84,7 @@ impl Pane {
                 ToggleCot,
                 ToggleIcl,
                 ChooseTemplate,
-                ResetTemplate,
+                DiscardDraft,
                 OutsideEditor,
             ],
             Self::Verdict => &[

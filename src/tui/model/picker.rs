@@ -8,7 +8,7 @@ use nucleo_matcher::{Config, Matcher};
 use super::{Model, Order};
 use crate::judge;
 use crate::metrics::{Danger, MEASURES, Measure};
-use crate::tui::action::{ACTIONS, Entry, synonyms_of};
+use crate::tui::action::{ACTIONS, Action, Entry, synonyms_of};
 
 /// A line to type into and a selection below it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -23,6 +23,12 @@ pub struct Picker {
 /// sentences.
 #[must_use]
 pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
+    // `index FOLDER` is that action alone, whatever the folder is called.
+    let folder = picker.text.trim_start().strip_prefix("index ");
+    if folder.is_some_and(|folder| !folder.trim().is_empty()) {
+        let index = ACTIONS.iter().find(|e| e.action == Action::ChooseIndex);
+        return index.into_iter().collect();
+    }
     // An action that several places have is listed once.
     let mut seen = HashSet::new();
     let all = ACTIONS.iter().filter(|entry| seen.insert(entry.action));
@@ -44,10 +50,16 @@ pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
             typed if entry.id.starts_with(typed) => 1,
             typed if words().any(|word| word == typed) => 2,
             typed if words().any(|word| word.starts_with(typed)) => 3,
-            _ => 4,
+            typed if words().any(|word| word.contains(typed)) => 4,
+            _ => 5,
         }
     };
-    shown.sort_by_key(|entry| rank(entry));
+    // Of words that only contain it, none is nearer than another: the table's order.
+    let place = |entry: &Entry| all.iter().position(|other| other.action == entry.action);
+    shown.sort_by_key(|entry| match rank(entry) {
+        4 => (4, place(entry)),
+        rank => (rank, None),
+    });
     shown
 }
 

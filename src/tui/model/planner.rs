@@ -3,7 +3,7 @@
 use super::Model;
 use super::rollout_cache::RolloutCache;
 use crate::planner::Forecast;
-use crate::scenario::{ContentHash, Scene};
+use crate::scenario::ContentHash;
 use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, PlannedEgo};
 use crate::tui::message::JobId;
@@ -68,17 +68,10 @@ impl Model {
         self.opened.as_ref()?.planned.as_deref()
     }
 
-    /// The scene with the recorded ego that stands beside the planned one, where both are there and to be seen.
-    #[must_use]
-    pub fn recorded_beside(&self) -> Option<&Scene> {
-        let planned = self.planned().filter(|_| self.map.layers.planner)?;
-        planned.recorded.as_deref()
-    }
-
     /// The planner's cycle at the cursor.
     #[must_use]
     pub fn cycle(&self) -> Option<&CycleShown> {
-        self.planned()?.cycle_at(self.clock.step())
+        self.moment()?.cycle()
     }
 
     /// Why the planner has nothing to do in what is open, and what to do.
@@ -87,8 +80,7 @@ impl Model {
         let opened = self.opened.as_deref()?;
         opened.scenario.planning_problems.is_empty().then(|| {
             format!(
-                "no planning problem here, so no start and no goal to plan for: open another scenario, or make an obstacle \
-                 the ego ({} {})",
+                "no planning problem, so no start and goal: open another scenario, or make an obstacle the ego ({} {})",
                 self.look.key(Action::NextObstacle),
                 self.look.key(Action::TakeAsEgo)
             )

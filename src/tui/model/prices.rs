@@ -14,8 +14,8 @@ pub struct Prices(Option<PriceTable>);
 #[derive(Debug, Clone)]
 struct PriceTable {
     registry: Registry,
-    /// Providers whose server is on this machine.
-    here: BTreeSet<String>,
+    /// Providers that cost nothing, as [`Registry::free`] has them.
+    free: BTreeSet<String>,
     day: Date,
 }
 
@@ -35,12 +35,12 @@ pub struct RequestTokens {
 }
 
 impl Prices {
-    /// The prices that a registry knows, on a day; `here` names the providers on this machine.
+    /// The prices that a registry knows, on a day; `free` names the providers that cost nothing.
     #[must_use]
-    pub fn new(registry: Registry, here: BTreeSet<String>, day: Date) -> Self {
+    pub fn new(registry: Registry, free: BTreeSet<String>, day: Date) -> Self {
         Self(Some(PriceTable {
             registry,
-            here,
+            free,
             day,
         }))
     }
@@ -50,12 +50,12 @@ impl Prices {
         table.registry.pricing(model, table.day)
     }
 
-    /// Whether nothing is paid: the built-in judge, or a server on this machine without a stated price.
+    /// Whether nothing is paid: the built-in judge, or a server on this machine for which no price is stated.
     #[must_use]
     pub fn is_free(&self, model: &str) -> bool {
         let provider = model.split('/').next().unwrap_or_default();
-        let here = self.0.as_ref().is_some_and(|t| t.here.contains(provider));
-        model == judge::MODEL || (here && self.pricing_for(model).is_none())
+        let free = self.0.as_ref().is_some_and(|t| t.free.contains(provider));
+        model == judge::MODEL || free
     }
 
     /// The cost of asking a model once, in words; includes the answer if its length has a limit.
@@ -101,6 +101,12 @@ impl Prices {
         }
     }
 
+    /// What the bound on a model's cost counts beyond listed prices, in words.
+    #[must_use]
+    pub fn bound(&self, model: &str) -> Option<String> {
+        self.pricing_for(model)?.bound_words()
+    }
+
     /// Where the price of a model is from, or how to state one.
     #[must_use]
     pub fn origin(&self, model: &str) -> String {
@@ -132,11 +138,12 @@ mod tests {
     #[test]
     fn a_price_only_where_one_is_known_and_free_only_what_runs_here() {
         let users = "[lab]\nbase_url = \"http://lab.example\"\n[[lab.prices]]\nmodel = \"big\"\ninput = 2.0\noutput = 10.0\n\
-            [desk]\nbase_url = \"http://localhost:1\"\n[[desk.prices]]\nmodel = \"sold\"\ninput = 1.0\noutput = 1.0\n";
+            [desk]\nbase_url = \"http://localhost:1\"\n[shop]\nbase_url = \"http://localhost:2\"\n[[shop.prices]]\nmodel = \"sold\"\ninput = 1.0\noutput = 1.0\n";
         let registry = Registry::new(&toml::from_str(users).unwrap()).unwrap();
-        let here = registry.here(&Environment::from_lookup(|_| None));
-        assert!(here.contains("desk") && !here.contains("lab"), "{here:?}");
-        let prices = Prices::new(registry, here, jiff::civil::date(2026, 1, 1));
+        let free = registry.free(&Environment::from_lookup(|_| None));
+        assert!(free.contains("desk"), "{free:?}");
+        assert!(!free.contains("lab") && !free.contains("shop"));
+        let prices = Prices::new(registry, free, jiff::civil::date(2026, 1, 1));
         let words = |model, most| prices.words(model, 1000, most);
         assert_eq!(words("lab/big", None), "$0.0020 + answer");
         assert_eq!(words("lab/big", Some(100)), "at most $0.0030");
@@ -144,7 +151,8 @@ mod tests {
         assert_eq!(words("nobody/x", None), UNKNOWN);
         assert_eq!(words(judge::MODEL, None), FREE);
         assert_eq!(words("desk/any", None), FREE);
-        assert_eq!(words("desk/sold", Some(0)), "at most $0.0010");
+        assert_eq!(words("shop/any", None), UNKNOWN);
+        assert_eq!(words("shop/sold", Some(0)), "at most $0.0010");
         assert_eq!(prices.per_million("lab/big"), "$2 in, $10 out per 1M");
         assert!(
             prices

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::Pane;
 use super::editor::{Editor, Find};
 use super::prices::Prices;
 use crate::description::Frame;
@@ -76,6 +77,8 @@ pub struct PromptPane {
     pub scroll: usize,
     /// Whether keys go to the editor.
     pub editing: bool,
+    /// The pane that had the focus before editing.
+    pub focus_before: Option<Pane>,
     /// The view beside the editor, or in its place without room beside it.
     pub beside: PromptView,
     /// Whether it stands in the editor's place.

@@ -92,7 +92,7 @@ impl Model {
     fn hold(&mut self) {
         let (ask, edit) = (self.look.key(Action::Run), self.look.key(Action::Edit));
         self.prompt.error = Some(format!(
-            "{}: the program ended while it filled this template, so it is not filled by itself; {ask} fills it all the same, {edit} edits it",
+            "{}: the program crashed while rendering this template; {ask} renders it anyway, {edit} edits it",
             self.prompt.file()
         ));
         self.prompt.error_line = None;
@@ -169,6 +169,7 @@ impl Model {
             window: self.window()?,
             options: decided.options,
             thresholds: self.thresholds.clone(),
+            horizon: Case::HORIZON,
         })
     }
 }

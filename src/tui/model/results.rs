@@ -39,6 +39,8 @@ pub struct ResultsView {
     pub rows: Vec<Results>,
     /// Questions of the batch that were not asked; they are not counted.
     pub unasked: usize,
+    /// How far the test split is that may not be counted yet; there are no rows then.
+    pub locked: Option<String>,
     /// The selected row.
     pub selected: usize,
     /// The selected column: 0 is the whole row, then the outcomes in their order, then precision, recall and F1.
@@ -144,6 +146,7 @@ impl ResultsView {
         self.counting = Some(read.counting);
         self.offers = read.offers;
         self.unasked = read.unasked;
+        self.locked = read.locked;
         self.rows = read.rows;
         let place = self
             .rows

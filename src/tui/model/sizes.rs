@@ -3,10 +3,21 @@
 use ratatui::layout::{Position, Rect};
 use serde::{Deserialize, Serialize};
 
+/// An arrangement of panes; each has sizes of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arrangement {
+    /// Three columns.
+    Wide,
+    /// Two columns, in which panes take turns.
+    Compact,
+    /// One column.
+    Narrow,
+}
+
 /// A border that can be moved, by the pane that it makes wider or higher.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
-    /// The list of scenarios: its width, in a narrow terminal its height.
+    /// The list of scenarios: its width, in two columns its height, in one column that of the map below it.
     List,
     /// The column on the right: its width.
     Right,
@@ -14,9 +25,9 @@ pub enum Edge {
     Prompt,
     /// The timeline: its height.
     Timeline,
-    /// The verdicts: their height.
+    /// The verdicts: their height; in one column that of the pane below the map or the prompt.
     Verdict,
-    /// The plot: its height.
+    /// The plot: its height; in one column that of the lowest pane.
     Plot,
 }
 
@@ -32,17 +43,25 @@ pub struct PaneShares {
     plot: Option<f64>,
 }
 
-/// The sizes of the panes: a narrow terminal has another arrangement, and so others.
+/// The sizes of the panes in each arrangement.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sizes {
-    /// Where everything is shown at once.
+    /// In three columns.
     pub wide: PaneShares,
-    /// Where panes take turns.
+    /// In two columns.
     pub compact: PaneShares,
+    /// In one column.
+    #[serde(skip_serializing_if = "PaneShares::is_usual")]
+    pub narrow: PaneShares,
 }
 
 impl PaneShares {
+    /// Whether no border was moved.
+    fn is_usual(&self) -> bool {
+        *self == Self::default()
+    }
+
     fn share(&mut self, edge: Edge) -> &mut Option<f64> {
         match edge {
             Edge::List => &mut self.list,
@@ -71,8 +90,8 @@ impl PaneShares {
 pub struct Border {
     /// Which one.
     pub edge: Edge,
-    /// Whether it belongs to the arrangement for wide terminals.
-    pub wide: bool,
+    /// The arrangement that it belongs to.
+    pub arrangement: Arrangement,
     /// The cells where the mouse can take it: the last line of one pane and the first of the next.
     pub strip: Rect,
     /// Whether it stands upright, and moves sideways.
@@ -110,9 +129,10 @@ impl Border {
 impl Sizes {
     /// Resizes the pane of a border to this many columns or rows.
     pub fn set(&mut self, border: &Border, cells: u16) {
-        let shares = match border.wide {
-            true => &mut self.wide,
-            false => &mut self.compact,
+        let shares = match border.arrangement {
+            Arrangement::Wide => &mut self.wide,
+            Arrangement::Compact => &mut self.compact,
+            Arrangement::Narrow => &mut self.narrow,
         };
         *shares.share(border.edge) = Some(f64::from(cells) / f64::from(border.total.max(1)));
     }

@@ -116,6 +116,13 @@ impl VersionsView {
         self.selected = self.selected.saturating_add_signed(lines).min(last);
     }
 
+    /// Whether both answers of some scenario are there.
+    #[must_use]
+    pub fn compares(&self) -> bool {
+        let mut rows = self.answers().iter();
+        rows.any(|row| row.change() != VersionChange::Missing)
+    }
+
     /// Goes to the next scenario whose answers differ; says whether there is one.
     pub fn next_change(&mut self) -> bool {
         let rows = self.answers();

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::super::action::Action;
 use super::super::background::{self, Background};
 use super::super::keymap::{Keymap, Preset};
 use super::super::model::{Glyphs, Look, MapChoice, Model, Prices};
@@ -17,11 +18,13 @@ use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
 use crate::render::cells::Blocks;
 use crate::settings::{Config, Folders, ThemeFile};
+use crate::system::shown_path;
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(
     paths: Vec<PathBuf>,
     ego: &EgoSelection,
+    index: Option<PathBuf>,
     folders: &Folders,
 ) -> (Model, (Registry, Environment), Background) {
     let mut complaints = Vec::new();
@@ -65,6 +68,7 @@ pub fn prepare(
     let mut look = Look {
         keymap,
         chosen,
+        config_file: shown_path(&folders.config_file()),
         themes: Theme::all(&folders.themes()),
         depth,
         dark: background.dark,
@@ -92,9 +96,13 @@ pub fn prepare(
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
     }
     let today = jiff::Zoned::now().date();
-    model.prompt.prices = Prices::new(registry.clone(), registry.here(&environment), today);
+    model.prompt.prices = Prices::new(registry.clone(), registry.free(&environment), today);
     complaints.extend(take_up_drafts(&mut model, folders));
     take_up_session(&mut model, ego, folders);
+    if let Some(folder) = index {
+        // The session may come back in another folder.
+        model.index.folder = Some(std::path::absolute(&folder).unwrap_or(folder));
+    }
     for complaint in complaints {
         model.complain(complaint);
     }
@@ -139,8 +147,10 @@ fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     }
     if !files.is_empty() {
         files.sort();
+        let [edit, discard] =
+            [Action::Edit, Action::DiscardDraft].map(|action| model.look.key(action));
         model.tell(format!(
-            "unsaved drafts restored: {}; e edits them, reset-template discards them",
+            "unsaved drafts restored: {}; {edit} edits them, {discard} discards them",
             files.join(", ")
         ));
     }

@@ -58,10 +58,7 @@ fn passed_over(model: &Model, text: &mut Text<'static>, width: usize) {
         return;
     }
     text.push_line("");
-    text.push_line(Line::styled(
-        "what looks like a scenario and is not in the list",
-        title(model),
-    ));
+    text.push_line(Line::styled("skipped files", title(model)));
     for one in all.iter().take(NAMED) {
         push_wrapped(text, &one.to_string(), width, model.theme.warning);
     }
@@ -129,7 +126,7 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
         line("as ego", &words);
     }
     text.push_line("");
-    text.push_line(Line::styled("what reading it had to assume or skip", title));
+    text.push_line(Line::styled("parser notes", title));
     let ego = opened
         .scene
         .iter()

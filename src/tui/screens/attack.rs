@@ -110,6 +110,9 @@ impl AttackScreen {
             ),
             ("price", self.price.clone(), bold),
         ];
+        let bound = model.prompt.prices.bound(&self.asked);
+        let bound = bound.map(|bound| ("counted", bound, Style::new()));
+        let rows = rows.into_iter().chain(bound);
         let line = |(name, value, style): (&str, String, Style)| {
             let value = visible(&value).into_owned();
             Line::from(vec![
@@ -117,7 +120,7 @@ impl AttackScreen {
                 Span::styled(value, style),
             ])
         };
-        let mut text: Text<'static> = rows.into_iter().map(line).collect();
+        let mut text: Text<'static> = rows.map(line).collect();
         if self.price.contains("+ answers") {
             text.push_line(Line::styled(
                 " max_tokens in config.toml bounds the length of answers, and so the price",

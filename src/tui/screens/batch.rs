@@ -4,13 +4,15 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{Paragraph, Wrap};
+use ratatui::widgets::Paragraph;
 
 use super::{Screen, Step};
 use crate::description::visible;
+use crate::evaluation::Lead;
 use crate::judge;
 use crate::tui::action::Action;
 use crate::tui::keymap::Key;
+use crate::tui::message::runs::Batch;
 use crate::tui::message::{Effect, JobRequest};
 use crate::tui::model::{Card, Model};
 use crate::tui::widgets::hints::Hint;
@@ -42,25 +44,35 @@ impl Screen for BatchScreen {
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let Some(card) = &model.card else { return };
         let title = match card.is_counted() {
-            true => {
-                let (yes, no) = (Action::Accept, Action::Cancel);
-                let (yes, no) = (model.look.key(yes), model.look.key(no));
-                format!("ask many · {yes} ask · {no} cancel")
-            }
-            false => "ask many · counting…".to_string(),
+            true if blocked(card).is_some() => "ask many · nothing can be asked",
+            true => "ask many",
+            false => "ask many · counting…",
         };
-        let text = Paragraph::new(text(model, card)).wrap(Wrap { trim: false });
-        let lines =
-            text.line_count(u16::try_from(window::width_in(screen, 84)).unwrap_or(u16::MAX));
-        let height = u16::try_from(lines + 2).unwrap_or(u16::MAX);
-        let inner = window::window(frame, screen, model, &title, (84, height));
-        frame.render_widget(text, inner);
+        let text = text(model, card, window::width_in(screen, COLUMNS));
+        let height = u16::try_from(text.lines.len() + 2).unwrap_or(u16::MAX);
+        let inner = window::window(frame, screen, model, title, (COLUMNS, height));
+        frame.render_widget(Paragraph::new(text), inner);
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
         let key = |action, words: &str| (model.look.key(action), words.to_string());
-        vec![key(Action::Accept, "ask"), key(Action::Cancel, "cancel")]
+        match model.card.as_ref().and_then(blocked) {
+            Some(_) => vec![key(Action::Cancel, "close")],
+            None => vec![key(Action::Accept, "ask"), key(Action::Cancel, "cancel")],
+        }
     }
+}
+
+/// Why nothing can be asked, once all was counted.
+fn blocked(card: &Card) -> Option<String> {
+    let counts = &card.counts;
+    if !card.is_counted() {
+        return None;
+    }
+    let estimate = &counts.estimate;
+    let questions = estimate.questions() - estimate.unaskable;
+    let none = || (questions == 0).then(|| "there is no question to ask".to_string());
+    counts.refused.clone().or_else(none)
 }
 
 /// Closes without asking.
@@ -80,17 +92,10 @@ fn begin(model: &mut Model) -> Step {
         model.say(format!("still counting; {key} asks when done"));
         return Step::stay();
     };
-    let estimate = &card.counts.estimate;
-    let nothing_to_ask = estimate.requests + estimate.free + estimate.stored == 0;
-    if let Some(why) = &card.counts.refused {
-        let why = why.clone();
+    if let Some(why) = blocked(&card) {
         model.card = Some(card);
         model.say(why);
         return Step::stay();
-    }
-    if nothing_to_ask {
-        model.say("there is nothing to ask about");
-        return Step::close();
     }
     let key = model.look.key(Action::TaskList);
     model.say(format!(
@@ -101,7 +106,29 @@ fn begin(model: &mut Model) -> Step {
     Step::Close(vec![Effect::Start(card.id, JobRequest::Batch(card.batch))])
 }
 
-fn text(model: &Model, card: &Card) -> Text<'static> {
+/// Which windows are asked about.
+fn windows(batch: &Batch) -> String {
+    let steps = batch.history;
+    match (batch.request.within, batch.request.lead, batch.task) {
+        (Some(_), Some(Lead::Seconds(lead)), _) => {
+            format!("{steps} steps up to {lead} s before contact; safe ones like them")
+        }
+        (Some(_), Some(Lead::Paper), _) => {
+            format!("{steps} steps, ending two before the last; safe ones like them")
+        }
+        (Some(_), None, _) => format!("{steps} steps with the contact; safe ones like them"),
+        (None, _, Task::Collision) => "the end of each scenario".to_string(),
+        (None, ..) => format!("{steps} steps of each scenario, ending two before the last"),
+    }
+}
+
+/// Columns of the window at most.
+const COLUMNS: u16 = 84;
+
+/// Columns of the names and of the blanks around them.
+const NAME: usize = 13;
+
+fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().add_modifier(Modifier::BOLD);
@@ -109,13 +136,35 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
     let mut text = Text::default();
     let mut row = |name: &str, value: String, style: Style| {
         let value = visible(&value).into_owned();
-        text.push_line(Line::from(vec![
-            Span::styled(format!(" {name:<11} "), dim),
-            Span::styled(value, style),
-        ]));
+        // Further lines stand below the value, not below its name.
+        let mut label = format!(" {name:<11} ");
+        for words in textwrap::wrap(&value, width.saturating_sub(NAME).max(16)) {
+            text.push_line(Line::from(vec![
+                Span::styled(label, dim),
+                Span::styled(words.into_owned(), style),
+            ]));
+            label = " ".repeat(NAME);
+        }
     };
+    let all = batch.entries.len() == model.list.visible.len();
+    if !card.marked && all {
+        let key = model.look.key(Action::MarkScenario);
+        row(
+            "unmarked",
+            format!(
+                "No scenario is marked: this asks all {}. {key} marks",
+                batch.entries.len()
+            ),
+            Style::new().fg(theme.warning),
+        );
+    }
     let estimate = &counts.estimate;
-    row("model", batch.model.clone(), bold);
+    let own = batch.model == judge::MODEL;
+    let who = match own {
+        true => format!("{} ({})", judge::NAME, judge::MODEL),
+        false => batch.model.clone(),
+    };
+    row("model", who, bold);
     let how = format!(
         "{} · {} · {}",
         batch.task.name(),
@@ -130,14 +179,7 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
             Style::new().fg(theme.warning),
         );
     }
-    let window = match batch.task {
-        Task::Collision => "the end of each scenario".to_string(),
-        _ => format!(
-            "of each scenario the {} steps that end two before the last",
-            batch.history
-        ),
-    };
-    row("window", window, Style::new());
+    row("windows", windows(batch), Style::new());
     let which = if card.marked { "marked" } else { "listed" };
     row(
         "scenarios",
@@ -145,12 +187,18 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
         Style::new(),
     );
     if !card.is_counted() {
-        let done = format!("{} of {} so far", counts.looked, batch.entries.len());
-        row("counted", done, Style::new().fg(theme.warning));
+        let done = match counts.read {
+            (read, of) if counts.looked == 0 && of > 0 => format!("{read} of {of} recordings read"),
+            _ => format!("{} of {} counted", counts.looked, batch.entries.len()),
+        };
+        row("so far", done, Style::new().fg(theme.warning));
     }
     if counts.unlabelled > 0 {
         let words = format!("{} without a ground truth", counts.unlabelled);
         row("left out", words, Style::new().fg(theme.warning));
+    }
+    if let Some(words) = &counts.left_out {
+        row("left out", words.clone(), Style::new().fg(theme.warning));
     }
     if estimate.unaskable > 0 {
         let why = estimate.why.first().map_or("", |(why, _)| why.as_str());
@@ -163,7 +211,6 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
     }
     let there = format!("{}, free", estimate.stored);
     row("in store", there, Style::new());
-    let own = batch.model == judge::MODEL;
     let name = if own { "answers" } else { "requests" };
     let asks = match own {
         true => format!("{}, on this machine", estimate.free),
@@ -173,7 +220,14 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
     if !own {
         let tokens = format!("about {} in the questions", thousands(estimate.tokens));
         row("tokens", tokens, Style::new());
-        row("price", counts.price(), bold);
+        let price = match model.prompt.prices.is_free(&batch.model) {
+            true => "free: a server on this machine".to_string(),
+            false => estimate.price(),
+        };
+        row("price", price, bold);
+        for bound in &estimate.bounds {
+            row("counted", bound.clone(), Style::new());
+        }
     }
     if let Some(left) = counts.budget {
         row(
@@ -182,8 +236,8 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
             Style::new(),
         );
     }
-    if let Some(why) = &counts.refused {
-        row("but", fit(why, 400), Style::new().fg(theme.danger));
+    if let Some(why) = blocked(card) {
+        row("cannot ask", fit(&why, 400), Style::new().fg(theme.warning));
     }
     text
 }

@@ -78,7 +78,7 @@ fn without(model: &Model) -> String {
             let key = model.look.key(Action::DrivePlanner);
             format!("the ego was not planned: {key} lets the planner drive")
         }
-        Some(_) => "nothing was planned until this step".into(),
+        Some(_) => "nothing planned up to this step".into(),
     }
 }
 
@@ -87,7 +87,7 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     let mut lines = Lines::new(theme, width);
     lines.title("the drive");
     lines.say("ended", &planned.outcome.to_string());
-    lines.say("was told", forecast_words(planned.forecast));
+    lines.say("prediction", forecast_words(planned.forecast));
     lines.say("cycles", &planned.cycles.len().to_string());
     if let Some(words) = model.opened.as_ref().and_then(|o| unavoided(&o.scenario)) {
         lines.say_in("not seen", &words, Style::new().fg(theme.warning));
@@ -97,8 +97,8 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     lines.title(&format!("planned at {time:.1} s, step {}", cycle.step));
     if let Some(emergency) = cycle.emergency {
         let words = match emergency {
-            Emergency::LatestContact => "! nothing can be driven: taking the latest contact",
-            Emergency::Braking => "! nothing can be driven: braking along the path",
+            Emergency::LatestContact => "! no feasible candidate: taking the latest contact",
+            Emergency::Braking => "! no feasible candidate: braking along the path",
         };
         let style = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);
         lines.say_in("emergency", words, style);
@@ -170,7 +170,7 @@ fn costs(lines: &mut Lines, cycle: &CycleShown) {
         return;
     }
     let total = cycle.cost.total();
-    lines.title(&format!("cost of the chosen one: {}", hundredths(total)));
+    lines.title(&format!("cost of the chosen plan: {}", hundredths(total)));
     for (name, value) in cycle.cost.terms() {
         let share = if total > 0.0 { value / total } else { 0.0 };
         lines.bar(name, &hundredths(value), share);

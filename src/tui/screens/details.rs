@@ -71,8 +71,8 @@ impl Screen for DetailsScreen {
             width,
             height: screen.height.saturating_sub(2),
         };
-        let title = format!("details · {} copies", model.look.key(Action::Copy));
-        let inner = window::window_at(frame, area, model, &title);
+        window::margin(frame, screen, area, model);
+        let inner = window::window_at(frame, area, model, "details");
         let text = text(model, usize::from(inner.width));
         window::text_in(frame, inner, model, text, self.scroll);
     }

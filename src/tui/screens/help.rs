@@ -56,8 +56,8 @@ impl Screen for HelpScreen {
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let title = match self.typed.as_str() {
-            "" => "keys · type to search · ↑↓ scroll · Esc closes".to_string(),
-            typed => format!("keys · {}▏ · Esc closes", fit(typed, 30)),
+            "" => "keys".to_string(),
+            typed => format!("keys · {}▏", fit(typed, 30)),
         };
         let text = text(model, &self.typed, window::text_width(screen));
         let shown = (window::COLUMNS, self.scroll);
@@ -159,11 +159,20 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
         .filter(|(term, words)| matches(&format!("{term} {words}")));
     let terms = terms.map(|(term, words)| ((*term).to_string(), (*words).to_string()));
     parts.push(("in the filter, beside words".into(), terms.collect()));
-    let signs = SIGNS
-        .iter()
-        .filter(|(sign, words)| matches(&format!("{sign} {words}")));
-    let signs = signs.map(|(sign, words)| ((*sign).to_string(), (*words).to_string()));
-    parts.push(("signs".into(), signs.collect()));
+    let signs = |signs: &[(&str, &str)]| -> Vec<(String, String)> {
+        let signs = signs.iter();
+        let signs = signs.filter(|(sign, words)| matches(&format!("{sign} {words}")));
+        signs
+            .map(|(sign, words)| ((*sign).to_string(), (*words).to_string()))
+            .collect()
+    };
+    // On the list, what its signs mean is asked before its keys.
+    let place = match here.0 {
+        Scope::Scenarios => 0,
+        _ => parts.len(),
+    };
+    parts.insert(place, ("signs in the list".into(), signs(&LIST_SIGNS)));
+    parts.push(("other signs".into(), signs(&SIGNS)));
     parts.retain(|(_, rows)| !rows.is_empty());
     parts
 }
@@ -176,6 +185,9 @@ fn here(model: &Model) -> (Scope, &'static [Action]) {
     }
     if model.compare.open {
         return (Scope::Compare, &[]);
+    }
+    if model.prompt.editing {
+        return (Scope::Editor, &[]);
     }
     (model.focus.scope(), model.focus.actions())
 }
@@ -222,31 +234,34 @@ fn rules(model: &Model) -> Vec<(String, String)> {
     rows.map(|(keys, words)| (keys, words.to_string())).into()
 }
 
-const SIGNS: [(&str, &str); 8] = [
+/// Signs of the list of scenarios.
+const LIST_SIGNS: [(&str, &str); 6] = [
     (
-        "0 to 5",
-        "risk score: 0 collision, 1 extreme, 2 high, 3 medium, 4 low, 5 negligible",
+        "0X 3",
+        "worst risk score of the recording: 0 (collision), 1 extreme, 2 high, 3 medium, 4 low, 5 (negligible); X: contact",
+    ),
+    ("– !", "no ego or no value; the file cannot be read"),
+    ("· …", "not read yet; being computed"),
+    (
+        "= =3",
+        "all stored answers agree with the built-in judge; all three of them",
     ),
     (
-        "0X 3 - ·",
-        "in the list: the lowest risk score, X with a contact, - without an ego, · not yet known",
+        "≠ ≠1/3",
+        "a stored answer differs from the built-in judge; one of three",
     ),
-    ("*", "in the list: a marked scenario"),
+    ("▸ *", "the selected scenario; marked ones"),
+];
+
+const SIGNS: [(&str, &str); 4] = [
     ("X", "contact: in the list, on the map and on the timeline"),
-    (
-        "!",
-        "on the map: risk 1 or lower; in the list: the file cannot be read",
-    ),
+    ("!", "on the map: risk score 1 or 0"),
     (
         "= ≠",
         "an answer agrees with the built-in judge, or differs from it",
     ),
     (
-        "=3 ≠1/3",
-        "in the list: all of three stored answers agree with it; one of three differs",
-    ),
-    (
-        "[ ] m ≠ ( )",
+        "[ ] ▼ ≠ ( )",
         "on the timeline: the window, the extreme of the plotted measure, an answer that differs, what is looped",
     ),
 ];

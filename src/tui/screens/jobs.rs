@@ -5,6 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
 
 use super::{Screen, Step};
 use crate::description::visible;
@@ -66,7 +67,8 @@ impl Screen for JobsScreen {
         let rows = usize::from(inner.height.saturating_sub(BELOW + 1));
         let top = (jobs.selected + 1).saturating_sub(rows);
         let newest = jobs.all.iter().rev().enumerate().skip(top).take(rows);
-        let lines = newest.map(|(i, job)| row(model, job, i == jobs.selected, inner.width));
+        let widths = widths(model);
+        let lines = newest.map(|(i, job)| row(model, job, i == jobs.selected, inner.width, widths));
         frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
         if let Some(job) = jobs.current() {
             let below = Rect {
@@ -118,7 +120,7 @@ fn cost((usd, unknown): (f64, usize)) -> Option<String> {
 }
 
 /// A word for where it stands, its progress, its time, its tokens and its cost.
-fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
+fn row(model: &Model, job: &Job, chosen: bool, width: u16, widths: [usize; 4]) -> Line<'static> {
     let theme = &model.theme;
     let (word, color) = match &job.state {
         JobState::Waiting(_) => ("waiting", theme.warning),
@@ -128,31 +130,8 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
         JobState::Failed(_) => ("failed", theme.danger),
         JobState::Cancelled(_) => ("cancelled", theme.dim),
     };
-    let progress = match job.kind {
-        JobKind::Question => String::new(),
-        _ => format!("{}/{}", job.done, job.of),
-    };
-    let ms = u64::try_from(job.took(model.uptime).as_millis()).unwrap_or(u64::MAX);
-    let tokens = match job.tokens {
-        0 => String::new(),
-        n if job.is_running() && job.kind == JobKind::Question => {
-            format!("~{} tok", thousands(n))
-        }
-        n => format!("{} tok", thousands(n)),
-    };
-    let price = if job.cost > 0.0 {
-        format!("${:.4}", job.cost)
-    } else {
-        String::new()
-    };
-    let facts = format!(
-        "{:>9} {:>8} {:>12} {:>8}",
-        progress,
-        duration(ms),
-        tokens,
-        price
-    );
-    let rest = usize::from(width).saturating_sub(2 + 10 + facts.chars().count() + 1);
+    let facts = Facts::of(model, job).padded(widths);
+    let rest = usize::from(width).saturating_sub(2 + 10 + facts.width() + 1);
     let line = Line::from(vec![
         Span::raw(if chosen { "▸ " } else { "  " }),
         Span::styled(
@@ -166,6 +145,50 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
         true => theme.select(line),
         false => line.style(theme.base()),
     }
+}
+
+/// Its progress, its time, its tokens and its cost.
+struct Facts([String; 4]);
+
+impl Facts {
+    fn of(model: &Model, job: &Job) -> Self {
+        let progress = match job.kind {
+            JobKind::Question => String::new(),
+            _ => format!("{}/{}", job.done, job.of),
+        };
+        let ms = u64::try_from(job.took(model.uptime).as_millis()).unwrap_or(u64::MAX);
+        let tokens = match job.tokens {
+            0 => String::new(),
+            n if job.is_running() && job.kind == JobKind::Question => {
+                format!("~{} tok", thousands(n))
+            }
+            n => format!("{} tok", thousands(n)),
+        };
+        let price = if job.cost > 0.0 {
+            format!("${:.4}", job.cost)
+        } else {
+            String::new()
+        };
+        Self([progress, duration(ms), tokens, price])
+    }
+
+    /// In columns as wide as all tasks need; what none of them has takes none.
+    fn padded(&self, widths: [usize; 4]) -> String {
+        let columns = self.0.iter().zip(widths).filter(|(_, width)| *width > 0);
+        let columns = columns.map(|(fact, width)| format!("{fact:>width$}"));
+        columns.collect::<Vec<_>>().join("  ")
+    }
+}
+
+/// Columns of what is known of tasks.
+fn widths(model: &Model) -> [usize; 4] {
+    let mut widths = [0; 4];
+    for job in &model.jobs.all {
+        for (width, fact) in widths.iter_mut().zip(Facts::of(model, job).0) {
+            *width = fact.width().max(*width);
+        }
+    }
+    widths
 }
 
 /// The selected task in whole words.

@@ -42,6 +42,7 @@ impl Screen for LayersScreen {
             width,
             height,
         };
+        window::margin(frame, screen, area, model);
         let inner = window::window_at(frame, area, model, "layers of the map");
         let columns = usize::from(inner.width);
         let rows = model.map.layers.rows();

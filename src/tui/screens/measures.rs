@@ -25,6 +25,12 @@ impl Choice for Measures {
         Step::close()
     }
 
+    fn first(&self, model: &Model) -> usize {
+        let all = measures_shown(&Picker::default());
+        let place = all.iter().position(|m| m.id == model.plot.measure.id);
+        place.unwrap_or(0)
+    }
+
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
         let rows = measures_shown(picker).into_iter().map(picker::measure_row);
         let rows: Vec<_> = rows.collect();

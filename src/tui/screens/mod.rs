@@ -5,10 +5,14 @@
 pub mod about;
 pub mod attack;
 pub mod batch;
+pub mod coverage;
 pub mod cycle;
 pub mod details;
+pub mod experiment;
+pub mod experiments;
 pub mod help;
 pub mod history;
+pub mod index;
 pub mod jobs;
 pub mod layers;
 pub mod measures;
@@ -36,7 +40,7 @@ use ratatui::layout::Rect;
 use super::action::{Action, Scope};
 use super::keymap::Key;
 use super::message::{Effect, Mouse};
-use super::model::Model;
+use super::model::{Model, Place};
 use super::widgets::hints::Hint;
 use crate::store::Run;
 
@@ -117,6 +121,8 @@ pub enum Step {
     CloseAndPerform(Action),
     /// The workbench opens the scenario of an earlier run, as it was asked.
     Reopen(Box<Run>),
+    /// It closes, and the workbench goes to a place of a scenario.
+    Visit(Place),
     /// It has no use for the action.
     Ignored,
 }
@@ -238,6 +244,12 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
         CancelJob | CancelAllJobs | ShowJob if !model.screens.is_top::<jobs::JobsScreen>() => {
             jobs::open(model);
         }
+        Coverage => coverage::open(model),
+        CoverageLeft | CoverageRight | OpenCoverage | NextSeverity | CoverageWindows
+            if !model.screens.is_top::<coverage::CoverageScreen>() =>
+        {
+            coverage::open(model);
+        }
         Results => return Some(results::open(model)),
         CellLeft | CellRight | OpenCell | ChooseCounted | ChangeTruth | SortResults
         | ExportResults
@@ -274,6 +286,8 @@ pub fn opens(action: Action) -> bool {
             | History
             | TaskList
             | Results
+            | Experiment
+            | Coverage
     )
 }
 

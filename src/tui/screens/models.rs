@@ -1,7 +1,7 @@
 //! Picker for models.
 
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 
 use super::Step;
 use super::picker::Choice;
@@ -43,17 +43,26 @@ impl Choice for Models {
         };
         let inner = window::window(frame, screen, model, title, (100, 20));
         let shown = models_shown(model, picker);
-        let origin = shown.get(picker.selected).map(|id| {
-            let prices = &model.prompt.prices;
-            prices.origin(id)
-        });
+        let prices = &model.prompt.prices;
+        let selected = shown.get(picker.selected);
+        let origin = selected.map(|id| prices.origin(id));
+        let bound = selected.and_then(|id| prices.bound(id));
+        let bound = bound.map(|bound| format!("at most: {bound}"));
         let rows = shown.into_iter().map(|id| {
             let note = note(model, &id);
             (id, note)
         });
-        picker::draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
+        // Below the list: what the bound counts, and where the price is from.
+        let [list, above, below] = Layout::vertical([
+            Constraint::Min(0),
+            Constraint::Length(1),
+            Constraint::Length(1),
+        ])
+        .areas(inner);
+        picker::draw(frame, list, model, picker, &rows.collect::<Vec<_>>());
         let words = "any provider/model can be typed; config.toml sets up providers";
-        picker::hint(frame, inner, model, origin.as_deref().unwrap_or(words));
+        picker::hint(frame, above, model, &bound.unwrap_or_default());
+        picker::hint(frame, below, model, origin.as_deref().unwrap_or(words));
     }
 }
 

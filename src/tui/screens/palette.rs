@@ -8,10 +8,10 @@ use ratatui::widgets::Paragraph;
 
 use super::Step;
 use super::picker::Choice;
-use crate::tui::action::Entry;
+use crate::tui::action::{Action, Entry};
 use crate::tui::model::{Model, Picker, palette_shown};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, pad};
+use crate::tui::widgets::words::pad;
+use crate::tui::widgets::{picker, window};
 
 /// Columns and rows of the window at most.
 const SIZE: (u16, u16) = (132, 44);
@@ -35,10 +35,15 @@ impl Choice for Palette {
         palette_shown(picker).len()
     }
 
-    fn choose(&mut self, _model: &mut Model, picker: &Picker) -> Step {
+    fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
         let shown = palette_shown(picker);
-        let entry = shown.get(picker.selected);
-        entry.map_or(Step::close(), |entry| Step::Perform(entry.action))
+        let Some(entry) = shown.get(picker.selected) else {
+            return Step::close();
+        };
+        if let (Action::ChooseIndex, Some(folder)) = (entry.action, argument(&picker.text)) {
+            model.index.typed = Some(folder.to_string());
+        }
+        Step::Perform(entry.action)
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
@@ -46,11 +51,8 @@ impl Choice for Palette {
         let theme = &model.theme;
         let width = usize::from(inner.width);
         let shown = palette_shown(picker);
-        let typed = format!("> {}▏", fit(&picker.text, width.saturating_sub(4)));
-        let mut text = Text::from(vec![
-            Line::styled(typed, Style::new().fg(theme.accent)),
-            Line::default(),
-        ]);
+        let typed = picker::typed(model, picker, shown.len(), width);
+        let mut text = Text::from(vec![typed, Line::default()]);
         let rows: Vec<Vec<Line<'static>>> = {
             let row = |(i, entry): (usize, &&Entry)| row(model, entry, i == picker.selected, width);
             shown.iter().enumerate().map(row).collect()
@@ -60,11 +62,17 @@ impl Choice for Palette {
             text.extend(row.iter().cloned());
         }
         if rows.is_empty() {
-            let none = "  no action matches; Esc closes";
+            let none = "  no action matches";
             text.push_line(Line::styled(none, Style::new().fg(theme.dim)));
         }
         frame.render_widget(Paragraph::new(text), inner);
     }
+}
+
+/// What is typed behind the name of the action that takes a folder.
+fn argument(text: &str) -> Option<&str> {
+    let folder = text.trim_start().strip_prefix("index ")?.trim();
+    (!folder.is_empty()).then_some(folder)
 }
 
 /// The first row that is shown, so that the selected one is in sight as a whole.

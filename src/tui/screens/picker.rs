@@ -23,6 +23,11 @@ pub trait Choice: Debug + Send + 'static {
     /// Draws the list.
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker);
 
+    /// The line that is selected when the list opens.
+    fn first(&self, _model: &Model) -> usize {
+        0
+    }
+
     /// Shows at once what the selected line would do.
     fn preview(&self, _model: &mut Model, _picker: &Picker) {}
 
@@ -51,7 +56,10 @@ pub struct PickerScreen<C> {
 
 /// Opens a list with nothing typed.
 pub fn open(model: &mut Model, choice: impl Choice) {
-    let picker = Picker::default();
+    let picker = Picker {
+        selected: choice.first(model),
+        ..Picker::default()
+    };
     model.screens.open(PickerScreen { picker, choice });
 }
 

@@ -25,11 +25,11 @@ pub fn open(model: &mut Model) {
 
 impl Choice for Pictures {
     fn count(&self, model: &Model, picker: &Picker) -> usize {
-        pictures_shown(picker, model.focus).len()
+        pictures_shown(picker, model).len()
     }
 
     fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
-        let shown = pictures_shown(picker, model.focus);
+        let shown = pictures_shown(picker, model);
         let (Some(offer), Some(opened)) = (shown.get(picker.selected), &model.opened) else {
             return Step::close();
         };
@@ -60,8 +60,8 @@ impl Choice for Pictures {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
-        let inner = window::window(frame, screen, model, "save a picture", (64, 16));
-        let rows = pictures_shown(picker, model.focus).into_iter();
+        let inner = window::window(frame, screen, model, "save a figure or picture", (64, 16));
+        let rows = pictures_shown(picker, model).into_iter();
         let rows = rows.map(|offer| (offer.name.to_string(), offer.format.name().to_string()));
         list::draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
     }
@@ -98,6 +98,7 @@ fn look(model: &Model, kind: PictureKind) -> Look {
         ego_up: model.camera.ego_up,
         obstacles,
         measures: vec![model.plot.measure],
+        window: Some(model.window_rule()),
         ..Look::default()
     }
 }
@@ -122,8 +123,16 @@ const OFFERS: &[PictureOffer] = &[
     offer(PictureKind::Map, Format::Png, "map, in pixels"),
     offer(PictureKind::Plot, Format::Svg, "plot, for papers"),
     offer(PictureKind::Plot, Format::Png, "plot, in pixels"),
-    offer(PictureKind::Both, Format::Svg, "map and plot, for papers"),
-    offer(PictureKind::Both, Format::Png, "map and plot, in pixels"),
+    offer(
+        PictureKind::Both,
+        Format::Svg,
+        "figure of map and plot, for papers",
+    ),
+    offer(
+        PictureKind::Both,
+        Format::Png,
+        "figure of map and plot, in pixels",
+    ),
     offer(PictureKind::Screen, Format::Svg, "whole screen, for papers"),
     offer(PictureKind::Screen, Format::Png, "whole screen, in pixels"),
     offer(
@@ -133,12 +142,14 @@ const OFFERS: &[PictureOffer] = &[
     ),
 ];
 
-/// The pictures that the list shows, the best match first; nothing typed, those of the pane that has the keys.
-fn pictures_shown(picker: &Picker, focus: Pane) -> Vec<&'static PictureOffer> {
-    let first = match focus {
+/// The pictures that the list shows, the best match first; nothing typed, those of the pane that has the keys, and
+/// elsewhere the whole figure.
+fn pictures_shown(picker: &Picker, model: &Model) -> Vec<&'static PictureOffer> {
+    let first = match model.focus {
         Pane::Plot | Pane::Timeline => PictureKind::Plot,
         Pane::Map => PictureKind::Map,
-        _ => PictureKind::Screen,
+        _ if model.scene().is_none() => PictureKind::Map,
+        _ => PictureKind::Both,
     };
     let texts = OFFERS
         .iter()

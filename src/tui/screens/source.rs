@@ -87,15 +87,11 @@ impl Screen for SourceScreen {
         let Some((_, source)) = &model.source else {
             return;
         };
-        let (scroll, page) = (hints::scroll(model).0, hints::page(model).0);
-        let close = model.look.key(Action::Cancel);
-        let keys = format!("{scroll} {page} scroll · {close} closes");
-        let room = usize::from(screen.width).saturating_sub(keys.width() + 24);
+        let count = format!("{} rows", thousands(source.row_count() as u64));
+        // The borders and spaces of a window that is nearly as wide as the screen.
+        let room = usize::from(screen.width).saturating_sub(count.width() + 11);
         let file = fit_end(&visible(&source.file), room);
-        let title = format!(
-            "{file} · {} rows · {keys}",
-            thousands(source.row_count() as u64)
-        );
+        let title = format!("{file} · {count}");
         let inner = window::window(frame, screen, model, &title, (screen.width, screen.height));
         let rows = usize::from(inner.height);
         let top = self.scroll.min(source.row_count().saturating_sub(rows));

@@ -1,7 +1,9 @@
 //! Picker for themes, with live preview.
 
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::widgets::{Paragraph, Wrap};
 
 use super::Step;
 use super::picker::{Choice, PickerScreen};
@@ -9,6 +11,9 @@ use crate::settings::ThemeFile;
 use crate::tui::model::{Model, Picker, themes_shown};
 use crate::tui::widgets::hints::{Hint, fixed};
 use crate::tui::widgets::{picker, window};
+
+/// Rows that say how a theme is kept.
+const HINT: u16 = 2;
 
 /// Themes by name.
 #[derive(Debug)]
@@ -46,7 +51,8 @@ impl Choice for Themes {
                     false => "until you quit",
                 };
                 model.say(format!(
-                    "theme {name} {how_long}; to keep it, set `theme = {name:?}` in config.toml"
+                    "theme {name} {how_long}; to keep it, set `theme = {name:?}` in {}",
+                    model.look.config_file
                 ));
             }
             Err(why) => {
@@ -81,10 +87,20 @@ impl Choice for Themes {
         });
         let rows: Vec<_> = rows.collect();
         // The line that is typed, an empty one, the list, the words below it, and the borders.
-        let height = model.look.themes.len() + ThemeFile::pairs().count() + 5 + picker::WHOLE;
+        let height = model.look.themes.len()
+            + ThemeFile::pairs().count()
+            + 5
+            + picker::WHOLE
+            + usize::from(HINT);
         let height = u16::try_from(height).unwrap_or(u16::MAX).min(24);
         let inner = window::window(frame, side, model, "theme", (52, height));
-        picker::draw(frame, inner, model, picker, &rows);
+        let [list, hint] =
+            Layout::vertical([Constraint::Min(0), Constraint::Length(HINT)]).areas(inner);
+        picker::draw(frame, list, model, picker, &rows);
+        let name = selected(model, picker).unwrap_or_default();
+        let words = format!("keep: `theme = {name:?}` in {}", model.look.config_file);
+        let words = Paragraph::new(words).wrap(Wrap { trim: true });
+        frame.render_widget(words.style(Style::new().fg(model.theme.dim)), hint);
     }
 
     fn hints(&self) -> Vec<Hint> {

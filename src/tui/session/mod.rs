@@ -57,6 +57,15 @@ pub struct Session {
     pub sizes: Sizes,
     /// The layers of the map.
     pub layers: Layers,
+    /// Whether the map is split in two.
+    #[serde(default, skip_serializing_if = "is_off")]
+    pub split_map: bool,
+    /// Experiment files that were opened, the last one first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub experiments: Vec<PathBuf>,
+    /// The folder of the index, where it is not the one of the configuration; empty for none. Older sessions do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<Override>,
     /// The opened scenario.
     pub opened: Option<SavedScenario>,
 }
@@ -73,6 +82,9 @@ pub struct SavedScenario {
     pub step: i64,
     /// The picked obstacle.
     pub picked: Option<i64>,
+    /// The step that the second map was pinned to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pinned: Option<i64>,
     /// How the map was seen.
     pub camera: View,
 }
@@ -91,6 +103,9 @@ pub struct View {
     pub follow: bool,
     /// Whether it drives upwards.
     pub ego_up: bool,
+    /// Whether the map chooses its zoom; older sessions do not say, so that what was seen stays.
+    #[serde(default)]
+    pub auto: bool,
 }
 
 /// Location of a scenario or folder.
@@ -150,6 +165,12 @@ impl SavedLocation {
     }
 }
 
+/// What is off is not written, so that older versions can read the file.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_off(on: &bool) -> bool {
+    !on
+}
+
 /// A path without detours.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
@@ -200,6 +221,9 @@ impl Default for Session {
             marks: Vec::new(),
             sizes: Sizes::default(),
             layers: Layers::default(),
+            split_map: false,
+            experiments: Vec::new(),
+            index: None,
             opened: None,
         }
     }
@@ -240,12 +264,13 @@ impl Session {
         let session: Self =
             serde_json::from_value(value).map_err(|error| format!("it is damaged ({error})"))?;
         if session.paths != paths {
-            return Err("it is of other scenarios".into());
+            return Err("it belongs to other scenarios".into());
         }
         let of = |instead: &Option<Override>| instead.as_ref().map(|i| i.chosen.clone());
         let words = [
             of(&session.model),
             of(&session.theme),
+            of(&session.index),
             Some(session.filter.clone()),
         ];
         if words

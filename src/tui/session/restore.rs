@@ -2,7 +2,7 @@
 
 use super::super::action::Action;
 use super::super::message::{Effect, JobEvent, Msg, Update};
-use super::super::model::{Grouping, Model, Order, Pane};
+use super::super::model::{Grouping, IndexChoice, Model, Order, Pane};
 use super::super::update::{clock, open, open_current};
 use super::{Override, SavedLocation, SavedScenario, Session, View};
 use crate::description::Frame;
@@ -41,9 +41,20 @@ pub fn capture(model: &Model) -> Session {
         marks,
         sizes: model.look.sizes,
         layers: model.map.layers.clone(),
+        split_map: model.map.second.on,
+        experiments: model.experiment.recent.clone(),
+        index: index_of(model),
         opened: opened_of(model).or_else(|| model.recall.wanted.clone()),
         ..Session::default()
     }
+}
+
+/// The index that was chosen instead of the configured one.
+fn index_of(model: &Model) -> Option<Override> {
+    let configured = model.index.configured.as_deref();
+    let configured = configured.map(|folder| IndexChoice::text(Some(folder)));
+    let chosen = IndexChoice::text(model.index.folder.as_deref());
+    Override::chosen(&chosen, configured.as_ref(), "")
 }
 
 fn opened_of(model: &Model) -> Option<SavedScenario> {
@@ -59,12 +70,14 @@ fn opened_of(model: &Model) -> Option<SavedScenario> {
         ego: model.taken,
         step: model.clock.step(),
         picked: model.picked,
+        pinned: model.map.second.pinned,
         camera: View {
             cell: camera.cell,
             center: [camera.center.x, camera.center.y],
             shift: [camera.shift.x, camera.shift.y],
             follow: camera.follow,
             ego_up: camera.ego_up,
+            auto: camera.auto,
         },
     })
 }
@@ -96,6 +109,11 @@ pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
         model.theme = theme;
         model.look.chosen = name;
     }
+    let configured = model.index.configured.as_deref();
+    let configured = configured.map(|folder| IndexChoice::text(Some(folder)));
+    if let Some(folder) = chosen(&session.index, configured.as_ref()) {
+        model.index.folder = (!folder.is_empty()).then(|| folder.into());
+    }
     let mut panes = Pane::ALL.into_iter();
     model.focus = panes
         .find(|p| p.name() == session.focus)
@@ -103,6 +121,8 @@ pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
     model.zoomed = session.zoomed;
     model.look.sizes = session.sizes;
     model.map.layers = session.layers;
+    model.map.second.on = session.split_map;
+    model.experiment.recent = session.experiments;
     if let Some(plotted) = measure(&session.plot) {
         model.plot.measure = plotted;
     }
@@ -182,7 +202,7 @@ pub fn held_back(model: &mut Model, place: usize) -> bool {
     }
     let key = model.look.key(Action::Choose);
     let words = format!(
-        "{}: the program ended while this scenario was being opened or shown, so it is not opened by itself; {key} opens it all the same",
+        "{}: the program crashed while opening or showing this scenario; {key} opens it anyway",
         entry.name
     );
     if model.opened.is_none() {
@@ -226,23 +246,26 @@ pub fn opened(model: &mut Model) {
         opened.is_some_and(|opened| opened.scenario.obstacle(*id).is_some())
     };
     model.picked = wanted.picked.filter(there);
+    model.map.second.pinned = wanted.pinned;
     let View {
         cell,
         center,
         shift,
         follow,
         ego_up,
+        auto,
     } = wanted.camera;
     let numbers = [cell, center[0], center[1], shift[0], shift[1]];
     if numbers.iter().all(|n| n.is_finite()) && cell > 0.0 {
         let camera = &mut model.camera;
         camera.cell = cell;
         // Within what can be zoomed to.
-        camera.zoom(1.0);
+        camera.scale(1.0);
         camera.center = Point::new(center[0], center[1]);
         camera.shift = Vector::new(shift[0], shift[1]);
         camera.follow = follow;
         camera.ego_up = ego_up;
+        camera.auto = auto;
     }
     clock::stepped(model);
     model.refresh();

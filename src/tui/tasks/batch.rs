@@ -11,30 +11,34 @@ use tokio::task::JoinSet;
 
 use super::Tasks;
 use super::job::Canceller;
-use crate::evaluation::batch::Matrix;
+use crate::evaluation::batch::{Matrix, way_of};
+use crate::evaluation::report::Comparison;
 use crate::evaluation::{Judge, Judges};
 use crate::formats::{EgoSelection, EntryLocation};
 use crate::planner::Cancel;
 use crate::store::{Item, Store, StoreError};
+use crate::tui::message::experiment::ItemChange;
 use crate::tui::message::runs::{Batch, BatchAnswer, Counts};
 use crate::tui::message::{BatchProgress, JobEvent, JobId, Msg, Update};
 use crate::workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
-    ProviderSlots,
+    PlanningEvent, ProviderSlots,
 };
 
 /// The batch that was estimated last, and what bounds those that are asked.
 #[derive(Default)]
 pub struct Batches {
     estimated: Option<(JobId, Arc<OnceLock<Ready>>)>,
+    /// The experiment that was read last.
+    pub(super) experiment: Option<(JobId, Arc<OnceLock<Ready>>)>,
     slots: Arc<ProviderSlots>,
 }
 
 /// A batch that can be begun.
-struct Ready {
-    plan: BatchPlan,
-    dry_run: DryRun,
-    judges: Judges,
+pub(super) struct Ready {
+    pub plan: BatchPlan,
+    pub dry_run: DryRun,
+    pub judges: Judges,
 }
 
 /// Input of a batch estimate.
@@ -55,6 +59,8 @@ struct Asking {
     slots: Arc<ProviderSlots>,
     control: BatchControl,
     sender: UnboundedSender<Msg>,
+    /// Whether each change of a question is told, too.
+    tells_changes: bool,
 }
 
 impl Tasks {
@@ -102,6 +108,21 @@ impl Tasks {
     /// Asks the questions of the batch that was estimated under this id.
     pub(super) fn begin(&mut self, id: JobId) {
         let estimated = self.batches.estimated.take();
+        self.ask_ready(id, estimated, false);
+    }
+
+    /// Asks the questions of the experiment that was read under this id.
+    pub(super) fn begin_experiment(&mut self, id: JobId) {
+        let read = self.batches.experiment.take();
+        self.ask_ready(id, read, true);
+    }
+
+    fn ask_ready(
+        &mut self,
+        id: JobId,
+        estimated: Option<(JobId, Arc<OnceLock<Ready>>)>,
+        tells_changes: bool,
+    ) {
         let ready = estimated
             .filter(|(of, _)| *of == id)
             .map(|(_, ready)| ready);
@@ -119,6 +140,7 @@ impl Tasks {
             slots: Arc::clone(&self.batches.slots),
             control: control.clone(),
             sender: self.sender.clone(),
+            tells_changes,
         };
         let task = tokio::spawn(asking.run()).abort_handle();
         self.jobs.insert(id, Canceller::Batch(control), task);
@@ -143,6 +165,7 @@ impl Batch {
                 samples: 1,
                 more_leads: Vec::new(),
                 transforms: Vec::new(),
+                axes: Default::default(),
                 request: self.request,
             },
             ego: ego.clone(),
@@ -150,6 +173,8 @@ impl Batch {
             shard: None,
             drafts: BTreeMap::from_iter(self.draft.clone()),
             base_url: None,
+            comparison: Comparison::default(),
+            subset: Default::default(),
         }
     }
 }
@@ -180,9 +205,18 @@ impl Estimating {
         tell: &mut dyn FnMut(Counts),
     ) -> Result<Option<Ready>, BatchError> {
         let (batch, store) = (Arc::clone(&self.batch), Arc::clone(&self.store));
+        let (library, thresholds) = (&batch.library, &batch.thresholds);
+        let on_read = &mut |PlanningEvent::Read { done, of }| {
+            self.counts.read = (done, of);
+            tell(self.counts.clone());
+        };
         let plan = batch
             .request(&self.ego)
-            .plan(&batch.library, &batch.thresholds)?;
+            .plan(library, thresholds, cancel, on_read)?;
+        let Some(plan) = plan else {
+            return Ok(None);
+        };
+        self.counts.left_out.clone_from(&plan.left_out);
         let judges = Judges::from([(batch.model.clone(), self.judge.clone())]);
         let dry_run = plan.dry_run(&judges, &store, cancel, &mut |event| {
             let DryRunEvent::Described { done, dry_run } = event;
@@ -213,7 +247,7 @@ impl Estimating {
 
 impl Asking {
     async fn run(self) {
-        let (id, sender) = (self.id, self.sender.clone());
+        let (id, sender, tells_changes) = (self.id, self.sender.clone(), self.tells_changes);
         let tell = |update| drop(sender.send(Msg::Job(id, JobEvent::Batch(update))));
         let begun = tokio::task::spawn_blocking(move || self.begin()).await;
         let asked = match begun {
@@ -223,6 +257,15 @@ impl Asking {
                 let mut judging = JoinSet::new();
                 let asked = Arc::new(run).ask(items, |ended| {
                     let sender = sender.clone();
+                    if tells_changes && let Ok(way) = way_of(&ended.item.asked) {
+                        let change = ItemChange {
+                            way,
+                            before: ended.item.state,
+                            now: ended.state,
+                        };
+                        let changed = BatchProgress::Changed(Box::new(change));
+                        tell(Update::Progress(changed));
+                    }
                     judging.spawn_blocking(move || {
                         let answered = BatchProgress::Answered(outcome(ended));
                         let event = JobEvent::Batch(Update::Progress(answered));
@@ -231,6 +274,9 @@ impl Asking {
                 });
                 let asked = asked.await;
                 judging.join_all().await;
+                for paused in asked.iter().flatten() {
+                    let _ = sender.send(Msg::Complaint(paused.words()));
+                }
                 asked.map_err(|error| error.to_string())
             }
             Ok(Err(error)) => Err(error.to_string()),

@@ -1,12 +1,13 @@
 //! Exports a planned ego: its motion as CSV, and as a CommonRoad solution.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::super::loaded::DriveFiles;
 use super::pictures::file_name;
 use crate::formats::commonroad::{ProblemSolution, Solution, save, write_solution};
 use crate::formats::write_recording;
 use crate::scenario::{VehicleModel, VehicleType};
+use crate::system::shown_path;
 
 /// Files of one name that are tried before another name is asked for.
 const MOST: usize = 1000;
@@ -45,20 +46,18 @@ pub fn write(job: &DriveFiles) -> Result<String, String> {
         }
         let refused = |e| format!("{e}; `pictures` in config.toml names another folder");
         save(&csv, &recording, false).map_err(refused)?;
-        let csv = shown(&csv);
+        let csv = shown_path(&csv);
         save(&xml, &solution, false)
-            .map_err(|e| format!("{csv} is written, the solution is not: {}", refused(e)))?;
-        return Ok(format!("{csv} and {}{}", shown(&xml), sizes(job.vehicle)));
+            .map_err(|e| format!("{csv} saved, but not the solution: {}", refused(e)))?;
+        return Ok(format!(
+            "{csv} and {}{}",
+            shown_path(&xml),
+            sizes(job.vehicle)
+        ));
     }
     Err(format!(
-        "{MOST} drives called {name} are there already; move some away"
+        "{MOST} drives called {name} exist already; move some away"
     ))
-}
-
-/// A path without the dot of the current folder.
-fn shown(path: &Path) -> String {
-    let path: PathBuf = path.strip_prefix(".").unwrap_or(path).into();
-    path.display().to_string()
 }
 
 /// Vehicle data that CSV cannot carry.
@@ -66,7 +65,7 @@ fn sizes(vehicle: VehicleType) -> String {
     match vehicle {
         VehicleType::Bmw320i => String::new(),
         other => format!(
-            "; who reads the CSV takes the {} for a {}, the solution names it",
+            "; the CSV is read as a {1}, the solution names the {0}",
             other.name(),
             VehicleType::Bmw320i.name()
         ),

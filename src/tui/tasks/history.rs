@@ -86,7 +86,7 @@ impl Tasks {
             | HistoryCommand::Note(..)
             | HistoryCommand::Export(..) => {
                 let Some(store) = self.store.clone() else {
-                    let why = "runs are not kept, so there is nothing to change".to_string();
+                    let why = "runs are not stored, so nothing can be changed".to_string();
                     let _ = self.sender.send(Msg::Complaint(why));
                     return;
                 };
@@ -242,7 +242,7 @@ fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String>
     let wrong = |error: &std::io::Error| format!("{}: {}", path.display(), system::words(error));
     let file = NewFile::begin(path, false).map_err(|error| match error {
         SaveError::Exists(path) => {
-            format!("{} is there already; choose another name", path.display())
+            format!("{} exists already; choose another name", path.display())
         }
         other => other.to_string(),
     })?;

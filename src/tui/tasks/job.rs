@@ -103,6 +103,10 @@ impl Tasks {
             JobRequest::Versions(sides) => self.compare_versions(id, sides),
             JobRequest::Pair(runs) => self.pair(id, runs),
             JobRequest::Batch(_) => self.begin(id),
+            JobRequest::Experiment(query) => self.read_experiment(id, *query),
+            JobRequest::ExperimentBatch(_) => self.begin_experiment(id),
+            JobRequest::WriteExperiment(new) => self.write_experiment(id, *new),
+            JobRequest::Index(folder) => self.read_index(id, folder),
         }
     }
 

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::super::loaded::{PictureJob, PictureKind, VariantShown};
 use crate::formats::commonroad::{NewFile, SaveError};
 use crate::render::{Figure, Format, Picture, Provenance, Subject, animate};
+use crate::system::shown_path;
 
 /// Pictures that are being drawn. What is stopped leaves nothing behind.
 #[derive(Debug, Default)]
@@ -128,11 +129,7 @@ pub fn save_new(folder: &Path, stem: &str, ending: &str, bytes: &[u8]) -> Result
         });
         match written {
             Ok(()) => {
-                return Ok(path
-                    .strip_prefix(".")
-                    .unwrap_or(&path)
-                    .display()
-                    .to_string());
+                return Ok(shown_path(&path));
             }
             Err(SaveError::Exists(_)) => {}
             Err(error) => {

@@ -141,14 +141,15 @@ fn read(
     if choice != query.truth {
         (truth, _) = search.known(store, choice)?;
     }
-    let show = |rows: Vec<Results>, unasked: usize, judging: Option<(usize, usize)>| {
+    let show = |found: BatchResults, judging: Option<(usize, usize)>| {
         let read = CountedAnswers {
             counting,
             offers: offers.clone(),
             truth: choice,
             truths: truths.clone(),
-            rows,
-            unasked,
+            rows: found.rows,
+            unasked: found.unasked,
+            locked: found.locked,
             judging,
         };
         tell(listener, ResultsEvent::Read(query.id, Ok(Box::new(read))));
@@ -162,7 +163,7 @@ fn read(
             };
             let other = |scored: &Scored| {
                 let outcome = by_run.get(&scored.run?)?;
-                truth.label(outcome, scored.status.verdict())
+                truth.known(outcome)
             };
             let other = (!is_own).then_some(&other as batch::OtherTruth<'_>);
             batch::counted(store, batch, part, other, stop)
@@ -173,7 +174,10 @@ fn read(
             let by_itself = choice == TruthChoice::Judge;
             let scored = stored.scored.iter();
             let rows = results(scored.filter(|one| !(by_itself && is_judge(one))));
-            Ok(Some(BatchResults { rows, unasked: 0 }))
+            Ok(Some(BatchResults {
+                rows,
+                ..BatchResults::default()
+            }))
         }
     };
     if !is_own {
@@ -184,14 +188,15 @@ fn read(
                     tell(listener, ResultsEvent::Judging(query.id, (done, of)));
                 }
             };
-            show(early.rows, early.unasked, Some((0, 0)));
+            show(early, Some((0, 0)));
             if !search.complete(choice, &mut truth, stop, &progress) {
                 return Ok(());
             }
         }
     }
     if let Some(found) = count(&truth)? {
-        show(with_intervals(found.rows), found.unasked, None);
+        let rows = with_intervals(found.rows);
+        show(BatchResults { rows, ..found }, None);
     }
     Ok(())
 }

@@ -15,7 +15,7 @@ use crate::system::activity::{self, ActivityGuard, Subject, trying};
 
 /// The message for a scenario that is skipped.
 const HELD: &str =
-    "the program ended while it read this scenario or showed it; it is read when you open it";
+    "the program crashed while reading or showing this scenario; it is read when you open it";
 
 /// A panic meanwhile is held against the scenario; that the program is killed is not, as many are read at once.
 fn surveying(entry: &Entry, subject: Subject) -> ActivityGuard {

@@ -10,7 +10,7 @@ use crate::system;
 /// A system error with the name of its file.
 pub fn named(path: &Path, error: &Error) -> String {
     let words = match error.kind() {
-        ErrorKind::AlreadyExists => "it is there already; nothing was written".into(),
+        ErrorKind::AlreadyExists => "exists already; nothing was written".into(),
         _ => system::words(error),
     };
     format!("{}: {words}", path.display())
@@ -60,7 +60,7 @@ pub fn save_as(folder: &Path, file: &str, text: &str) -> Result<String, String> 
 pub fn choose(folder: &Path, file: &str) -> Result<String, String> {
     let library = Library::load(Some(folder));
     let Some((template, _)) = library.file(file) else {
-        return Err(format!("{file}: there is no such template any longer"));
+        return Err(format!("template {file} no longer exists"));
     };
     let front = &template.front;
     choose_template(folder, &front.task, &front.frame, file)?;

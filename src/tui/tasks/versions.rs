@@ -63,12 +63,18 @@ fn compared(
 ) -> Result<Option<Box<ComparedVersions>>, String> {
     let source = |side: &VersionSide| {
         let batch = &side.batch;
-        let plan = batch.request(ego).plan(&batch.library, &batch.thresholds);
+        let (library, thresholds) = (&batch.library, &batch.thresholds);
+        let plan = batch
+            .request(ego)
+            .plan(library, thresholds, cancel, &mut |_| {});
         let plan = plan.map_err(|error| error.to_string())?;
         let hash = side.hash.clone();
-        Ok::<_, String>(VersionSource { plan, hash })
+        Ok::<_, String>(plan.map(|plan| VersionSource { plan, hash }))
     };
-    let sources = [source(&sides[0])?, source(&sides[1])?];
+    let (Some(first), Some(second)) = (source(&sides[0])?, source(&sides[1])?) else {
+        return Ok(None);
+    };
+    let sources = [first, second];
     let found = compare_versions(&sources, judges, store, cancel, tell);
     let Some(comparison) = found.map_err(|error| error.to_string())? else {
         return Ok(None);

@@ -395,5 +395,5 @@ fn an_error_is_read_beside_the_answer_and_covers_nothing() {
     let (id, _) = bench.asked();
     bench.press("z");
     bench.send(events::answered(id, Err(why.into())));
-    assert!(bench.frame(80, 24).contains("something is wrong"));
+    assert!(bench.frame(80, 24).contains("┌ error "));
 }

@@ -80,7 +80,7 @@ impl Whole {
             folders,
             _folder: folder,
         };
-        let effects = start(&whole.model);
+        let effects = start(&mut whole.model);
         // Servers on this machine are not what this is about.
         let effects = effects.into_iter().filter(|e| !matches!(e, Effect::Probe));
         whole.perform(effects.collect());
@@ -98,6 +98,11 @@ impl Whole {
             let effects = update(&mut self.model, Msg::Key(Key::parse(name).unwrap()));
             self.perform(effects);
         }
+    }
+
+    /// Its folders, for another look at the store.
+    pub fn folders(&self) -> &Folders {
+        &self.folders
     }
 
     /// Takes messages until something holds.
@@ -174,7 +179,7 @@ async fn every_scenario_is_asked_about_once_and_the_store_answers_the_second_tim
         (8, 0, 0)
     );
     assert!(counts.estimate.tokens > 1000 && counts.refused.is_none());
-    let price = counts.price();
+    let price = counts.estimate.price();
     assert!(price.starts_with("at most $0."), "{price}");
     assert!(server.requests().is_empty(), "counting sends nothing");
     whole.press("enter");
@@ -199,7 +204,7 @@ async fn every_scenario_is_asked_about_once_and_the_store_answers_the_second_tim
     whole.count().await;
     let counts = &whole.model.card.as_ref().unwrap().counts;
     assert_eq!((counts.estimate.requests, counts.estimate.stored), (0, 8));
-    assert_eq!(counts.price(), "nothing");
+    assert_eq!(counts.estimate.price(), "free");
     whole.press("enter");
     whole.over().await;
     assert_eq!(

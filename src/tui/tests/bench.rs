@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
+use crate::evaluation::claims::TimeOrigin;
 use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 use crate::formats::{EgoSelection, Entry, EntryLocation, bundled};
 use crate::metrics::Thresholds;
@@ -171,14 +172,19 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
             id: obstacle,
             risk_score: if dangerous { 0 } else { 3 },
             reason: "r".into(),
+            written_score: None,
         }],
         justification: format!("{model} says so"),
+        critical: None,
+        probability: None,
+        token_probability: None,
     };
     Answer {
         run: None,
         model: model.into(),
         past: None,
         window: Some((51, 60)),
+        times: TimeOrigin::Recording,
         how: "ego · base".into(),
         model_returned: None,
         judged: JudgeOutcome::Verdict(Parsed {

@@ -265,6 +265,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
         id,
         risk_score,
         reason: "the lane beside".into(),
+        written_score: None,
     };
     give(
         &mut bench,

@@ -1,12 +1,9 @@
 //! The results screen over a batch with its own ground truth, answers about changed scenes, and the mouse there.
 
-use std::collections::BTreeMap;
-
-use ratatui::layout::Position;
-
 use super::everywhere::seen_in_every_theme;
-use super::kept::{FIRST, Fixture};
+use super::history_store::{FIRST, Fixture};
 use super::results::{counts, four, press, settle};
+use super::results_table::techniques;
 use crate::description::Frame;
 use crate::evaluation::batch::{AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource};
 use crate::evaluation::report::{DataHalf, Report};
@@ -20,9 +17,11 @@ use crate::tui::message::runs::ResultsEvent;
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::verdict::Task;
 use crate::workflow::TruthChoice;
+use ratatui::layout::Position;
+use std::collections::BTreeMap;
 
 pub(super) const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
-const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
+pub(super) const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
 
 pub(super) fn item(scenario: &str, label: (bool, Option<i64>), transform: Option<&str>) -> NewItem {
     NewItem {
@@ -38,9 +37,14 @@ pub(super) fn item(scenario: &str, label: (bool, Option<i64>), transform: Option
         lead: None,
         transform: transform.map(Into::into),
         key: None,
+        facts: None,
+        scene: None,
+        window: None,
         collides: Some(label.0),
         obstacle: label.1,
         unaskable: None,
+        settings: None,
+        split: None,
     }
 }
 
@@ -55,6 +59,7 @@ pub(super) fn spec() -> Spec {
             samples: 1,
             more_leads: Vec::new(),
             transforms: vec![Transform::Mirror],
+            axes: Default::default(),
             request: RequestSettings::default(),
         },
         truth: TruthSource::Files(vec!["/labels/ours.csv".into()]),
@@ -63,6 +68,8 @@ pub(super) fn spec() -> Spec {
         base_url: None,
         ego: EgoSelection::Beside,
         drafts: BTreeMap::new(),
+        comparison: Default::default(),
+        subset: Default::default(),
     }
 }
 
@@ -120,8 +127,8 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     let plain = Some(AnswerSet::Batch(batch, BatchPart::Plain));
     assert_eq!(results.counting, plain);
     assert_eq!(results.unasked, 1);
-    // Safe by the labels; and who does not name the one that is hit has said no.
-    assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
+    // Safe by the labels; and a yes is a yes, whichever obstacle it names.
+    assert_eq!(counts(&kept, 0), [1, 1, 1, 0, 0, 0, 0]);
     // As the report of the batch has it.
     let answers = crate::evaluation::batch::answers(&kept.store, batch).unwrap();
     let report = Report::from_scored(&answers.plain);
@@ -130,13 +137,13 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     let row = &kept.bench.model.results.rows[0];
     assert_eq!(
         (row.confusion(), row.f1),
-        (cell.confusion, cell.f1_interval)
+        (cell.confusion, cell.intervals.f1)
     );
     for (columns, rows) in [(80, 24), (200, 60)] {
         let frame = kept.bench.frame(columns, rows);
         let line: Vec<&str> = frame.split_whitespace().collect();
         let words = line.join(" ").replace(" ┃┃", "").replace('┃', "");
-        let truth = "truth: labels of /labels/ours.csv";
+        let truth = "truth: labels from /labels/ours.csv";
         for said in ["batch b1", truth, "1 question not asked"] {
             assert!(words.contains(said), "{said}\n{frame}");
         }
@@ -165,14 +172,14 @@ fn what_is_counted_can_be_chosen() {
         offers,
         [
             "batch b1",
-            "batch b1, scenes mirror",
+            "batch b1, transform mirror",
             "everything in the store"
         ]
     );
     for size in [(80, 24), (200, 60)] {
         let words = seen_in_every_theme("what is counted", &mut kept.bench, size, true);
         assert!(
-            words.contains("4 of 5") && words.contains("truth: labels of"),
+            words.contains("4 of 5") && words.contains("truth: labels from"),
             "{words}"
         );
     }
@@ -188,11 +195,11 @@ fn what_is_counted_can_be_chosen() {
         Some(AnswerSet::Everything)
     );
     // The labels of the batch count there, too; a changed scene is another question.
-    assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
+    assert_eq!(counts(&kept, 0), [1, 1, 1, 0, 0, 0, 0]);
     // Of a batch another truth can be chosen; where there are labels, the judge's prediction is none.
     press(&mut kept, "b g enter t");
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Labels);
-    assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
+    assert_eq!(counts(&kept, 0), [1, 1, 1, 0, 0, 0, 0]);
     press(&mut kept, "t");
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Recorded);
     assert_eq!(counts(&kept, 0)[4], 2, "two scenarios are not in the list");
@@ -219,7 +226,7 @@ fn an_answer_about_a_changed_scene_opens_it_changed() {
     );
     let said = &model.toasts.last().unwrap().text;
     assert!(
-        said.contains("changed") && said.contains("mirror") && !said.contains("another one"),
+        said.contains("transformed") && said.contains("mirror") && !said.contains("changed since"),
         "{said}"
     );
     let frame = kept.bench.frame(160, 45);
@@ -280,7 +287,7 @@ fn progress_is_shown_while_scenarios_are_judged() {
         assert_eq!(kept.bench.model.results.judging, done);
         // No number that needs the truth is shown until it is known.
         let frame = kept.bench.frame(80, 24);
-        assert_eq!(frame.contains("…  …  …  …"), place < 2, "{frame}");
+        assert_eq!(frame.contains("…    …    …    …"), place < 2, "{frame}");
         assert_eq!(frame.contains("judging… 1 of 1"), place == 1, "{frame}");
     }
     assert_eq!(counts(&kept, 1)[4], 1);
@@ -288,7 +295,7 @@ fn progress_is_shown_while_scenarios_are_judged() {
 
 /// Where a text stands on the screen.
 fn find(kept: &Fixture, text: &str) -> Position {
-    let frame = kept.bench.frame(120, 40);
+    let frame = kept.bench.frame(200, 60);
     let mut lines = frame.lines().enumerate();
     let found = lines.find_map(|(y, line)| {
         let x = line.find(text).map(|at| line[..at].chars().count())?;
@@ -301,7 +308,7 @@ fn find(kept: &Fixture, text: &str) -> Position {
 }
 
 fn mouse(kept: &mut Fixture, mouse: Mouse) {
-    kept.bench.frame(120, 40);
+    kept.bench.frame(200, 60);
     kept.bench.send(Msg::Mouse(mouse));
     settle(kept);
 }
@@ -313,9 +320,9 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
     press(&mut kept, "space o r b shift-g enter t t");
     kept.bench.model.results.selected = 0;
     let small = find(&kept, "lab/small");
-    let head = find(&kept, "open unp");
+    let head = find(&kept, "no truth  no verdict");
     // On the number of open ones, below their head.
-    let open = Position::new(head.x + 3, small.y);
+    let open = Position::new(head.x + 7, small.y);
     mouse(&mut kept, Mouse::Press(open));
     let results = &kept.bench.model.results;
     assert_eq!(
@@ -352,40 +359,6 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
     mouse(&mut kept, Mouse::Press(answer));
     assert!(kept.bench.model.screens.is_empty());
     assert_eq!(kept.bench.model.opened.as_ref().unwrap().name, FIRST);
-}
-
-/// A batch of two models, each asked with four sets of techniques about twelve scenarios; what they say is up to their
-/// places.
-pub(super) fn techniques() -> Fixture {
-    let mut kept = Fixture::new();
-    let mut items = Vec::new();
-    for (model, skill) in [("lab/large", 5), ("lab/small", 3)] {
-        for (place, words) in ["base", "cp", "cp+cot", "cp+cot+icl"]
-            .into_iter()
-            .enumerate()
-        {
-            for n in 0..12 {
-                let right = (n * 7 + place * 3) % 8 < skill + place / 2;
-                let text = if (n % 2 == 0) == right { YES } else { NO };
-                let run = kept.add(&format!("ZAM_Town-{n}_1_T-1"), model, text == YES, text);
-                let asked = NewItem {
-                    techniques: Some(words.into()),
-                    model: model.into(),
-                    ..item(&format!("ZAM_Town-{n}_1_T-1"), (n % 2 == 0, None), None)
-                };
-                items.push((asked, run));
-            }
-        }
-    }
-    let asked: Vec<NewItem> = items.iter().map(|(item, _)| item.clone()).collect();
-    let batch = kept.store.begin_batch(&spec().to_json(), None, &asked);
-    let batch = batch.unwrap();
-    for (place, (_, run)) in (0..).zip(items) {
-        let (store, state) = (&kept.store, ItemState::Answered);
-        let set = store.set_item(batch, place, None, state, Some(run), None);
-        set.unwrap();
-    }
-    kept
 }
 
 #[test]

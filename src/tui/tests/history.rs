@@ -1,6 +1,6 @@
 //! The history of runs over a store in memory: paging, searching, changing and taking back, opening again.
 
-use super::kept::{FIRST, Fixture, three};
+use super::history_store::{FIRST, Fixture, three};
 use crate::store::RunId;
 use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::tui::message::{Effect, Msg};
@@ -20,14 +20,22 @@ fn words_and_filters_narrow_it_down_as_one_types() {
     assert_eq!(kept.rows(), [1]);
     kept.type_text("x");
     let frame = kept.bench.frame(120, 30);
-    assert!(frame.contains("there are dangerous, safe, none"), "{frame}");
+    assert!(
+        frame.contains("available: dangerous, safe, none"),
+        "{frame}"
+    );
     assert_eq!(
         kept.rows(),
         [1],
         "a line that means nothing changes nothing"
     );
     kept.press("backspace enter");
-    kept.press("esc");
+    kept.press("esc /");
+    kept.type_text("large");
+    assert_eq!(kept.rows(), [3, 2], "a part of the model's name");
+    kept.type_text(" lost");
+    assert_eq!(kept.rows(), [2], "and a word of the scenario's");
+    kept.press("enter esc");
     assert_eq!(kept.rows(), [3, 2, 1], "Esc clears the search first");
     kept.press("esc");
     assert!(kept.bench.model.screens.is_empty());
@@ -258,7 +266,7 @@ fn the_listed_runs_are_exported_once() {
             .last()
             .unwrap()
             .text
-            .contains("is there already")
+            .contains("exists already")
     );
     assert_eq!(std::fs::read_to_string(&path).unwrap(), written);
 }

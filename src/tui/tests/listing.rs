@@ -131,7 +131,7 @@ fn a_wrong_term_is_said_in_the_list() {
     bench.type_text("tga:x");
     for size in [(80, 24), (120, 40)] {
         let frame = bench.frame(size.0, size.1);
-        assert!(frame.contains("! `tga:` is no"), "{frame}");
+        assert!(frame.contains("! unknown filter `tga:`"), "{frame}");
     }
     bench.press("esc ?");
     let help: Vec<String> = (0..40)

@@ -298,11 +298,11 @@ fn every_pane_has_a_place_in_the_keymap_files() {
 }
 
 #[test]
-fn chords_work_in_windows_as_their_titles_say() {
+fn chords_work_in_windows_as_their_hints_say() {
     let mut bench = vim();
     bench.press("n space o d");
     let frame = bench.frame(120, 40);
-    assert!(frame.contains("details · y y copies"), "{frame}");
+    assert!(frame.contains("y y copy"), "{frame}");
     bench.press("y");
     assert!(bench.frame(120, 40).contains(" y … "), "what can follow");
     assert!(bench.model.screens.is_top::<DetailsScreen>());

@@ -74,7 +74,7 @@ fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
     assert!(frame.contains(" 2 skipped: Space o i "), "{frame}");
     bench.press("space o i");
     let told = bench.frame(120, 60);
-    for words in ["is not in the list", "a.xml (empty)", "gzip; unpack it"] {
+    for words in ["skipped files", "a.xml (empty)", "gzip; unpack it"] {
         assert!(told.contains(words), "{words}: {told}");
     }
     assert!(!told.contains('\u{1b}'));
@@ -203,7 +203,7 @@ fn what_reading_assumed_is_shown_and_counted() {
     let frame = bench.frame(160, 45);
     for words in [
         "someone",
-        "1 dynamic unknown",
+        "1 × dynamic unknown",
         "`spaceship` is not a known <type>",
         "line 2",
     ] {

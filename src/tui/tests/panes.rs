@@ -66,11 +66,21 @@ fn the_pane_with_the_keys_grows_and_shrinks() {
 
 #[test]
 fn nothing_vanishes_whatever_is_pressed_and_in_whatever_terminal() {
-    let sizes = [(80, 24), (100, 50), (110, 32), (140, 40), (220, 70)];
+    let sizes = [
+        (60, 18),
+        (60, 22),
+        (79, 36),
+        (79, 60),
+        (80, 24),
+        (100, 50),
+        (110, 32),
+        (140, 40),
+        (220, 70),
+    ];
     for pane in Pane::ALL {
         for keys in ["> +", "< -", "> -", "< +"] {
             let mut bench = Bench::bundled();
-            for big in [(80, 24), (200, 60)] {
+            for big in [(70, 36), (80, 24), (200, 60)] {
                 bench.model.focus = pane;
                 for _ in 0..40 {
                     for key in keys.split(' ') {
@@ -129,6 +139,41 @@ fn borders_are_dragged_within_limits_and_clicks_on_them_focus() {
     bench.send(Msg::Mouse(Mouse::Release(at(reasoning.x + 5, reasoning.y))));
     assert_eq!(bench.model.focus, Pane::Reasoning);
     assert_eq!(area(&bench.model, size, Pane::Reasoning), reasoning);
+}
+
+#[test]
+fn in_one_column_every_border_can_be_dragged_and_keeps_its_place() {
+    let size = (70, 50);
+    let at = |y| Position::new(30, y);
+    for focus in Pane::ALL {
+        let mut bench = Bench::bundled();
+        bench.model.focus = focus;
+        bench.frame(size.0, size.1);
+        let borders = bench.model.drawn.borders();
+        let panes = split(Rect::new(0, 0, size.0, size.1), &bench.model).unwrap();
+        assert_eq!(borders.len(), panes.panes.len() - 1, "{focus:?}");
+        for place in 0..borders.len() {
+            let before = bench.model.drawn.borders()[place];
+            // Towards where there is more room.
+            let up = before.size < (before.limits.0 + before.limits.1) / 2;
+            let to = if up {
+                before.strip.y - 1
+            } else {
+                before.strip.y + 1
+            };
+            bench.send(Msg::Mouse(Mouse::Press(at(before.strip.y))));
+            bench.send(Msg::Mouse(Mouse::Drag(at(to))));
+            bench.send(Msg::Mouse(Mouse::Release(at(to))));
+            bench.frame(size.0, size.1);
+            let after = bench.model.drawn.borders()[place];
+            assert_eq!(after.strip.y, to, "{focus:?}: {before:?}");
+        }
+        let sizes = bench.model.look.sizes;
+        assert_ne!(sizes.narrow, Sizes::default().narrow);
+        assert_eq!((sizes.wide, sizes.compact), Default::default());
+        let saved = toml::to_string(&sizes).unwrap();
+        assert_eq!(toml::from_str::<Sizes>(&saved).unwrap(), sizes);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::events;
-use super::generated::generated;
+use super::variant_fixtures::generated;
 use crate::render::MapExtent;
 use crate::tui::loaded::{PictureJob, PictureKind};
 use crate::tui::message::{Effect, JobRequest, Msg};
@@ -22,7 +22,7 @@ fn o_offers_what_has_the_keys_first() {
     for (pane, kind) in [
         (Pane::Map, PictureKind::Map),
         (Pane::Plot, PictureKind::Plot),
-        (Pane::Scenarios, PictureKind::Screen),
+        (Pane::Scenarios, PictureKind::Both),
     ] {
         bench.model.focus = pane;
         bench.press("space o p enter");
@@ -37,6 +37,7 @@ fn a_picture_is_of_what_is_seen_now() {
     bench.press("x");
     bench.model.focus = Pane::Map;
     bench.model.camera.cell = 0.5;
+    bench.model.camera.auto = false;
     bench.press("space o p");
     bench.type_text("animated");
     bench.press("enter");

@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use super::bench::Bench;
-use super::driven::{coarse, planned, request};
+use super::drive_fixtures::{coarse, planned, request};
 use crate::formats::{Entry, bundled};
 use crate::planner::{self, Forecast};
 use crate::scenario::EgoSource;
 use crate::simulation::{Outcome, Settings};
 use crate::tui::loaded::CycleShown;
 use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, OpenId, Update};
-use crate::tui::model::{Drives, JobState, Model};
+use crate::tui::model::{Drives, JobState, Model, Pane};
 use crate::tui::screens::cycle::CycleScreen;
 use crate::workflow::{MissingEgo, PlanEvent, prepare};
 
@@ -266,14 +266,15 @@ fn stepping_goes_through_the_cycles() {
 fn the_layer_can_be_switched_off() {
     let mut bench = driven("cutin");
     bench.model.toasts.clear();
+    (bench.model.zoomed, bench.model.focus) = (true, Pane::Map);
     let with = bench.frame(120, 40);
     assert!(
-        with.contains("recorded") && with.contains("drivable"),
+        with.contains("recorded") && with.contains("chosen"),
         "{with}"
     );
     bench.model.map.layers.planner = false;
     let without = bench.frame(120, 40);
-    assert!(!without.contains("drivable"), "{without}");
+    assert!(!without.contains("chosen"), "{without}");
     assert!(
         without.contains("ego planned"),
         "who drives is said in any case"
@@ -287,7 +288,7 @@ fn the_plot_compares_both_egos() {
     assert_eq!(bench.model.plot.drives, Some(Drives::Speed));
     let frame = bench.frame(200, 60);
     assert!(
-        frame.contains("━planned ") && frame.contains("··recorded "),
+        frame.contains("⠒⠒planned ") && frame.contains("⠂⠀⠂recorded "),
         "{frame}"
     );
     bench.press("space p d");

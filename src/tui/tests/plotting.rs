@@ -13,7 +13,7 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
     let picked = bench.model.picked.unwrap();
     // The picked one has dashes, marked ones have others, all together have none.
     let frame = bench.frame(200, 60);
-    assert!(frame.contains(&format!("╌╌{picked}")), "{frame}");
+    assert!(frame.contains(&format!("⠒⠒⠀⠀⠒⠒ {picked}")), "{frame}");
     bench.press("space p o n space p o n");
     assert_eq!(bench.model.plot.marked.len(), 2);
     assert_eq!(bench.model.plot.marked[0], picked);
@@ -21,8 +21,8 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
     for words in [
         "· picked",
         "critical 1.50 s",
-        &format!("··{picked}"),
-        "━min",
+        &format!("⠂⠀⠂ {picked}"),
+        "⠒⠒ min",
     ] {
         assert!(frame.contains(words), "{words}: {frame}");
     }
@@ -87,7 +87,7 @@ fn plotted(bench: &Bench, columns: u16, rows: u16) -> String {
     let frame = bench.frame(columns, rows);
     let from = frame
         .lines()
-        .position(|l| l.contains(&format!("┌ {} ", bench.model.plot.measure.id)));
+        .position(|l| l.contains(&format!("┌ {}", bench.model.plot.measure.id)));
     let lines: Vec<&str> = frame.lines().skip(from.unwrap()).collect();
     let right = |line: &&str| {
         line.chars()
@@ -112,7 +112,9 @@ fn axes_have_round_ends_and_units_and_marks_have_names() {
         for id in &bench.model.plot.marked {
             assert!(
                 // The picked one has dashes, the marked ones have dots and others.
-                plot.contains(&format!("·{id}")) || plot.contains(&format!("╌{id}")),
+                ["⠂", "⠐⠀", "⠐"]
+                    .iter()
+                    .any(|sign| plot.contains(&format!("{sign} {id}"))),
                 "{id} at {columns}×{rows}: {plot}"
             );
         }
@@ -133,7 +135,7 @@ fn a_threshold_that_is_far_away_is_an_arrow_with_its_value() {
     let text = "[[threshold]]\nmeasure = \"ttc\"\nname = \"far\"\nvalue = 900\n";
     let far = crate::metrics::Thresholds::read(text, "mine.toml").unwrap();
     bench.send(Msg::Thresholds(Ok(std::sync::Arc::new(far))));
-    for (columns, rows) in [(80, 24), (200, 60)] {
+    for (columns, rows) in [(160, 45), (200, 60)] {
         let plot = plotted(&bench, columns, rows);
         assert!(plot.contains("↑ ") && plot.contains("far 900 s"), "{plot}");
     }

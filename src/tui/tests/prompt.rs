@@ -126,7 +126,7 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
     ));
     assert!(!bench.model.prompt.is_draft());
     bench.press("esc :");
-    bench.type_text("reset-template");
+    bench.type_text("discard-draft");
     bench.press("enter");
     assert!(
         bench
@@ -249,7 +249,7 @@ fn techniques_are_the_templates_until_they_are_chosen() {
     std::fs::write(folder.path().join("collision-ego.md"), mine).unwrap();
     bench.send(Msg::Reread(Library::load(Some(folder.path()))));
     assert_eq!(bench.model.techniques.to_string(), "cot");
-    assert_eq!(rendered(&bench).matches("\nStep ").count(), 3);
+    assert_eq!(rendered(&bench).matches(",ego,").count(), 3);
     bench.press("space a c");
     assert_eq!(bench.model.techniques.to_string(), "cp+cot");
     bench.press("space a f");

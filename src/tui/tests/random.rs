@@ -3,6 +3,7 @@
 //! `NEARMISS_RANDOM_CASES` raises the number of sequences, each of [`LENGTH`] inputs; `NEARMISS_RANDOM_SEED` begins
 //! with another one, and a failure names the one to repeat it with.
 
+mod experiments;
 mod plausible;
 mod sound;
 mod world;

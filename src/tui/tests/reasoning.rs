@@ -164,6 +164,33 @@ fn markdown_is_rendered_json_is_folded_and_both_can_be_had_as_sent() {
 }
 
 #[test]
+fn reasons_in_json_are_read_as_text_while_they_arrive() {
+    let answer = "{\"justification\": \"1. The gap is **9 m**.\\n2. It \\\"closes\\\".\", \"obstacles\": [], \
+         \"critical_obstacles\": [], \"probability\": 0.9, \"collision\": true, \"note\": \"long enough to be folded, as real answers are\"}";
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let (first, more) = answer.split_at(answer.find("It").unwrap());
+    let shows = |bench: &Bench, words: &str| place(&pane(bench), words).is_some();
+    let piece = |text: &str| Event::Chunk(Chunk::Text(text.into()));
+    bench.send(events::piece(id, piece(first)));
+    for (words, there) in [
+        ("1. The gap is 9 m.", true),
+        ("justification", false),
+        ("\\n", false),
+    ] {
+        assert_eq!(shows(&bench, words), there, "{words}: {:#?}", pane(&bench));
+    }
+    bench.send(events::piece(id, piece(more)));
+    for words in ["2. It \"closes\".", "▸ verdict JSON, 1 line"] {
+        assert!(shows(&bench, words), "{words}: {:#?}", pane(&bench));
+    }
+    bench.perform("unfold-json");
+    assert!(shows(&bench, "{ \"obstacles\": []") && !shows(&bench, "justification"));
+    bench.perform("raw-answer");
+    assert!(shows(&bench, "{\"justification\": \"1. The gap"));
+}
+
+#[test]
 fn a_claim_in_folded_json_unfolds_it() {
     let mut bench = asking();
     let (id, _) = bench.asked();
@@ -201,7 +228,7 @@ fn when_a_stream_ends_the_reader_is_where_reading_goes_on() {
         bench.send(events::answered(id, Ok(Box::new(said))));
         pane(bench)
     };
-    // Whoever only watched begins to read at the beginning.
+    // A reader who only watched begins at the beginning.
     let mut bench = asking();
     let id = stream(&mut bench);
     assert!(place(&pane(&bench), "line 89").is_some());

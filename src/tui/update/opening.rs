@@ -4,9 +4,9 @@ use super::super::action::Action;
 use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
-use super::super::model::{Column, Model, Notice, ShownAnswer, Values};
+use super::super::model::{Column, Model, NEIGHBOURHOOD, Notice, ShownAnswer, Values};
 use super::super::session::restore;
-use super::{actions, answers, clock, jumps, planning, reopen, timeline};
+use super::{actions, answers, clock, jumps, making, planning, reopen, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::scenario::Transform;
@@ -74,6 +74,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
         }
         Err(message) => {
             leave(model);
+            model.maker.wanted = None;
             model.opened = None;
             model.open_error = Some(message);
             model.refresh();
@@ -93,8 +94,9 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     }
     let clock = Clock::new(opened.steps(), opened.scenario.dt());
     model.clock = clock.like(&model.clock);
-    if let Some(step) = step {
-        model.clock.go(step);
+    match step {
+        Some(step) => model.clock.go(step),
+        None => model.map.second.pinned = None,
     }
     let same_ego = kept.as_ref().is_some_and(|kept| kept.same_ego);
     if !same_ego {
@@ -123,7 +125,9 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     reopen::opened(model, id);
     jumps::opened(model, id);
     restore::opened(model);
-    actions::load_stored(model).into_iter().collect()
+    let mut effects: Vec<Effect> = actions::load_stored(model).into_iter().collect();
+    effects.extend(making::opened(model));
+    effects
 }
 
 /// State kept when the open scenario is opened again.
@@ -161,9 +165,6 @@ fn leave(model: &mut Model) {
     model.values = Values::default();
     model.prompt.scroll = 0;
 }
-
-/// Metres that the map shows at first, so that a vehicle is seen before it is near.
-pub const NEIGHBOURHOOD: f64 = 45.0;
 
 /// Points the map at the ego, or at everything where there is none.
 fn frame_map(model: &mut Model, opened: &Opened) {

@@ -91,12 +91,6 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse, at: Position) -> bool {
             let borders = model.drawn.borders();
             let taken = borders.into_iter().find(|b| b.strip.contains(at));
             model.look.held = taken.map(|border| (border, at));
-            if let (Some(_), Some((pane, _))) = (taken, model.drawn.pane_at(at))
-                && pane != Pane::Timeline
-            {
-                // A click on a title is one on its pane.
-                model.focus = pane;
-            }
             taken.is_some()
         }
         (Mouse::Drag(_), Some((border, from))) => {
@@ -104,8 +98,15 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse, at: Position) -> bool {
             model.look.sizes.set(&border, cells);
             true
         }
-        (Mouse::Release(_), Some(_)) => {
+        (Mouse::Release(_), Some((_, from))) => {
             model.look.held = None;
+            if let Some((pane, _)) = model.drawn.pane_at(at)
+                && pane != Pane::Timeline
+                && at == from
+            {
+                // A click on a title is one on its pane. While a border is dragged, all panes stay where they are.
+                model.focus = pane;
+            }
             true
         }
         _ => false,

@@ -5,7 +5,8 @@ use super::super::model::Model;
 /// Says where a picture is, or why there is none.
 pub fn saved(model: &mut Model, saved: Result<String, String>) {
     match saved {
-        Ok(path) => model.say(format!("saved as {path}")),
+        // Long enough to read a path, whatever key comes next.
+        Ok(path) => model.tell(format!("saved as {path}")),
         Err(error) => model.complain(format!("no picture: {error}")),
     }
 }

@@ -9,7 +9,9 @@ use std::time::Duration;
 use super::super::action::Action;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
-use super::super::model::{Camera, Drives, Job, JobState, Model, RunningDrive, forecast_words};
+use super::super::model::{
+    Camera, Drives, Job, JobState, Model, NEIGHBOURHOOD, RunningDrive, forecast_words,
+};
 use super::{making, opening};
 use crate::planner::{Forecast, unavoided};
 use crate::workflow::MissingEgo;
@@ -46,7 +48,7 @@ fn drive(model: &mut Model) -> Vec<Effect> {
     if planned == Some(model.driver.forecast) {
         let key = model.look.key(Action::NextForecast);
         model.say(format!(
-            "this is what the planner drives, the same each time; {key} tells it something else"
+            "the drive is the same each time; {key} changes the prediction"
         ));
         return Vec::new();
     }
@@ -81,7 +83,10 @@ fn next_forecast(model: &mut Model) -> Vec<Effect> {
 
 fn begin(model: &mut Model) -> Vec<Effect> {
     match (&model.opened, model.list.opened) {
-        _ if model.opening.is_some() => model.say("the scenario is not open yet"),
+        // Replies go when the scenario is open.
+        _ if model.opening.is_some() => {
+            model.tell("the scenario was still being read; press the key again");
+        }
         (None, _) | (_, None) => model.say("no scenario is open"),
         (Some(_), Some(place)) => {
             if let Some(why) = model.nothing_to_plan() {
@@ -136,7 +141,7 @@ pub fn take_back(model: &mut Model) {
     let recorded = model.planned().map(|planned| planned.recorded.is_some());
     match recorded {
         Some(true) => model.say("the recorded ego again"),
-        Some(false) => model.say("no ego any more: none was recorded"),
+        Some(false) => model.say("no ego: none was recorded"),
         None => {}
     }
     if let Some(opened) = &model.opened {
@@ -265,7 +270,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
 fn show_reach(model: &mut Model, reach: f64) {
     let (columns, _) = model.drawn.map_size();
     let most = COARSEST * f64::from(columns);
-    let shown = reach.min(most).max(opening::NEIGHBOURHOOD);
+    let shown = reach.min(most).max(NEIGHBOURHOOD);
     model.camera.show_at_least(shown, columns);
 }
 

@@ -67,7 +67,7 @@ fn hold(model: &mut Model, (from, moved): (Position, bool), mouse: Mouse, at: Po
     } else if at != from {
         let by = |from: u16, to: u16| f64::from(from) - f64::from(to);
         let (right, up) = (by(from.x, at.x), by(at.y, from.y));
-        let ego = map::ego_pose(model);
+        let ego = model.moment_at(from).and_then(|moment| moment.ego());
         model.camera.pan(right, up, ego);
         model.map.held = Some((at, true));
     }
@@ -92,7 +92,8 @@ fn wheel(model: &mut Model, pane: Pane, at: Position, direction: Action) -> Vec<
                 1.0 / 0.85
             };
             // The point under the pointer stays where it is.
-            let (ego, size) = (map::ego_pose(model), model.drawn.map_size());
+            let ego = model.moment_at(at).and_then(|moment| moment.ego());
+            let size = model.drawn.map_size();
             match model.drawn.point_at(at) {
                 Some((point, _)) => model.camera.zoom_about(&point, factor, ego, size),
                 None => model.camera.zoom(factor),
@@ -165,8 +166,10 @@ fn pick(model: &mut Model, at: Position) {
     let Some((point, cell)) = model.drawn.point_at(at) else {
         return;
     };
-    let Some(opened) = &model.opened else { return };
-    let nearest = opened.nearest_body(&point, model.clock.step(), false);
+    let Some(moment) = model.moment_at(at) else {
+        return;
+    };
+    let nearest = moment.opened.nearest_body(&point, moment.step, false);
     let within = nearest.filter(|(_, d)| *d < REACH * cell);
     model.picked = within.and_then(|(on, _)| match on {
         On::Obstacle(id) => Some(id),

@@ -3,6 +3,7 @@
 use super::super::action::Action;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, ShownAnswer};
+use super::super::screens::experiment::ExperimentScreen;
 use super::super::screens::history::{self, HistoryScreen};
 use super::{answers, open_changed};
 use crate::description::Frame;
@@ -21,6 +22,7 @@ pub fn begin(model: &mut Model, run: Run) -> Vec<Effect> {
         return Vec::new();
     };
     model.screens.close::<HistoryScreen>();
+    model.screens.close::<ExperimentScreen>();
     let mut effects = history::leave(model);
     let listed = model.list.rows.iter().position(|row| row.entry == entry);
     let place = listed.unwrap_or_else(|| model.list.append(entry));
@@ -63,18 +65,16 @@ pub fn opened(model: &mut Model, id: OpenId) {
     let ego = model.scene().map(|scene| scene.ego.to_string());
     let mut doubts = Vec::new();
     if question.scenario_hash.is_some() && question.scenario_hash != hash {
-        doubts.push("the file is another one than then");
+        doubts.push("the file has changed since");
     }
     if question.scenario_hash.is_some() && ego.as_ref() != Some(&question.ego) {
-        doubts.push("its ego is another one than then");
+        doubts.push("its ego has changed since");
     }
     let doubts: String = doubts.iter().map(|d| format!("; {d}")).collect();
     let changed = match model.opened.as_ref().and_then(|opened| opened.change) {
         Some(change) => {
             let back = model.look.key(Action::RecordedEgo);
-            format!(
-                ", the scene changed as it was for the answer: {change}; {back} shows it as it is"
-            )
+            format!(", transformed as for the answer: {change}; {back} shows the original")
         }
         None => String::new(),
     };

@@ -6,7 +6,7 @@ use super::super::message::{Effect, Mouse};
 use super::super::model::Model;
 use super::super::screens::{self, Screen, Step};
 use super::keys::{self, KeyEffect};
-use super::{actions, reopen};
+use super::{actions, jumps, reopen};
 
 /// A key while a screen is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -97,7 +97,10 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
 /// Does what follows from a step of a screen, which was taken away for it, or of news for one.
 pub fn take(model: &mut Model, screen: Option<Box<dyn Screen>>, step: Step) -> Vec<Effect> {
     if let Some(screen) = screen
-        && !matches!(step, Step::Close(_) | Step::CloseAndPerform(_))
+        && !matches!(
+            step,
+            Step::Close(_) | Step::CloseAndPerform(_) | Step::Visit(_)
+        )
     {
         model.screens.put_back(screen);
     }
@@ -107,6 +110,10 @@ pub fn take(model: &mut Model, screen: Option<Box<dyn Screen>>, step: Step) -> V
         // The action may concern the screen below.
         Step::CloseAndPerform(action) => on_action(model, action),
         Step::Reopen(run) => reopen::begin(model, *run),
+        Step::Visit(place) => {
+            jumps::leave(model);
+            jumps::reach(model, place)
+        }
         Step::Ignored => Vec::new(),
     }
 }

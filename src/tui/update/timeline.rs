@@ -31,7 +31,7 @@ pub fn go_to_minimum(model: &mut Model) {
     };
     model.clock.go(step);
     model.picked = Some(obstacle);
-    let extreme = measure.danger.extreme();
+    let extreme = measure.extreme();
     let unit = match measure.unit {
         "" => String::new(),
         unit => format!(" {unit}"),
@@ -142,7 +142,7 @@ pub fn arrived(model: &mut Model) {
     }
     match model.disagreements().first() {
         Some(&first) => show(model, first),
-        None => model.say("none of the answers shown differs from the built-in judge any more"),
+        None => model.say("no answer shown differs from the built-in judge now"),
     }
 }
 

@@ -13,7 +13,7 @@ pub fn perform(model: &mut Model) -> Vec<Effect> {
         return vec![Effect::ReadViews];
     };
     let Some(view) = model.list.views.get(&name).cloned() else {
-        model.say(format!("there is no view `{name}` any more"));
+        model.say(format!("view `{name}` no longer exists"));
         return Vec::new();
     };
     let unknown = model.list.show_view(&view);

@@ -17,7 +17,8 @@ use crate::tui::action::{Action, Scope};
 use crate::tui::layout::ScreenAreas;
 use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
 use crate::tui::widgets::long_text::MarkedClaims;
-use crate::tui::widgets::words::{fit, fit_end};
+use crate::tui::widgets::window::more_lines;
+use crate::tui::widgets::words::{fit_end, whole_parts};
 
 /// Rows of the screen from which on the map has room.
 const MAP_FROM: u16 = 34;
@@ -78,17 +79,15 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .as_ref()
         .map_or(String::new(), |b| match b.left.len() {
             0 => String::new(),
-            n => format!(" · {n} more on this scenario"),
+            n => format!("{n} more on this scenario"),
         });
-    let words = format!(
-        "{name} · {} · step {}{left} · {scrolling}",
-        model.task.name(),
-        model.clock.step()
-    );
+    let step = format!("step {}", model.clock.step());
     let room = usize::from(area.width).saturating_sub(mode.len());
+    let parts = [name, model.task.name(), &step, &left, scrolling];
+    let words = whole_parts(parts, room);
     let line = Line::from(vec![
         Span::styled(mode, bold),
-        Span::styled(fit(&words, room), theme.base()),
+        Span::styled(words, theme.base()),
     ]);
     f.render_widget(line, area);
 }
@@ -107,15 +106,38 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
             format!("no stored answers on this scenario; {next} next scenario")
         }
         (Some(blind), None) => format!(
-            "needs {} complete, unrated answers; this scenario has {}; {next} next scenario, {} all answers",
-            blind.size.unwrap_or(2),
-            model.to_rate().len(),
+            "{}. {next} goes to the next scenario, {} shows all answers",
+            too_few(model, blind.size.unwrap_or(2)),
             key(Action::BlindMode)
         ),
         (None, _) => format!("no answer shown; {} adds one", key(Action::MoreColumns)),
     };
     let text = Paragraph::new(Text::styled(words, Style::new().fg(model.theme.dim)));
     f.render_widget(text.wrap(Wrap { trim: true }), area);
+}
+
+/// Why there is nothing to rate.
+fn too_few(model: &Model, wanted: usize) -> String {
+    let answers = |n: usize| match n {
+        1 => "1 complete answer of a model".to_string(),
+        n => format!("{n} complete answers of models"),
+    };
+    let columns = model.answers.columns.iter();
+    let complete = columns.filter(|c| c.answer().is_some() && !c.failed());
+    let complete = complete.count();
+    let rated = match complete - model.to_rate().len().min(complete) {
+        0 => String::new(),
+        n if n == complete => ", all rated by you".into(),
+        n => format!(", {n} of them rated by you"),
+    };
+    let counts = match complete {
+        0 | 1 => " (answers of the built-in judge do not count, imported ones do)",
+        _ => "",
+    };
+    format!(
+        "Nothing to rate: this scenario has {}{rated}; a rating needs {wanted} unrated ones{counts}",
+        answers(complete)
+    )
 }
 
 /// As many columns as fit, the one that has the keys among them.
@@ -254,10 +276,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         let words = if running {
             format!(" {below} new lines below, G follows ")
         } else {
-            format!(
-                " {below} more {} ",
-                if below == 1 { "line" } else { "lines" }
-            )
+            more_lines(below)
         };
         // In the border, where it covers no text; what was made of the answer stands on its left.
         let width = u16::try_from(words.width()).unwrap_or(area.width);

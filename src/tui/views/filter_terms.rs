@@ -47,6 +47,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         return;
     }
     let title = "filter: words, and these terms";
+    window::margin(frame, screen, area, model);
     let inner = window::window_at(frame, area, model, title);
     frame.render_widget(Paragraph::new(text), inner);
 }

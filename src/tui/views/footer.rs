@@ -6,14 +6,23 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
+use super::toasts;
+use crate::description::visible;
 use crate::settings::Keys;
 use crate::tui::action::{Action, Entry, Scope};
 use crate::tui::keymap::{Chord, Code, Key, KeyMeaning};
-use crate::tui::model::{EntryLine, Model, Pane};
+use crate::tui::model::{EntryLine, Model, Pane, working_words};
 use crate::tui::widgets::hints::{Hint, entries, fixed, hint_in, hint_of, pair, together};
+use crate::tui::widgets::words::fit;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
-    let (hints, last) = hints(model);
+    // A message at the right leaves the keys their place.
+    let message = toasts::message(model, area.width);
+    let width = area
+        .width
+        .saturating_sub(message.map_or(0, |(_, columns)| columns));
+    let area = Rect { width, ..area };
+    let (hints, last) = hints(model, area.width);
     let width = |(keys, words): &Hint| keys.width() + words.width() + 3;
     let reserved: usize = last.iter().map(width).sum();
     let mut left = usize::from(area.width).saturating_sub(reserved);
@@ -37,14 +46,20 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// The hints, as many as fit, and those that always have their place at the end.
-fn hints(model: &Model) -> (Vec<Hint>, Vec<Hint>) {
+fn hints(model: &Model, width: u16) -> (Vec<Hint>, Vec<Hint>) {
     if let Some(only) = of_mode(model) {
-        return (only, Vec::new());
+        // The way out and help have their place, however many others there are.
+        let out = model.look.key(Action::Cancel);
+        let in_editor = model.prompt.editing && model.screens.is_empty();
+        let stays = |(key, words): &Hint| words == "help" || (!in_editor && *key == out);
+        let (last, hints) = only.into_iter().partition(stays);
+        return (hints, last);
     }
     let mut hints: Vec<Hint> = Vec::new();
     if model.answers.is_running() {
         hints.push((model.look.key(Action::Cancel), "cancel request".into()));
     }
+    hints.extend(searching(model, width));
     if model.taken.is_some() {
         // The way back is needed only here.
         hints.extend(hint_of(model, Action::RecordedEgo));
@@ -64,6 +79,22 @@ fn hints(model: &Model) -> (Vec<Hint>, Vec<Hint>) {
     rest.retain(|hint| !hints.contains(hint) && !last.contains(hint));
     hints.extend(rest);
     (hints, last)
+}
+
+/// Columns from which on a search tells all its numbers.
+const WIDE: u16 = 140;
+
+/// Columns of why a model that makes the scenario dangerous has not answered yet, at most.
+const WAITS: usize = 40;
+
+/// How far the search for an attack is, and the key that cancels it.
+fn searching(model: &Model, width: u16) -> Option<Hint> {
+    let search = model.maker.under_way.as_ref()?;
+    let mut words = format!("cancel · {}", working_words(search.at, width >= WIDE));
+    if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
+        words.push_str(&format!(" · {}", fit(&visible(why), WAITS)));
+    }
+    Some((model.look.key(Action::Cancel), words))
 }
 
 /// The hints of a mode that takes all keys.
@@ -207,6 +238,7 @@ fn of_pane(model: &Model) -> Vec<Hint> {
         Pane::Prompt => vec![
             one(PaneMain, "edit"),
             one(PromptView, "view"),
+            one(MarkScenario, "mark scenario"),
             scroll,
             one(ToggleFrame, ""),
             one(ChooseTemplate, ""),
@@ -250,7 +282,12 @@ fn comparing(model: &Model) -> Vec<Hint> {
         ]);
     }
     let works = |entry: &Entry| match entry.action {
-        Action::BestSecond => compare.shown.len() > 1,
+        Action::BestFirst | Action::BestSecond | Action::RateTie | Action::RateAllWrong => {
+            compare.shown.len() > 1
+        }
+        Action::MarkWrong | Action::CompareLeft | Action::CompareRight => !compare.shown.is_empty(),
+        Action::NextClaim | Action::PreviousClaim => !compare.hides(),
+        Action::NextAnswer | Action::PreviousAnswer => compare.blind.is_none(),
         Action::BestThird => compare.shown.len() > 2,
         Action::BestFourth => compare.shown.len() > 3,
         Action::NextRound => compare.blind.is_some(),
@@ -266,6 +303,8 @@ fn comparing(model: &Model) -> Vec<Hint> {
     }
     let shown = entries(Scope::Compare).into_iter();
     hints.extend(together(shown.filter(|e| works(e)).filter_map(hint)));
+    // Blind, menus would name models.
+    hints.extend((!compare.hides()).then(|| ("Space".to_string(), "menu".to_string())));
     hints
 }
 
@@ -297,5 +336,25 @@ fn editing(model: &Model) -> Vec<Hint> {
         let key = if emacs { keys.last() } else { keys.next() };
         Some((key?.to_string(), entry.short.to_string()))
     };
-    together(entries(Scope::Editor).iter().filter_map(hint))
+    let turned = model.prompt.turned && !model.prompt.fits_beside(model.size.0);
+    if turned {
+        // A view stands in the editor's place.
+        let works = [Action::EditDone, Action::Turn, Action::Help];
+        let shown = entries(Scope::Editor);
+        let shown = shown.iter().filter(|entry| works.contains(&entry.action));
+        let mut hints: Vec<Hint> = shown.filter_map(hint).collect();
+        if let Some((_, words)) = hints.get_mut(1) {
+            *words = "next view".into();
+        }
+        hints.insert(1.min(hints.len()), ("↑↓".into(), "scroll".into()));
+        hints.insert(3.min(hints.len()), ("type".into(), "to edit".into()));
+        return hints;
+    }
+    let mut hints = together(entries(Scope::Editor).iter().filter_map(hint));
+    let menu = match model.prompt.editor.keys() {
+        Keys::Vim => "Space",
+        _ => "F8",
+    };
+    hints.insert(3.min(hints.len()), (menu.into(), "menu".into()));
+    hints
 }

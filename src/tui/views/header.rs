@@ -6,22 +6,20 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::description::visible;
 use crate::generation::Consequence;
 use crate::judge;
 use crate::scenario::EgoSource;
 use crate::simulation::Outcome;
 use crate::tui::action::Action;
 use crate::tui::loaded::{Opened, VariantShown};
-use crate::tui::model::{JobKind, Model, consequence_words, working_words};
-use crate::tui::widgets::words::fit;
+use crate::tui::model::{JobKind, Model, consequence_words};
+use crate::tui::widgets::words::{fit, whole_parts};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
-    let (running, who) = (running(model, area.width), asked_model(model, area.width));
-    let asked = asked(model, area.width, &running, &who);
+    let asked = asked(model, area.width);
     let room = usize::from(area.width).saturating_sub(asked.width() + PROGRAM);
     let mut line = Line::from(vec![Span::styled(" nearmiss ", bold)]);
     if let Some(opened) = &model.opened {
@@ -33,7 +31,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
             let style = Style::new().fg(theme.attacker).add_modifier(Modifier::BOLD);
             line.push_span(Span::styled(word, style));
         }
-        let own = model.taken.is_some() || opened.planned.is_some();
+        let own = has_own_ego(model, opened);
         if own {
             let taken = fit(&format!("{} · ", ego(opened, area.width)), room);
             room = room.saturating_sub(taken.width());
@@ -42,17 +40,21 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         }
         let name = fit(&opened.name, room);
         let rest = room.saturating_sub(name.width());
-        let mut facts = format!(" · {} obstacles", opened.scenario.obstacles.len());
-        if !own {
-            facts.push_str(&format!(" · {}", ego(opened, area.width)));
-        }
+        let obstacles = format!("{} obstacles", opened.scenario.obstacles.len());
+        let recorded = if own {
+            String::new()
+        } else {
+            ego(opened, area.width)
+        };
+        // What does not fit whole is left out.
+        let facts = [name.as_str(), &obstacles, &recorded];
+        let facts = whole_parts(facts, room).split_off(name.len());
         line.push_span(Span::styled(
             name,
             theme.base().add_modifier(Modifier::BOLD),
         ));
-        let shown = fit(&facts, rest);
-        let left = rest.saturating_sub(shown.width());
-        line.push_span(Span::styled(shown, dim));
+        let left = rest.saturating_sub(facts.width());
+        line.push_span(Span::styled(facts, dim));
         let assumed = match opened.warnings() {
             0 => String::new(),
             1 => format!(" · ! 1 warning ({})", model.look.key(Action::About)),
@@ -72,37 +74,64 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(Span::styled(asked, Style::new().fg(theme.title)), right);
 }
 
-/// What is at the right, as much of it as there is room for: what runs matters more than how would be asked, and the
-/// scenario's name more than both; so does what a variant leads to.
-fn asked(model: &Model, width: u16, running: &str, who: &str) -> String {
+/// What is at the right, as much of it as there is room for beside the scenario's name: what was spent goes first, then
+/// how would be asked, and the price last, as it is on the list of models, too.
+fn asked(model: &Model, width: u16) -> String {
+    let running = running(model);
     let task = model.task.name();
-    let whole = format!(
-        "{running}{task} · {} · {} · {who} ",
-        frame_name(model),
-        model.techniques
-    );
-    let short = format!("{running}{task} · {who} ");
-    let fits = |words: &str, left: usize| words.width() + left <= usize::from(width);
-    let opened = model.opened.as_deref();
-    let variant = opened.and_then(|opened| Some((opened, opened.variant.as_ref()?)));
-    let left = match variant {
-        Some((opened, shown)) => {
-            let facts = which(shown).width() + ego(opened, width).width() + SEPARATOR;
-            PROGRAM + facts + opened.name.width().min(NAME)
-        }
-        None if running.is_empty() => 0,
-        None => LEAST,
+    let frame = frame_name(model);
+    let all = model.techniques.to_string().replace("cp+cot+icl", "all");
+    let short = match task {
+        "collision" => "coll.",
+        task => task,
     };
-    if fits(&whole, left) {
-        return whole;
+    let (who, priced) = (asked_model(model, width), asked_at_price(model, width));
+    let ways = [
+        format!("{task} · {frame} · {}", model.techniques),
+        format!("{task} · {frame} · {all}"),
+        format!("{short} {frame} {all}"),
+    ];
+    let begun = [
+        [running.as_slice(), &spent(model)].concat(),
+        running.clone(),
+    ];
+    let [with_sum, without_sum] = begun.map(|parts| {
+        let parts = parts.into_iter();
+        parts.map(|part| format!("{part} · ")).collect::<String>()
+    });
+    let mut forms: Vec<String> = Vec::new();
+    for begun in [&with_sum, &without_sum] {
+        forms.extend(ways.iter().map(|way| format!("{begun}{way} · {priced} ")));
+        forms.push(format!("{begun}{task} · {priced} "));
     }
-    if fits(&short, left) || (variant.is_none() && model.maker.under_way.is_none()) {
-        return short;
+    forms.push(format!("{without_sum}{} · {who} ", ways[2]));
+    forms.push(format!("{without_sum}{task} · {who} "));
+    let opened = model.opened.as_deref();
+    let variant = opened.and_then(|opened| opened.variant.as_ref());
+    let own = opened.filter(|opened| has_own_ego(model, opened));
+    let facts = variant.map_or(0, |shown| which(shown).width())
+        + own.map_or(0, |opened| ego(opened, width).width() + SEPARATOR);
+    let name = opened.map_or(0, |o| o.name.width());
+    // Where nothing fits beside the whole name, it is cut.
+    for name in [name, name.min(NAME)] {
+        let left = PROGRAM + facts + name;
+        let fits = |words: &&String| words.width() + left <= usize::from(width);
+        if let Some(words) = forms.iter().find(fits) {
+            return words.clone();
+        }
     }
-    match running.strip_suffix(" · ") {
-        Some(running) => format!("{running} "),
-        None => String::new(),
+    if variant.is_none() {
+        return forms.pop().unwrap_or_default();
     }
+    match running.is_empty() {
+        true => String::new(),
+        false => format!("{} ", running.join(" · ")),
+    }
+}
+
+/// Whether the ego was chosen or planned here, not found with the scenario.
+fn has_own_ego(model: &Model, opened: &Opened) -> bool {
+    model.taken.is_some() || opened.planned.is_some()
 }
 
 fn which(shown: &VariantShown) -> &'static str {
@@ -129,40 +158,43 @@ const SEPARATOR: usize = 3;
 /// Columns of its name that a variant keeps beside what it leads to.
 const NAME: usize = 24;
 
-/// Columns that are left to the program's and the scenario's name.
-const LEAST: usize = 36;
-
 /// Columns below which the built-in judge is called so, to leave room for the scenario's name.
 const NARROW: u16 = 110;
 
-/// Columns from which on a search tells all its numbers.
+/// Columns from which on prices are written out.
 const WIDE: u16 = 140;
 
-/// Columns of why a model that makes the scenario dangerous has not answered yet, at most.
-const WAITS: usize = 40;
-
-/// The model, and what asking it once costs: nothing is sent before that was on the screen.
+/// The model in short.
 fn asked_model(model: &Model, width: u16) -> String {
     let most = if width < NARROW { 24 } else { 40 };
-    let name = match width < NARROW && model.model == judge::MODEL {
-        true => "built-in".into(),
+    match model.model == judge::MODEL {
+        true if width < NARROW => "built-in".into(),
+        true => judge::NAME.into(),
         false => fit(&model.model, most),
-    };
-    // That the built-in judge is free says its name.
-    if model.prompt.question.is_none() || (width < NARROW && model.model == judge::MODEL) {
-        return name;
     }
-    let price = match model.price() {
-        price if width >= WIDE => price,
-        price => price
-            .replace("at most ", "≤")
-            .replace("price unknown", "price?"),
-    };
-    format!("{name} · {price}")
 }
 
-/// What runs, and what the session cost so far; nothing where models were not asked.
-fn running(model: &Model, width: u16) -> String {
+/// The model, and what asking it once costs: nothing is sent before that was on the screen.
+fn asked_at_price(model: &Model, width: u16) -> String {
+    let name = asked_model(model, width);
+    // That the built-in judge is free says its name.
+    if model.prompt.question.is_none() || model.model == judge::MODEL {
+        return name;
+    }
+    let price = model.price();
+    let bound = price
+        .strip_prefix("at most ")
+        .map(|usd| format!("≤{usd}/ask"));
+    let more = price.strip_suffix(" + answer");
+    let short = bound.or_else(|| more.map(|usd| format!("≥{usd}/ask")));
+    match short {
+        Some(short) if width < WIDE => format!("{name} · {short}"),
+        _ => format!("{name} · {}", price.replace("price unknown", "price?")),
+    }
+}
+
+/// What runs.
+fn running(model: &Model) -> Vec<String> {
     let asking = model
         .jobs
         .all
@@ -187,23 +219,19 @@ fn running(model: &Model, width: u16) -> String {
             of => format!("planning {}/{of}", drive.done),
         });
     }
-    if let Some(search) = &model.maker.under_way {
-        parts.push(working_words(search.at, width >= WIDE));
-        if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
-            parts.push(fit(&visible(why), WAITS));
-        }
-    } else if model.jobs.is_stopping(JobKind::Generate) {
+    // How far a search is, the footer says.
+    if model.maker.under_way.is_none() && model.jobs.is_stopping(JobKind::Generate) {
         parts.push("cancelling…".into());
     }
+    parts
+}
+
+/// What the session cost so far; nothing where models were not asked.
+fn spent(model: &Model) -> Vec<String> {
     let (usd, unknown) = model.jobs.cost();
-    if usd > 0.0 {
-        let more = if unknown > 0 { "+" } else { "" };
-        parts.push(format!("${usd:.4}{more}"));
-    }
-    match parts.is_empty() {
-        true => String::new(),
-        false => format!("{} · ", parts.join(" · ")),
-    }
+    let more = if unknown > 0 { "+" } else { "" };
+    let words = (usd > 0.0).then(|| format!("spent ${usd:.4}{more}"));
+    words.into_iter().collect()
 }
 
 /// The ego in a few words.

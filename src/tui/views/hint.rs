@@ -14,17 +14,41 @@ use crate::tui::layout::ScreenAreas;
 use crate::tui::model::{Model, Pane, ShownAnswer};
 use crate::tui::widgets::words::{fit, pad};
 
-pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
-    let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
-    // An answer the user asked for is not covered; after making a variant, the first verdict is past.
+/// Takes the rows of the box off the pane of the reasoning, so that it has a frame of its own.
+pub fn make_room(parts: &mut ScreenAreas, model: &Model) -> Option<Rect> {
+    let mut panes = parts.panes.iter_mut();
+    let (_, pane) = panes.find(|(pane, _)| *pane == Pane::Reasoning)?;
+    if !is_shown(model) || pane.height < LOWEST {
+        return None;
+    }
+    pane.height -= HEIGHT;
+    Some(Rect {
+        y: pane.bottom(),
+        height: HEIGHT,
+        ..*pane
+    })
+}
+
+/// An answer the user asked for leaves no room; after making a variant, the first verdict is past.
+fn is_shown(model: &Model) -> bool {
     let free = model.answers.shown == ShownAnswer::Reference && model.variant().is_none();
-    let shown = model.recall.hint && free;
-    let (true, Some((_, pane))) = (shown, reasoning) else {
+    model.recall.hint && free
+}
+
+/// Draws the hint in the area made for it, or in the border of the reasoning.
+pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>, model: &Model) {
+    let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
+    let (true, Some((_, pane))) = (is_shown(model), reasoning) else {
         return;
     };
+    let run = model.look.key(Action::Run);
     let asks = match model.model.as_str() {
-        judge::MODEL => "ask the built-in judge".to_string(),
-        other => format!("ask {}", visible(other)),
+        judge::MODEL => (
+            Action::ChooseModel,
+            format!("choose a model, {run} asks it"),
+            "model",
+        ),
+        other => (Action::Run, format!("ask {}", visible(other)), "ask"),
     };
     let rows = [
         (Action::Down, "open the next scenario".to_string(), "next"),
@@ -33,20 +57,14 @@ pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
             "go to its worst moment".into(),
             "worst moment",
         ),
-        (Action::Run, asks, "ask"),
+        asks,
     ];
     let rows = rows.map(|(action, words, short)| (model.look.key(action), words, short));
-    if pane.height < LOWEST {
+    let Some(area) = area else {
         return in_border(frame, *pane, model, &rows);
-    }
+    };
     let rows = rows.map(|(key, words, _)| (key, words));
     let keys = rows.iter().map(|(key, _)| key.width()).max().unwrap_or(0);
-    let height = (rows.len() as u16 + 2).min(pane.height);
-    let area = Rect {
-        y: pane.bottom() - height,
-        height,
-        ..*pane
-    };
     let theme = &model.theme;
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
     let block = Block::bordered()
@@ -64,6 +82,9 @@ pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
     frame.render_widget(Clear, area);
     frame.render_widget(text, area);
 }
+
+/// Rows of the box: three keys and its frame.
+const HEIGHT: u16 = 5;
 
 /// Rows of the pane from which the box leaves enough of its text in sight.
 const LOWEST: u16 = 10;

@@ -9,25 +9,23 @@ mod legend;
 mod paths;
 mod planner;
 mod signs;
+mod status;
 mod tape;
+mod titles;
 mod vehicles;
 
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
-use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use unicode_width::UnicodeWidthStr;
-
 use self::label_placer::LabelPlacer;
+use crate::geometry::Pose;
 use crate::render::Subject;
 use crate::render::cells::{self, Appearance, CellView, MapStyle};
-use crate::render::scene::{MapRequest, MapScene, RegionKind, TrailSpan, Viewport};
-use crate::tui::loaded::Opened;
-use crate::tui::model::{MapDrawn, Model, On, Pane};
+use crate::render::scene::{MapRequest, MapScene, Owner, RegionKind, TrailSpan, Viewport};
+use crate::tui::model::{Halves, MapDrawn, Model, Moment, Pane, Trails};
 use crate::tui::widgets::frame;
-use crate::tui::widgets::words::hundredths;
 
 /// What is shown of the motion of obstacles, and of the picked one.
 const TRAILS: [TrailSpan; 2] = [
@@ -43,57 +41,119 @@ const TRAILS: [TrailSpan; 2] = [
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let camera = &model.camera;
-    let across = camera.cell * f64::from(area.width.saturating_sub(2));
-    let mut title = Line::from(format!("map · {across:.0} m"));
-    let mode = match (camera.follow, camera.ego_up) {
-        (true, true) => " · follows ego, ego up",
-        (true, false) => " · follows ego",
-        (false, true) => " · ego up",
-        (false, false) => "",
-    };
-    title.push_span(Span::styled(mode, Style::new().fg(model.theme.dim)));
+    // Answers side by side leave room for one map.
+    let second = model.second_moment().filter(|_| !model.compare.open);
+    let inside = area.inner(Margin::new(1, 1));
+    let halves = second.and_then(|_| Halves::of(inside, camera.aspect));
+    let both = second.zip(halves);
+    let title = titles::first(model, both.map(|(_, halves)| halves.first), inside);
     let inner = frame::pane(f, area, model, Pane::Map, title);
-    let Some(opened) = &model.opened else {
-        let frame = camera.frame(None);
-        model.drawn.map(MapDrawn {
-            area: inner,
-            frame,
-            cell: camera.cell,
-            row: camera.row(),
-        });
+    let Some(now) = model.moment() else {
+        let cell = (camera.cell, camera.row());
+        register(model, inner, camera.frame(None), cell, false);
         return nothing(f, inner, model);
     };
     if inner.width < 4 || inner.height < 2 {
         return;
     }
-    let step = model.clock.step();
-    let ego = opened.motion_of(On::Ego, step).map(|m| m.pose);
+    let shown = match both {
+        Some((then, halves)) => {
+            let title = titles::second(&then, halves.second);
+            frame::divide(f, area, model, (Pane::Map, halves.line), title);
+            let first = half(f, halves.first, model, &now, false);
+            first.and(half(f, halves.second, model, &then, true))
+        }
+        None => {
+            if second.is_some() {
+                model.drawn.set_cramped();
+            }
+            alone(f, inner, model, &now)
+        }
+    };
+    let border = Rect {
+        x: area.x + 1,
+        y: area.bottom() - 1,
+        width: area.width.saturating_sub(2),
+        height: 1,
+    };
+    let free = match both {
+        Some(_) => border,
+        None => status::draw(f, border, model, &now, image_cell(model, inner, &now)),
+    };
+    legend::draw(f, free, model, shown);
+}
+
+/// Metres a cell of the only map is wide; `None` for an image, which has its own scale.
+fn image_cell(model: &Model, inner: Rect, now: &Moment<'_>) -> Option<f64> {
+    let is_image = image::encoder(model).is_some() && image::shown(model, inner).is_some();
+    (!is_image).then(|| model.camera_of((inner.width, inner.height), now).cell)
+}
+
+/// What a camera sees of a moment in an area.
+fn seen(model: &Model, area: Rect, moment: &Moment<'_>) -> CellView {
+    let camera = model.camera_of((area.width, area.height), moment);
     let (cell, row) = (camera.cell, camera.row());
     let half = (
-        cell * f64::from(inner.width) / 2.0,
-        row * f64::from(inner.height) / 2.0,
+        cell * f64::from(area.width) / 2.0,
+        row * f64::from(area.height) / 2.0,
     );
-    let view = CellView::new(camera.frame(ego), half, (cell, row));
+    CellView::new(camera.frame(moment.ego()), half, (cell, row))
+}
+
+/// Tells the mouse where a map is.
+fn register(model: &Model, area: Rect, frame: Pose, (cell, row): (f64, f64), second: bool) {
     model.drawn.map(MapDrawn {
-        area: inner,
-        frame: view.frame,
+        second,
+        area,
+        frame,
         cell,
         row,
     });
+}
+
+/// One of two maps, with its scale and the picked obstacle in a row of its own.
+fn half(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    second: bool,
+) -> signs::Placed {
+    let [map, row] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
+    let placed = one(f, map, model, moment, second);
+    let cell = model.camera_of((map.width, map.height), moment).cell;
+    status::draw(f, row, model, moment, Some(cell));
+    placed
+}
+
+/// The only map: an image, where the terminal shows images.
+fn alone(f: &mut Frame<'_>, area: Rect, model: &Model, now: &Moment<'_>) -> signs::Placed {
     if let Some(encoder) = image::encoder(model) {
-        image::request(model, opened, encoder, (inner, &view), step);
-        if let Some(shown) = image::shown(model, inner) {
-            shown.draw(f, inner);
-            bottom_line(f, inner, model, opened, step, None);
-            return legend::draw(f, area, model, signs::Placed::default());
+        let view = seen(model, area, now);
+        image::request(model, now, encoder, (area, &view));
+        if let Some(shown) = image::shown(model, area) {
+            register(model, area, view.frame, view.cell, false);
+            shown.draw(f, area);
+            return signs::Placed::default();
         }
     }
-    let scene = MapScene::new(&request(model, opened, view.seen, step));
-    let scene = with_layers(scene, model, step);
-    cells::draw(f.buffer_mut(), inner, &scene, &view, &look(model));
-    let shown = write(f, inner, model, opened, (&scene, &view));
-    bottom_line(f, inner, model, opened, step, Some(cell));
-    legend::draw(f, area, model, shown);
+    one(f, area, model, now, false)
+}
+
+/// A map in cells.
+fn one(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    second: bool,
+) -> signs::Placed {
+    let view = seen(model, area, moment);
+    register(model, area, view.frame, view.cell, second);
+    let scene = MapScene::new(&request(model, moment, view.seen));
+    let scene = with_layers(scene, model, moment);
+    cells::draw(f.buffer_mut(), area, &scene, &view, &look(model));
+    write(f, area, model, moment, (&scene, &view))
 }
 
 /// How the map is drawn in this terminal.
@@ -111,30 +171,26 @@ pub fn look(model: &Model) -> Appearance<'_> {
     }
 }
 
-/// What is to be seen at a step.
-fn request<'a>(
-    model: &'a Model,
-    opened: &'a Opened,
-    viewport: Viewport,
-    step: i64,
-) -> MapRequest<'a> {
+/// What is to be seen at a moment.
+fn request<'a>(model: &'a Model, moment: &Moment<'a>, viewport: Viewport) -> MapRequest<'a> {
+    let opened = moment.opened;
     MapRequest {
         subject: Subject {
             scenario: &opened.scenario,
             scene: opened.scene.as_deref(),
         },
         basemap: &opened.basemap,
-        step,
+        step: moment.step,
         viewport,
         highlighted: model.picked.as_slice(),
         series: opened.series.as_ref(),
-        variation: model.variant().and_then(|shown| shown.variation()),
+        variation: moment.variation,
         trails: TRAILS,
     }
 }
 
 /// The scene with the layers that are on, and with what only the workbench shows.
-fn with_layers<'a>(mut scene: MapScene<'a>, model: &'a Model, step: i64) -> MapScene<'a> {
+fn with_layers<'a>(mut scene: MapScene<'a>, model: &'a Model, moment: &Moment<'a>) -> MapScene<'a> {
     let layers = &model.map.layers;
     if !layers.variant {
         scene.variation.clear();
@@ -149,16 +205,18 @@ fn with_layers<'a>(mut scene: MapScene<'a>, model: &'a Model, step: i64) -> MapS
     if !layers.signs {
         scene.signs.clear();
     }
-    if !layers.trails {
-        scene.trails.clear();
-    }
+    scene.trails.retain(|trail| match layers.trails {
+        Trails::Off => false,
+        Trails::Picked => trail.owner == Owner::Ego || trail.highlighted.is_some(),
+        Trails::All => true,
+    });
     if !layers.occupancy {
         scene.regions.retain(|r| r.kind != RegionKind::Occupancy);
     }
-    scene.underlays.extend(planner::fan(model));
-    scene.overlays.extend(paths::predictions(model));
-    scene.overlays.extend(planner::overlays(model, step));
-    scene.top.extend(tape::line(model));
+    scene.underlays.extend(planner::fan(model, moment));
+    scene.overlays.extend(paths::predictions(model, moment));
+    scene.overlays.extend(planner::overlays(model, moment));
+    scene.top.extend(tape::line(model, moment));
     scene
 }
 
@@ -167,7 +225,7 @@ fn write(
     f: &mut Frame<'_>,
     area: Rect,
     model: &Model,
-    opened: &Opened,
+    moment: &Moment<'_>,
     (scene, view): (&MapScene<'_>, &CellView),
 ) -> signs::Placed {
     let mut board = LabelPlacer::new(f.buffer_mut(), area, view);
@@ -175,14 +233,14 @@ fn write(
     vehicles::arrows(&mut board, look, scene, view);
     vehicles::contacts(&mut board, look, scene, view);
     let lights = signs::lights(&mut board, model, scene, view);
-    tape::ends(&mut board, model, view);
-    labels::draw(&mut board, model, scene, view);
-    tape::label(&mut board, model, view);
+    tape::ends(&mut board, model, moment, view);
+    labels::draw(&mut board, model, moment, (scene, view));
+    tape::label(&mut board, model, moment, view);
     hollow::names(&mut board, look, scene, view);
-    planner::seconds(&mut board, model, view);
+    planner::seconds(&mut board, model, moment, view);
     vehicles::keep_clear(&mut board, scene, view);
-    paths::ends(&mut board, model, view);
-    goals::labels(&mut board, model, opened, view);
+    paths::ends(&mut board, model, moment, view);
+    goals::labels(&mut board, model, moment.opened, view);
     let posts = signs::signs(&mut board, model, scene, view);
     signs::Placed { lights, posts }
 }
@@ -202,79 +260,4 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .wrap(Wrap { trim: true })
         .style(Style::new().fg(color));
     f.render_widget(words, area);
-}
-
-/// A round length at the lower left, unless an image has its own; the picked obstacle in words at the lower right.
-fn bottom_line(
-    f: &mut Frame<'_>,
-    area: Rect,
-    model: &Model,
-    opened: &Opened,
-    step: i64,
-    cell: Option<f64>,
-) {
-    let row = Rect {
-        y: area.bottom() - 1,
-        height: 1,
-        ..area
-    };
-    let mut left = usize::from(area.width);
-    if let Some(bar) = cell.and_then(|cell| scale_bar(area, cell)) {
-        let width = bar.width();
-        left = left.saturating_sub(width + 2);
-        let style = Style::new().fg(model.theme.dim);
-        f.render_widget(Span::styled(bar, style), row);
-    }
-    let words = picked_in_words(model, opened, step, left);
-    let width = u16::try_from(words.width()).unwrap_or(0).min(row.width);
-    let at = Rect {
-        x: row.right() - width,
-        width,
-        ..row
-    };
-    f.render_widget(Span::styled(words, Style::new().fg(model.theme.picked)), at);
-}
-
-fn scale_bar(area: Rect, cell: f64) -> Option<String> {
-    let most = f64::from(area.width) * 0.25;
-    let lengths = [
-        1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0,
-    ];
-    let length = lengths.into_iter().rev().find(|l| l / cell <= most)?;
-    let columns = (length / cell).round().max(2.0) as usize;
-    Some(format!(
-        "├{}┤ {length:.0} m",
-        "─".repeat(columns.saturating_sub(2))
-    ))
-}
-
-/// As much as there is room for, the most telling first.
-fn picked_in_words(model: &Model, opened: &Opened, step: i64, room: usize) -> String {
-    let picked = model.picked.and_then(|id| opened.scenario.obstacle(id));
-    let Some(obstacle) = picked else {
-        return String::new();
-    };
-    let value = |measure| {
-        let series = opened.series.as_ref()?;
-        series.at(measure, obstacle.id, step).value()
-    };
-    let parts = [
-        Some(format!("{} {}", obstacle.kind, obstacle.id)),
-        value("distance").map(|d| format!("{} m away", hundredths(d))),
-        value("ttc").map(|t| format!("TTC {} s", hundredths(t))),
-        obstacle
-            .track()
-            .at(step)
-            .map(|m| format!("{:.1} m/s", m.velocity)),
-    ];
-    let mut text = String::new();
-    for part in parts.into_iter().flatten() {
-        let separator = if text.is_empty() { "" } else { " · " };
-        if text.width() + separator.width() + part.width() > room {
-            break;
-        }
-        text.push_str(separator);
-        text.push_str(&part);
-    }
-    text
 }

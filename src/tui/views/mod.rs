@@ -35,7 +35,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
 fn everything(frame: &mut Frame<'_>, model: &Model) {
     model.drawn.clear();
     let screen = frame.area();
-    let Some(parts) = layout::split(screen, model) else {
+    let Some(mut parts) = layout::split(screen, model) else {
         too_small::draw(frame, model);
         return;
     };
@@ -47,6 +47,7 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
         return;
     }
     model.drawn.set_borders(&parts.borders);
+    let hint = hint::make_room(&mut parts, model);
     header::draw(frame, parts.header, model);
     for &(pane, area) in &parts.panes {
         match pane {
@@ -59,7 +60,7 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
             Pane::Plot => plot::draw(frame, area, model),
         }
     }
-    hint::draw(frame, &parts, model);
+    hint::draw(frame, &parts, hint, model);
     filter_terms::draw(frame, screen, model);
     footer::draw(frame, parts.footer, model);
     screens(frame, screen, model);

@@ -18,7 +18,7 @@ use self::axes::{Axes, Drawn, Upwards};
 use self::marks::Event;
 use self::strokes::{Dash, stroke};
 use crate::metrics::{Measure, Series, Threshold};
-use crate::render::{Ticks, steps};
+use crate::render::{Ticks, runs, steps, value_range};
 use crate::tui::loaded::Opened;
 use crate::tui::model::{Model, Pane};
 use crate::tui::widgets::frame;
@@ -70,7 +70,6 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let window = window(model, dt);
     let drawn = Drawn {
         time: (from, to.max(from + dt)),
-        window,
         upwards: &upwards,
         unit: measure.unit,
         color: theme.dim,
@@ -82,6 +81,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let now = model.clock.step() as f64 * dt;
     let now = (now, Style::new().fg(theme.accent));
     marks::events(f, &axes, inner, &events(model, opened, series), now);
+    marks::window(f, &axes, inner, window, Style::new().fg(theme.dim));
     legend(f, key, model, &curves, &unnamed);
     model.drawn.time_scale(axes.plot);
 }
@@ -104,7 +104,7 @@ fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
     let contact = opened.collision.as_ref().and_then(|c| c.decisive_step);
     let contact = contact.map(|step| event(step, 'X', "contact", theme.danger));
     let extreme = series.most_dangerous(measure.id);
-    let extreme = extreme.map(|(step, _)| event(step, '▼', measure.danger.extreme(), theme.text));
+    let extreme = extreme.map(|(step, _)| event(step, '▼', measure.extreme(), theme.text));
     contact.into_iter().chain(extreme).collect()
 }
 
@@ -133,7 +133,11 @@ fn lines(f: &mut Frame<'_>, axes: &Axes, curves: &[Curve], levels: bool) {
 /// The measure, its most dangerous value now, the most dangerous of all, and who is picked: the most telling first.
 fn title(model: &Model, opened: &Opened, series: &Series) -> Vec<Vec<Span<'static>>> {
     let (theme, measure) = (&model.theme, model.plot.measure);
-    let mut parts = vec![vec![Span::raw(measure.id)]];
+    let name = match measure.is_ordinal() {
+        true => measure.axis_name(measure.id),
+        false => measure.id.to_string(),
+    };
+    let mut parts = vec![vec![Span::raw(name)]];
     let colored = |value: f64| match measure.id {
         "risk" => theme.risk(value),
         _ => theme.text,
@@ -147,7 +151,7 @@ fn title(model: &Model, opened: &Opened, series: &Series) -> Vec<Vec<Span<'stati
     }
     if let Some((step, value)) = series.most_dangerous(measure.id) {
         let time = step as f64 * opened.scenario.dt();
-        let (word, value) = (measure.danger.extreme(), quantity(value, measure.unit));
+        let (word, value) = (measure.extreme(), quantity(value, measure.unit));
         parts.push(vec![Span::raw(format!("{word} {value} at {time:.1} s"))]);
     }
     if let Some(id) = model.picked {
@@ -175,17 +179,9 @@ fn fitting(parts: Vec<Vec<Span<'static>>>, room: usize) -> Line<'static> {
 fn curves(model: &Model, opened: &Opened, series: &Series) -> Vec<Curve> {
     let (theme, id) = (&model.theme, model.plot.measure.id);
     let dt = opened.scenario.dt();
-    let runs = |value: &dyn Fn(i64) -> Option<f64>| {
-        let values: Vec<_> = series
-            .steps()
-            .map(|s| Some((s as f64 * dt, value(s)?)))
-            .collect();
-        let runs = values.split(Option::is_none).filter(|run| !run.is_empty());
-        runs.map(|run| run.iter().flatten().copied().collect())
-            .collect()
-    };
+    let runs = |value: &dyn Fn(i64) -> Option<f64>| runs(series, dt, value);
     let mut curves = vec![Curve {
-        name: model.plot.measure.danger.extreme().into(),
+        name: model.plot.measure.extreme().into(),
         color: theme.text,
         dash: Dash::Solid,
         chosen: false,
@@ -215,32 +211,16 @@ fn curves(model: &Model, opened: &Opened, series: &Series) -> Vec<Curve> {
     curves
 }
 
-/// So much of what the values take up may be added to reach a threshold.
-const NEAR: f64 = 0.5;
-
 /// The axis upwards: from the lowest to the highest value, and to thresholds near them; the risk score always whole.
 fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], area: Rect) -> Upwards {
     if measure.is_ordinal() {
         return Upwards::of_risk(area);
     }
     let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
-    let values = points.map(|p| p.1);
-    let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
-    if low > high {
-        return Upwards::fitting(area, |_| Ticks::ends(0.0, 1.0));
+    match value_range(points.map(|p| p.1), thresholds.iter().copied()) {
+        None => Upwards::fitting(area, |_| Ticks::ends(0.0, 1.0)),
+        Some((low, high)) => Upwards::fitting(area, |most| Ticks::around(low, high, most)),
     }
-    let room = NEAR * (high - low);
-    let near = |t: &&f64| (low - room..=high + room).contains(*t);
-    let (mut low, mut high) = thresholds
-        .iter()
-        .filter(near)
-        .fold((low, high), |(l, h), &t| (l.min(t), h.max(t)));
-    if high - low <= 1e-9 * low.abs().max(1e-3) {
-        // One value all the time: it stands between two others.
-        let around = (low.abs() * 0.1).max(0.5);
-        (low, high) = (low - around, high + around);
-    }
-    Upwards::fitting(area, |most| Ticks::around(low, high, most))
 }
 
 /// The area of the plot, and the line of its legend: the first one, or on a small plot a part of the lower border.
@@ -266,7 +246,7 @@ fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve], unname
     let all = curves.iter().filter(|c| !c.chosen && !c.runs.is_empty());
     let named = chosen.chain(all).map(|c| match c.runs.is_empty() {
         true => (format!("{} –", c.name), theme.dim),
-        false => (format!("{}{}", c.dash.sign(), c.name), c.color),
+        false => (format!("{} {}", c.dash.sign(), c.name), c.color),
     });
     let thresholds = unnamed.iter().map(|threshold| {
         let words = marks::words(threshold, model.plot.measure.unit);

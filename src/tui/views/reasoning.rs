@@ -8,25 +8,25 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::evaluation::{JudgeOutcome, MissingVerdict};
+use crate::judge;
 use crate::tui::action::Action;
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::long_text::MarkedClaims;
 use crate::tui::widgets::scroll::PageSection;
-use crate::tui::widgets::words::{fit, fit_end};
+use crate::tui::widgets::words::{fit_end, whole_parts};
 use crate::tui::widgets::{claimed, frame, scroll};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     let title = match model.answers.column() {
-        None => "reasoning · built-in".to_string(),
+        None => format!("reasoning · {}", judge::NAME),
         Some(column) => {
             let state = state(column);
-            // The border's corners, two spaces, and the words around the name.
+            // The border's corners, and two spaces.
             let inside = usize::from(area.width).saturating_sub(4);
-            let room = inside.saturating_sub(state.width() + 15);
-            let name = fit_end(&column.model, room.max(16));
-            fit(&format!("reasoning · {name} · {state}"), inside)
+            let name = fit_end(&column.model, inside.saturating_sub("reasoning · ".width()));
+            whole_parts(["reasoning", &name, &state], inside)
         }
     };
     let inner = frame::pane(f, area, model, Pane::Reasoning, Line::from(title));

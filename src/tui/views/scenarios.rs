@@ -15,7 +15,7 @@ use crate::description::visible;
 use crate::metrics::Headline;
 use crate::tui::action::Action;
 use crate::tui::model::{
-    Extent, Group, Grouping, Line as ShownAnswer, Matching, Model, Order, Pane, Row,
+    Extent, Group, Grouping, Line as ShownAnswer, Matching, Model, Order, Pane, Row, WordMatch,
 };
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::{fit, fit_end, pad};
@@ -107,6 +107,18 @@ fn title(model: &Model, room: usize) -> Line<'static> {
             title.push_str(&words);
         }
     };
+    match (list.read.wrong.is_empty(), list.read.filters()) {
+        (false, false) => add(" · filter has an error: nothing filtered".into()),
+        (false, true) => add(" · filter has an error".into()),
+        (true, false) if list.read.incomplete => {
+            add(" · filter incomplete: nothing filtered".into())
+        }
+        (true, true) if list.read.incomplete => add(" · filter incomplete".into()),
+        _ => {}
+    }
+    if list.matched == WordMatch::Fuzzy && !list.visible.is_empty() {
+        add(" · similar".into());
+    }
     match model.marks.count(list) {
         0 => {}
         n => add(format!(" * {n}")),
@@ -242,7 +254,10 @@ fn name(model: &Model, row: &Row, width: usize, matching: Option<&mut Matching>)
     let Some(matching) = matching else {
         return Line::from(whole);
     };
-    let matched = model.list.read.matched(&row.entry.name, matching);
+    let matched = model
+        .list
+        .read
+        .matched(&row.entry.name, model.list.matched, matching);
     let mark = Style::new().fg(model.theme.accent);
     let mark = mark.add_modifier(Modifier::UNDERLINED | Modifier::BOLD);
     let letters = whole.graphemes(true).enumerate().map(|(at, letter)| {
@@ -287,10 +302,14 @@ fn nothing(model: &Model) -> Option<String> {
     } else if list.rows.is_empty() {
         Some("no scenarios".into())
     } else if list.visible.is_empty() && list.known < list.rows.len() && list.read.needs_facts() {
-        Some("no match so far; still reading".into())
+        let open = model.opened.as_ref();
+        let open = open.map_or(String::new(), |o| format!("; showing {}", o.name));
+        Some(format!("no match so far; still reading{open}"))
     } else if list.visible.is_empty() {
         let key = model.look.key(Action::Cancel);
-        Some(format!("no match; {key} clears the filter"))
+        let open = model.opened.as_ref();
+        let open = open.map_or(String::new(), |o| format!("; still showing {}", o.name));
+        Some(format!("no match; {key} clears the filter{open}"))
     } else {
         None
     }

@@ -94,7 +94,7 @@ fn title(model: &Model, room: usize) -> Line<'static> {
 fn full(model: &Model, measure: &Measure) -> String {
     let id = measure.id;
     if measure.is_ordinal() {
-        return format!("{id} 0");
+        return format!("{id} 0 (collision)");
     }
     let sign = match measure.danger {
         Danger::High => "≥",

@@ -1,4 +1,4 @@
-//! Notices: in the bottom line if they fit, else in boxes that cover neither plot nor timeline.
+//! Notices: at the right of the bottom line if they fit, else in boxes that cover neither plot nor timeline.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -16,23 +16,49 @@ const MOST: usize = 3;
 /// Columns of a box at least, where the screen has them.
 const NARROWEST: u16 = 50;
 
+/// Columns of the bottom line that keys keep beside a message; where they would have fewer, it has the whole line.
+const KEYS: u16 = 24;
+
+/// The message of the bottom line, and how many of its columns it takes.
+pub fn message(model: &Model, columns: u16) -> Option<(&Toast, u16)> {
+    let room = columns.saturating_sub(2);
+    // While an attack is searched for, the line says how far and how to cancel.
+    let is_free = model.maker.under_way.is_none();
+    let width = |toast: &Toast| u16::try_from(visible(&toast.text).width()).unwrap_or(u16::MAX);
+    let in_a_line = |toast: &&Toast| is_free && toast.kind != Notice::Error && width(toast) <= room;
+    let mut shown = model.toasts.iter().filter(|toast| told(model, toast));
+    let toast = shown.rfind(in_a_line)?;
+    let taken = width(toast).saturating_add(2);
+    Some(match columns.saturating_sub(taken) < KEYS {
+        true => (toast, columns),
+        false => (toast, taken),
+    })
+}
+
+/// Whether a message may be shown.
+fn told(model: &Model, toast: &Toast) -> bool {
+    !(model.compare.hides() && names_a_model(model, &toast.text))
+}
+
 pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
-    let room = usize::from(parts.footer.width).saturating_sub(2);
-    let told = |toast: &&Toast| !(model.compare.hides() && names_a_model(model, &toast.text));
-    let in_a_line =
-        |toast: &&Toast| toast.kind != Notice::Error && visible(&toast.text).width() <= room;
-    let line = model.toasts.iter().filter(told).rfind(in_a_line);
-    if let Some(toast) = line {
+    let line = message(model, parts.footer.width);
+    if let Some((toast, columns)) = line {
         let style = Style::new()
             .fg(model.theme.accent)
             .add_modifier(Modifier::BOLD);
         let words = Line::styled(format!(" {}", visible(&toast.text)), style);
-        frame.render_widget(Clear, parts.footer);
-        frame.render_widget(Block::new().style(model.theme.base()), parts.footer);
-        frame.render_widget(words, parts.footer);
+        let area = Rect {
+            x: parts.footer.right().saturating_sub(columns),
+            width: columns,
+            ..parts.footer
+        };
+        frame.render_widget(Clear, area);
+        frame.render_widget(Block::new().style(model.theme.base()), area);
+        frame.render_widget(words, area);
     }
-    let boxed = model.toasts.iter().rev().filter(told);
-    let boxed = boxed.filter(|toast| line.is_none_or(|shown| !std::ptr::eq(shown, *toast)));
+    let boxed = model.toasts.iter().rev();
+    let boxed = boxed.filter(|toast| told(model, toast));
+    let boxed = boxed.filter(|toast| line.is_none_or(|(shown, _)| !std::ptr::eq(shown, *toast)));
     boxes(frame, place(parts, model), model, boxed.take(MOST));
 }
 
@@ -82,7 +108,7 @@ fn boxes<'a>(
     let mut bottom = place.bottom();
     for toast in toasts {
         let (color, title) = match toast.kind {
-            Notice::Error => (model.theme.danger, " something is wrong "),
+            Notice::Error => (model.theme.danger, " error "),
             Notice::Reply | Notice::News => (model.theme.accent, ""),
         };
         let text = visible(&toast.text);

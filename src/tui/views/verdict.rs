@@ -2,6 +2,7 @@
 
 mod heads;
 mod other;
+mod probabilities;
 mod table;
 
 use ratatui::Frame;
@@ -91,26 +92,32 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     let verdict = reference.map(|r| &r.verdict);
     let seen = seen(answers, room);
-    let width = usize::from(inner.width).saturating_sub(LABEL + 1) / (seen.len() + 1);
     let rows = Row::visible(
         differ(&answers.columns),
+        probabilities::known(
+            probabilities::verdicts(&answers.columns[seen.clone()]).chain(verdict),
+        ),
         answers.columns[seen.clone()]
             .iter()
             .any(|c| other_window(model, c)),
         answers.reference_ms.is_some() || answers.columns[seen.clone()].iter().any(is_measured),
     );
-    let mut table = Table::new(model, width, rows);
-    // A gap behind each; the last column, the built-in judge's, needs none.
+    let mut table = Table::new(model, rows);
     let ids: Vec<&str> = answers.columns[seen.clone()]
         .iter()
         .map(|c| c.model.as_str())
         .collect();
-    let heads = heads::heads(&ids, width.saturating_sub(1));
-    for (i, head) in seen.zip(&heads) {
+    // A gap behind each; the last column, the built-in judge's, needs none.
+    let room = usize::from(inner.width).saturating_sub(LABEL + 1);
+    let widths = heads::widths(&ids, Some(NARROWEST), NARROWEST, room);
+    let heads = of_models(&ids, &widths);
+    for ((i, head), width) in seen.zip(&heads).zip(&widths) {
         let column = &answers.columns[i];
         let truth = column.truth_or(verdict);
+        table.set_width(*width);
         table.column(column, head, truth, answers.shown == ShownAnswer::Column(i));
     }
+    table.set_width(widths.last().copied().unwrap_or(NARROWEST));
     table.reference(answers, verdict);
     let mut text = Text::from(table.lines());
     text.push_line("");
@@ -130,26 +137,30 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         );
         return Text::styled(hint, dim);
     }
-    let width = room.saturating_sub(LABEL + 1) / seen.len();
     let measured = answers.columns[seen.clone()].iter().any(is_measured);
-    let mut table = Table::new(
-        model,
-        width,
-        Row::visible(differ(&answers.columns), false, measured),
-    );
+    let rows = Row::visible(differ(&answers.columns), (false, false), false, measured);
+    let mut table = Table::new(model, rows);
     let ids: Vec<&str> = answers.columns[seen.clone()]
         .iter()
         .map(|c| c.model.as_str())
         .collect();
-    let heads = heads::heads(&ids, width.saturating_sub(1));
-    for (i, head) in seen.zip(&heads) {
+    let widths = heads::widths(&ids, None, NARROWEST, room.saturating_sub(LABEL + 1));
+    let heads = of_models(&ids, &widths);
+    for ((i, head), width) in seen.zip(&heads).zip(&widths) {
         let shown = answers.shown == ShownAnswer::Column(i);
+        table.set_width(*width);
         table.column(&answers.columns[i], head, None, shown);
     }
     let mut text = Text::from(table.lines());
     text.push_line("");
     text.extend(of_column(model));
     text
+}
+
+/// The heads of answers, with a gap behind each.
+fn of_models(ids: &[&str], widths: &[usize]) -> Vec<String> {
+    let rooms = widths.iter().map(|width| width.saturating_sub(1));
+    heads::heads(ids, &rooms.collect::<Vec<_>>())
 }
 
 /// The answers that fit beside the built-in judge, the shown one among them.
@@ -209,6 +220,8 @@ fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static>
     match model.answers.column() {
         None => {
             let mut text = Text::default();
+            let dim = Style::new().fg(theme.dim);
+            text.extend(reference.and_then(|r| probabilities::critical(&r.verdict, dim)));
             let justification = reference.map_or("judging…", |r| &r.verdict.justification);
             text.extend(Text::styled(words(justification), theme.base()));
             if model.answers.columns.is_empty() {
@@ -261,6 +274,8 @@ fn of_column(model: &Model) -> Text<'static> {
                 }
                 match &answer.judged {
                     JudgeOutcome::Verdict(parsed) => {
+                        let dim = Style::new().fg(theme.dim);
+                        text.extend(probabilities::critical(&parsed.verdict, dim));
                         text.extend(Text::styled(
                             words(&parsed.verdict.justification),
                             theme.base(),

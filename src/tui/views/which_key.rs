@@ -11,10 +11,13 @@ use unicode_width::UnicodeWidthStr;
 use crate::tui::action::{Entry, title_of};
 use crate::tui::keymap::Chord;
 use crate::tui::model::Model;
+use crate::tui::widgets::window;
 use crate::tui::widgets::words::{fit, pad};
 
 /// Columns between two columns of keys.
 const GAP: usize = 3;
+/// Columns of the state of a setting at most.
+const STATE: usize = 16;
 /// Cells in reverse that make a selected line.
 const SELECTED: usize = 10;
 
@@ -34,7 +37,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let following = look.keymap.following(&look.pending, model.scope(), works);
     let rows = following.iter().map(|next| {
         let more = if next.leads_on { " …" } else { "" };
-        (next.key.to_string(), format!("{}{more}", next.words))
+        let state = next.action.and_then(|action| model.state_of(action));
+        let state = state.map_or(String::new(), |state| format!(" ({})", fit(state, STATE)));
+        (next.key.to_string(), format!("{}{more}{state}", next.words))
     });
     let rows: Vec<(String, String)> = rows.collect();
     let keys = rows.iter().map(|(key, _)| key.width()).max().unwrap_or(0);
@@ -91,6 +96,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         }
         line
     });
+    window::margin(frame, screen, area, model);
     frame.render_widget(Clear, area);
     frame.render_widget(block, area);
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);

@@ -114,6 +114,18 @@ pub fn counts(claims: &[CheckedClaim]) -> String {
     parts.join(", ")
 }
 
+/// The same in few columns: `2= 1≠ 2?`.
+#[must_use]
+pub fn short_counts(claims: &[CheckedClaim]) -> String {
+    let (right, wrong, unknown) = counted(claims);
+    let parts = [(right, "="), (wrong, "≠"), (unknown, "?")];
+    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = parts
+        .map(|(count, sign)| format!("{count}{sign}"))
+        .collect();
+    parts.join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -166,6 +178,7 @@ mod tests {
         let picked = lines[3].spans.iter().find(|s| s.content == "left");
         assert!(picked.is_some_and(|s| s.style.add_modifier.contains(Modifier::REVERSED)));
         assert_eq!(summary(&claims), "2 claims: 1 = right, 1 ≠ wrong");
+        assert_eq!(short_counts(&claims), "1= 1≠");
         assert_eq!(
             line(&claims[0], &theme).to_string(),
             "≠ 7 says behind, is front (direction, step 3)"

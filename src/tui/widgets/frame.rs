@@ -10,29 +10,101 @@ use crate::tui::model::{Model, Pane};
 
 /// Draws the frame of a pane and gives the area inside.
 pub fn pane(frame: &mut Frame<'_>, area: Rect, model: &Model, pane: Pane, title: Line<'_>) -> Rect {
-    let focused = model.focus == pane && model.screens.is_empty();
-    let theme = &model.theme;
-    let color = if focused {
-        theme.border_focused
-    } else {
-        theme.border
-    };
-    let mut style = Style::new().fg(theme.title);
-    let mut kind = BorderType::Plain;
-    if focused {
-        // A thick border says it without colour.
-        style = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
-        kind = BorderType::Thick;
-    }
-    let mut spaced = Line::from(" ");
-    spaced.spans.extend(title.spans);
-    spaced.spans.push(" ".into());
+    let look = look(model, pane);
     let block = Block::bordered()
-        .border_type(kind)
-        .border_style(Style::new().fg(color))
-        .title(spaced.style(style));
+        .border_type(look.kind)
+        .border_style(look.border)
+        .title(spaced(title).style(look.title));
     let inner = block.inner(area);
     frame.render_widget(block, area);
     model.drawn.pane(pane, area);
     inner
+}
+
+/// Draws a line across a pane, a column or a row inside its frame, and the title of what is behind it.
+pub fn divide(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    (pane, line): (Pane, Rect),
+    title: Line<'_>,
+) {
+    let look = look(model, pane);
+    let thick = matches!(look.kind, BorderType::Thick);
+    let upright = line.width < line.height;
+    // From border to border.
+    let (whole, signs, title_at) = match upright {
+        true => {
+            let whole = Rect {
+                y: area.y,
+                height: area.height,
+                ..line
+            };
+            let signs = if thick {
+                ["┯", "│", "┷"]
+            } else {
+                ["┬", "│", "┴"]
+            };
+            (whole, signs, (line.x + 1, area.y))
+        }
+        false => {
+            let whole = Rect {
+                x: area.x,
+                width: area.width,
+                ..line
+            };
+            let signs = if thick {
+                ["┠", "─", "┨"]
+            } else {
+                ["├", "─", "┤"]
+            };
+            (whole, signs, (area.x + 1, line.y))
+        }
+    };
+    let count = whole.positions().count();
+    let buffer = frame.buffer_mut();
+    for (place, at) in whole.positions().enumerate() {
+        let sign = match place {
+            0 => signs[0],
+            _ if place + 1 == count => signs[2],
+            _ => signs[1],
+        };
+        buffer[at].set_symbol(sign).set_style(look.border);
+    }
+    let title = spaced(title).style(look.title);
+    let (x, y) = title_at;
+    let room = area.right().saturating_sub(x + 1);
+    buffer.set_line(x, y, &title, room);
+}
+
+/// How the frame of a pane looks.
+struct FrameLook {
+    title: Style,
+    border: Style,
+    kind: BorderType,
+}
+
+/// A thick border says without colour which pane has the keys.
+fn look(model: &Model, pane: Pane) -> FrameLook {
+    let theme = &model.theme;
+    // Beside answers that are compared, the map only shows.
+    match model.focus == pane && model.screens.is_empty() && !model.compare.open {
+        true => FrameLook {
+            title: Style::new().fg(theme.accent).add_modifier(Modifier::BOLD),
+            border: Style::new().fg(theme.border_focused),
+            kind: BorderType::Thick,
+        },
+        false => FrameLook {
+            title: Style::new().fg(theme.title),
+            border: Style::new().fg(theme.border),
+            kind: BorderType::Plain,
+        },
+    }
+}
+
+fn spaced(title: Line<'_>) -> Line<'_> {
+    let mut spaced = Line::from(" ");
+    spaced.spans.extend(title.spans);
+    spaced.spans.push(" ".into());
+    spaced
 }

@@ -47,11 +47,18 @@ pub fn entries(scope: Scope) -> Vec<&'static Entry> {
 
 /// The keys of a full screen, and those that leave it.
 pub fn own(model: &Model, scope: Scope) -> Vec<Hint> {
+    own_but(model, scope, &[])
+}
+
+/// The same without the actions that do nothing at the moment.
+pub fn own_but(model: &Model, scope: Scope, idle: &[Action]) -> Vec<Hint> {
     let key = |entry: &Entry| {
         let key = model.look.keymap.keys(entry).next()?;
         Some((key.to_string(), entry.short.to_string()))
     };
-    let mut hints: Vec<_> = entries(scope).into_iter().filter_map(key).collect();
+    let shown = entries(scope).into_iter();
+    let shown = shown.filter(|entry| !idle.contains(&entry.action));
+    let mut hints = together(shown.filter_map(key));
     hints.extend(hint_of(model, Action::Help));
     hints.push(close(model));
     hints

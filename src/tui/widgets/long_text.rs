@@ -1,6 +1,7 @@
 //! A long, growing text: wrapped once; highlighting and claims only as far as it was displayed.
 
 mod outline;
+mod tables;
 #[cfg(test)]
 mod tests;
 
@@ -10,6 +11,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::claimed::marked;
 use super::highlight::{AnswerPainter, Language, Painter, is_loaded};
+use super::markdown::table::Layout;
 use super::markdown::{self, Piece, pieces_of};
 use super::words::fit;
 use crate::evaluation::claims::CheckedClaim;
@@ -55,6 +57,8 @@ pub struct Reading {
     outline: Outline,
     /// Lines with claims, and the places of those.
     claims: Vec<(usize, usize)>,
+    /// Columns of tables, by their first lines, as far as they were displayed.
+    tables: Vec<(usize, Layout)>,
     /// From the first line on.
     painting: Painting,
     /// From the first line on that is not painted.
@@ -117,6 +121,7 @@ impl Reading {
             lines: Vec::new(),
             outline: Outline::default(),
             claims: Vec::new(),
+            tables: Vec::new(),
             painter: painting.clone(),
             painting,
             painted: Vec::new(),
@@ -192,6 +197,7 @@ impl Reading {
             self.lines.push(placed);
             from += line.len();
         }
+        self.tables.clear();
         self.claims.clear();
         for (place, checked) in marks.claims.iter().enumerate() {
             let span = &checked.claim.span;
@@ -215,6 +221,7 @@ impl Reading {
             match kind {
                 Kind::Fence => return 0,
                 Kind::Json(json) if self.folds(json) => return usize::from(json.before == 0),
+                Kind::Row(row) if self.aligns(row) => return 1,
                 _ => {}
             }
         }
@@ -236,7 +243,7 @@ impl Reading {
             return None;
         }
         match kind {
-            Kind::Text => Some(markdown::line(line, theme)),
+            Kind::Text | Kind::Row(_) => Some(markdown::line(line, theme)),
             Kind::Code => Some(markdown::code(line, theme)),
             Kind::Fence | Kind::Json(_) => None,
         }
@@ -301,6 +308,11 @@ impl Reading {
                 && self.folds(json)
             {
                 return self.fold(at, theme);
+            }
+            if let Kind::Row(row) = kind
+                && self.aligns(row)
+            {
+                return self.aligned(at, row, marks, theme);
             }
             let here = self.claims_in(at, marks);
             let rendered = self.rendered(&self.text[from..to], kind, theme);

@@ -8,7 +8,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::window;
-use super::words::{fit, pad};
+use super::words::{fit, pad, whole_parts};
 use crate::description::visible;
 use crate::metrics::Measure;
 use crate::tui::model::{Model, Picker};
@@ -26,21 +26,14 @@ pub fn draw(
 ) {
     let theme = &model.theme;
     let width = usize::from(area.width);
-    let typed = format!("> {}▏", fit(&picker.text, width.saturating_sub(4)));
+    let typed = typed(model, picker, rows.len(), width);
     let height = usize::from(area.height).saturating_sub(3 + WHOLE);
     let top = (picker.selected + 1).saturating_sub(height);
-    let mut lines = vec![
-        Line::styled(typed, Style::new().fg(theme.accent)),
-        Line::default(),
-    ];
+    let mut lines = vec![typed, Line::default()];
     let mut whole = None;
     for (i, (left, right)) in rows.iter().enumerate().skip(top).take(height) {
-        // The left part tells the rows apart, so it is cut last.
-        let half = width
-            .saturating_sub(left.trim_end().width() + 5)
-            .max(width / 3);
         let (full_left, full_right) = (left, right);
-        let right = fit(right, half);
+        let right = beside(left.trim_end(), right, width.saturating_sub(4));
         let left = pad(left, width.saturating_sub(right.width() + 4));
         let sign = if i == picker.selected { "▸ " } else { "  " };
         if i == picker.selected && (left.trim_end() != full_left.trim_end() || right != *full_right)
@@ -60,10 +53,11 @@ pub fn draw(
         });
     }
     if rows.is_empty() {
-        lines.push(Line::styled(
-            "  nothing matches",
-            Style::new().fg(theme.dim),
-        ));
+        let words = match picker.text.is_empty() {
+            true => "  none yet",
+            false => "  nothing matches",
+        };
+        lines.push(Line::styled(words, Style::new().fg(theme.dim)));
     }
     frame.render_widget(Paragraph::new(lines), area);
     if let Some(words) = whole {
@@ -78,15 +72,46 @@ pub fn draw(
     }
 }
 
-/// A hint in the last line of a list.
+/// Columns that what stands at the right is cut to at least; with fewer it is left out.
+const LEAST: usize = 12;
+
+/// What stands at the right of a row: of its parts as many as fit whole beside the left one, which tells rows apart
+/// and is cut last.
+fn beside(left: &str, right: &str, width: usize) -> String {
+    let room = width.saturating_sub(left.width() + 1);
+    // A word of it always has its place.
+    let room = room.max(right.width().min(width / 4));
+    match room < right.width().min(LEAST) {
+        true => String::new(),
+        false => whole_parts(right.split(" · "), room),
+    }
+}
+
+/// A hint at the end of a list, in its last lines.
 pub fn hint(frame: &mut Frame<'_>, area: Rect, model: &Model, words: &str) {
-    let row = Rect {
-        y: area.bottom().saturating_sub(1),
-        height: 1,
+    let text = Paragraph::new(words.to_string()).wrap(Wrap { trim: true });
+    let rows = text.line_count(area.width).clamp(1, WHOLE);
+    let rows = u16::try_from(rows).unwrap_or(1).min(area.height);
+    let below = Rect {
+        y: area.bottom().saturating_sub(rows),
+        height: rows,
         ..area
     };
-    let line = Line::styled(words.to_string(), Style::new().fg(model.theme.dim));
-    frame.render_widget(line, row);
+    frame.render_widget(text.style(Style::new().fg(model.theme.dim)), below);
+}
+
+/// The typed line, and at its right the place of the selected row among those that match.
+pub fn typed(model: &Model, picker: &Picker, rows: usize, width: usize) -> Line<'static> {
+    let place = match rows {
+        0 => String::new(),
+        n => format!("{}/{n} ", picker.selected.min(n - 1) + 1),
+    };
+    let room = width.saturating_sub(place.width());
+    let typed = format!("> {}▏", fit(&picker.text, room.saturating_sub(4)));
+    Line::from(vec![
+        Span::styled(pad(&typed, room), Style::new().fg(model.theme.accent)),
+        Span::styled(place, Style::new().fg(model.theme.dim)),
+    ])
 }
 
 /// A measure, and at its right where it is from.
@@ -118,4 +143,24 @@ pub fn draw_measures(
     let width = u16::try_from(widest.max(MEASURES_WIDE)).unwrap_or(u16::MAX);
     let inner = window::window(frame, screen, model, title, (width, 48));
     draw(frame, inner, model, picker, rows);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_at_the_right_are_whole_or_left_out() {
+        assert_eq!(beside("map", "svg", 40), "svg");
+        let note = "LAB_KEY not set · $4 in, $20 out";
+        assert_eq!(beside("lab/small", note, 50), note);
+        assert_eq!(beside("lab/small", note, 30), "LAB_KEY not set");
+        assert_eq!(beside("lab/small", note, 24), "LAB_KEY not s…");
+        assert_eq!(beside("the name of a measure", "where it is from", 26), "");
+        // What is short stays.
+        assert_eq!(
+            beside("a name that is cut because it is long", "svg", 30),
+            "svg"
+        );
+    }
 }

@@ -3,10 +3,10 @@
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use ratatui::text::Text;
+use ratatui::text::{Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
-use super::hints;
+use super::words::thousands;
 use crate::tui::model::Model;
 
 /// Columns of a window at most, its borders included.
@@ -19,11 +19,21 @@ pub fn text_width(screen: Rect) -> usize {
 
 /// Columns of text in a window of so many columns, its borders included.
 pub fn width_in(screen: Rect, columns: u16) -> usize {
-    usize::from(
-        columns
-            .min(screen.width.saturating_sub(4))
-            .saturating_sub(2),
-    )
+    usize::from(outer_width(screen, columns).saturating_sub(2))
+}
+
+/// Columns of the screen below which windows take its whole width: what is left beside them would say nothing.
+const NARROW: u16 = 100;
+
+/// Columns beside a window below which they are emptied, too: they would only show ends of words.
+const SLIVER: u16 = 20;
+
+/// Columns of a window that wants so many, its borders included.
+fn outer_width(screen: Rect, columns: u16) -> u16 {
+    match screen.width {
+        width @ ..NARROW => width,
+        width => columns.min(width.saturating_sub(4)),
+    }
 }
 
 /// Empties the screen above the footer for a window that fills it, and gives its area.
@@ -46,10 +56,7 @@ pub fn scrolled(
     text: Text<'static>,
     scroll: usize,
 ) {
-    let (keys, _) = hints::scroll(model);
-    let (close, _) = hints::close(model);
-    let title = format!("{what} · {keys} scroll · {close} closes");
-    scrolled_in(frame, screen, model, &title, text, (COLUMNS, scroll));
+    scrolled_in(frame, screen, model, what, text, (COLUMNS, scroll));
 }
 
 /// The same, with its own title and width.
@@ -65,7 +72,7 @@ pub fn scrolled_in(
     text_in(frame, inner, model, text, scroll);
 }
 
-/// Text in a window, no further scrolled than to its end.
+/// Text in a window, no further scrolled than to its end; its lower border says how much is below.
 pub fn text_in(
     frame: &mut Frame<'_>,
     inner: Rect,
@@ -78,8 +85,35 @@ pub fn text_in(
         .line_count(inner.width)
         .saturating_sub(usize::from(inner.height));
     model.drawn.set_window_end(last);
-    let scroll = u16::try_from(scroll.min(last)).unwrap_or(u16::MAX);
+    let top = scroll.min(last);
+    let scroll = u16::try_from(top).unwrap_or(u16::MAX);
     frame.render_widget(paragraph.scroll((scroll, 0)), inner);
+    below(frame, inner, model, last - top);
+}
+
+/// Writes on a window's lower border how many lines are below.
+pub fn below(frame: &mut Frame<'_>, inner: Rect, model: &Model, lines: usize) {
+    if lines == 0 {
+        return;
+    }
+    let words = Span::styled(more_lines(lines), Style::new().fg(model.theme.dim));
+    let width = u16::try_from(words.width()).unwrap_or(u16::MAX);
+    let place = Rect {
+        x: inner.right().saturating_sub(width).max(inner.x),
+        y: inner.bottom(),
+        width: width.min(inner.width),
+        height: 1,
+    };
+    frame.render_widget(words, place.intersection(frame.area()));
+}
+
+/// How many lines are below what is seen.
+#[must_use]
+pub fn more_lines(lines: usize) -> String {
+    match lines {
+        1 => " 1 more line ".into(),
+        n => format!(" {} more lines ", thousands(n as u64)),
+    }
 }
 
 /// Text in a window at the right, below the header and no higher than the text; the map stays in sight beside it.
@@ -99,6 +133,7 @@ pub fn at_right(
         width: columns,
         height: height.min(lines.saturating_add(2).max(6)),
     };
+    margin(frame, screen, area, model);
     let inner = window_at(frame, area, model, title);
     text_in(frame, inner, model, text, scroll);
 }
@@ -111,15 +146,49 @@ pub fn window(
     title: &str,
     size: (u16, u16),
 ) -> Rect {
-    let width = size.0.min(screen.width.saturating_sub(4));
+    let width = outer_width(screen, size.0);
     let height = size.1.min(screen.height.saturating_sub(2));
     let area = Rect {
         x: screen.x + (screen.width - width) / 2,
-        y: screen.y + (screen.height - height) / 3,
+        // The header stays in sight.
+        y: screen.y + ((screen.height - height) / 3).max(1.min(screen.height - height)),
         width,
         height,
     };
+    margin(frame, screen, area, model);
     window_at(frame, area, model, title)
+}
+
+/// Empties a border around a window, so that no slivers of what it covers are left at its sides; header and footer
+/// stay.
+pub fn margin(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
+    let body = Rect {
+        y: screen.y + 1,
+        height: screen.height.saturating_sub(2),
+        ..screen
+    };
+    // A panel at the right edge leaves the border of the pane beside it.
+    let columns = match area.right() == screen.right() {
+        true => 1,
+        false => 2,
+    };
+    let wide = Rect {
+        x: area.x.saturating_sub(columns),
+        y: area.y.saturating_sub(1),
+        width: area.width.saturating_add(2 * columns),
+        height: area.height.saturating_add(2),
+    };
+    let mut wide = wide.intersection(body);
+    let (left, right) = (area.x - screen.x, screen.right() - area.right());
+    if left < SLIVER {
+        wide.width += wide.x - screen.x;
+        wide.x = screen.x;
+    }
+    if right < SLIVER {
+        wide.width = screen.right() - wide.x;
+    }
+    frame.render_widget(Clear, wide);
+    frame.render_widget(Block::new().style(model.theme.base()), wide);
 }
 
 /// A window somewhere; gives the area inside.

@@ -45,6 +45,22 @@ pub fn fit_end(text: &str, width: usize) -> String {
     ellipsis.into_iter().chain(kept.into_iter().rev()).collect()
 }
 
+/// The same, cut in its middle: of names that begin alike the end tells them apart, of others the beginning.
+#[must_use]
+pub fn fit_middle(text: &str, width: usize) -> String {
+    let text = visible(text).replace(['\n', '\t'], " ");
+    if text.width() <= width {
+        return text;
+    }
+    let end = width.saturating_sub(1) / 2;
+    // What is cut at its end keeps the ellipsis.
+    let end = match end {
+        0 => String::new(),
+        end => fit_end(&text, end + 1).split_off("…".len()),
+    };
+    format!("{}{end}", fit(&text, width.saturating_sub(end.width())))
+}
+
 /// `text` filled with spaces to `width` columns, cut where it is longer.
 #[must_use]
 pub fn pad(text: &str, width: usize) -> String {
@@ -53,6 +69,26 @@ pub fn pad(text: &str, width: usize) -> String {
     text.extend(std::iter::repeat_n(' ', missing));
     text
 }
+
+/// Parts with dots between them, as many as there is room for: each whole, but the first, which is cut.
+#[must_use]
+pub fn whole_parts<'a>(parts: impl IntoIterator<Item = &'a str>, room: usize) -> String {
+    let mut line = String::new();
+    for part in parts.into_iter().filter(|part| !part.is_empty()) {
+        if line.is_empty() {
+            line = fit(part, room);
+        } else if line.width() + BETWEEN.width() + part.width() <= room {
+            line.push_str(BETWEEN);
+            line.push_str(part);
+        } else {
+            break;
+        }
+    }
+    line
+}
+
+/// Between the parts of a line.
+const BETWEEN: &str = " · ";
 
 /// A value with its unit, if it has one.
 #[must_use]
@@ -138,6 +174,16 @@ mod tests {
         assert_eq!(fit_end("lab/small", 6), "…small");
         assert_eq!(fit_end("日本語", 4), "…語");
         assert_eq!(fit_end("abc", 0), "");
+        assert_eq!(fit_middle("sage-70b", 8), "sage-70b");
+        assert_eq!(fit_middle("sage-70b", 7), "sag…70b");
+        assert_eq!(fit_middle("日本語日本", 6), "日…本");
+        assert_eq!(fit_middle("abc", 1), "…");
+        assert_eq!(fit_middle("abc", 0), "");
+        let parts = ["a name", "", "12 steps", "s"];
+        assert_eq!(whole_parts(parts, 40), "a name · 12 steps · s");
+        assert_eq!(whole_parts(parts, 20), "a name · 12 steps");
+        assert_eq!(whole_parts(parts, 16), "a name");
+        assert_eq!(whole_parts(parts, 4), "a n…");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! departure from it is reported as a [`Repair`].
 
 mod opening;
+mod reasons;
 mod repair_kinds;
 mod string;
 mod text;
@@ -14,6 +15,7 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use opening::Opening;
+pub use reasons::{ReasonedAnswer, reasons_first};
 pub(super) use repair_kinds::Repair;
 use tolerant_reader::Reader;
 

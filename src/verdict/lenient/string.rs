@@ -10,39 +10,44 @@ const NEAR: usize = 80;
 impl Reader<'_> {
     /// The string that begins with the quotation mark `open` at the present place; nothing if the text ends in it.
     pub(super) fn string(&mut self, open: char) -> Option<String> {
+        let mut read = String::new();
+        self.string_into(open, &mut read).then_some(read)
+    }
+
+    /// Reads the same into `read`, as far as it goes; whether it ends before the text does.
+    pub(super) fn string_into(&mut self, open: char, read: &mut String) -> bool {
         if open != '"' {
             self.note(Repair::OtherQuotes);
         }
         self.at += open.len_utf8();
         let close = closing(open);
-        let mut read = String::new();
         loop {
             let Some(c) = self.peek() else {
                 self.cut();
-                return None;
+                return false;
             };
             match c {
-                '\\' => self.escape(&mut read),
+                '\\' => self.escape(read),
                 '\n' if self.next_line_goes_on() => {
                     self.note(Repair::MissingQuotes);
                     let kept = read.trim_end().trim_end_matches(',').len();
                     read.truncate(kept);
-                    return Some(read);
+                    return true;
                 }
                 _ if c == close => {
                     let after = &self.rest()[c.len_utf8()..];
                     if ends_here(after) {
                         self.at += c.len_utf8();
-                        return Some(read);
+                        return true;
                     }
                     self.note(Repair::InnerQuotes);
-                    self.push(&mut read, c);
+                    self.push(read, c);
                 }
                 _ => {
                     if c.is_control() && (c as u32) < 0x20 {
                         self.note(Repair::ControlCharacters);
                     }
-                    self.push(&mut read, c);
+                    self.push(read, c);
                 }
             }
         }
@@ -87,6 +92,15 @@ impl Reader<'_> {
             let hex = digits.bytes().all(|b| b.is_ascii_hexdigit());
             hex.then(|| u16::from_str_radix(digits, 16).ok())?
         };
+        // Of a text that is cut here, nothing is meant yet.
+        let is_cut = |text: &str| {
+            let digits = text.trim_start_matches(['\\', 'u']);
+            text.len() < 6 && digits.bytes().all(|b| b.is_ascii_hexdigit())
+        };
+        if is_cut(self.rest()) {
+            self.at = self.text.len();
+            return;
+        }
         let Some(first) = unit(self.rest()) else {
             self.note(Repair::Escapes);
             read.push_str("\\u");
@@ -94,6 +108,10 @@ impl Reader<'_> {
             return;
         };
         self.at += 6;
+        if (0xD800..0xDC00).contains(&first) && is_cut(self.rest()) {
+            self.at = self.text.len();
+            return;
+        }
         let second = unit(self.rest())
             .filter(|s| (0xD800..0xDC00).contains(&first) && (0xDC00..0xE000).contains(s));
         let units = [first, second.unwrap_or(0)];

@@ -12,6 +12,39 @@ fn as_asked_for() {
 }
 
 #[test]
+fn critical_obstacles_and_probabilities_are_read_and_their_slips_noted() {
+    let strict = r#"{"justification": "j", "obstacles": [{"id": 7, "risk_score": 4, "reason": "r"}],
+        "critical_obstacles": [{"id": 7, "probability": 0.9}], "probability": 0.9, "safety_critical": true}"#;
+    let parsed = parse(Task::Safety, strict).unwrap();
+    assert_eq!(parsed.how, ParseQuality::Strict);
+    assert_eq!(parsed.verdict.danger(), [7]);
+    assert_eq!(parsed.verdict.probability, Some(0.9));
+    let loose = strict.replace(": 0.9", ": \"90 %\"");
+    let again = parse(Task::Safety, &loose).unwrap();
+    assert_eq!(again.verdict, parsed.verdict);
+    let ParseQuality::Repaired(notes) = again.how else {
+        panic!("it is repaired");
+    };
+    let note = "the probability 0.9 was read from `90 %`";
+    assert!(notes.iter().any(|n| n == note), "{notes:?}");
+    // An older answer says neither, and is as it was asked for.
+    let old = r#"{"safety_critical": true, "obstacles": [], "justification": "j"}"#;
+    let parsed = parse(Task::Safety, old).unwrap();
+    assert_eq!(parsed.how, ParseQuality::Strict);
+    assert_eq!(
+        (parsed.verdict.critical, parsed.verdict.probability),
+        (None, None)
+    );
+    // Beyond its bounds it is not believed.
+    let wrong = strict.replace(": 0.9", ": 1.9");
+    let parsed = parse(Task::Safety, &wrong).unwrap();
+    assert_eq!(
+        (parsed.verdict.danger(), parsed.verdict.probability),
+        (vec![7], None)
+    );
+}
+
+#[test]
 fn the_words_of_the_paper() {
     let answer = r#"{"CollisionObstacles": null, "ExtremeRiskObstacle": {"ObstacleID": "30674.0", "OverallRiskScore": "1"},
         "ScenarioAnalysis": {"IsCollisionScenario": false, "Justification": "none"}}"#;
@@ -115,7 +148,7 @@ fn collisions_in_many_words() {
         (
             r#"{"collision": false, "obstacles": [{"id": "4, 5", "risk_score": 3}], "justification": ""}"#,
             (false, &[]),
-            "is not the id of one obstacle",
+            "is not an obstacle id",
         ),
         (
             "{'collision': True, 'obstacles': [{'id': 4, 'risk_score': 0, 'reason': None},], /* sure */}",
@@ -126,7 +159,7 @@ fn collisions_in_many_words() {
         (
             "{\"id\": 4, \"risk_score\": 2}\n{\"id\": 5, \"risk_score\": 0}\n{\"collision\": true, \"justification\": \"j\"}",
             (true, &[(4, 2), (5, 0)]),
-            "several objects were put together",
+            "several objects were merged",
         ),
         (
             r#"{"collision": true, "obstacles": [{"id": 4, "risk_score": 0, "reason": "r"}, {"id": 5, "ri"#,
@@ -228,35 +261,31 @@ fn what_cannot_be_read_says_why() {
         (
             c,
             r#"{"collision": true, "is_collision": false}"#,
-            "`collision` and `is_collision` do not agree",
+            "`collision` and `is_collision` disagree",
         ),
         (c, "```json\n{", "breaks off"),
         (c, r#"{"obstacles": [{"id": 4"#, "breaks off"),
-        (c, r#"{"collision": "perhaps"}"#, "does not say `collision`"),
+        (c, r#"{"collision": "perhaps"}"#, "has no `collision`"),
         (
             Task::Safety,
             r#"{"HighRiskObstacle": {"ObstacleID": "4"}}"#,
-            "does not say `safety_critical`",
+            "has no `safety_critical`",
         ),
         (
             Task::Attacker,
             r#"{"collision": true}"#,
-            "does not say `attacker`",
+            "has no `attacker`",
         ),
-        (
-            Task::Trajectory,
-            r#"{"obstacle": 4}"#,
-            "does not say `obstacle`",
-        ),
+        (Task::Trajectory, r#"{"obstacle": 4}"#, "has no `obstacle`"),
         (
             Task::Trajectory,
             r#"{"waypoints": [[0, 1, 2], [1, 2, 3]]}"#,
-            "which obstacle",
+            "no obstacle to move",
         ),
         (
             Task::Trajectory,
             r#"{"obstacle": 4, "waypoints": [[1, 1, 2], [0, 2, 3]]}"#,
-            "order of time",
+            "in time order",
         ),
         (
             Task::Trajectory,
@@ -266,12 +295,12 @@ fn what_cannot_be_read_says_why() {
         (
             Task::Trajectory,
             r#"{"obstacle": 4, "waypoints": [{"step": 1, "x": 1}]}"#,
-            "waypoint 1: it has no position",
+            "waypoint 1: no position",
         ),
         (
             Task::Trajectory,
             r#"{"obstacle": 4, "manoeuvre": {"kind": "fly", "start": 1, "duration": 1}}"#,
-            "no manoeuvre `fly`",
+            "unknown manoeuvre `fly`",
         ),
         (
             Task::Trajectory,
@@ -320,4 +349,33 @@ fn large_answers_take_no_long_time_and_give_no_long_notes() {
             }
         }
     }
+}
+
+#[test]
+fn the_score_that_was_written_stays_beside_that_of_the_group() {
+    let answer = r#"{"HighRiskObstacles": [{"id": 7, "risk_score": 4, "reason": "far"}, {"id": 8, "risk_score": 2}],
+        "safety_critical": false, "justification": "j"}"#;
+    let parsed = parse(Task::Safety, answer).unwrap();
+    let scores: Vec<_> = parsed
+        .verdict
+        .obstacles
+        .iter()
+        .map(|o| (o.id, o.risk_score, o.written_score, o.stated_score()))
+        .collect();
+    assert_eq!(scores, [(7, 2, Some(4), 4), (8, 2, None, 2)]);
+    let ParseQuality::Repaired(notes) = &parsed.how else {
+        panic!("{:?}", parsed.how)
+    };
+    assert!(
+        notes.iter().any(|note| note.contains("obstacle 7 differs")),
+        "{notes:?}"
+    );
+    // It comes back from the store, and is not asked for.
+    let json = serde_json::to_string(&parsed.verdict).unwrap();
+    assert_eq!(
+        serde_json::from_str::<Verdict>(&json).unwrap(),
+        parsed.verdict
+    );
+    let schema = crate::verdict::schema(Task::Safety).to_string();
+    assert!(!schema.contains("written_score") && !schema.contains("token_probability"));
 }

@@ -1,14 +1,15 @@
 //! A dry run: a batch's questions and their estimated consumption, before anything is sent.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
+use super::plan::Origin;
 use super::{BatchError, BatchPlan, parts};
 use crate::evaluation::batch::{Ask, Estimate, PreparedQuestions};
-use crate::evaluation::{Judges, Question, can_ask};
+use crate::evaluation::{AxisValues, Judges, Question, can_ask};
 use crate::formats::Entry;
 use crate::planner::Cancel;
-use crate::store::{Identity, Item, Key, NewItem, Store};
+use crate::store::{Identity, Item, Key, NewItem, SplitPart, Store};
 
 /// The questions of a batch.
 #[derive(Debug, Default)]
@@ -21,8 +22,10 @@ pub struct DryRun {
     pub unlabelled: Vec<String>,
     /// Warnings about the scenarios.
     pub doubts: Vec<String>,
-    /// For each model a question that would be sent to it.
-    first: BTreeMap<String, Arc<Question>>,
+    /// The requests that are counted, each with its sample.
+    keys: HashSet<(Key, u32)>,
+    /// For each model and values of axes a question that would be sent to it.
+    first: BTreeMap<(String, AxisValues), Arc<Question>>,
 }
 
 /// Events while questions are built.
@@ -50,6 +53,7 @@ impl BatchPlan {
         on_event: &mut dyn FnMut(DryRunEvent<'_>),
     ) -> Result<Option<DryRun>, BatchError> {
         let mut dry_run = DryRun::default();
+        let anew = self.asked_anew();
         let mut done = 0;
         let prepare = |(entry, asks): &(Entry, Vec<Ask>)| {
             self.builder
@@ -58,7 +62,10 @@ impl BatchPlan {
         for part in parts(&self.scenarios, prepare) {
             done += part.len();
             for ((entry, _), prepared) in part {
-                dry_run.add(&entry.name, prepared?)?;
+                let split = self.spec.subset.split;
+                let of_split = split.map(|split| split.part(&entry.name));
+                let asked = self.part.is_none() || self.part == of_split;
+                dry_run.add(&entry.name, prepared?, &anew, (of_split, asked))?;
             }
             if cancel.is_asked() {
                 return Ok(None);
@@ -68,12 +75,33 @@ impl BatchPlan {
                 dry_run: &dry_run,
             });
         }
+        dry_run.doubts.extend(dry_run.one_sided_parts());
         Ok(Some(dry_run))
     }
 }
 
+impl BatchPlan {
+    /// The questions that are asked although the store has their answers.
+    fn asked_anew(&self) -> HashSet<Identity<'_>> {
+        let items: &[Item] = match &self.origin {
+            Origin::Stored(stored) => &stored.items,
+            Origin::New { .. } => &[],
+        };
+        let anew = items.iter().filter(|item| self.selection.asks_anew(item));
+        anew.map(|item| item.asked.identity()).collect()
+    }
+}
+
 impl DryRun {
-    fn add(&mut self, scenario: &str, prepared: PreparedQuestions) -> Result<(), BatchError> {
+    /// Adds the questions about a scenario with its part of a split, and whether that is asked; the answers to those of
+    /// `anew` are not taken from the store.
+    fn add(
+        &mut self,
+        scenario: &str,
+        prepared: PreparedQuestions,
+        anew: &HashSet<Identity<'_>>,
+        (of_split, asked): (Option<SplitPart>, bool),
+    ) -> Result<(), BatchError> {
         if let Some(wrong) = prepared.wrong {
             return Err(wrong.into());
         }
@@ -83,22 +111,67 @@ impl DryRun {
         let doubts = prepared.doubts.iter();
         self.doubts
             .extend(doubts.map(|doubt| format!("{scenario}: {doubt}")));
-        for (model, question) in prepared.first {
-            self.first.entry(model).or_insert(question);
+        for (model, settings, question) in prepared.first.into_iter().filter(|_| asked) {
+            self.first.entry((model, settings)).or_insert(question);
         }
-        for (item, size) in prepared.items {
-            self.estimate.add(size, item.unaskable.as_deref());
+        for (mut item, mut size) in prepared.items {
+            item.split = of_split;
+            if let Some(size) = &mut size {
+                size.stored &= !anew.contains(&item.identity());
+            }
+            let key = item.key.as_ref().map(|key| (key.clone(), item.sample));
+            let to_send = size.as_ref().is_some_and(|size| !size.stored);
+            let is_repeated = || key.is_some_and(|key| !self.keys.insert(key));
+            match asked {
+                true if to_send && is_repeated() => self.estimate.repeated += 1,
+                true => self.estimate.add(size, item.unaskable.as_deref()),
+                false => {}
+            }
             self.items.push(item);
         }
         Ok(())
     }
 
+    /// The questions of a part of the split, and how many of them are about a dangerous window.
+    #[must_use]
+    pub fn part(&self, part: SplitPart) -> (usize, usize) {
+        let of_part = self.items.iter().filter(|item| item.split == Some(part));
+        of_part.fold((0, 0), |(all, dangerous), item| {
+            (
+                all + 1,
+                dangerous + usize::from(item.collides == Some(true)),
+            )
+        })
+    }
+
+    /// Warnings about parts of a split whose windows are all of one kind.
+    fn one_sided_parts(&self) -> Vec<String> {
+        let warning = |part: SplitPart| {
+            let (kind, without) = match self.part(part) {
+                (0, _) => return None,
+                (_, 0) => ("dangerous", "recall and F1"),
+                (all, dangerous) if all == dangerous => ("safe", "specificity"),
+                _ => return None,
+            };
+            Some(format!(
+                "split: the {} part has no {kind} window, so {without} have no value there; change its seed or its share",
+                part.name()
+            ))
+        };
+        [SplitPart::Dev, SplitPart::Test]
+            .into_iter()
+            .filter_map(warning)
+            .collect()
+    }
+
     /// The models that cannot be asked as things stand, and why. Nothing is sent; a command that prints a key is run.
     pub async fn refused(&self, judges: &Judges) -> Vec<(String, String)> {
         let mut refused = Vec::new();
-        for (model, question) in &self.first {
-            if let Err(why) = can_ask(question, &judges[model]).await {
-                refused.push((model.clone(), why.to_string()));
+        for ((model, settings), question) in &self.first {
+            if let Err(why) = can_ask(question, &judges[model].under(settings)).await {
+                let of_settings = settings.words().map(|words| format!(" ({words})"));
+                let name = format!("{model}{}", of_settings.unwrap_or_default());
+                refused.push((name, why.to_string()));
             }
         }
         refused

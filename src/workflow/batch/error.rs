@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::evaluation::LabelError;
 use crate::evaluation::batch::{SpecError, TruthError};
-use crate::store::{BatchId, StoreError};
+use crate::evaluation::{LabelError, Lead};
+use crate::store::{BatchId, SplitPart, StoreError};
 use crate::system;
 
 /// Why a batch cannot be started or resumed.
@@ -25,8 +25,21 @@ pub enum BatchError {
     #[error("--truth: {0}")]
     Label(#[from] LabelError),
     /// The labels of another truth fit no scenario of the batch.
-    #[error("--truth: it says nothing about any scenario of {0}; its truth stays as it was")]
+    #[error("--truth: has no label for any scenario of {0}; its truth is unchanged")]
     NoLabel(BatchId),
+    /// No scenario of a new batch has a label.
+    #[error("no label for any of {scenarios} scenario{}; ground truth: {truth}", if *.scenarios == 1 { "" } else { "s" })]
+    Unlabelled {
+        /// How many scenarios there are.
+        scenarios: usize,
+        /// Where the truth is from.
+        truth: String,
+    },
+    /// A part of a split is to be asked, and there is no split.
+    #[error(
+        "--split: the scenarios have no split; add `split = {{ test = 0.5 }}` to the experiment file, or use --test-share"
+    )]
+    NoSplit,
     /// The specification cannot be used.
     #[error(transparent)]
     Spec(#[from] SpecError),
@@ -42,10 +55,10 @@ pub enum BatchError {
     #[error("{0}")]
     Question(String),
     /// A draft is for another task or frame than is asked.
-    #[error("{0}: the draft is for another task or frame than the batch asks about")]
+    #[error("{0}: the draft is for another task or frame than the batch")]
     Draft(String),
     /// Samples cannot be taken away from a batch.
-    #[error("--samples {wanted}: {batch} has {has} already, and they are not taken away")]
+    #[error("--samples {wanted}: {batch} already has {has}, and samples cannot be removed")]
     FewerSamples {
         /// The samples asked for.
         wanted: u32,
@@ -54,19 +67,43 @@ pub enum BatchError {
         /// The samples it has.
         has: u32,
     },
+    /// One part of a split has no scenario.
+    #[error("split: no scenario is in the {} part; change its seed or its share", .0.name())]
+    EmptyPart(SplitPart),
     /// Several leads without the safety task.
     #[error(
-        "{option}: windows of the collision task end with the recording; several leads are for --task safety"
+        "{option}: windows of the collision task have no lead; several leads are for --task safety"
     )]
     Leads {
         /// The option that names them.
         option: &'static str,
     },
+    /// Leads of a batch that asks about the paper's windows.
+    #[error(
+        "{option}: the batch asks about the windows of the paper (--protocol paper), which have no leads"
+    )]
+    PaperWindows {
+        /// The option that names them.
+        option: &'static str,
+    },
+    /// A lead at which a contact is later than the truth of a window looks.
+    #[error(
+        "{option} {lead}: the contact is later than --within {within} s after the window, which makes the window safe; \
+         use a shorter lead, or a new batch with a longer --within"
+    )]
+    Beyond {
+        /// The option that names it.
+        option: &'static str,
+        /// The lead.
+        lead: Lead,
+        /// How far the truth looks, seconds.
+        within: f64,
+    },
     /// The store has no such batch.
-    #[error("there is no batch {0}; `nearmiss evaluate --list` lists them")]
+    #[error("no batch {0}; `nearmiss evaluate --list` lists all")]
     NoBatch(BatchId),
     /// The store has no batch at all.
-    #[error("there is no batch yet; `nearmiss evaluate --list` lists them")]
+    #[error("no batch yet; `nearmiss evaluate --list` lists all")]
     NoBatchYet,
     /// The store cannot be read or written.
     #[error(transparent)]

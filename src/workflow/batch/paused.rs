@@ -20,6 +20,25 @@ pub struct PausedModel {
     pub open: usize,
 }
 
+impl PausedModel {
+    /// Who was not asked further, and why.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let after = match self.after {
+            1 => "after one rejected question".to_string(),
+            after => format!("after {after} questions in a row without an answer"),
+        };
+        let open = match self.open {
+            1 => "1 question stays open".to_string(),
+            open => format!("{open} questions stay open"),
+        };
+        format!(
+            "{}: not asked further {after}: {}; {open}",
+            self.who, self.why
+        )
+    }
+}
+
 /// Consecutive outages of one provider.
 #[derive(Debug)]
 pub(super) struct Watch {

@@ -6,11 +6,16 @@ use std::sync::Arc;
 
 use super::resume::StoredBatch;
 use super::{BatchError, DryRun, Relabelling, Selection};
-use crate::evaluation::batch::{Ask, Matrix, QuestionBuilder, Shard, Spec, Truth, TruthSource};
+use crate::evaluation::batch::{
+    Ask, BatchWindows, Matrix, QuestionBuilder, Shard, Spec, Subset, Truth, TruthSource,
+    WindowSource, path_of,
+};
+use crate::evaluation::report::Comparison;
 use crate::formats::{EgoSelection, Entry, EntryLocation};
 use crate::metrics::Thresholds;
+use crate::planner::Cancel;
 use crate::prompts::Library;
-use crate::store::{BatchId, Store, StoreError};
+use crate::store::{Batch, BatchId, SplitPart, Store, StoreError};
 
 /// A batch that is to be begun.
 #[derive(Debug)]
@@ -31,6 +36,10 @@ pub struct BatchRequest {
     pub drafts: BTreeMap<String, String>,
     /// The address of the server, where it is not the provider's own.
     pub base_url: Option<String>,
+    /// Which comparisons of its answers matter.
+    pub comparison: Comparison,
+    /// Which of the scenarios are asked about, and in which parts; `entries` are those that its filter selects.
+    pub subset: Subset,
 }
 
 /// A batch ready to run: a new or a resumed one.
@@ -41,14 +50,30 @@ pub struct BatchPlan {
     pub builder: Arc<QuestionBuilder>,
     /// Warnings about the ground truth.
     pub doubts: Vec<String>,
+    /// How many safe scenarios have no window to ask about, and why; `None` if all have one.
+    pub left_out: Option<String>,
     /// Which of its questions are asked.
     pub selection: Selection,
+    /// The part of its split that is asked; `None` for all.
+    pub part: Option<SplitPart>,
     /// Changed ground truth of a resumed batch.
     pub relabelling: Option<Relabelling>,
     pub(super) truth: Truth,
     /// Questions to ask about each scenario.
     pub(super) scenarios: Vec<(Entry, Vec<Ask>)>,
     pub(super) origin: Origin,
+}
+
+/// Events while a batch is planned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlanningEvent {
+    /// Windows are to be drawn: recordings that were read, and how many there are.
+    Read {
+        /// Recordings so far.
+        done: usize,
+        /// Recordings in all, each once for every length of windows.
+        of: usize,
+    },
 }
 
 /// Whether the batch is already stored.
@@ -58,28 +83,18 @@ pub(super) enum Origin {
 }
 
 impl BatchRequest {
-    /// Plans the batch; nothing is written.
+    /// What the batch asks, as the store keeps it.
     ///
     /// # Errors
-    /// See [`BatchError`].
-    pub fn plan(
-        mut self,
-        library: &Library,
-        thresholds: &Arc<Thresholds>,
-    ) -> Result<BatchPlan, BatchError> {
+    /// A path cannot be resolved, or a draft is not for what is asked.
+    pub fn spec(&mut self, library: &Library, thresholds: &Thresholds) -> Result<Spec, BatchError> {
         for entry in &mut self.entries {
             if let EntryLocation::File(path) = &mut entry.place {
                 *path = absolute(path)?;
             }
         }
-        // Of all scenarios, so that every part has the same one.
-        let source = self
-            .truth
-            .unwrap_or_else(|| TruthSource::usual(&self.entries));
-        let (truth, doubts) = Truth::open(&source, &self.entries)?;
-        if let Some(shard) = self.shard {
-            self.entries.retain(|entry| shard.has(&entry.name));
-        }
+        let truth = self.truth.clone();
+        let truth = truth.unwrap_or_else(|| TruthSource::usual(&self.entries));
         let paths = self.paths.iter().map(|path| {
             match matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
                 true => Ok(path.clone()),
@@ -88,34 +103,120 @@ impl BatchRequest {
         });
         let mut spec = Spec {
             paths: paths.collect::<Result<_, _>>()?,
-            matrix: self.matrix,
-            truth: source,
+            matrix: self.matrix.clone(),
+            truth,
             templates: BTreeMap::new(),
             thresholds: Spec::thresholds_of(thresholds),
-            base_url: self.base_url,
-            ego: self.ego,
-            drafts: self.drafts,
+            base_url: self.base_url.clone(),
+            ego: self.ego.clone(),
+            drafts: self.drafts.clone(),
+            comparison: self.comparison.clone(),
+            subset: self.subset.clone(),
         };
         spec.templates = Spec::templates_of(&spec.matrix, &spec.library(library)?);
-        if let Some(file) = spec
-            .drafts
-            .keys()
-            .find(|file| !spec.templates.contains_key(*file))
-        {
-            return Err(BatchError::Draft(file.clone()));
+        let unused = |file: &&String| !spec.templates.contains_key(*file);
+        match spec.drafts.keys().find(unused) {
+            Some(file) => Err(BatchError::Draft(file.clone())),
+            None => Ok(spec),
         }
-        let asks = spec.matrix.asks();
-        let scenarios = self.entries.into_iter();
-        Ok(BatchPlan {
-            builder: Arc::new(spec.builder(library, Arc::clone(thresholds))?),
+    }
+
+    /// The stored batch that asks the same, the last one of several.
+    ///
+    /// # Errors
+    /// See [`BatchError`].
+    pub fn stored(
+        &mut self,
+        store: &Store,
+        library: &Library,
+        thresholds: &Thresholds,
+    ) -> Result<Option<BatchId>, BatchError> {
+        let shard = self.shard.map(|shard| shard.to_string());
+        let all = self.asking_the_same(store, library, thresholds)?;
+        let same = all.into_iter().filter(|batch| batch.shard == shard);
+        Ok(same.map(|batch| batch.id).max())
+    }
+
+    /// The stored batches that ask the same about parts of the scenarios, each with its part, such as `1/4`.
+    ///
+    /// # Errors
+    /// See [`BatchError`].
+    pub fn stored_parts(
+        &mut self,
+        store: &Store,
+        library: &Library,
+        thresholds: &Thresholds,
+    ) -> Result<Vec<(BatchId, String)>, BatchError> {
+        let all = self.asking_the_same(store, library, thresholds)?;
+        let parts = all
+            .into_iter()
+            .filter_map(|batch| Some((batch.id, batch.shard?)));
+        Ok(parts.collect())
+    }
+
+    /// The stored batches that ask the same, about all scenarios or parts of them, the newest first.
+    fn asking_the_same(
+        &mut self,
+        store: &Store,
+        library: &Library,
+        thresholds: &Thresholds,
+    ) -> Result<Vec<Batch>, BatchError> {
+        let spec = self.spec(library, thresholds)?.to_json();
+        let all = store.batches()?.into_iter().map(|(batch, _)| batch);
+        Ok(all.filter(|batch| batch.spec == spec).collect())
+    }
+
+    /// Plans the batch; nothing is written. Drawing windows reads all recordings: nothing where `cancel` asked for an
+    /// end.
+    ///
+    /// # Errors
+    /// See [`BatchError`].
+    pub fn plan(
+        mut self,
+        library: &Library,
+        thresholds: &Arc<Thresholds>,
+        cancel: &Cancel,
+        on_event: &mut dyn FnMut(PlanningEvent),
+    ) -> Result<Option<BatchPlan>, BatchError> {
+        let spec = self.spec(library, thresholds)?;
+        let split = spec.subset.split;
+        if let Some(part) = split.and_then(|split| split.empty_part(&self.entries)) {
+            return Err(BatchError::EmptyPart(part));
+        }
+        // Of all scenarios, so that every part has the same ones.
+        let (truth, doubts) = Truth::open(&spec.truth, &self.entries)?;
+        let builder = Arc::new(spec.builder(library, Arc::clone(thresholds))?);
+        let source = WindowSource {
+            matrix: &spec.matrix,
+            entries: &self.entries,
+            builder: &builder,
+            split,
+            cancel,
+        };
+        let on_read = &mut |done, of| on_event(PlanningEvent::Read { done, of });
+        let Some((windows, left_out)) = BatchWindows::draw(&source, &truth, on_read) else {
+            return Ok(None);
+        };
+        if let Some(shard) = self.shard {
+            self.entries.retain(|entry| shard.has(&entry.name));
+        }
+        let asks = |entry: Entry| {
+            let asks = spec.matrix.asks(&windows, &path_of(&entry));
+            (entry, asks)
+        };
+        let scenarios = self.entries.into_iter().map(asks).collect();
+        Ok(Some(BatchPlan {
+            builder,
             doubts,
+            left_out,
             selection: Selection::Open,
+            part: None,
             relabelling: None,
             truth,
-            scenarios: scenarios.map(|entry| (entry, asks.clone())).collect(),
+            scenarios,
             origin: Origin::New { shard: self.shard },
             spec,
-        })
+        }))
     }
 }
 
@@ -130,6 +231,38 @@ impl BatchPlan {
             }
         }
         models
+    }
+
+    /// Asks only a part of the split; `None` asks all.
+    ///
+    /// # Errors
+    /// There is no split.
+    pub fn ask_part(&mut self, part: Option<SplitPart>) -> Result<(), BatchError> {
+        if part.is_some() && self.spec.subset.split.is_none() {
+            return Err(BatchError::NoSplit);
+        }
+        self.part = part;
+        Ok(())
+    }
+
+    /// Whether there is something to ask about.
+    ///
+    /// # Errors
+    /// It is a new batch, and none of its scenarios has a label.
+    pub fn check_labels(&self, dry_run: &DryRun) -> Result<(), BatchError> {
+        if dry_run.items.is_empty() && !self.is_stored() {
+            return Err(BatchError::Unlabelled {
+                scenarios: self.scenarios(),
+                truth: self.spec.truth.words(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Whether the batch is in the store already.
+    #[must_use]
+    pub fn is_stored(&self) -> bool {
+        matches!(self.origin, Origin::Stored(_))
     }
 
     /// How many scenarios it asks about.

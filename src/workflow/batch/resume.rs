@@ -4,15 +4,18 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::plan::Origin;
+use super::plan::{Origin, PlanningEvent};
 use super::{BatchError, BatchPlan, DryRun, Selection};
 use crate::evaluation::batch::{
-    Ask, Matrix, MatrixAdditions, Relabelled, Spec, Truth, TruthSource, Variant, retold, way_of,
+    Ask, AskedWindow, BatchWindows, Matrix, MatrixAdditions, Relabelled, Spec, Truth, TruthSource,
+    Variant, WindowSource, retold, way_of,
 };
-use crate::evaluation::{Lead, PromptConfig};
+use crate::evaluation::{Lead, PromptConfig, Protocol};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
+use crate::planner::Cancel;
 use crate::prompts::Library;
+use crate::scenario::Scene;
 use crate::store::{Batch, BatchId, Identity, Item, NewItem, Store, StoreError};
 use crate::verdict::Task;
 
@@ -45,7 +48,7 @@ pub struct Relabelling {
 /// A batch as the store has it, and what is added to it.
 pub(super) struct StoredBatch {
     batch: Batch,
-    items: Vec<Item>,
+    pub(super) items: Vec<Item>,
     /// The specification without what is added.
     before: Spec,
     /// The first lead, where questions have to name it from now on.
@@ -54,7 +57,7 @@ pub(super) struct StoredBatch {
 }
 
 impl ResumeRequest {
-    /// Plans to go on.
+    /// Plans to go on. Drawing windows of what is added reads all recordings: nothing where `cancel` asked for an end.
     ///
     /// # Errors
     /// See [`BatchError`].
@@ -63,7 +66,9 @@ impl ResumeRequest {
         store: &Store,
         library: &Library,
         thresholds: &Arc<Thresholds>,
-    ) -> Result<BatchPlan, BatchError> {
+        cancel: &Cancel,
+        on_event: &mut dyn FnMut(PlanningEvent),
+    ) -> Result<Option<BatchPlan>, BatchError> {
         let batch = self.batch(store)?;
         let stored = |error| BatchError::Stored {
             batch: batch.id,
@@ -110,17 +115,44 @@ impl ResumeRequest {
             }
         }
         let extended = self.more.any();
-        Ok(BatchPlan {
+        let mut windows = BatchWindows::of_items(&items).map_err(BatchError::Question)?;
+        let mut left_out = None;
+        if extended {
+            let entries: Vec<Entry> = paths(&items).into_iter().map(entry).collect();
+            // Files with labels may be gone; then what the questions say is what is known.
+            let truth = match Truth::open(&spec.truth, &entries) {
+                Ok((truth, _)) => truth,
+                Err(_) => Truth::known(&items),
+            };
+            let source = WindowSource {
+                matrix: &spec.matrix,
+                entries: &entries,
+                builder: &builder,
+                split: spec.subset.split,
+                cancel,
+            };
+            let label = |entry: &Entry, scene: &Scene| truth.label(entry, Some(scene));
+            let on_read = &mut |done, of| on_event(PlanningEvent::Read { done, of });
+            match windows.add(&source, &label, on_read) {
+                Some(words) => left_out = words,
+                None => return Ok(None),
+            }
+        }
+        let asked = extended.then_some((&spec, &windows));
+        let scenarios = scenarios(&items, self.selection, asked)?;
+        Ok(Some(BatchPlan {
             builder: Arc::new(builder),
             doubts,
+            left_out,
             selection: self.selection,
+            part: None,
             relabelling,
             truth: match spec.truth {
                 // Of files that could not be read before.
                 TruthSource::Geometry => Truth::Geometry,
                 TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
             },
-            scenarios: scenarios(&items, self.selection, extended.then_some(&spec))?,
+            scenarios,
             spec,
             origin: Origin::Stored(Box::new(StoredBatch {
                 batch,
@@ -129,7 +161,7 @@ impl ResumeRequest {
                 first_lead,
                 extended,
             })),
-        })
+        }))
     }
 
     fn batch(&self, store: &Store) -> Result<Batch, BatchError> {
@@ -148,6 +180,19 @@ impl ResumeRequest {
         if !self.more.leads.is_empty() && !spec.matrix.tasks.contains(&Task::Safety) {
             let option = "--add-lead";
             return Err(BatchError::Leads { option });
+        }
+        if !self.more.leads.is_empty() && spec.matrix.request.protocol == Protocol::Paper {
+            return Err(BatchError::PaperWindows {
+                option: "--add-lead",
+            });
+        }
+        let beyond = |lead: &&Lead| lead.is_beyond(spec.matrix.request.within);
+        if let Some(lead) = self.more.leads.iter().find(beyond) {
+            return Err(BatchError::Beyond {
+                option: "--add-lead",
+                lead: *lead,
+                within: spec.matrix.request.within.unwrap_or_default(),
+            });
         }
         Ok(())
     }
@@ -203,11 +248,11 @@ fn unlabelled(items: &[Item], labels: &[Relabelled]) -> Vec<String> {
     names.into_iter().map(String::from).collect()
 }
 
-/// The first lead in words, where the questions of a batch do not name it and have to from now on, as there are others.
+/// The first lead in words, where the questions of a batch may not name it and have to from now on: earlier versions
+/// left it out of batches with one lead.
 fn newly_named(before: &Matrix, now: &Matrix) -> Option<String> {
-    let lead = now.request.lead.filter(|_| before.more_leads.is_empty());
-    let lead = lead.filter(|_| !now.more_leads.is_empty());
-    lead.map(Lead::stored)
+    let lead = before.request.lead.filter(|_| before.more_leads.is_empty());
+    lead.filter(|_| now != before).map(Lead::stored)
 }
 
 /// The truth about scenarios that could not be read when the batch was begun, and can be now.
@@ -237,21 +282,22 @@ fn entry(path: &str) -> Entry {
 fn scenarios(
     items: &[Item],
     selection: Selection,
-    extended: Option<&Spec>,
+    extended: Option<(&Spec, &BatchWindows)>,
 ) -> Result<Vec<(Entry, Vec<Ask>)>, BatchError> {
     let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
-    for item in items.iter().filter(|item| selection.has(item.state)) {
+    for item in items.iter().filter(|item| selection.selects(item)) {
         let way = way_of(&item.asked).map_err(BatchError::Question)?;
         let variant = Variant::from_item(&item.asked).map_err(BatchError::Question)?;
         let asks = by_path.entry(&item.asked.path).or_default();
-        add(asks, way, variant, item.asked.sample);
+        let truth = AskedWindow::of_item(item);
+        add(asks, way, (variant, truth), item.asked.sample);
     }
     let all = paths(items);
-    if let Some(spec) = extended {
-        let (there, wanted) = (identities(items), spec.matrix.asks());
+    if let Some((spec, windows)) = extended {
+        let there = identities(items);
         for path in &all {
             let asks = by_path.entry(path).or_default();
-            for ask in &wanted {
+            for ask in &spec.matrix.asks(windows, path) {
                 add_missing(asks, ask, path, &there);
             }
         }
@@ -268,6 +314,7 @@ fn add_missing(asks: &mut Vec<Ask>, ask: &Ask, path: &str, there: &HashSet<Ident
     let way = &ask.way;
     let techniques = way.techniques.map(|techniques| techniques.to_string());
     let (lead, transform) = ask.variant.words();
+    let settings = way.settings.words();
     for &sample in &ask.samples {
         let new = Identity {
             path,
@@ -277,21 +324,29 @@ fn add_missing(asks: &mut Vec<Ask>, ask: &Ask, path: &str, there: &HashSet<Ident
             techniques: techniques.as_deref(),
             lead: lead.as_deref(),
             transform: transform.as_deref(),
+            window: ask.variant.window,
+            settings: settings.as_deref(),
             sample,
         };
         if !there.contains(&new) {
-            add(asks, way.clone(), ask.variant, sample);
+            add(asks, way.clone(), (ask.variant, ask.truth.clone()), sample);
         }
     }
 }
 
-fn add(asks: &mut Vec<Ask>, way: PromptConfig, variant: Variant, sample: u32) {
+fn add(
+    asks: &mut Vec<Ask>,
+    way: PromptConfig,
+    (variant, truth): (Variant, Option<AskedWindow>),
+    sample: u32,
+) {
     let same = |ask: &&mut Ask| ask.way == way && ask.variant == variant;
     match asks.iter_mut().find(same) {
         Some(ask) => ask.samples.push(sample),
         None => asks.push(Ask {
             way,
             variant,
+            truth,
             samples: vec![sample],
         }),
     }

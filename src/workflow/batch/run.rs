@@ -17,7 +17,7 @@ use crate::evaluation::{
 };
 use crate::formats::Entry;
 use crate::llm::ProviderOutage;
-use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
+use crate::store::{BatchId, Item, ItemState, Key, RunId, SplitPart, Store, StoreError};
 use crate::workflow::{AskOutcome, AskRequest, ask};
 
 /// Outcome of one question.
@@ -65,17 +65,21 @@ pub struct BatchRun {
     pub(super) builder: Arc<QuestionBuilder>,
     pub(super) judges: Judges,
     selection: Selection,
+    /// The part of its split that is asked; `None` for all.
+    part: Option<SplitPart>,
     /// Requests of each provider that are on their way at once, at least one.
     at_once: BTreeMap<String, usize>,
     slots: Arc<ProviderSlots>,
 }
 
 /// Requests to a judge that are on their way at once: as many as its provider takes, at most `concurrency`. The
-/// built-in judge answers on all cores.
+/// built-in judge answers on all cores, and recorded answers are looked up there.
 #[must_use]
 pub fn at_once(judge: &Judge, concurrency: NonZeroU32) -> usize {
     match judge {
-        Judge::Reference => std::thread::available_parallelism().map_or(1, usize::from),
+        Judge::Reference | Judge::Recorded(_) => {
+            std::thread::available_parallelism().map_or(1, usize::from)
+        }
         Judge::Model(model) => {
             let own = model.endpoint.limits.concurrency;
             own.map_or(concurrency, |own| own.min(concurrency)).get() as usize
@@ -104,6 +108,7 @@ impl BatchRun {
             store,
             builder: Arc::clone(&plan.builder),
             selection: plan.selection,
+            part: plan.part,
             at_once: at_once.collect(),
             judges,
             slots,
@@ -117,7 +122,8 @@ impl BatchRun {
     /// The store cannot be read.
     pub fn items(&self, dry_run: &DryRun) -> Result<(Vec<Item>, usize), StoreError> {
         let mut items = self.store.items(self.id)?;
-        items.retain(|item| self.selection.has(item.state));
+        items.retain(|item| self.selection.selects(item));
+        items.retain(|item| self.part.is_none() || item.asked.split == self.part);
         items.sort_by_key(|item| item.state != ItemState::Waiting);
         dry_run.copy_keys(&mut items);
         self.without_submitted(items)
@@ -232,7 +238,11 @@ impl BatchRun {
         item: Item,
         barrier: &mut Option<ProviderOutage>,
     ) -> Result<QuestionOutcome, StoreError> {
-        let judge = &self.judges[&item.asked.model];
+        let judge = match way_of(&item.asked) {
+            Ok(way) => self.judges[&item.asked.model].under(&way.settings),
+            Err(why) => return self.unanswered(item, None, ItemState::Unaskable, why),
+        };
+        let judge = &*judge;
         let question = match self.question(&item).await {
             Ok(question) => question,
             Err(why) => return self.unanswered(item, None, ItemState::Unaskable, why),
@@ -258,6 +268,9 @@ impl BatchRun {
             Err(AskError::Refused(why) | AskError::OverBudget(why)) => {
                 self.unanswered(item, key.as_ref(), ItemState::Waiting, why)
             }
+            Err(AskError::NotRecorded(why)) => {
+                self.unanswered(item, None, ItemState::Unaskable, why)
+            }
             Err(AskError::Store(error)) => Err(error),
         }
     }
@@ -266,7 +279,7 @@ impl BatchRun {
     pub(super) fn options(&self, item: &Item) -> RunOptions {
         RunOptions {
             sample: item.asked.sample,
-            fresh: false,
+            fresh: self.selection.asks_anew(item),
             batch: Some(self.id.to_string()),
         }
     }
@@ -281,7 +294,7 @@ impl BatchRun {
             builder.question(&entry, &way, &Variant::from_item(&asked)?, label_of(&asked))
         });
         let made = made.await;
-        made.map_err(|error| format!("it could not be worked out: {error}"))?
+        made.map_err(|error| format!("cannot be computed: {error}"))?
     }
 
     fn answered(
@@ -300,7 +313,7 @@ impl BatchRun {
                 (ItemState::Truncated, Some(missing.to_string()))
             }
             _ if !answer.is_whole() => {
-                let why = "the server ended the answer before it was whole";
+                let why = "the server ended the answer early";
                 let why = answer.cut_off().unwrap_or_else(|| why.to_string());
                 (ItemState::Truncated, Some(why))
             }
@@ -339,6 +352,10 @@ impl BatchRun {
         run: Option<RunId>,
         error: Option<&str>,
     ) -> Result<(), StoreError> {
+        // An answer without a verdict stays the answer until another whole one takes its place.
+        if self.selection.asks_anew(item) && state != ItemState::Answered {
+            return Ok(());
+        }
         self.store
             .set_item(self.id, item.place, key, state, run, error)
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::BatchRun;
 use crate::evaluation::batch::{Variant, label_of, way_of};
 use crate::evaluation::remote::{RemoteError, SubmissionOutcome, submit};
-use crate::evaluation::{Judge, Question, RunOptions};
+use crate::evaluation::{AxisValues, Judge, Question, RunOptions};
 use crate::formats::Entry;
 use crate::store::{Item, StoreError};
 
@@ -17,7 +17,7 @@ use crate::store::{Item, StoreError};
 pub struct SubmittedItems {
     /// By model.
     pub submitted: Vec<(String, SubmissionOutcome)>,
-    /// Questions that no provider takes: the built-in judge's.
+    /// Questions that no provider takes: those to the built-in judge or for recorded answers.
     pub own: Vec<Item>,
     /// Questions that cannot be made, with why.
     pub unaskable: Vec<(Item, String)>,
@@ -32,24 +32,26 @@ impl BatchRun {
     /// The store cannot be read or written.
     pub async fn submit(&self, items: Vec<Item>) -> Result<SubmittedItems, StoreError> {
         let mut done = SubmittedItems::default();
-        let mut by_model: BTreeMap<&str, Vec<(Question, RunOptions)>> = BTreeMap::new();
+        let mut by_model: BTreeMap<(&str, AxisValues), Vec<(Question, RunOptions)>> =
+            BTreeMap::new();
         let (own, asked): (Vec<Item>, Vec<Item>) = items
             .into_iter()
-            .partition(|item| matches!(self.judges.get(&item.asked.model), Some(Judge::Reference)));
+            .partition(|item| !matches!(self.judges.get(&item.asked.model), Some(Judge::Model(_))));
         done.own = own;
-        let made: Vec<Result<Question, String>> =
+        let made: Vec<Result<(AxisValues, Question), String>> =
             asked.par_iter().map(|item| self.made(item)).collect();
         for (item, question) in asked.iter().zip(made) {
             match question {
-                Ok(question) => {
-                    let questions = by_model.entry(&item.asked.model).or_default();
+                Ok((settings, question)) => {
+                    let questions = by_model.entry((&item.asked.model, settings)).or_default();
                     questions.push((question, self.options(item)));
                 }
                 Err(why) => done.unaskable.push((item.clone(), why)),
             }
         }
-        for (model, questions) in by_model {
-            let Some(Judge::Model(judge)) = self.judges.get(model) else {
+        for ((model, settings), questions) in by_model {
+            let judge = self.judges.get(model).map(|judge| judge.under(&settings));
+            let Some(Judge::Model(judge)) = judge.as_deref() else {
                 continue;
             };
             match submit(&questions, judge, &self.store).await {
@@ -88,11 +90,11 @@ impl BatchRun {
         Ok((left, gone))
     }
 
-    fn made(&self, item: &Item) -> Result<Question, String> {
+    fn made(&self, item: &Item) -> Result<(AxisValues, Question), String> {
         let entry = Entry::of_argument(Path::new(&item.asked.path));
         let way = way_of(&item.asked)?;
         let (variant, label) = (Variant::from_item(&item.asked)?, label_of(&item.asked));
         let question = self.builder.question(&entry, &way, &variant, label)?;
-        Ok(Question::clone(&question))
+        Ok((way.settings, Question::clone(&question)))
     }
 }

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use super::Selection;
+use super::{BatchPlan, BatchRequest, PlanningEvent, Selection};
 use crate::description::Frame;
-use crate::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
-use crate::evaluation::{Lead, PromptConfig, Question};
+use crate::evaluation::batch::{Matrix, QuestionBuilder, RequestSettings, Variant};
+use crate::evaluation::{AxisValues, Lead, PromptConfig, Question};
 use crate::formats::{EgoSelection, Entry, bundled};
 use crate::judge::judge;
 use crate::metrics::Thresholds;
+use crate::planner::Cancel;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Transform, Window};
 use crate::verdict::Task;
@@ -39,6 +40,7 @@ fn way(task: Task, frame: Frame) -> PromptConfig {
         frame: Some(frame),
         techniques: Some(Techniques::ALL),
         model: "lab/small".into(),
+        settings: AxisValues::default(),
         template: None,
     }
 }
@@ -46,7 +48,7 @@ fn way(task: Task, frame: Frame) -> PromptConfig {
 fn changed(change: Transform) -> Variant {
     Variant {
         transform: Some(change),
-        lead: None,
+        ..Variant::default()
     }
 }
 
@@ -124,6 +126,86 @@ fn new_numbers_are_described_and_can_be_told_back() {
     let known: Vec<i64> = before.obstacles.iter().map(|o| o.id).collect();
     assert!(!known.is_empty());
     assert_eq!(back, known);
+}
+
+fn request(entries: Vec<Entry>, every_scenario: bool) -> BatchRequest {
+    let tasks = [Task::Safety];
+    let request = RequestSettings {
+        every_scenario,
+        ..RequestSettings::default()
+    };
+    BatchRequest {
+        paths: Vec::new(),
+        entries,
+        matrix: Matrix {
+            tasks: tasks.to_vec(),
+            frames: vec![Frame::Ego],
+            techniques: vec![Techniques::ALL],
+            models: vec!["lab/small".into()],
+            samples: 1,
+            more_leads: Vec::new(),
+            transforms: Vec::new(),
+            axes: Default::default(),
+            request: request.drawn(&tasks),
+        },
+        ego: EgoSelection::Beside,
+        truth: None,
+        shard: None,
+        drafts: Default::default(),
+        base_url: None,
+        comparison: Default::default(),
+        subset: Default::default(),
+    }
+}
+
+#[test]
+fn where_every_scenario_is_to_be_asked_about_each_has_a_window() {
+    let thresholds = Arc::new(Thresholds::shipped().clone());
+    let library = Library::load(None);
+    let mut read = Vec::new();
+    let mut plan = |entries: Vec<Entry>, every: bool| {
+        let on_event = &mut |event| read.push(event);
+        let plan =
+            request(entries, every).plan(&library, &thresholds, &Cancel::default(), on_event);
+        plan.unwrap().unwrap()
+    };
+    let windows = |plan: &BatchPlan| -> Vec<usize> {
+        let asks = plan.scenarios.iter().map(|(_, asks)| asks);
+        asks.map(|asks| asks.iter().filter(|ask| ask.truth.is_some()).count())
+            .collect()
+    };
+    let some = plan(bundled(), false);
+    assert!(windows(&some).contains(&0), "{:?}", windows(&some));
+    let words = some.left_out.as_deref().unwrap();
+    assert!(words.contains("unlike the dangerous windows"), "{words}");
+    let all = plan(bundled(), true);
+    assert!(!windows(&all).contains(&0), "{:?}", windows(&all));
+    assert_eq!(all.left_out, None);
+    // What is matched stays as it is.
+    for ((entry, with), (_, without)) in all.scenarios.iter().zip(&some.scenarios) {
+        assert!(
+            without.iter().all(|ask| with.contains(ask)),
+            "{}",
+            entry.name
+        );
+    }
+    // Of one that collides, of safe ones alone.
+    for entry in bundled() {
+        let name = entry.name.clone();
+        assert!(windows(&plan(vec![entry], true))[0] > 0, "{name}");
+    }
+    let of = bundled().len();
+    assert!(read.contains(&PlanningEvent::Read { done: of, of }));
+}
+
+#[test]
+fn drawing_windows_can_be_cancelled() {
+    let thresholds = Arc::new(Thresholds::shipped().clone());
+    let cancel = Cancel::default();
+    cancel.ask();
+    let plan =
+        request(bundled(), true).plan(&Library::load(None), &thresholds, &cancel, &mut |_| {});
+    assert!(plan.unwrap().is_none());
 }
 
 #[test]

@@ -60,6 +60,7 @@ fn what_may_mean_something_else_cannot_be_told() {
     let (a, b, window) = cast(&scene);
     let subject = Subject {
         scene: &scene,
+        times: TimeOrigin::Recording,
         window: Some(window),
     };
     let (mine, other) = (relation(&scene, a, window.1), relation(&scene, b, window.1));
@@ -71,7 +72,7 @@ fn what_may_mean_something_else_cannot_be_told() {
     );
     assert_eq!(
         judged(heading),
-        Judgement::Unknown("it is so of another obstacle")
+        Judgement::Unknown("true for another obstacle")
     );
     let named = format!("Obstacle {a}: longitudinal gap {:.2} m", other.gap_long);
     assert_eq!(judged(named), Judgement::Wrong, "it says whom it is about");

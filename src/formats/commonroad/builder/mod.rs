@@ -43,7 +43,7 @@ impl ScenarioBuilder {
 
     pub fn sign(&mut self, at: &impl SourceLocation, sign: Sign) {
         if sign.elements.is_empty() {
-            at.note(Severity::Note, "a traffic sign that says nothing");
+            at.note(Severity::Note, "a traffic sign without elements");
         }
         self.take_id(at, sign.id);
         self.signs.push(sign);
@@ -65,7 +65,7 @@ impl ScenarioBuilder {
     pub fn obstacle(&mut self, at: &impl SourceLocation, parts: ObstacleParts) {
         if matches!(parts.role, ObstacleRole::Static | ObstacleRole::Dynamic) {
             if parts.footprint.is_none() {
-                at.warn("no shape; it is not measured");
+                at.warn("no shape; not measured");
             }
             if parts.initial.is_none() {
                 at.warn("no initial state");
@@ -121,9 +121,7 @@ impl ScenarioBuilder {
 
     fn take_id(&mut self, at: &impl SourceLocation, id: i64) {
         if !self.ids.insert(id) {
-            at.warn(format!(
-                "id {id} is used twice; the first one is meant where it is referred to"
-            ));
+            at.warn(format!("id {id} is used twice; references mean the first"));
         }
     }
 }
@@ -139,7 +137,7 @@ pub(super) fn bound(
     marking: LineMarking,
 ) -> Result<Bound, ReadError> {
     if points.len() < 2 {
-        let message = format!("{} points, at least 2 are needed", points.len());
+        let message = format!("{} points; at least 2 are needed", points.len());
         return Err(at.fail(message));
     }
     let heights = if heights.len() == points.len() {
@@ -173,13 +171,13 @@ pub(super) fn adjacent(
 pub(super) fn stop_line(at: &impl SourceLocation, points: &[Point]) -> Option<(Point, Point)> {
     if !matches!(points.len(), 0 | 2) {
         let taken = if points.len() < 2 {
-            "taken to be at the end of its lanelet"
+            "assumed at the end of its lanelet"
         } else {
-            "the first two count"
+            "the first two are used"
         };
         let count = points.len();
         at.warn(format!(
-            "a stop line of {count} points, which has none or two; {taken}"
+            "a stop line with {count} points instead of none or two; {taken}"
         ));
     }
     match points {
@@ -202,7 +200,7 @@ pub(super) fn set_quantity(state: &mut State, field: StateField, value: Option<Q
 pub(super) fn check_benchmark_id(at: &impl SourceLocation, id: &str) {
     if !benchmark_id::is_valid(id) {
         let message = format!(
-            "benchmark id `{}` does not follow the rule for such ids",
+            "benchmark id `{}` does not follow the naming scheme",
             short(id)
         );
         at.note(Severity::Note, message);

@@ -22,7 +22,7 @@ pub fn finite(
     if value.abs() <= LARGEST_NUMBER {
         Ok(value)
     } else if value.is_finite() {
-        Err(at.fail(format!("`{}` is out of all reason", written())))
+        Err(at.fail(format!("`{}` is implausible", written())))
     } else {
         Err(at.fail(format!("`{}` is not a finite number", written())))
     }
@@ -61,7 +61,7 @@ pub fn quantity(
             Err(at.fail(format!("the interval from {from} to {to} is empty")))
         }
         (None, None, None) => {
-            at.warn("it is empty and was left out");
+            at.warn("empty; left out");
             Ok(None)
         }
         _ => Err(at.fail("an interval needs both its start and its end")),
@@ -90,6 +90,6 @@ pub fn refused_step(steps: Steps) -> Option<String> {
         .into_iter()
         .find(|step| step.abs() > LATEST_STEP)?;
     Some(format!(
-        "time step {far} is out of all reason; steps up to {LATEST_STEP} are read"
+        "time step {far} is implausible; steps up to {LATEST_STEP} are read"
     ))
 }

@@ -18,7 +18,7 @@ pub fn checked(at: &impl SourceLocation, shape: Shape) -> Result<Option<Shape>, 
 /// Shapes as one; nothing, with a diagnostic, where there is none.
 pub fn union(at: &impl SourceLocation, shapes: Vec<Shape>) -> Option<Shape> {
     if shapes.is_empty() {
-        at.warn("no shape in it; it covers nothing");
+        at.warn("no shape; it covers nothing");
     }
     Shape::union(shapes)
 }

@@ -72,10 +72,10 @@ pub fn conform(scenario: &Scenario) -> Conformed {
         .iter_mut()
         .for_each(|p| traffic::problem(p, &fitted.network, &mut report));
     if problems.is_empty() {
-        report.violation("there is no planning problem, and the schema asks for one".into());
+        report.violation("no planning problem, but the schema requires one".into());
     }
     if fitted.network.lanelets.is_empty() {
-        report.violation("there is no lanelet, and the schema asks for one".into());
+        report.violation("no lanelet, but the schema requires one".into());
     }
     ids(&fitted, &mut report);
     Conformed {
@@ -97,14 +97,14 @@ fn header(scenario: &mut Scenario, report: &mut Report) {
     });
     for name in ["author", "affiliation", "source"] {
         attributes.entry(name.into()).or_insert_with(|| {
-            report.change(format!("no {name}; it is left empty"));
+            report.change(format!("no {name}; left empty"));
             String::new()
         });
     }
     let date = attributes.get("date").map(String::as_str);
     if !date.is_some_and(is_date) {
         report.violation(format!(
-            "the date is `{}`, the schema asks for one like 2026-01-31",
+            "the date is `{}`; the schema requires one like 2026-01-31",
             date.unwrap_or_default()
         ));
     }
@@ -118,7 +118,7 @@ fn header(scenario: &mut Scenario, report: &mut Report) {
     });
     match &mut scenario.location {
         None => {
-            report.change("no location; it is written as unknown".into());
+            report.change("no location; written as unknown".into());
             scenario.location = Some(Location::default());
         }
         Some(location) => place(location, report),
@@ -143,7 +143,7 @@ fn place(location: &mut Location, report: &mut Report) {
             transformation.scaling,
         ];
         if transformation.reference.is_none() || whole.contains(&None) {
-            report.change("the transformation to the Earth was filled up with its defaults".into());
+            report.change("the geo transformation was completed with defaults".into());
             transformation.reference.get_or_insert_default();
             transformation.x.get_or_insert(0.0);
             transformation.y.get_or_insert(0.0);

@@ -77,7 +77,7 @@ fn lanelet(lanelet: &Lanelet, known: &Known, report: &mut Report) -> Lanelet {
         }
     }
     if fitted.types.is_empty() {
-        report.change(format!("{name}: no type; it is written as unknown"));
+        report.change(format!("{name}: no type; written as unknown"));
         fitted.types.push(LaneletType::Unknown);
     }
     fitted
@@ -94,10 +94,7 @@ fn sign(sign: &Sign, report: &mut Report) -> Option<Sign> {
         known
     });
     if fitted.elements.is_empty() {
-        report.change(format!(
-            "sign {}, which says nothing, was left out",
-            sign.id
-        ));
+        report.change(format!("sign {} without elements was left out", sign.id));
         return None;
     }
     Some(fitted)
@@ -108,15 +105,12 @@ fn light(light: &TrafficLight, report: &mut Report) -> Option<TrafficLight> {
     fitted.cycle.retain(|phase| phase.duration > 0);
     if fitted.cycle.len() < light.cycle.len() {
         report.change(format!(
-            "light {}: phases of no duration were left out",
+            "light {}: phases without duration were left out",
             light.id
         ));
     }
     if fitted.cycle.is_empty() {
-        report.change(format!(
-            "light {}, which has no cycle, was left out",
-            light.id
-        ));
+        report.change(format!("light {} without a cycle was left out", light.id));
         return None;
     }
     if fitted.offset < 0 {
@@ -163,7 +157,7 @@ fn intersection(
     }
     keep(&mut fitted.crossings, &known.lanelets, &name, report);
     if fitted.incomings.is_empty() {
-        report.change(format!("{name}, into which no road leads, was left out"));
+        report.change(format!("{name} without incoming roads was left out"));
         return None;
     }
     Some(fitted)

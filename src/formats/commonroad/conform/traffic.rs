@@ -172,7 +172,7 @@ pub(super) fn problem(
         report.violation(format!("{name}: its initial position is not a point"));
     }
     if initial.time != Steps::exact(0) {
-        report.violation(format!("{name}: it does not begin at time step 0"));
+        report.violation(format!("{name}: does not start at time step 0"));
     }
     if problem.goals.is_empty() {
         report.violation(format!("{name} has no goal"));
@@ -196,9 +196,7 @@ fn goal(goal: &mut Goal, network: &LaneletNetwork, name: &str, report: &mut Repo
     let count = lanelets.len();
     lanelets.retain(|id| network.lanelet(*id).is_some());
     if lanelets.len() < count {
-        report.change(format!(
-            "{name}: goal lanelets that are not there were left out"
-        ));
+        report.change(format!("{name}: missing goal lanelets were left out"));
     }
     let mut regions = Vec::new();
     for position in goal.positions.drain(..) {
@@ -206,7 +204,7 @@ fn goal(goal: &mut Goal, network: &LaneletNetwork, name: &str, report: &mut Repo
             Position::Region(Shape::Group(members)) => regions.extend(members),
             Position::Region(region) => regions.push(region),
             Position::Point(_) => {
-                report.violation(format!("{name}: a goal at a point, which is not a region"));
+                report.violation(format!("{name}: the goal is a point, not a region"));
             }
             Position::Lanelets(_) => {}
         }

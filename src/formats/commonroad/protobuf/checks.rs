@@ -139,6 +139,6 @@ fn warn_of_missing(at: &FieldPath<'_>, target: Target, ids: &[i64], known: &Targ
         Target::Incoming => "incoming road",
     };
     for id in ids.iter().filter(|id| !known.has(target, **id)) {
-        at.warn(format!("it refers to {name} {id}, which is not there"));
+        at.warn(format!("refers to missing {name} {id}"));
     }
 }

@@ -127,11 +127,11 @@ impl Changes {
         let root = FieldPath::root(report, "dynamic");
         for (id, (i, _)) in &self.cycles {
             let at = root.nth("traffic_light_cycle", *i);
-            at.warn(format!("it refers to light {id}, which is not there"));
+            at.warn(format!("refers to missing light {id}"));
         }
         for (id, (i, _)) in &self.signs {
             let at = root.nth("traffic_sign_value", *i);
-            at.warn(format!("it refers to sign {id}, which is not there"));
+            at.warn(format!("refers to missing sign {id}"));
         }
     }
 }

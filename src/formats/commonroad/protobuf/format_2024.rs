@@ -29,7 +29,7 @@ pub(super) fn read(
     if head.kind == MessageKind::Map {
         let at = root("map");
         let message = format!(
-            "a map alone: no obstacles, no planning problems, and {} s a time step",
+            "a map alone: no obstacles, no planning problems, time steps of {} s",
             map::TIME_STEP_SIZE
         );
         at.note(Severity::Note, message);
@@ -45,7 +45,7 @@ pub(super) fn read(
         let at = root("dynamic");
         traffic = Some(dynamic::read(&at, bytes, &mut builder)?);
         let message =
-            "no planning problems: they are in a scenario file, whose name ends in -SC.pb";
+            "no planning problems: these are in the scenario file, whose name ends in -SC.pb";
         at.note(Severity::Note, message);
     }
     let mut parts = beside(&report, head, path)?;
@@ -70,7 +70,7 @@ pub(super) fn read(
         let (own, other) = (tasks.time_step_size, header.time_step_size);
         if own != other {
             let message =
-                format!("{own} s a time step here, {other} s in the dynamic file; {own} s taken");
+                format!("time steps of {own} s here, {other} s in the dynamic file; using {own} s");
             root("scenario").warn(message);
         }
         header = tasks;
@@ -96,7 +96,8 @@ struct Parts {
 fn beside(report: &Report, head: &FileHeader, path: Option<&Path>) -> Result<Parts, ReadError> {
     let root = FieldPath::root(report, "");
     let Some(path) = path else {
-        let message = "it is one of the files of a 2024 scenario, and can be read only from a folder with the others";
+        let message =
+            "one of the files of a 2024 scenario; it can only be read in a folder with the others";
         return Err(root.fail(message));
     };
     let mut folder = Folder::around(path);
@@ -128,13 +129,13 @@ fn part(
         root.fail(
             match why {
                 NotFound::Missing => format!(
-                    "it needs the {what} `{shown}`, which is not beside it: there is no {shown}.pb, and no other .pb file has that id; put it into the same folder"
+                    "needs the {what} `{shown}`, but the folder has no {shown}.pb and no other .pb file with that id; put it into the same folder"
                 ),
                 NotFound::Several(files) => {
                     let names = files.iter().filter_map(|f| f.file_name());
                     let names: Vec<_> = names.map(|n| n.to_string_lossy()).collect();
                     format!(
-                        "it needs the {what} `{shown}`, and several files beside it say that they are: {}; name the right one {shown}.pb",
+                        "needs the {what} `{shown}`, but several files beside it have that id: {}; rename the right one to {shown}.pb",
                         short(&names.join(", "))
                     )
                 }
@@ -144,7 +145,7 @@ fn part(
     let name = file.display().to_string();
     if let Some(other) = folder.head(&file).filter(|h| h.id != id) {
         let message = format!(
-            "it needs the {what} `{shown}`; {name}, taken for its name, is `{}`",
+            "needs the {what} `{shown}`; {name}, chosen by its name, is `{}`",
             short(&other.id)
         );
         root.warn(message);

@@ -94,7 +94,7 @@ pub(super) fn of_file(
     let text = message.license_text.as_deref().unwrap_or_default();
     if !(name.is_empty() && text.is_empty()) {
         let name = short(name);
-        let message = format!("the licence `{name}` has no place here and was left out");
+        let message = format!("the licence `{name}` is not supported and was left out");
         at.note(Severity::Note, message);
     }
     let texts = [&message.author, &message.affiliation, &message.source];

@@ -47,7 +47,7 @@ pub(super) fn read(
     let (map, header) = root.need("map_meta_information", parts.information.take())?;
     builder.location = Some(root.need("location", parts.location.take())?);
     if parts.areas > 0 {
-        let message = format!("{} areas have no place here and were left out", parts.areas);
+        let message = format!("{} areas are not supported and were left out", parts.areas);
         root.note(Severity::Note, message);
     }
     for (i, pending) in std::mem::take(&mut parts.lanelets).into_iter().enumerate() {
@@ -136,7 +136,7 @@ impl Parts {
         if let Some(id) = pending.stop_line {
             lanelet.stop_line = self.stop_lines.get(&i64::from(id)).cloned();
             if lanelet.stop_line.is_none() {
-                at.warn(format!("it refers to stop line {id}, which is not there"));
+                at.warn(format!("refers to missing stop line {id}"));
             }
         }
         Ok(lanelet)
@@ -145,7 +145,7 @@ impl Parts {
     fn border(&mut self, at: &FieldPath<'_>, side: &Side) -> Result<Bound, ReadError> {
         let id = side.boundary;
         let Some((bound, users)) = self.boundaries.get_mut(&i64::from(id)) else {
-            return Err(at.fail(format!("boundary {id} is not in the file")));
+            return Err(at.fail(format!("boundary {id} is missing")));
         };
         *users += 1;
         if *users > MOST_USERS {
@@ -166,7 +166,7 @@ fn keep_first<T>(at: &FieldPath<'_>, into: &mut HashMap<i64, T>, id: i64, value:
         Entry::Vacant(place) => {
             place.insert(value);
         }
-        Entry::Occupied(_) => at.warn(format!("id {id} is used twice; the first one is meant")),
+        Entry::Occupied(_) => at.warn(format!("id {id} is used twice; the first is used")),
     }
 }
 

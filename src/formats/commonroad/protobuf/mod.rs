@@ -68,7 +68,7 @@ fn no_message(bytes: &[u8]) -> String {
         Some(what) => return format!("this is {what}"),
         None if bytes.is_empty() => "it is empty",
         None => {
-            "it is no protobuf message of CommonRoad, or damaged at its beginning: the information of a scenario or a map is expected there as field 1"
+            "not a CommonRoad protobuf message, or damaged at its beginning: field 1 must be the information of a scenario or map"
         }
     };
     said.to_string()
@@ -83,8 +83,7 @@ fn check_size(file: &str, size: u64) -> Result<(), ReadError> {
         return Ok(());
     }
     let (size, largest) = (size.div_ceil(1 << 20), LARGEST_FILE >> 20);
-    let message =
-        format!("{size} MiB are more than a scenario needs, at most {largest} MiB are read");
+    let message = format!("{size} MiB; at most {largest} MiB are read");
     Err(fail(file, &message))
 }
 

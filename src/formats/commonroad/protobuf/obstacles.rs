@@ -128,7 +128,7 @@ fn footprint(
 fn prediction(at: &FieldPath<'_>, message: &DynamicObstacle) -> Result<Prediction, ReadError> {
     if let Some(set) = &message.set_based_prediction {
         if message.trajectory_prediction.is_some() {
-            let message = "a trajectory beside a set of occupancies was left out";
+            let message = "a trajectory beside an occupancy set was left out";
             at.field("trajectory_prediction").warn(message);
         }
         return occupancies(&at.field("set_based_prediction"), set);
@@ -140,7 +140,7 @@ fn prediction(at: &FieldPath<'_>, message: &DynamicObstacle) -> Result<Predictio
     let trajectory = at.need("trajectory", prediction.trajectory.as_ref())?;
     let shape = at.need("shape", prediction.shape.as_ref())?;
     if Some(shape) != message.shape.as_ref() {
-        let message = "another shape than the obstacle's own; its own is taken at all times";
+        let message = "shape differs from the obstacle's own, which is used throughout";
         at.field("shape").warn(message);
     }
     let at = at.field("trajectory");

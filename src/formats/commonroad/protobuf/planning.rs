@@ -20,7 +20,7 @@ pub(super) fn problem(
     let goals = goals.map(|(i, message)| goal(&at.nth("goal_states", i), message));
     let goals = goals.collect::<Result<_, _>>()?;
     if let Some(ego) = message.ego_id {
-        let message = format!("`ego_id` {ego} has no place here and was left out");
+        let message = format!("`ego_id` {ego} is not supported and was left out");
         at.note(Severity::Note, message);
     }
     Ok(PlanningProblem {
@@ -45,7 +45,7 @@ fn goal(at: &FieldPath<'_>, message: &GoalState) -> Result<Goal, ReadError> {
     let rest = state.more.iter().map(|(field, _)| *field);
     for field in acceleration.into_iter().chain(rest) {
         let name = field.name();
-        let message = format!("`{name}` of a goal has no place here and was left out");
+        let message = format!("`{name}` of a goal is not supported and was left out");
         at.note(Severity::Note, message);
     }
     Ok(Goal {

@@ -47,9 +47,7 @@ impl Report {
                 1 => String::new(),
                 count => format!(" (and {} more)", count - 1),
             };
-            let message = format!(
-                "`{value:e}` is nearer to 0 than anything that is measured; taken as it is{more}"
-            );
+            let message = format!("`{value:e}` is implausibly close to 0; used as is{more}");
             self.diagnostics
                 .push(Severity::Warning, || (0, field), message);
         }
@@ -103,7 +101,7 @@ impl<'a> FieldPath<'a> {
     pub fn no_place_for(&self, field: &str) {
         self.note(
             Severity::Note,
-            format!("`{field}` has no place here and was left out"),
+            format!("`{field}` is not supported and was left out"),
         );
     }
 
@@ -125,14 +123,14 @@ impl<'a> FieldPath<'a> {
         let message = match field {
             Ok(field) if field.missing == 0 => return Ok(field),
             Ok(field) => format!(
-                "field {} at byte {} goes on for {} bytes beyond the end; the file is cut off",
+                "field {} at byte {} extends {} bytes beyond the end; the file is truncated",
                 field.number, field.offset, field.missing
             ),
             Err(NoField { offset, cut: true }) => {
-                format!("the file ends within the field at byte {offset}; it is cut off")
+                format!("the file ends within the field at byte {offset}; it is truncated")
             }
             Err(NoField { offset, .. }) => {
-                format!("byte {offset} does not begin a protobuf field; the file is damaged")
+                format!("no protobuf field starts at byte {offset}; the file is damaged")
             }
         };
         Err(self.fail(message))
@@ -141,7 +139,7 @@ impl<'a> FieldPath<'a> {
     /// Notes a field of the file's own message that no schema knows.
     pub fn skip_unknown(&self, field: &Field<'_>) {
         let message = format!(
-            "field {} at byte {} is not known here and was left out",
+            "unknown field {} at byte {} was left out",
             field.number, field.offset
         );
         self.note(Severity::Note, message);
@@ -151,14 +149,14 @@ impl<'a> FieldPath<'a> {
     pub fn element<M: Message + Default>(&self, field: &Field<'_>) -> Result<M, ReadError> {
         let Value::Bytes(bytes) = field.value else {
             let message = format!(
-                "field {} at byte {} is no message",
+                "field {} at byte {} is not a message",
                 field.number, field.offset
             );
             return Err(self.fail(message));
         };
         if bytes.len() > LARGEST_ELEMENT {
             let message = format!(
-                "{} MiB at byte {} are more than an element can have, at most {} MiB are read",
+                "{} MiB at byte {}; at most {} MiB of an element are read",
                 bytes.len().div_ceil(1 << 20),
                 field.offset,
                 LARGEST_ELEMENT >> 20
@@ -182,7 +180,7 @@ impl<'a> FieldPath<'a> {
         let known = message.encoded_len();
         if known < bytes.len() && !self.report.incomplete.replace(true) {
             let message = format!(
-                "{} of its {} bytes are fields that are not known here, or there twice; they were left out",
+                "{} of its {} bytes are unknown or repeated fields and were left out",
                 bytes.len() - known,
                 bytes.len()
             );
@@ -199,7 +197,7 @@ impl<'a> FieldPath<'a> {
         read: impl FnOnce(&FieldPath<'_>, &M) -> Result<T, ReadError>,
     ) -> Result<(), ReadError> {
         if into.replace(read(self, &self.element(field)?)?).is_some() {
-            self.warn("it is there more than once; the last one counts");
+            self.warn("given more than once; the last one is used");
         }
         Ok(())
     }

@@ -107,7 +107,7 @@ fn sign_element(
     message: &TrafficSignElement,
 ) -> Result<SignElement, ReadError> {
     let number = message.number;
-    let number = number.ok_or_else(|| at.fail("it does not say which sign it is"))?;
+    let number = number.ok_or_else(|| at.fail("does not say which sign it is"))?;
     let id = signs::of_2020a(number);
     if id.is_none() {
         at.warn("an unknown sign; its number was left empty");

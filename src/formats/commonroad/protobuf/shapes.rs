@@ -53,7 +53,7 @@ fn inside(at: &FieldPath<'_>, content: &Content, depth: usize) -> Result<Option<
             let at = at.field("shape_group");
             return group(&at, &at.decode(bytes)?, depth).map(Some);
         }
-        Content::SemiTrailerTruck(_) => return Err(at.fail("a truck, which is no region")),
+        Content::SemiTrailerTruck(_) => return Err(at.fail("a truck is not a region")),
     };
     checked(at, shape)
 }
@@ -136,7 +136,7 @@ fn semi_trailer_truck(
         of.size("wheelbase", trailer.wheelbase)?,
         of.size("dist_from_front_to_hitch", trailer.dist_from_front_to_hitch)?,
     ];
-    at.warn("protobuf has no hitch angle; the trailer is taken to be in line");
+    at.warn("protobuf has no hitch angle; the trailer is assumed to be in line");
     Ok(builder::semi_trailer_truck(tractor, trailer))
 }
 

@@ -22,7 +22,7 @@ pub(super) fn elements(
             Sign2024::German(id) => {
                 let country = short(country);
                 at.warn(format!(
-                    "{country} has no number for this sign; the German {id} was taken"
+                    "{country} has no number for this sign; the German {id} is used"
                 ));
                 id
             }

@@ -109,7 +109,7 @@ pub(super) fn signal_state(
     let signals: Vec<_> = all.filter_map(|(signal, on)| Some((signal, on?))).collect();
     if message.time_step.is_none() {
         if !signals.is_empty() {
-            at.warn("a signal state without time was left out");
+            at.warn("a signal state without a time was left out");
         }
         return Ok(None);
     }

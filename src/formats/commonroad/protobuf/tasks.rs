@@ -38,7 +38,7 @@ pub(super) fn read(
     root.need("dynamic_id", dynamic)?;
     if cooperative > 0 {
         let message = format!(
-            "{cooperative} cooperative planning problems have no place here; their single problems are kept"
+            "{cooperative} cooperative planning problems are not supported; their single problems are kept"
         );
         root.note(Severity::Note, message);
     }

@@ -17,7 +17,7 @@ impl FieldPath<'_> {
     pub fn text(&self, text: &str) -> String {
         let allowed = allowed(text.trim());
         if let Cow::Owned(_) = allowed {
-            self.warn("control characters, which have no place in XML, were replaced by U+FFFD");
+            self.warn("control characters, not allowed in XML, were replaced by U+FFFD");
         }
         allowed.into_owned()
     }
@@ -133,7 +133,7 @@ impl FieldPath<'_> {
     pub fn word<T: Copy>(&self, words: &[T], number: i32) -> Option<T> {
         let found = word(words, number);
         if found.is_none() {
-            self.warn(format!("{number} has no meaning here and was left out"));
+            self.warn(format!("unknown value {number} was left out"));
         }
         found
     }
@@ -141,7 +141,7 @@ impl FieldPath<'_> {
     /// The word of a number; a number without one is taken as `fallback`, and noted.
     pub fn word_or<T: Copy + std::fmt::Display>(&self, words: &[T], number: i32, fallback: T) -> T {
         word(words, number).unwrap_or_else(|| {
-            self.warn(format!("{number} has no meaning here; taken as {fallback}"));
+            self.warn(format!("unknown value {number}; taken as {fallback}"));
             fallback
         })
     }
@@ -205,6 +205,10 @@ mod tests {
         let said = report.into_diagnostics();
         assert_eq!(said.len(), 2);
         assert_eq!(said[0].element, "types[1]");
-        assert!(said[0].message.starts_with("99 "), "{}", said[0].message);
+        assert!(
+            said[0].message.starts_with("unknown value 99;"),
+            "{}",
+            said[0].message
+        );
     }
 }

@@ -28,28 +28,27 @@ impl BenchmarkId {
         let parts: Vec<&str> = bare.split(':').collect();
         let [vehicles, costs, scenario, version] = parts[..] else {
             return Err(format!(
-                "it has {} parts between colons; vehicle, cost function, scenario and version are expected, \
-                 as in `KS2:SM1:DEU_Test-1_1_T-1:2020a`",
+                "{} parts between colons; expected vehicle, cost function, scenario and version, as in `KS2:SM1:DEU_Test-1_1_T-1:2020a`",
                 parts.len()
             ));
         };
         let vehicles: Vec<_> = list(vehicles).map(vehicle).collect::<Result<_, _>>()?;
         let costs: Vec<String> = list(costs).map(str::to_string).collect();
         if let Some(odd) = costs.iter().find(|c| !is_word(c)) {
-            return Err(format!("`{odd}` is not a cost function, as `SM1` is one"));
+            return Err(format!("`{odd}` is not a cost function such as `SM1`"));
         }
         if costs.len() != vehicles.len() {
             return Err(format!(
-                "{} vehicles and {} cost functions; every vehicle has one",
+                "{} vehicles but {} cost functions; each vehicle needs one",
                 vehicles.len(),
                 costs.len()
             ));
         }
         if scenario.is_empty() || version.is_empty() {
-            return Err("the scenario or its version is empty".into());
+            return Err("scenario or version is empty".into());
         }
         if !legal(scenario) || !legal(version) {
-            return Err("the scenario or its version has control characters".into());
+            return Err("scenario or version contains control characters".into());
         }
         Ok(Self {
             vehicles,
@@ -138,7 +137,7 @@ mod tests {
             ("KS9:SM1:X:2020a", "`KS9`"),
             ("XX1:SM1:X:2020a", "`XX1`"),
             ("KS:SM1:X:2020a", "`KS`"),
-            ("[KS1,KS2]:SM1:X:2020a", "2 vehicles and 1 cost"),
+            ("[KS1,KS2]:SM1:X:2020a", "2 vehicles but 1 cost"),
             ("KS1:S[M:X:2020a", "`S[M`"),
             ("KS1:SM1::2020a", "empty"),
         ] {

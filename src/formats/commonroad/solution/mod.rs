@@ -69,13 +69,13 @@ pub struct SolutionState {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SolutionError {
     /// It is empty.
-    #[error("a solution without a trajectory; it needs one a planning problem")]
+    #[error("a solution without a trajectory; it needs one per planning problem")]
     Empty,
     /// A trajectory without states.
     #[error("a trajectory without states")]
     NoStates,
     /// A state has more or fewer quantities than its kind.
-    #[error("step {step}: {found} quantities; a <{element}> has {expected}")]
+    #[error("step {step}: {found} quantities; <{element}> needs {expected}")]
     Length {
         /// Time step.
         step: i64,
@@ -87,7 +87,7 @@ pub enum SolutionError {
         expected: usize,
     },
     /// A quantity is not finite.
-    #[error("step {step}: {field} is {value}; a number within reason is needed")]
+    #[error("step {step}: {field} is {value}, which is implausible")]
     NotFinite {
         /// Time step.
         step: i64,
@@ -97,10 +97,10 @@ pub enum SolutionError {
         value: String,
     },
     /// Two states at one time step.
-    #[error("time step {0} is there twice")]
+    #[error("time step {0} is given twice")]
     Repeated(i64),
     /// A time step is beyond what the format can hold.
-    #[error("time step {0} is out of all reason")]
+    #[error("time step {0} is implausible")]
     Step(i64),
     /// The trajectory is not one of the vehicle's model.
     #[error("planning problem {problem}: a vehicle of model {model} has no <{element}>")]

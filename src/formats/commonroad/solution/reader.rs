@@ -22,13 +22,12 @@ const ROOT: &str = "CommonRoadSolution";
 pub fn read_solution(bytes: &[u8], file: &str) -> Result<Solution, ReadError> {
     let mut xml = Xml::new(bytes, file)?;
     let Some(root) = xml.next()? else {
-        let message =
-            "there is no XML element in it; a solution begins with <CommonRoadSolution …>";
+        let message = "no XML element; a solution starts with <CommonRoadSolution …>";
         return Err(xml.fail(0, message.into()));
     };
     if root.name != ROOT {
         let message = format!(
-            "the root is <{}>, a solution begins with <CommonRoadSolution …>",
+            "the root is <{}>; a solution starts with <CommonRoadSolution …>",
             short(root.name)
         );
         return Err(xml.fail(root.at, message));
@@ -42,7 +41,7 @@ pub fn read_solution(bytes: &[u8], file: &str) -> Result<Solution, ReadError> {
         let Some(kind) = kinds.iter().copied().find(|k| k.element() == child.name) else {
             let known: Vec<_> = kinds.iter().map(|k| k.element()).collect();
             let message = format!(
-                "<{}> is not a trajectory; there are {}",
+                "<{}> is not a trajectory; available: {}",
                 short(child.name),
                 known.join(", ")
             );
@@ -54,7 +53,7 @@ pub fn read_solution(bytes: &[u8], file: &str) -> Result<Solution, ReadError> {
     }
     if trajectories.len() != id.vehicles.len() {
         let message = format!(
-            "benchmark_id names {} vehicle(s), and there are {} trajectories; every vehicle has one",
+            "benchmark_id names {} vehicle(s), but there are {} trajectories; each vehicle needs one",
             id.vehicles.len(),
             trajectories.len()
         );
@@ -74,7 +73,7 @@ pub fn read_solution(bytes: &[u8], file: &str) -> Result<Solution, ReadError> {
             return Err(xml.fail_in(element, message));
         }
         if !solved.insert(planning_problem) {
-            let message = format!("planning problem {planning_problem} is solved before already");
+            let message = format!("planning problem {planning_problem} is already solved");
             return Err(xml.fail_in(element, message));
         }
         if model == VehicleModel::Pm && !POINT_MASS_COSTS.contains(&&cost[..]) {
@@ -105,8 +104,8 @@ pub fn read_solution(bytes: &[u8], file: &str) -> Result<Solution, ReadError> {
 
 fn id<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<BenchmarkId, ReadError> {
     let Some(text) = xml.attribute(root, "benchmark_id") else {
-        let message = "<CommonRoadSolution> has no benchmark_id, which says of which scenario it is and which \
-                       vehicle drives";
+        let message =
+            "<CommonRoadSolution> has no benchmark_id, which names the scenario and the vehicle";
         return Err(xml.fail(root.at, message.into()));
     };
     let id = BenchmarkId::parse(&text).map_err(|why| {
@@ -122,13 +121,13 @@ fn id<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<BenchmarkId, ReadError
     let note = |message| xml.note(Severity::Note, root, message);
     if !benchmark_id::is_valid(&id.scenario) {
         note(format!(
-            "the scenario `{}` does not follow the rule for benchmark ids",
+            "scenario `{}` does not follow the naming scheme of benchmark ids",
             short(&id.scenario)
         ));
     }
     for cost in &id.costs {
         if !COST_FUNCTIONS.contains(&&cost[..]) {
-            note(format!("cost function `{}` is not known here", short(cost)));
+            note(format!("unknown cost function `{}`", short(cost)));
         }
     }
     Ok(id)
@@ -147,9 +146,9 @@ fn date<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Option<DateTime> {
         .map(|d| d.to_datetime(jiff::civil::Time::midnight()))
         && !text.contains(['T', 't', ' '])
     {
-        (date, Some("without a time of day; taken as midnight"))
+        (date, Some("no time of day; taken as midnight"))
     } else if let Some(date) = zoned() {
-        (date, Some("with its offset from UTC; taken as UTC"))
+        (date, Some("with an offset from UTC; taken as UTC"))
     } else if let Ok(date) = text.parse::<DateTime>() {
         (date, None)
     } else {
@@ -163,7 +162,7 @@ fn date<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Option<DateTime> {
     }
     let whole = read.with().subsec_nanosecond(0).build().ok()?;
     if whole != read {
-        let message = "date: the fraction of the second was left out";
+        let message = "date: the fraction of a second was left out";
         xml.note(Severity::Note, root, message.into());
     }
     Some(whole)
@@ -215,7 +214,7 @@ fn trajectory<'a>(
         xml.check_count(element, states.len(), "states")?;
         if !seen.insert(state.step) {
             let message = format!(
-                "time step {} was there before; every step has one state",
+                "time step {} is given twice; each step needs one state",
                 state.step
             );
             return Err(xml.fail_in(child, message));
@@ -235,7 +234,7 @@ fn trajectory<'a>(
         }
     }
     if let Some(child) = disorder {
-        let message = "states were not in order of time and have been sorted";
+        let message = "states were not in time order and have been sorted";
         xml.note(Severity::Note, child, message.into());
     }
     SolutionTrajectory::new(kind, states).map_err(|e| xml.fail_in(element, e.to_string()))
@@ -296,7 +295,7 @@ fn state<'a>(
             }
         };
         if repeated {
-            let message = "it is there twice; the last one counts";
+            let message = "given twice; the last one is used";
             xml.note(Severity::Warning, child, message.into());
         }
     }

@@ -76,13 +76,13 @@ fn check(solution: &Solution) -> Result<(), SolutionError> {
     ] {
         let id = |c: char| !c.is_whitespace() && c != ':';
         if value.is_empty() || !legal(value) || !value.chars().all(id) {
-            return Err(word(what, value, "it is a word without colons"));
+            return Err(word(what, value, "must be a word without colons"));
         }
     }
     if let Some(name) = &solution.processor
         && !legal(name)
     {
-        return Err(word("processor", name, "it has control characters"));
+        return Err(word("processor", name, "contains control characters"));
     }
     if let Some(time) = solution.computation_time
         && !(time.is_finite() && time > 0.0)
@@ -106,7 +106,7 @@ fn check(solution: &Solution) -> Result<(), SolutionError> {
             return Err(word(
                 "cost function",
                 &problem.cost,
-                "it is made of letters and digits",
+                "must consist of letters and digits",
             ));
         }
     }

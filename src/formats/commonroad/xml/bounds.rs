@@ -16,7 +16,7 @@ impl<'a> Xml<'a> {
     pub(super) fn check_bounds(&self, element: Element<'a>) -> Result<(), ReadError> {
         let long = element.attributes.len();
         if self.path.len() >= DEEPEST {
-            let message = format!("elements are inside each other more than {DEEPEST} deep");
+            let message = format!("elements are nested more than {DEEPEST} deep");
             return Err(self.fail(element.at, message));
         }
         if long > LONGEST_ATTRIBUTES {

@@ -30,10 +30,10 @@ impl<'a> Xml<'a> {
             return builder::finite(&self.at(element), value, || short(&text));
         }
         let message = if text.is_empty() {
-            "it is empty, a number is expected".into()
+            "empty; expected a number".into()
         } else if text.contains(BYTE_ORDER_MARK) {
             format!(
-                "`{}` is not a number: there is a byte order mark in it; remove it",
+                "`{}` is not a number: remove the byte order mark in it",
                 short(&text.replace(BYTE_ORDER_MARK, "U+FEFF "))
             )
         } else {

@@ -1,6 +1,7 @@
 //! Grouping of the list: by country, folder, tag or verdicts of stored answers.
 
 use super::Row;
+use crate::workflow::{Agreement, Filterable};
 
 /// By what the list is grouped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -99,17 +100,6 @@ impl Grouping {
             },
         }
     }
-}
-
-/// Agreement of a scenario's stored answers with the built-in judge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Agreement {
-    /// One or more of them differ.
-    Differ,
-    /// All of them agree.
-    Agree,
-    /// There are none.
-    Nothing,
 }
 
 /// A group that is shown.

@@ -64,8 +64,8 @@ impl Order {
     #[must_use]
     pub fn doc(self) -> &'static str {
         match self {
-            Self::Found => "by name of file and folder, as they were found",
-            Self::Name => "by name, whatever the folder",
+            Self::Found => "by path",
+            Self::Name => "by name, ignoring folders",
             Self::Measure(measure) => measure.name,
             Self::Obstacles => "the most obstacles first",
             Self::Duration => "the longest first",

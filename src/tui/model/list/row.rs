@@ -1,10 +1,10 @@
 //! One scenario of the list, with its facts.
 
-use super::group::Agreement;
-use super::terms::HEADLINE;
+use crate::corpus::CorpusIndex;
 use crate::formats::Entry;
-use crate::metrics::{Headline, Measure, Nearest};
+use crate::metrics::Measure;
 use crate::tui::loaded::{Facts, country_of};
+use crate::workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
 
 /// A scenario in the list.
 #[derive(Debug)]
@@ -17,6 +17,8 @@ pub struct Row {
     pub value: Option<Option<f64>>,
     /// The user's own tags.
     pub own_tags: Vec<String>,
+    /// What the index says of it.
+    pub indexed: Indexed,
     /// Its place in the list as it was found.
     pub rank: usize,
 }
@@ -30,8 +32,18 @@ impl Row {
             facts: None,
             value: None,
             own_tags: Vec::new(),
+            indexed: Indexed::Unknown,
             rank,
         }
+    }
+
+    /// Looks it up in an index, once it was read.
+    pub fn look_up(&mut self, index: Option<&CorpusIndex>) {
+        self.indexed = match (index, &self.facts) {
+            (Some(index), Some(Ok(facts))) => index.find(&facts.hash, &self.entry.name).into(),
+            (Some(_), Some(Err(_))) => Indexed::Missing,
+            (None, _) | (_, None) => Indexed::Unknown,
+        };
     }
 
     /// Its facts, if it could be read.
@@ -55,20 +67,6 @@ impl Row {
         }
     }
 
-    /// The verdicts of stored answers; `None` until they are read.
-    #[must_use]
-    pub fn agreement(&self) -> Option<Agreement> {
-        let tally = match self.facts.as_ref()? {
-            Ok(facts) => facts.tally(),
-            Err(_) => return Some(Agreement::Nothing),
-        };
-        Some(match (tally.differ, tally.agree) {
-            (0, 0) => Agreement::Nothing,
-            (0, _) => Agreement::Agree,
-            _ => Agreement::Differ,
-        })
-    }
-
     /// The most dangerous value of a measure; the outer one is whether it is known.
     #[must_use]
     pub fn value_of(&self, measure: &Measure) -> Option<Option<f64>> {
@@ -84,12 +82,47 @@ impl Row {
     }
 }
 
-/// The most dangerous value of one of the measures [`HEADLINE`].
-#[must_use]
-pub fn nearest(headline: &Headline, measure: &Measure) -> Option<Nearest> {
-    match measure.id {
-        "risk" => headline.risk,
-        "distance" => headline.distance,
-        _ => headline.ttc,
+impl Filterable for Row {
+    fn entry(&self) -> &Entry {
+        &self.entry
+    }
+
+    fn tags(&self) -> impl Iterator<Item = &str> {
+        Self::tags(self)
+    }
+
+    fn country(&self) -> &str {
+        Self::country(self)
+    }
+
+    fn has(&self, property: Property) -> Option<bool> {
+        match property {
+            Property::Tags => Some(!self.own_tags.is_empty()),
+            Property::Error => Some(self.facts.as_ref()?.is_err()),
+            Property::Index => match self.indexed {
+                Indexed::Unknown => None,
+                Indexed::Windows(_) => Some(true),
+                Indexed::Changed | Indexed::Missing => Some(false),
+            },
+            property => self.facts()?.has(property),
+        }
+    }
+
+    fn agreement(&self) -> Option<Agreement> {
+        match self.facts.as_ref()? {
+            Ok(facts) => Some(facts.agreement()),
+            Err(_) => Some(Agreement::Nothing),
+        }
+    }
+
+    fn number(&self, number: Number) -> Option<f64> {
+        match number {
+            Number::Of(measure) => self.value_of(measure).flatten(),
+            number => self.facts()?.number(number),
+        }
+    }
+
+    fn indexed(&self) -> &Indexed {
+        &self.indexed
     }
 }

@@ -25,6 +25,7 @@ fn nearest(value: f64) -> Option<Nearest> {
 
 fn facts(risk: f64, tags: &[&str], differ: u32, agree: u32) -> Facts {
     Facts {
+        hash: String::new(),
         obstacles: 4,
         seconds: 6.0,
         country: "DEU".into(),
@@ -82,8 +83,27 @@ fn filters_fuzzily_and_keeps_the_selection() {
     list.set_filter("dbn".into());
     let matched = list
         .read
-        .matched("DEU_Bonn-1_1_T-1", &mut Matching::default());
+        .matched("DEU_Bonn-1_1_T-1", list.matched, &mut Matching::default());
     assert_eq!(matched, [0, 4, 6], "{:?}", list.visible);
+}
+
+#[test]
+fn words_are_parts_first_and_similar_names_only_where_nothing_has_them() {
+    let mut list = list(&[
+        "DEU_Bonn-1.xml",
+        "ESP_Barcelona-on-n.xml",
+        "USA_Lanker-1.xml",
+    ]);
+    list.survey(2, Ok(facts(0.0, &["urban", "bonnet"], 0, 0)));
+    list.set_filter("BONN".into());
+    assert_eq!(list.visible, [0, 2], "its name, and a tag");
+    assert_eq!(list.matched, WordMatch::Part);
+    list.set_filter("brcln".into());
+    assert_eq!(list.visible, [1]);
+    assert_eq!(list.matched, WordMatch::Fuzzy);
+    list.set_filter("risk>".into());
+    assert!(list.read.incomplete && !list.read.filters());
+    assert_eq!(list.visible.len(), 3);
 }
 
 #[test]
@@ -132,13 +152,16 @@ fn terms_ask_for_what_is_known() {
 fn a_wrong_term_is_said_and_one_that_is_being_typed_is_not() {
     let mut list = four();
     for (filter, words) in [
-        ("tga:urban", "`tga:` is no term"),
-        ("has:wheels", "knows no `wheels`, but collision"),
-        ("verdict:maybe", "knows no `maybe`"),
-        ("speed>3", "`speed` is no number"),
-        ("risk<low", "`low` is no number"),
-        ("risk<nan", "`nan` is no number"),
-        ("drac>3", "only while the list is sorted by it"),
+        ("tga:urban", "unknown filter `tga:`"),
+        (
+            "has:wheels",
+            "unknown value `wheels` of `has:`; available: collision",
+        ),
+        ("verdict:maybe", "unknown value `maybe` of `verdict:`"),
+        ("speed>3", "unknown number `speed`"),
+        ("risk<low", "`low` is not a number"),
+        ("risk<nan", "`nan` is not a number"),
+        ("drac>3", "needs the list sorted by it"),
     ] {
         list.set_filter(filter.into());
         let wrong = list.read.wrong.join(" ");

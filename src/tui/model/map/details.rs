@@ -69,7 +69,7 @@ fn what(lines: &mut Lines, obstacle: &Obstacle) {
                 let (length, width) = body.shape().size();
                 format!("{} m long, {} m wide", number(length), number(width))
             }
-            None => "not said".into(),
+            None => "not recorded".into(),
         },
     );
 }
@@ -96,8 +96,8 @@ fn motion_words(motion: &Motion) -> Vec<(&'static str, String)> {
 fn now(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, step: i64) {
     let Some(motion) = obstacle.motion_at(step) else {
         let why = match &obstacle.prediction {
-            Prediction::Occupancies(_) => "said as regions that it may cover, not as states",
-            _ => "it is not there at this step",
+            Prediction::Occupancies(_) => "given as regions (occupancy sets), not states",
+            _ => "absent at this step",
         };
         return lines.say("state", why.into());
     };
@@ -110,7 +110,7 @@ fn now(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, step: i64) {
     );
     if obstacle.role != ObstacleRole::Static {
         let rate = obstacle.yaw_rate_at(step, opened.scenario.dt());
-        let rate = rate.map_or("not said".into(), |(rate, said)| {
+        let rate = rate.map_or("not recorded".into(), |(rate, said)| {
             let how = if said { "" } else { ", from the headings" };
             format!("{} °/s{how}", hundredths(rate.to_degrees()))
         });
@@ -129,7 +129,7 @@ fn now(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, step: i64) {
 
 fn signals(obstacle: &Obstacle, step: i64) -> String {
     let Some(state) = obstacle.signals_at(step) else {
-        return "not said".into();
+        return "not recorded".into();
     };
     let on = state.signals.iter().filter(|(_, on)| *on);
     match joined(on.map(|(signal, _)| signal.to_string())) {
@@ -145,13 +145,10 @@ fn joined(words: impl Iterator<Item = String>) -> String {
 fn seen(lines: &mut Lines, opened: &Opened, scene: &Scene, obstacle: &Obstacle, step: i64) {
     let participant = scene.participants().find(|p| p.obstacle.id == obstacle.id);
     let Some(participant) = participant else {
-        return lines.say(
-            "relation",
-            "it is the ego, or has no body to measure".into(),
-        );
+        return lines.say("relation", "the ego itself, or without a body".into());
     };
     let Some(encounter) = Encounter::at(scene, &participant, step) else {
-        return lines.say("relation", "the two are not there at the same time".into());
+        return lines.say("relation", "not present at the same time".into());
     };
     let relation = Relation::new(&encounter);
     lines.say("direction", relation.direction.name().to_lowercase());
@@ -237,7 +234,7 @@ fn initial_words(state: &State) -> String {
         words.push(format!("{} m/s", hundredths(v.middle())));
     }
     if words.is_empty() {
-        return "says neither place nor speed".into();
+        return "neither position nor speed recorded".into();
     }
     words.join(", ")
 }

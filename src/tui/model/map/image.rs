@@ -10,7 +10,7 @@ pub struct Images {
     pub encoder: Option<Encoder>,
     /// What is shown.
     pub shown: Option<MapImage>,
-    requested: Option<(Picture, (u16, u16))>,
+    requested: Option<(Picture, f64, (u16, u16))>,
     is_pending: bool,
     count: u64,
 }
@@ -24,13 +24,15 @@ impl Images {
         cells: (u16, u16),
     ) -> Option<ImageRequest> {
         let encoder = self.encoder.clone()?;
-        let known = |(last, size): &(Picture, (u16, u16))| *last == picture && *size == cells;
-        if self.is_pending || self.requested.as_ref().is_some_and(known) {
+        let last = self.requested.as_ref();
+        let known =
+            last.is_some_and(|(last, at, size)| (last, at, size) == (&picture, &dpi, &cells));
+        if self.is_pending || known {
             return None;
         }
         self.is_pending = true;
         self.count += 1;
-        self.requested = Some((picture.clone(), cells));
+        self.requested = Some((picture.clone(), dpi, cells));
         Some(ImageRequest {
             picture,
             dpi,

@@ -37,6 +37,67 @@ impl Foreseen {
     }
 }
 
+/// Selects whose trails are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", from = "SavedTrails")]
+pub enum Trails {
+    /// Of no obstacle.
+    Off,
+    /// The ego's and the picked obstacle's.
+    #[default]
+    Picked,
+    /// Everyone's.
+    All,
+}
+
+/// Trails as sessions hold them; older ones say whether there are any.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum SavedTrails {
+    Any(bool),
+    Whose(SavedWhose),
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum SavedWhose {
+    Off,
+    Picked,
+    All,
+}
+
+impl From<SavedTrails> for Trails {
+    fn from(saved: SavedTrails) -> Self {
+        match saved {
+            SavedTrails::Any(false) | SavedTrails::Whose(SavedWhose::Off) => Self::Off,
+            SavedTrails::Any(true) | SavedTrails::Whose(SavedWhose::Picked) => Self::Picked,
+            SavedTrails::Whose(SavedWhose::All) => Self::All,
+        }
+    }
+}
+
+impl Trails {
+    /// The one after it.
+    #[must_use]
+    pub fn next(self) -> Self {
+        match self {
+            Self::Off => Self::Picked,
+            Self::Picked => Self::All,
+            Self::All => Self::Off,
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Picked => "of the ego and the picked one",
+            Self::All => "of all",
+        }
+    }
+}
+
 /// The layers of the map.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -47,8 +108,8 @@ pub struct Layers {
     pub signs: bool,
     /// Traffic lights and stop lines.
     pub lights: bool,
-    /// Where everyone was, and where they are recorded to go.
-    pub trails: bool,
+    /// Whose past and recorded future is drawn.
+    pub trails: Trails,
     /// Predicted and counterfactual paths.
     pub paths: Foreseen,
     /// Occupancy sets.
@@ -59,6 +120,8 @@ pub struct Layers {
     pub goal: bool,
     /// The planner's candidates and choice, and the recorded ego beside the planned one.
     pub planner: bool,
+    /// The planner's candidates that cannot be driven.
+    pub rejected: bool,
     /// The two motions of a variant's attacker.
     pub variant: bool,
 }
@@ -69,12 +132,13 @@ impl Default for Layers {
             lanes: true,
             signs: true,
             lights: true,
-            trails: true,
+            trails: Trails::Picked,
             paths: Foreseen::Off,
             occupancy: true,
             labels: true,
             goal: true,
             planner: true,
+            rejected: false,
             variant: true,
         }
     }
@@ -82,7 +146,7 @@ impl Default for Layers {
 
 impl Layers {
     /// How many layers there are.
-    pub const COUNT: usize = 10;
+    pub const COUNT: usize = 11;
 
     /// Every layer: what it is, and how it is switched.
     #[must_use]
@@ -92,12 +156,13 @@ impl Layers {
             ("lane markings and directions", on(self.lanes)),
             ("signs", on(self.signs)),
             ("lights and stop lines", on(self.lights)),
-            ("trails and recorded futures", on(self.trails)),
+            ("trails", self.trails.name()),
             ("predicted paths", self.paths.name()),
             ("occupancy sets", on(self.occupancy)),
             ("labels", on(self.labels)),
             ("goals", on(self.goal)),
             ("planner's candidates and choice", on(self.planner)),
+            ("planner's rejected candidates", on(self.rejected)),
             ("both motions of a variant's attacker", on(self.variant)),
         ]
     }
@@ -108,7 +173,10 @@ impl Layers {
             0 => &mut self.lanes,
             1 => &mut self.signs,
             2 => &mut self.lights,
-            3 => &mut self.trails,
+            3 => {
+                self.trails = self.trails.next();
+                return;
+            }
             4 => {
                 self.paths = self.paths.next();
                 return;
@@ -117,7 +185,8 @@ impl Layers {
             6 => &mut self.labels,
             7 => &mut self.goal,
             8 => &mut self.planner,
-            9 => &mut self.variant,
+            9 => &mut self.rejected,
+            10 => &mut self.variant,
             _ => return,
         };
         *layer = !*layer;
@@ -142,5 +211,14 @@ mod tests {
         }
         let old: Layers = toml::from_str("signs = false").unwrap();
         assert!(!old.signs && old.lanes, "what is not said is as usual");
+        // Sessions written before trails were chosen said only whether there are any.
+        for (saved, trails) in [
+            ("true", Trails::Picked),
+            ("false", Trails::Off),
+            ("\"all\"", Trails::All),
+        ] {
+            let old: Layers = toml::from_str(&format!("trails = {saved}")).unwrap();
+            assert_eq!(old.trails, trails);
+        }
     }
 }

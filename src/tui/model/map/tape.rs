@@ -1,6 +1,5 @@
 //! The measuring tape: two ends in world coordinates, each free or attached to a moving body.
 
-use super::Model;
 use crate::geometry::{Gap, Placed, Point, Tip};
 use crate::scenario::Motion;
 use crate::tui::loaded::Opened;
@@ -123,15 +122,5 @@ impl Tape {
             seconds: speed.filter(|v| *v > STANDING).map(|v| gap.metres / v),
             speed,
         }
-    }
-}
-
-impl Model {
-    /// The current measurement.
-    #[must_use]
-    pub fn measured(&self) -> Option<(Tape, Measurement)> {
-        let tape = self.map.tape?;
-        let opened = self.opened.as_deref()?;
-        Some((tape, tape.measure(opened, self.clock.step())))
     }
 }

@@ -15,7 +15,7 @@ use crate::store::{Filter, Summary};
 use crate::tui::action::Action;
 use crate::tui::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
 use crate::tui::widgets::window;
-use crate::tui::widgets::words::{date, fit, fit_end, pad, thousands};
+use crate::tui::widgets::words::{date, fit_end, pad, thousands};
 
 /// Columns from which on the details stand beside the list.
 const BESIDE: u16 = 110;
@@ -25,7 +25,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let [line, body] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(body);
     search(frame, line, model);
     let [left, right] = if body.width >= BESIDE {
-        Layout::horizontal([Constraint::Percentage(46), Constraint::Min(0)]).areas(body)
+        Layout::horizontal([Constraint::Percentage(48), Constraint::Min(0)]).areas(body)
     } else {
         Layout::vertical([Constraint::Percentage(42), Constraint::Min(0)]).areas(body)
     };
@@ -44,9 +44,6 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         lines,
     });
 }
-
-/// Columns of how a run was asked: task, frame, techniques.
-const HOW: usize = 21;
 
 /// How many runs there are.
 fn title(model: &Model) -> String {
@@ -98,9 +95,26 @@ fn search(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         None => None,
     };
     if let Some((words, color)) = note {
-        line.push_span(Span::styled(format!("  {}", fit(words, left)), color));
+        let words = match words.width() <= left {
+            true => words.to_string(),
+            // Of names, whole ones.
+            false => whole_words(words, left),
+        };
+        line.push_span(Span::styled(format!("  {words}"), color));
     }
     frame.render_widget(line, area);
+}
+
+/// As many words as there is room for.
+fn whole_words(words: &str, room: usize) -> String {
+    let mut shown = String::new();
+    for word in words.split_inclusive(' ') {
+        if shown.width() + word.width() + 1 > room {
+            break;
+        }
+        shown.push_str(word);
+    }
+    format!("{}…", shown.trim_end())
 }
 
 fn pane(frame: &mut Frame<'_>, area: Rect, model: &Model, title: String, focused: bool) -> Rect {
@@ -148,22 +162,77 @@ fn list(frame: &mut Frame<'_>, area: Rect, model: &Model) -> usize {
     }
     let shown = history.rows.iter().enumerate().skip(top).take(rows);
     let width = usize::from(area.width);
-    let lines = shown.map(|(i, run)| row(model, run, i == history.selected, width));
+    let widths = Widths::of(
+        &history.rows[top..(top + rows).min(history.rows.len())],
+        width,
+    );
+    let lines = shown.map(|(i, run)| row(model, run, i == history.selected, width, &widths));
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), area);
     top
 }
 
+/// Columns that the runs in sight need.
+struct Widths {
+    how: usize,
+    model: usize,
+    /// Whether tasks are written in short, to leave room for the names.
+    short: bool,
+}
+
+/// Columns from which on a row says how was asked.
+const SAYS_HOW: usize = 70;
+
+/// Columns from which on it names the version of a changed template.
+const SAYS_VERSION: usize = 86;
+
+/// Columns of sign and pin, verdict and date.
+const BEFORE_NAME: usize = 2 + 5 + 13;
+
+impl Widths {
+    fn of(runs: &[Summary], width: usize) -> Self {
+        let widest = |columns: &dyn Fn(&Summary) -> usize| runs.iter().map(columns).max();
+        let widest = |columns: &dyn Fn(&Summary) -> usize| widest(columns).unwrap_or(0);
+        let name = widest(&|run| run.scenario.width());
+        let model = widest(&|run| run.model.width());
+        let whole = widest(&|run| how(run, false).width());
+        let short = BEFORE_NAME + whole + 1 + name + 1 + model > width;
+        Self {
+            how: widest(&|run| how(run, short).width()),
+            model,
+            short,
+        }
+    }
+}
+
+/// How a run was asked: task, frame and techniques.
+fn how(run: &Summary, short: bool) -> String {
+    let task = match run.task.as_str() {
+        "collision" if short => "coll.",
+        task => task,
+    };
+    let techniques = run.techniques.replace("cp+cot+icl", "all");
+    let frame = run.frame.replace("cartesian", "cart");
+    match judge::how(&run.model) {
+        // There is no room for all of it.
+        Some(_) => format!("{task} exact"),
+        // The frame of the trajectory task has its name.
+        None if frame == run.task => format!("{frame} {techniques}"),
+        None => format!("{task} {frame} {techniques}"),
+    }
+}
+
 /// A run on one line: what it says, when, on what, by whom.
-fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static> {
+fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths) -> Line<'static> {
     let theme = &model.theme;
     let (word, color) = match (run.dangerous, run.state.as_str()) {
-        (Some(true), _) => ("yes", theme.danger),
-        (Some(false), _) => ("no", theme.safe),
+        // What a cut answer says does not count.
+        (Some(true), "answered") => ("yes", theme.danger),
+        (Some(false), "answered") => ("no", theme.safe),
         (None, "answered") => ("none", theme.warning),
-        (None, "running") => ("…", theme.accent),
-        (None, "failed") => ("fail", theme.danger),
-        (None, "cancelled") => ("canc", theme.dim),
-        (None, _) => ("cut", theme.warning),
+        (_, "running") => ("…", theme.accent),
+        (_, "failed") => ("fail", theme.danger),
+        (_, "cancelled") => ("canc", theme.dim),
+        (_, _) => ("cut", theme.warning),
     };
     let sign = if chosen { "▸" } else { " " };
     let pin = if run.pinned { "+" } else { " " };
@@ -175,29 +244,22 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
     };
     // Runs on one scenario differ in how they were asked; an excerpt of what is searched for comes first.
     let how = match width {
-        86.. if run.excerpt.is_none() => {
-            let techniques = run.techniques.replace("cp+cot+icl", "all");
-            let frame = run.frame.replace("cartesian", "cart");
-            // There is no room for all of [`judge::how`].
-            let words = match judge::how(&run.model) {
-                Some(_) => format!("{} exact", run.task),
-                None => format!("{} {frame} {techniques}", run.task),
-            };
-            let version = TemplateVersion::of(&run.template);
-            let version = version.filter(|version| !version.is_shipped());
-            match version {
-                Some(version) => format!("{} {version} ", pad(&words, HOW)),
-                None => format!("{} ", pad(&words, HOW)),
-            }
+        SAYS_HOW.. if run.excerpt.is_none() => {
+            format!("{} ", pad(&how(run, widths.short), widths.how))
         }
         _ => String::new(),
     };
-    let fixed = 2 + 5 + when.width() + 2 + how.width();
+    let version = TemplateVersion::of(&run.template);
+    let version = match version.filter(|version| !version.is_shipped()) {
+        Some(version) if width >= SAYS_VERSION && !how.is_empty() => format!("{version} "),
+        _ => String::new(),
+    };
+    let fixed = 2 + 5 + how.width() + when.width() + 2 + version.width();
     let rest = width.saturating_sub(fixed);
-    let model_width = (rest * 2 / 5).min(34);
+    let model_width = (rest / 2).min(34).min(widths.model);
     let name_width = rest.saturating_sub(model_width + 1);
     let name = match &run.excerpt {
-        Some(excerpt) if width >= 70 => {
+        Some(excerpt) if width >= SAYS_HOW => {
             let words: Vec<_> = excerpt.split_whitespace().collect();
             format!("{}  {}", run.scenario, words.join(" "))
         }
@@ -209,10 +271,11 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
             pad(word, 5),
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         ),
+        Span::raw(how),
         Span::styled(format!("{when}  "), Style::new().fg(theme.dim)),
         Span::raw(pad(&name, name_width)),
         Span::raw(" "),
-        Span::styled(how, Style::new().fg(theme.dim)),
+        Span::styled(version, Style::new().fg(theme.dim)),
         Span::styled(
             fit_end(&run.model, model_width),
             Style::new().fg(theme.accent),

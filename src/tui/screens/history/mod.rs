@@ -88,10 +88,19 @@ impl Screen for HistoryScreen {
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
         match model.history.typing {
-            Some(_) => fixed(&[
-                ("type", "words and filters, or what is asked for"),
-                ("Enter", "done"),
-                ("Esc", "leave"),
+            Some(InputPurpose::Search) => fixed(&[
+                ("type", "words and filters"),
+                ("↑↓", "select"),
+                ("Enter", "keep"),
+                ("Esc", "clear"),
+            ]),
+            Some(InputPurpose::Note(..)) => {
+                fixed(&[("type", "note"), ("Enter", "save"), ("Esc", "cancel")])
+            }
+            Some(InputPurpose::Export(_)) => fixed(&[
+                ("type", "file name"),
+                ("Enter", "export"),
+                ("Esc", "cancel"),
             ]),
             None => hints::own(model, Scope::History),
         }

@@ -8,12 +8,15 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use super::draw;
-use super::matrix::{HEADS, NAMES, asked, version};
+use super::matrix::{HEADS, NAMES, asked, model_name, version};
 use crate::description::visible;
 use crate::evaluation::{AnswerOutcome, Outcome};
 use crate::tui::model::{Model, ResultsDrawn};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::pad;
+
+/// Columns of the outcome in a word.
+const WORD: usize = 11;
 
 /// Columns of what an answer says.
 const WHAT: usize = 30;
@@ -24,23 +27,23 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     let all = results.answers();
     let cell = results.column.min(HEADS.len() - 1);
     let title = results.row().map_or(String::new(), |row| {
-        let how = asked(&row.way);
-        let how: Vec<&str> = how.split_whitespace().collect();
-        let (how, head) = (how.join(" "), HEADS[cell]);
+        let (how, head) = (asked(&row.way).join(" "), HEADS[cell]);
         let version = version(&row.way).map_or(String::new(), |words| format!(" · {words}"));
-        let model = visible(&row.way.model);
+        let model = model_name(&row.way);
         format!("{model} · {how}{version} · {head} {}", all.len())
     });
     let inner = window::window_at(frame, area, model, &title);
-    let list = draw::foot(frame, inner, model);
+    let list = draw::foot(frame, inner, model, &[]);
     let rows = usize::from(list.height);
     let top = selected
         .saturating_sub(rows / 2)
         .min(all.len().saturating_sub(rows));
     let shown = all.iter().enumerate().skip(top).take(rows);
+    let tails = all.iter().map(|answer| tail(answer).width());
+    let tail = tails.max().unwrap_or(0);
     let lines = shown.map(|(place, answer)| {
         let chosen = place == selected;
-        let line = line(model, answer, chosen, usize::from(list.width));
+        let line = line(model, answer, chosen, (usize::from(list.width), tail));
         match chosen {
             true => model.theme.select(line),
             false => line.style(model.theme.base()),
@@ -54,14 +57,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     }
 }
 
-fn line(model: &Model, answer: &AnswerOutcome, chosen: bool, width: usize) -> Line<'static> {
-    let theme = &model.theme;
-    let (word, what) = said(answer);
-    let color = match answer.outcome.is_right() {
-        Some(true) => theme.safe,
-        Some(false) => theme.danger,
-        None => theme.warning,
-    };
+/// The run of an answer, and which of several it is.
+fn tail(answer: &AnswerOutcome) -> String {
     let sample = match answer.sample {
         0 => String::new(),
         n => format!(" sample {n}"),
@@ -69,14 +66,31 @@ fn line(model: &Model, answer: &AnswerOutcome, chosen: bool, width: usize) -> Li
     let run = answer
         .run
         .map_or("no run".into(), |run| format!("run {run}"));
-    let tail = format!("  {run}{sample}");
-    let rest = width.saturating_sub(2 + 6 + tail.width());
+    let claims = claims(answer);
+    format!("{claims}  {run}{sample}")
+}
+
+/// An answer; `tails` is the width of the widest of what stands last.
+fn line(
+    model: &Model,
+    answer: &AnswerOutcome,
+    chosen: bool,
+    (width, tails): (usize, usize),
+) -> Line<'static> {
+    let theme = &model.theme;
+    let (word, what) = said(answer);
+    let color = match answer.outcome.is_right() {
+        Some(true) => theme.agree,
+        Some(false) => theme.disagree,
+        None => theme.warning,
+    };
+    let rest = width.saturating_sub(2 + WORD + tails);
     let what_width = WHAT.min(rest / 2);
     let name_width = (rest - what_width).min(NAMES);
     Line::from(vec![
         Span::raw(if chosen { "▸ " } else { "  " }),
         Span::styled(
-            pad(word, 6),
+            pad(word, WORD),
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         ),
         Span::raw(pad(
@@ -85,20 +99,29 @@ fn line(model: &Model, answer: &AnswerOutcome, chosen: bool, width: usize) -> Li
         )),
         Span::raw(" "),
         Span::raw(pad(what, what_width)),
-        Span::styled(tail, Style::new().fg(theme.dim)),
+        Span::styled(tail(answer), Style::new().fg(theme.dim)),
     ])
+}
+
+/// Its claims about obstacles: right, wrong and open; nothing where there are none or they were not checked.
+fn claims(answer: &AnswerOutcome) -> String {
+    match answer.claims.known() {
+        None | Some([0, 0, 0]) => String::new(),
+        Some([right, wrong, open]) => format!("  claims {right}= {wrong}≠ {open}?"),
+    }
 }
 
 fn said(answer: &AnswerOutcome) -> (&'static str, &'static str) {
     match answer.outcome {
-        Outcome::TruePositive => ("right", "says yes"),
-        Outcome::TrueNegative => ("right", "says no"),
-        Outcome::FalsePositive => ("wrong", "says yes, truth is no"),
-        // It is counted as a no.
-        Outcome::FalseNegative if answer.named_another => ("wrong", "yes, wrong obstacle"),
-        Outcome::FalseNegative => ("wrong", "says no, truth is yes"),
-        Outcome::Open => ("open", "no truth to compare with"),
-        Outcome::Unparsed => ("none", "no verdict in the answer"),
-        Outcome::Failed => ("fail", "no complete answer"),
+        Outcome::TruePositive if answer.naming.windows > answer.naming.found => {
+            ("= right", "yes, obstacle not named")
+        }
+        Outcome::TruePositive => ("= right", "says yes"),
+        Outcome::TrueNegative => ("= right", "says no"),
+        Outcome::FalsePositive => ("≠ wrong", "says yes, truth is no"),
+        Outcome::FalseNegative => ("≠ wrong", "says no, truth is yes"),
+        Outcome::Open => ("no truth", "nothing to compare with"),
+        Outcome::Unparsed => ("no verdict", "none could be read"),
+        Outcome::Failed => ("failed", "no complete answer"),
     }
 }

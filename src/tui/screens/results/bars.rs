@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
-use crate::description::visible;
+use super::matrix::model_name;
 use crate::evaluation::Results;
 use crate::tui::model::Model;
 use crate::tui::widgets::window;
@@ -24,7 +24,7 @@ pub fn rows(model: &Model) -> Vec<usize> {
     };
     let like = |other: &Results| {
         let (a, b) = (&row.way, &other.way);
-        (a.task, a.frame, &a.model) == (b.task, b.frame, &b.model)
+        (a.task, a.frame, &a.model, a.settings) == (b.task, b.frame, &b.model, b.settings)
             && (a.techniques != b.techniques || a.template == b.template)
     };
     let all = results.rows.iter().enumerate();
@@ -43,8 +43,8 @@ pub fn draw(
     let results = &model.results;
     let title = results.row().map_or(String::new(), |row| {
         let task = row.way.task.name();
-        let frame = row.way.frame.map_or("-", |frame| frame.name());
-        let model = visible(&row.way.model);
+        let frame = row.way.frame.map_or("–", |frame| frame.name());
+        let model = model_name(&row.way);
         format!("F1 by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
     });
     let inner = window::window_at(frame, area, model, &title);
@@ -65,13 +65,13 @@ fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
     let row = &results.rows[place];
     let counts = row.confusion();
     let f1 = counts.f1();
-    let number = f1.map_or("  - ".into(), |f1| format!("{f1:.2}"));
+    let number = f1.map_or("  – ".into(), |f1| format!("{f1:.2}"));
     let interval = row.f1.filter(|_| f1.is_some());
     let ends = interval.map_or("–".into(), |i| format!("{:.2} to {:.2}", i.low, i.high));
     let ends = pad(&ends, 12);
     let of = counts.answered();
     let whole = format!(" {number}  {ends}  of {of}");
-    let techniques = row.way.techniques.map_or("-".into(), |t| t.to_string());
+    let techniques = row.way.techniques.map_or("–".into(), |t| t.to_string());
     let room = |tail: &str| width.saturating_sub(2 + 11 + tail.width()).min(BAR.0);
     let tail = match room(&whole) < BAR.1 {
         true => format!(" {number}"),

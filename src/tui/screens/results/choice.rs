@@ -73,7 +73,7 @@ fn line(model: &Model, offer: &CountingChoice, chosen: bool, width: usize) -> Li
         ),
     };
     let sign = match model.results.counting == Some(offer.counting) {
-        true => "●",
+        true => "*",
         false => " ",
     };
     let head = format!(

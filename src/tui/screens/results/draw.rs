@@ -8,11 +8,12 @@ use unicode_width::UnicodeWidthStr;
 
 use super::{answers, bars, choice, matrix};
 use crate::description::visible;
+use crate::evaluation::Spending;
 use crate::evaluation::batch::AnswerSet;
-use crate::tui::action::Action;
+use crate::tui::action::{Action, Scope};
 use crate::tui::model::{Model, ResultsDrawn, ResultsView};
-use crate::tui::widgets::window;
 use crate::tui::widgets::words::thousands;
+use crate::tui::widgets::{hints, window};
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let body = window::whole(frame, screen, model);
@@ -30,7 +31,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             let height = height.min(body.height / 2);
             let [above, below] =
                 Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(body);
-            let mut drawn = matrix::draw(frame, above, model, &title(results));
+            let mut drawn = matrix::draw(frame, above, model, &title_in(results, above.width));
             drawn.bars = bars::draw(frame, below, model, &rows);
             drawn
         }
@@ -44,11 +45,15 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
 /// Why there is nothing to count.
 fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
     let results = &model.results;
-    let inner = window::window_at(frame, body, model, &title(results));
+    let inner = window::window_at(frame, body, model, &title_in(results, body.width));
     let key = model.look.key(Action::ChooseCounted);
     let words = match (&results.error, results.reading, results.counting) {
         (Some(error), ..) => error.clone(),
         (None, true, _) => "reading the store…".into(),
+        (None, false, Some(counting)) if results.locked.is_some() => format!(
+            "{counting}: {}: its figures are shown when all of it is answered; {key} selects other answers",
+            results.locked.as_deref().unwrap_or_default()
+        ),
         (None, false, Some(counting @ AnswerSet::Batch(..))) => format!(
             "{counting} has no answers yet ({} not asked); {key} selects other answers",
             results.unasked
@@ -62,6 +67,16 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
     };
     let text = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
     frame.render_widget(text.style(Style::new().fg(model.theme.dim)), inner);
+}
+
+/// Which answers are counted, and what they are compared with where that fits; else it stands below the table.
+fn title_in(results: &ResultsView, width: u16) -> String {
+    let whole = title(results);
+    let truth = format!(" · truth: {}", visible(&results.truth_words()));
+    match whole.width() + CORNERS > usize::from(width) {
+        true => whole.replacen(&truth, "", 1),
+        false => whole,
+    }
 }
 
 /// Which answers are counted, and what they are compared with.
@@ -85,11 +100,24 @@ fn title(results: &ResultsView) -> String {
     format!("results · {counting}{answers}{truth}{reading}")
 }
 
+/// What the answers cost, every attempt included; nothing where no cost is known.
+fn cost(results: &ResultsView) -> Option<String> {
+    let mut sum = Spending::default();
+    let rows = results.rows.iter();
+    rows.for_each(|row| sum.join(&row.spending));
+    let usd = sum.cost().filter(|usd| *usd > 0.0)?;
+    Some(match sum.unpriced() {
+        0 => format!("cost ${usd:.4}"),
+        n => format!("cost ${usd:.4}, and {n} of unknown cost"),
+    })
+}
+
 /// Columns of the corners, and of the spaces in them.
 const CORNERS: usize = 4;
 
-/// The lines below a table: progress, what is left out, and what the columns mean; gives what is above them.
-pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
+/// The lines below a table: progress, what is left out, what the columns mean, and those without room, which appear
+/// when they are selected; gives what is above them.
+pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model, hidden: &[&str]) -> Rect {
     let results = &model.results;
     let mut words = Vec::new();
     // In the matrix the title says it, where it fits.
@@ -112,7 +140,15 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
         1 => words.push("1 question not asked, not counted".into()),
         n => words.push(format!("{n} questions not asked, not counted")),
     }
-    words.push("open: no truth · unp: no verdict read · fail: no complete answer".into());
+    words.extend(cost(results));
+    if !inside {
+        words.push("= right, ≠ wrong: t/f true or false, p/n yes or no".into());
+    }
+    if !hidden.is_empty() {
+        let keys = [Action::CellLeft, Action::CellRight];
+        let (keys, _) = hints::pair(model, Scope::Results, keys, "");
+        words.push(format!("{keys} more: {}", hidden.join(", ")));
+    }
     let text = Paragraph::new(words.join(" · "))
         .style(Style::new().fg(model.theme.dim))
         .wrap(Wrap { trim: true });

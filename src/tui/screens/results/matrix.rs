@@ -9,16 +9,56 @@ use unicode_width::UnicodeWidthStr;
 
 use super::draw::foot;
 use crate::description::visible;
-use crate::evaluation::{Outcome, PromptConfig, Results};
+use crate::evaluation::{Outcome, PromptConfig, Results, report};
 use crate::tui::model::{Model, RESULTS_COLUMNS, ResultsDrawn};
 use crate::tui::theme::Theme;
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::{fit_end, pad};
 
-/// Heads of the columns of numbers.
+/// Heads of the columns of numbers; `=` stands before what is right, `≠` before what is wrong.
 pub const HEADS: [&str; RESULTS_COLUMNS] = [
-    "n", "tp", "fp", "fn", "tn", "open", "unp", "fail", "prec", "rec", "F1",
+    "n",
+    "=tp",
+    "≠fp",
+    "≠fn",
+    "=tn",
+    "no truth",
+    "no verdict",
+    "failed",
+    "precision",
+    "recall",
+    "F1",
 ];
+
+/// Columns in the order in which they get room: F1 and its interval first.
+const RANKS: [Shown; RESULTS_COLUMNS + 4] = [
+    Shown::Number(0),
+    Shown::Number(10),
+    Shown::Number(1),
+    Shown::Number(2),
+    Shown::Number(3),
+    Shown::Number(4),
+    Shown::Interval,
+    Shown::Number(8),
+    Shown::Number(9),
+    Shown::Number(7),
+    Shown::Number(6),
+    Shown::Number(5),
+    Shown::Naming(0),
+    Shown::Naming(1),
+    Shown::Naming(2),
+];
+
+/// A column beside the names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    /// A number that can be selected.
+    Number(usize),
+    /// The interval of F1.
+    Interval,
+    /// Recall or precision of naming, or the share of wrong claims, see [`NAMED`].
+    Naming(usize),
+}
 
 /// The columns that need a truth: while it is worked out they have no numbers.
 const OF_TRUTH: [bool; RESULTS_COLUMNS] = [
@@ -28,29 +68,42 @@ const OF_TRUTH: [bool; RESULTS_COLUMNS] = [
 /// Columns of the terminal for how was asked, at most.
 pub const NAMES: usize = 64;
 
-/// Header of the column of false negatives that say yes but name another obstacle.
-const WRONG: &str = "wrong obstacle";
-
-/// Columns from which on the intervals of F1 stand in the matrix too.
-const WIDE: u16 = 110;
+/// Heads of the columns of named obstacles and of claims: of dangerous windows the share of which one is named, of all
+/// names the share that is right, and of the claims that are right or wrong the share that is wrong.
+const NAMED: [&str; 3] = ["named", "names right", "claims wrong"];
 
 /// Columns of an interval.
 const INTERVAL: usize = 12;
 
-/// How it was asked, in few columns.
-pub fn asked(way: &PromptConfig) -> String {
-    let frame = way.frame.map_or("-", |frame| match frame.name() {
+/// Columns that names keep before further numbers get room.
+const LEAST_NAME: usize = 44;
+
+/// How it was asked: task, frame and techniques, shortened.
+pub fn asked(way: &PromptConfig) -> [String; 3] {
+    let frame = way.frame.map_or("–", |frame| match frame.name() {
         "cartesian" => "cart",
         name => name,
     });
-    let techniques = way.techniques.map_or("-".into(), |t| t.to_string());
+    let techniques = way.techniques.map_or("–".into(), |t| t.to_string());
     let techniques = techniques.replace("cp+cot+icl", "all");
     let task = match way.task.name() {
         "collision" => "coll.",
         name => name,
     };
-    let (task, frame) = (pad(task, 6), pad(frame, 4));
-    format!("{task} {frame} {}", pad(&techniques, 7))
+    [task.into(), frame.into(), techniques]
+}
+
+/// How every row was asked, in columns no wider than they have to be.
+fn all_asked(rows: &[Results]) -> Vec<String> {
+    let all: Vec<[String; 3]> = rows.iter().map(|row| asked(&row.way)).collect();
+    let widest = |part: usize| all.iter().map(|parts| parts[part].width()).max();
+    let widths = [0, 1, 2].map(|part| widest(part).unwrap_or(0));
+    let joined = |parts: &[String; 3]| {
+        let parts = parts.iter().zip(widths);
+        let parts: Vec<String> = parts.map(|(part, width)| pad(part, width)).collect();
+        parts.join(" ")
+    };
+    all.iter().map(joined).collect()
 }
 
 /// The version of the template, where it is not the one that this program ships.
@@ -59,12 +112,17 @@ pub fn version(way: &PromptConfig) -> Option<String> {
     own.map(|own| visible(&own.to_string()).into_owned())
 }
 
+/// The model of a way, with the values of the axes of its batch.
+pub fn model_name(way: &PromptConfig) -> String {
+    visible(&report::model_name(way)).into_owned()
+}
+
 /// The numbers of a row.
 fn cells(row: &Results, judging: bool) -> Vec<String> {
     let counts = Outcome::ALL.map(|outcome| row.count(outcome).to_string());
     let c = row.confusion();
     let shares = [c.precision(), c.recall(), c.f1()];
-    let shares = shares.map(|share| share.map_or("-".into(), |v| format!("{v:.2}")));
+    let shares = shares.map(|share| share.map_or("–".into(), |v| format!("{v:.2}")));
     let all = std::iter::once(row.answers.len().to_string());
     let all = all.chain(counts).chain(shares);
     all.zip(OF_TRUTH)
@@ -75,80 +133,118 @@ fn cells(row: &Results, judging: bool) -> Vec<String> {
         .collect()
 }
 
+/// Recall and precision of naming, and the share of wrong claims, which needs no truth.
+fn named(row: &Results, judging: bool) -> [String; 3] {
+    let naming = row.naming();
+    let shares = [
+        (naming.recall(), judging),
+        (naming.precision(), judging),
+        (row.wrong_claims(), false),
+    ];
+    shares.map(|share| match share {
+        (_, true) => "…".into(),
+        (None, false) => "–".into(),
+        (Some(share), false) => format!("{share:.2}"),
+    })
+}
+
 fn interval(row: &Results, judging: bool) -> String {
     let ends = row.f1.map(|i| format!("{:.2} to {:.2}", i.low, i.high));
     let none = if judging { "…" } else { "–" };
     pad(&ends.unwrap_or_else(|| none.into()), INTERVAL)
 }
 
+/// The columns that fit, each with its width, and the width of names.
+struct Plan {
+    names: usize,
+    columns: Vec<(Shown, usize)>,
+    /// Heads of the numbers that found no room.
+    hidden: Vec<&'static str>,
+}
+
+impl Plan {
+    /// Chooses columns by rank; the selected one is always among them.
+    fn of(model: &Model, (asked, table): (&[String], &[Vec<String>]), room: usize) -> Self {
+        let results = &model.results;
+        let names = results.rows.iter().zip(asked);
+        let longest = names.map(|(row, asked)| name_width(&row.way, asked)).max();
+        let longest = longest.unwrap_or(0).min(NAMES);
+        let selected = Shown::Number(results.column);
+        let others = RANKS.into_iter().filter(|shown| *shown != selected);
+        let mut left = room.saturating_sub(2 + longest.min(LEAST_NAME));
+        let mut columns = Vec::new();
+        let mut is_full = false;
+        for shown in std::iter::once(selected).chain(others) {
+            let width = width(shown, table);
+            is_full |= width > left;
+            if !is_full {
+                left -= width;
+                columns.push((shown, width));
+            }
+        }
+        let place = |shown: &Shown| match shown {
+            Shown::Number(column) => (0, *column),
+            Shown::Interval => (1, 0),
+            Shown::Naming(which) => (1, 1 + which),
+        };
+        columns.sort_by_key(|(shown, _)| place(shown));
+        let has = |column: usize| columns.iter().any(|(s, _)| *s == Shown::Number(column));
+        let hidden = (0..HEADS.len()).filter(|column| !has(*column));
+        let hidden = hidden.map(|column| HEADS[column]).collect();
+        let used: usize = columns.iter().map(|(_, width)| width).sum();
+        Self {
+            names: room.saturating_sub(2 + used).min(longest),
+            columns,
+            hidden,
+        }
+    }
+}
+
+/// Columns that a column takes: the brackets of the selected number, or the sign of the order and a gap.
+fn width(shown: Shown, table: &[Vec<String>]) -> usize {
+    match shown {
+        Shown::Number(column) => {
+            let longest = table.iter().map(|row| row[column].width()).max();
+            longest.unwrap_or(0).max(HEADS[column].width()) + 2
+        }
+        Shown::Interval => INTERVAL + 2,
+        Shown::Naming(which) => NAMED[which].len() + 2,
+    }
+}
+
 /// Draws the matrix; gives where its rows and numbers stand.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> ResultsDrawn {
     let (theme, results) = (&model.theme, &model.results);
     let inner = window::window_at(frame, area, model, title);
-    let inner = foot(frame, inner, model);
-    let wide = inner.width >= WIDE;
     let judging = results.judging.is_some();
     let table: Vec<Vec<String>> = results.rows.iter().map(|row| cells(row, judging)).collect();
-    let widths: Vec<usize> = (0..HEADS.len())
-        .map(|column| {
-            let longest = table.iter().map(|row| row[column].width()).max();
-            // Room for the sign of the selected cell or of the order, or for a gap.
-            (longest.unwrap_or(0) + 1).max(HEADS[column].len() + 1)
-        })
-        .collect();
-    let behind = if wide {
-        2 + INTERVAL + WRONG.len() + 2
-    } else {
-        0
-    };
-    let fixed: usize = widths.iter().sum::<usize>() + behind + 2;
-    let longest = results.rows.iter().map(|row| name_width(&row.way)).max();
-    let names = usize::from(inner.width)
-        .saturating_sub(fixed)
-        .min(NAMES)
-        .min(longest.unwrap_or(0));
+    let asked = all_asked(&results.rows);
+    let plan = Plan::of(model, (&asked, &table), usize::from(inner.width));
+    let inner = foot(frame, inner, model, &plan.hidden);
     let dim = Style::new().fg(theme.dim);
-    let mut head = format!("  {}", pad("asked", names));
-    for (column, (word, width)) in HEADS.iter().zip(&widths).enumerate() {
-        let sign = match results.order {
-            Some((by, true)) if by == column => "▲",
-            Some((by, false)) if by == column => "▼",
-            _ => "",
-        };
-        head.push_str(&format!("{:>width$}", format!("{sign}{word}")));
-    }
-    if wide {
-        head.push_str(&format!("  {}  {WRONG}", pad("F1, 95 %", INTERVAL)));
-    }
     let rows = usize::from(inner.height).saturating_sub(1);
     let top = (results.selected + 1).saturating_sub(rows);
-    let mut lines = vec![Line::styled(head, dim.add_modifier(Modifier::BOLD))];
+    let mut lines = vec![Line::styled(
+        head(model, &plan),
+        dim.add_modifier(Modifier::BOLD),
+    )];
     let shown = results.rows.iter().zip(&table).enumerate();
     for (place, (row, cells)) in shown.skip(top).take(rows) {
         let chosen = place == results.selected;
         let mut spans = vec![Span::raw(if chosen { "▸ " } else { "  " })];
-        spans.extend(name(theme, &row.way, names));
-        for (column, (cell, width)) in cells.iter().zip(&widths).enumerate() {
-            let picked = chosen && results.column == column;
-            let text = match picked {
-                true => format!("{:>width$}", format!(">{cell}")),
-                false => format!("{cell:>width$}"),
-            };
-            let style = match cell.as_str() {
-                _ if picked => Style::new().add_modifier(Modifier::BOLD),
-                "0" | "…" => dim,
-                _ => color_of(theme, column).map_or(Style::new(), |c| Style::new().fg(c)),
-            };
-            spans.push(Span::styled(text, style));
-        }
-        if wide {
-            let wrong = match judging {
-                true => "…".into(),
-                false => row.named_another().to_string(),
-            };
-            let (ends, width) = (interval(row, judging), WRONG.len());
-            let words = format!("  {ends}  {wrong:>width$}");
-            spans.push(Span::styled(words, dim));
+        spans.extend(name(theme, &row.way, &asked[place], plan.names));
+        for &(shown, width) in &plan.columns {
+            spans.push(match shown {
+                Shown::Number(column) => {
+                    let picked = chosen && results.column == column;
+                    number(theme, column, &cells[column], (width, picked))
+                }
+                Shown::Interval => Span::styled(format!("  {}", interval(row, judging)), dim),
+                Shown::Naming(which) => {
+                    let share = &named(row, judging)[which];
+                    Span::styled(format!("{share:>width$}"), dim)
+                }
+            });
         }
         let line = Line::from(spans);
         lines.push(match chosen {
@@ -162,42 +258,89 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
         height: inner.height.saturating_sub(1),
         ..inner
     };
-    let column = |columns: usize| u16::try_from(columns).unwrap_or(u16::MAX);
-    let mut x = inner.x.saturating_add(column(2 + names));
-    let cells = widths.iter().map(|width| {
-        let cell = (x, column(*width));
-        x = x.saturating_add(cell.1);
-        cell
-    });
     ResultsDrawn {
         list,
         top,
-        cells: cells.collect(),
+        cells: places(&plan, inner.x),
         ..ResultsDrawn::default()
     }
 }
 
+/// The heads of the columns, with the sign of the order at the one that sorts.
+fn head(model: &Model, plan: &Plan) -> String {
+    let mut head = format!("  {}", pad("asked", plan.names));
+    for &(shown, width) in &plan.columns {
+        head.push_str(&match shown {
+            Shown::Number(column) => {
+                let sign = match model.results.order {
+                    Some((by, true)) if by == column => "▲",
+                    Some((by, false)) if by == column => "▼",
+                    _ => "",
+                };
+                let words = format!("{sign}{} ", HEADS[column]);
+                let gap = width.saturating_sub(words.width());
+                format!("{}{words}", " ".repeat(gap))
+            }
+            Shown::Interval => format!("  {}", pad("F1, 95 %", INTERVAL)),
+            Shown::Naming(which) => format!("  {}", NAMED[which]),
+        });
+    }
+    head
+}
+
+/// A number at the right of its column; the selected one is in brackets.
+fn number(
+    theme: &Theme,
+    column: usize,
+    cell: &str,
+    (width, picked): (usize, bool),
+) -> Span<'static> {
+    let words = match picked {
+        true => format!("[{cell}]"),
+        false => format!("{cell} "),
+    };
+    let style = match cell {
+        _ if picked => Style::new().add_modifier(Modifier::BOLD),
+        "0" | "…" => Style::new().fg(theme.dim),
+        _ => color_of(theme, column).map_or(Style::new(), |c| Style::new().fg(c)),
+    };
+    Span::styled(format!("{words:>width$}"), style)
+}
+
+/// First columns and widths of the numbers, by their places; those without room have no width.
+fn places(plan: &Plan, left: u16) -> Vec<(u16, u16)> {
+    let columns = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
+    let mut cells = vec![(0, 0); HEADS.len()];
+    let mut x = left.saturating_add(columns(2 + plan.names));
+    for &(shown, width) in &plan.columns {
+        if let Shown::Number(column) = shown {
+            cells[column] = (x, columns(width));
+        }
+        x = x.saturating_add(columns(width));
+    }
+    cells
+}
+
 /// Columns that a way of asking takes, with a gap behind it.
-fn name_width(way: &PromptConfig) -> usize {
+fn name_width(way: &PromptConfig, asked: &str) -> usize {
     let version = version(way).map_or(0, |version| version.width() + 1);
-    asked(way).width() + 1 + visible(&way.model).width() + version + 1
+    asked.width() + 1 + model_name(way).width() + version + 1
 }
 
 /// How was asked, whom, and with which version of the prompt; of the model the end stays where there is little room.
-fn name(theme: &Theme, way: &PromptConfig, width: usize) -> Vec<Span<'static>> {
-    let how = asked(way);
+fn name(theme: &Theme, way: &PromptConfig, how: &str, width: usize) -> Vec<Span<'static>> {
     let left = width.saturating_sub(how.width() + 2);
     let whole = version(way).map_or(String::new(), |version| format!(" {version}"));
     // Where there is no room for its name, the hash tells versions apart.
-    let version = match (whole.split_once('@'), visible(&way.model).width()) {
+    let name = model_name(way);
+    let version = match (whole.split_once('@'), name.width()) {
         (Some((_, hash)), model) if model + whole.width() > left => format!(" @{hash}"),
         _ => whole,
     };
-    let model = fit_end(&visible(&way.model), left.saturating_sub(version.width()));
+    let model = fit_end(&name, left.saturating_sub(version.width()));
     let gap = left.saturating_sub(model.width() + version.width()) + 1;
     vec![
-        Span::raw(how),
-        Span::raw(" "),
+        Span::raw(format!("{how} ")),
         Span::styled(model, Style::new().fg(theme.accent)),
         Span::styled(version, Style::new().fg(theme.warning)),
         Span::raw(" ".repeat(gap)),
@@ -206,9 +349,9 @@ fn name(theme: &Theme, way: &PromptConfig, width: usize) -> Vec<Span<'static>> {
 
 fn color_of(theme: &Theme, column: usize) -> Option<Color> {
     match Outcome::ALL.get(column.checked_sub(1)?)? {
-        Outcome::TruePositive | Outcome::TrueNegative => Some(theme.safe),
-        Outcome::FalsePositive | Outcome::FalseNegative | Outcome::Failed => Some(theme.danger),
-        Outcome::Unparsed => Some(theme.warning),
+        Outcome::TruePositive | Outcome::TrueNegative => Some(theme.agree),
+        Outcome::FalsePositive | Outcome::FalseNegative => Some(theme.disagree),
+        Outcome::Unparsed | Outcome::Failed => Some(theme.warning),
         Outcome::Open => None,
     }
 }

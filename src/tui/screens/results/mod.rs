@@ -60,7 +60,22 @@ impl Screen for ResultsScreen {
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
-        hints::own(model, Scope::Results)
+        let back = || (model.look.key(Action::Cancel), "back".to_string());
+        let results = &model.results;
+        if results.choosing.is_some() {
+            let enter = model.look.keymap.key_in(Action::OpenCell, Scope::Results);
+            let select = [Action::Up, Action::Down];
+            let select = hints::pair(model, Scope::Results, select, "select");
+            return vec![select, (enter, "choose".into()), back()];
+        }
+        if results.inside.is_none() {
+            return hints::own(model, Scope::Results);
+        }
+        let of_matrix = [Action::CellLeft, Action::CellRight, Action::SortResults];
+        let mut hints = hints::own_but(model, Scope::Results, &of_matrix);
+        hints.pop();
+        hints.push(back());
+        hints
     }
 }
 

@@ -53,16 +53,8 @@ impl Screen for ValuesScreen {
         let who = model
             .picked
             .map_or("no obstacle".to_string(), |id| id.to_string());
-        let (steps, scroll) = (hints::steps(model, "step"), hints::scroll(model));
-        let title = format!(
-            "{who} at {:.1} s, step {} · {} step · {} obstacle · {} scroll · {}",
-            model.clock.time(),
-            model.clock.step(),
-            steps.0,
-            model.look.key(Action::NextObstacle),
-            scroll.0,
-            model.look.key(Action::Cancel),
-        );
+        let (time, step) = (model.clock.time(), model.clock.step());
+        let title = format!("values of {who} at {time:.1} s, step {step}");
         let width = window::width_in(screen, COLUMNS);
         let text = text(model, width);
         let shown = (COLUMNS, self.scroll);

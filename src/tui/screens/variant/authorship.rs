@@ -28,7 +28,7 @@ const KINDS: usize = 4;
 /// A model's output without a dangerous result.
 pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
     let mut lines = Lines::new(&model.theme, width);
-    lines.title("nothing dangerous came of it");
+    lines.title("nothing dangerous found");
     lines.say("source", &visible(&wrote.model));
     written(&mut lines, model, wrote, wrote.authored.choice.attacker);
     reasons(&mut lines, wrote);
@@ -38,7 +38,7 @@ pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
 /// Possible attackers by the reference.
 pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
     let attacker = Some(made.effect.attacker);
-    lines.title("who could attack, the least change first");
+    lines.title("possible attackers, least change first");
     for (place, candidate) in made.ranked.iter().take(PLACES).enumerate() {
         let id = marked(candidate.obstacle, attacker);
         let behind = if candidate.behind {
@@ -60,7 +60,7 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
     let choice = &wrote.authored.choice;
     let said = choice.proposal.as_ref().and_then(|p| p.said.as_ref());
     let its: &[ObstacleRisk] = said.map_or(&[], |said| &said.obstacles);
-    lines.title("who could attack");
+    lines.title("possible attackers");
     let named = match its {
         [] => "",
         _ => "by the model",
@@ -85,7 +85,8 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
         lines.row(&format!("{:>2} {}{right}", place + 1, pad(&left, SIDE)));
     }
     more(lines, its.len().max(reference.len()));
-    lines.say("chosen", &visible(&chosen(choice)));
+    let stopped = wrote.authored.stopped.as_ref().map(ToString::to_string);
+    lines.say("chosen", &visible(&chosen(choice, stopped.as_deref())));
 }
 
 /// An id, with a mark if that one attacks.
@@ -100,12 +101,16 @@ fn more(lines: &mut Lines, count: usize) {
     }
 }
 
-/// The attacker and who chose it.
-fn chosen(choice: &Choice) -> String {
+/// The attacker and who chose it; why the model was stopped stands elsewhere.
+fn chosen(choice: &Choice, stopped: Option<&str>) -> String {
     let who = choice.attacker.map_or("none".into(), |id| id.to_string());
     let refused = choice.proposal.as_ref().and_then(|p| p.refused.as_ref());
     let why = refused.map_or(String::new(), |why| {
-        format!("; the model's choice was refused: {why}")
+        let why = why.to_string();
+        match stopped.is_some_and(|stopped| why.contains(stopped)) {
+            true => "; the model did not answer".into(),
+            false => format!("; the model's choice was rejected: {why}"),
+        }
     });
     match choice.by {
         ChosenBy::User => format!("{who}, by you"),
@@ -148,12 +153,21 @@ pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: O
         all.push((declined.source, refusals(&declined.refusals), style));
     }
     all.sort_by_key(|(source, ..)| (source.sample, source.retry));
+    let mut before = String::new();
     for (source, words, style) in all {
+        // What goes wrong is often the same every time.
+        let again = words == before;
+        let said = if again {
+            "x the same".into()
+        } else {
+            visible(&words)
+        };
         let name = match source.retry {
             0 => format!("{}", source.sample + 1),
             n => format!("{} try {}", source.sample + 1, n + 1),
         };
-        lines.say_in(&name, &visible(&words), style);
+        lines.say_in(&name, &said, style);
+        before = words;
     }
     if let Some(why) = &authored.stopped {
         let style = Style::new().fg(theme.danger);
@@ -166,7 +180,7 @@ fn effect(attack: &Attack) -> &'static str {
     match &attack.effect {
         Some(effect) if effect.is_hit_from_behind() => "hit from behind",
         Some(effect) => consequence_words(&effect.consequence),
-        None => "not driven against",
+        None => "not simulated",
     }
 }
 
@@ -177,7 +191,7 @@ fn refusals(all: &[Refusal]) -> String {
     if kinds.len() > KINDS {
         words.push(format!("{} more reasons", kinds.len() - KINDS));
     }
-    format!("x refused: {}", words.join("; "))
+    format!("x rejected: {}", words.join("; "))
 }
 
 fn spent(lines: &mut Lines, spent: &AuthoringUsage) {
@@ -188,8 +202,12 @@ fn spent(lines: &mut Lines, spent: &AuthoringUsage) {
     lines.say(
         "asked",
         &format!(
-            "{} times, {} answered{stored}",
-            spent.requests, spent.answers
+            "{}, {} answered{stored}",
+            match spent.requests {
+                1 => "once".into(),
+                n => format!("{n} times"),
+            },
+            spent.answers
         ),
     );
     let (sent, came) = (
@@ -211,19 +229,19 @@ fn spent(lines: &mut Lines, spent: &AuthoringUsage) {
 pub fn reasons(lines: &mut Lines, wrote: &Authorship) {
     if let Some(proposal) = &wrote.authored.choice.proposal {
         if let Some(said) = &proposal.said {
-            lines.title("why this attacker, in the model's words");
+            lines.title("why this attacker (the model)");
             lines.prose(&said.justification);
             for risk in said.obstacles.iter().take(PLACES) {
                 lines.prose(&format!("{}: {}", risk.id, risk.reason));
             }
         }
-        lines.reasoning("its reasoning on the attacker", &proposal.reasoning);
+        lines.reasoning("the model's reasoning: attacker", &proposal.reasoning);
     }
     let mut attacks = wrote.authored.attacks.iter();
     if let Some(taken) = attacks.find(|attack| Some(attack.source) == wrote.taken) {
-        lines.title("why this motion, in the model's words");
+        lines.title("why this motion (the model)");
         lines.prose(&taken.justification);
-        lines.reasoning("its reasoning on the motion", &taken.reasoning);
+        lines.reasoning("the model's reasoning: motion", &taken.reasoning);
     }
 }
 
@@ -246,5 +264,38 @@ impl Lines {
             self.title(title);
             self.prose(words);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::generating::Proposal;
+
+    #[test]
+    fn why_a_model_was_stopped_is_said_once() {
+        let proposal = |refused: &str| Proposal {
+            run: None,
+            window: (0, 9),
+            said: None,
+            reasoning: String::new(),
+            refused: Some(Refusal::answer(refused)),
+        };
+        let choice = |refused| Choice {
+            ranked: Vec::new(),
+            proposal: Some(proposal(refused)),
+            attacker: Some(7),
+            by: ChosenBy::Reference,
+        };
+        let stopped = Some("cannot reach lab");
+        assert_eq!(
+            chosen(&choice("no answer: cannot reach lab"), stopped),
+            "7, by the reference; the model did not answer"
+        );
+        let refused = chosen(&choice("it chose 9, which stands"), stopped);
+        assert!(
+            refused.ends_with("was rejected: it chose 9, which stands"),
+            "{refused}"
+        );
     }
 }

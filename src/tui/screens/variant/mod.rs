@@ -120,7 +120,7 @@ fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
     let made = &*shown.made;
     lines.title("the attack");
     let by = match made.authorship {
-        Some(_) => format!("written by {}; all else is computed here", made.by),
+        Some(_) => format!("written by {}; everything else is computed", made.by),
         None => format!("{}: computed, not recorded", made.by),
     };
     lines.say("source", &visible(&by));
@@ -170,7 +170,7 @@ fn manoeuvre_words(m: &Manoeuvre) -> String {
 
 fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let effect = &made.effect;
-    lines.title("what the attack leads to, computed");
+    lines.title("outcome, computed");
     let id = effect.attacker;
     let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
     let who = kind.map_or(id.to_string(), |kind| format!("{kind} {id}"));
@@ -186,13 +186,13 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let change = |before, after| format!("{} → {}", score(before), score(after));
     let (before, after) = (effect.lowest_before(), effect.lowest_after());
     let anyone = change(effect.anyone_before, effect.anyone_after);
-    let risk = format!("lowest {}; of anybody {anyone}", change(before, after));
+    let risk = format!(
+        "lowest {}; of all obstacles {anyone}",
+        change(before, after)
+    );
     lines.say("risk", &risk);
     if let Some(step) = effect.between {
-        let words = format!(
-            "touched after step {step} and before {}, at neither",
-            step + 1
-        );
+        let words = format!("between steps {step} and {}, at neither", step + 1);
         lines.say("between", &words);
     }
     if let Some(distance) = effect.distance {
@@ -208,7 +208,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
 }
 
 fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
-    lines.title("avoided by a good driver who reacts after");
+    lines.title("avoidable by a good driver, by reaction time");
     let mut last = None;
     for (delay, certificate) in &made.avoidability.certificates {
         let name = format!("{delay:.1} s");
@@ -257,12 +257,12 @@ fn gate(lines: &mut Lines, made: &GeneratedVariant) {
     lines.say(
         "steps",
         &format!(
-            "{} held against the limits, {} as recorded and exempt",
+            "{} checked, {} exempt as recorded",
             passed.steps, passed.exempt
         ),
     );
     let friction = format!(
-        "{:.0} % of the circle used at most",
+        "at most {:.0} % of the circle used",
         passed.friction * 100.0
     );
     lines.say("friction", &friction);
@@ -285,9 +285,9 @@ fn difference(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let after = at(&made.effect.scenario);
     let (before, after) = match (before, after) {
         (Some(before), Some(after)) => (before, after),
-        (Some(_), None) => return lines.plain("it is gone by now; recorded it is still there"),
-        (None, Some(_)) => return lines.plain("recorded it is not there at this step"),
-        (None, None) => return lines.plain("it is not there at this step"),
+        (Some(_), None) => return lines.plain("gone by now; still present in the recording"),
+        (None, Some(_)) => return lines.plain("absent in the recording at this step"),
+        (None, None) => return lines.plain("absent at this step"),
     };
     if step <= made.effect.from {
         lines.plain("as recorded until here");

@@ -63,6 +63,9 @@ fn title(model: &Model) -> String {
     )
 }
 
+/// Columns from which on rows tell tokens and costs.
+const WIDE: usize = 100;
+
 /// The two versions, each with what is stored and what the rest would cost.
 fn head(model: &Model, width: usize) -> Vec<Line<'static>> {
     let theme = &model.theme;
@@ -75,27 +78,38 @@ fn head(model: &Model, width: usize) -> Vec<Line<'static>> {
     let line = |side: usize| {
         let version = &sides[side];
         let mut words = format!("{} ({})", version.name(), version.origin());
+        let mut price = None;
         if let (Some(totals), Some(found)) = (&totals, found) {
             let missing = found.missing(side).len();
             words.push_str(&format!(" · {} stored", totals.sides[side].answers));
             if missing > 0 && matches!(version.kind, VersionKind::Stored(_)) {
                 words.push_str(&format!(" · {missing} cannot be asked"));
             } else if missing > 0 {
-                let price = found.estimates[side].price();
-                words.push_str(&format!(" · {missing} to ask, {price}"));
+                words.push_str(&format!(" · {missing} to ask"));
+                price = Some(found.estimates[side].price());
             }
         }
-        Line::from(vec![
+        let room = width.saturating_sub(2);
+        let mut lines = vec![Line::from(vec![
             Span::styled(
                 format!("{} ", LETTERS[side]),
                 Style::new().fg(theme.accent).add_modifier(Modifier::BOLD),
             ),
-            Span::raw(fit(&visible(&words), width.saturating_sub(2))),
-        ])
+            Span::raw(fit(&visible(&words), room)),
+        ])];
+        // A price is whole, below.
+        let price = price.unwrap_or_default();
+        for words in textwrap::wrap(&visible(&price), room.max(16)) {
+            lines.push(Line::styled(format!("  {words}"), dim));
+        }
+        lines
     };
-    let mut lines = vec![line(0), line(1)];
+    let mut lines = [line(0), line(1)].concat();
     if let Some(found) = found {
         let mut truth = format!("truth: {}", found.truth);
+        if found.locked > 0 {
+            truth.push_str(&format!(" · {} in locked test splits", found.locked));
+        }
         if found.unlabelled > 0 {
             truth.push_str(&format!(
                 " · {} without a known truth left out",
@@ -116,10 +130,17 @@ fn foot(model: &Model) -> Vec<Line<'static>> {
         jobs.find(|job| job.id == *id)
     });
     let (done, of) = asking.fold((0, 0), |(done, of), job| (done + job.done, of + job.of));
-    if of > 0 {
+    let news = Style::new().fg(theme.warning).add_modifier(Modifier::BOLD);
+    if !versions.asking.is_empty() {
         let key = model.look.key(Action::TaskList);
-        let words = format!("asking: {done} of {of} answered · {key} shows the tasks");
-        lines.push(Line::styled(words, Style::new().fg(theme.warning)));
+        let words = format!("asking {done}/{of} · {key} shows the tasks");
+        lines.push(Line::styled(words, news));
+    }
+    // Without a table, this stands in its place.
+    if versions.job.is_some() && versions.found.is_some() {
+        let (done, of) = versions.looked;
+        let words = format!("looking up stored answers {done}/{of}");
+        lines.push(Line::styled(words, news));
     }
     if let Some(found) = &versions.found {
         let totals = found.totals();
@@ -132,9 +153,9 @@ fn foot(model: &Model) -> Vec<Line<'static>> {
 }
 
 fn changes(totals: &VersionTotals, theme: &Theme) -> Line<'static> {
-    let p = totals.p.map_or("–".into(), |p| match p < 0.001 {
+    let p = totals.test.map_or("–".into(), |test| match test.p < 0.001 {
         true => "<0.001".to_string(),
-        false => format!("{p:.3}"),
+        false => format!("{:.3}", test.p),
     });
     let part = |change, count: usize| {
         let (word, style) = changed(change, theme);
@@ -147,7 +168,7 @@ fn changes(totals: &VersionTotals, theme: &Theme) -> Line<'static> {
         ),
         part(VersionChange::Better, totals.better),
         part(VersionChange::Worse, totals.worse),
-        Span::styled(format!(" · McNemar p {p}"), Style::new().fg(theme.dim)),
+        Span::styled(format!(" · permutation p {p}"), Style::new().fg(theme.dim)),
     ])
 }
 
@@ -157,6 +178,12 @@ fn costs(letter: char, side: &SideTotals, theme: &Theme) -> Line<'static> {
         0 => String::new(),
         n => format!(" + {n} of unknown cost"),
     };
+    if side.answers == 0 {
+        return Line::styled(
+            format!("{letter}: no answers yet"),
+            Style::new().fg(theme.dim),
+        );
+    }
     let words = format!(
         "{letter}: {} of {} right · {} tokens · ${:.4}{unknown}",
         side.right,
@@ -186,15 +213,17 @@ fn rows(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         frame.render_widget(words.style(Style::new().fg(theme.dim)), area);
         return;
     }
-    let behind = TRUTH + 2 * SAYS + CHANGE + 2 * TOKENS + 2 * COST;
+    let wide = width >= WIDE;
+    let consumed = if wide { 2 * TOKENS + 2 * COST } else { 0 };
+    let behind = TRUTH + 2 * SAYS + CHANGE + consumed;
     let names = width.saturating_sub(behind + 2).min(NAMES);
     let height = usize::from(area.height).saturating_sub(1);
     versions.rows.set(height);
     let top = (versions.selected + 1).saturating_sub(height);
-    let mut lines = vec![heads(names, theme)];
+    let mut lines = vec![heads(names, wide, theme)];
     for (place, row) in answers.iter().enumerate().skip(top).take(height) {
         let chosen = place == versions.selected;
-        let line = line(row, names, chosen, theme);
+        let line = line(row, (names, wide), chosen, theme);
         lines.push(match chosen {
             true => theme.select(line),
             false => line.style(theme.base()),
@@ -218,7 +247,7 @@ fn empty(model: &Model) -> String {
     }
 }
 
-fn heads(names: usize, theme: &Theme) -> Line<'static> {
+fn heads(names: usize, wide: bool, theme: &Theme) -> Line<'static> {
     let mut words = format!("  {}", pad("scenario", names));
     for (word, width) in [
         ("truth", TRUTH),
@@ -228,12 +257,13 @@ fn heads(names: usize, theme: &Theme) -> Line<'static> {
     ] {
         words.push_str(&pad(word, width));
     }
-    for (word, width) in [
+    let consumed = [
         ("tok A", TOKENS),
         ("tok B", TOKENS),
         ("cost A", COST),
         ("cost B", COST),
-    ] {
+    ];
+    for (word, width) in consumed.into_iter().filter(|_| wide) {
         words.push_str(&format!("{word:>width$}"));
     }
     Line::styled(
@@ -242,7 +272,13 @@ fn heads(names: usize, theme: &Theme) -> Line<'static> {
     )
 }
 
-fn line(row: &ComparedAnswers, names: usize, chosen: bool, theme: &Theme) -> Line<'static> {
+/// A scenario's row; the columns of names, and whether tokens and costs follow.
+fn line(
+    row: &ComparedAnswers,
+    (names, wide): (usize, bool),
+    chosen: bool,
+    theme: &Theme,
+) -> Line<'static> {
     let name = fit(&visible(&row.answers[0].scenario), names.saturating_sub(1));
     let truth = row.truth().map_or("–", |label| match label.collides() {
         true => "yes",
@@ -259,6 +295,9 @@ fn line(row: &ComparedAnswers, names: usize, chosen: bool, theme: &Theme) -> Lin
         spans.push(Span::styled(pad(&words, SAYS), style));
     }
     spans.push(Span::styled(pad(&word, CHANGE), style));
+    if !wide {
+        return Line::from(spans);
+    }
     let consumed = row.answers.each_ref().map(|one| one.consumed);
     for one in &consumed {
         let tokens = one.input_tokens.unwrap_or(0) + one.output_tokens.unwrap_or(0);
@@ -274,7 +313,7 @@ fn line(row: &ComparedAnswers, names: usize, chosen: bool, theme: &Theme) -> Lin
 
 /// What an answer says, with a sign for whether it is right.
 fn said(one: &Scored, theme: &Theme) -> (String, Style) {
-    let word = match (&one.status, one.dangerous()) {
+    let word = match (&one.status, one.positive()) {
         (_, Some(true)) => "yes",
         (_, Some(false)) => "no",
         (AnswerStatus::Unparsed(_), _) => "unread",

@@ -41,7 +41,11 @@ impl Screen for VersionsScreen {
             }
             NextChange => {
                 if !model.versions.next_change() {
-                    model.say("no answer changed");
+                    let key = model.look.key(AskVersions);
+                    model.say(match model.versions.compares() {
+                        true => "no answer changed".to_string(),
+                        false => format!("nothing is compared yet: {key} asks for what is missing"),
+                    });
                 }
             }
             _ => return Step::Ignored,

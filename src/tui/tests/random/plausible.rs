@@ -1,16 +1,19 @@
 //! Made-up but plausible results of effects, for the random-input test: answers, ratings, batches, facts.
 
 use std::collections::HashMap;
-use std::sync::{Mutex, OnceLock};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 use super::super::bench::{answer, no_verdict};
-use super::super::driven::planned;
-use super::super::generated::generated;
-use super::super::kept::FIRST;
+use super::super::drive_fixtures::planned;
+use super::super::history_store::FIRST;
+use super::super::variant_fixtures::generated;
 use super::super::versions;
 use super::super::written::unwritten;
+use super::experiments;
 use super::world::{CLAIMS, HOSTILE};
+use crate::corpus::{CorpusIndex, IndexedWindow, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
 use crate::evaluation::batch::Estimate;
 use crate::evaluation::generating::Progress as TerminationSignal;
 use crate::evaluation::{Answer, Event};
@@ -80,6 +83,17 @@ pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
             let all = [Update::Progress(n), Update::Ended(ended)];
             all.into_iter().map(JobEvent::Versions).collect()
         }
+        JobRequest::Experiment(_) => experiments::read(n),
+        JobRequest::ExperimentBatch(_) => experiments::ask(n),
+        JobRequest::WriteExperiment(new) => vec![experiments::write(new.file, n)],
+        JobRequest::Index(folder) => {
+            let ended = match n % 3 {
+                0 => Err(HOSTILE.into()),
+                _ => Ok(Arc::new(index(folder, n))),
+            };
+            let all = [Update::Progress((n as u64, 100)), Update::Ended(ended)];
+            all.into_iter().map(JobEvent::Index).collect()
+        }
         JobRequest::Pair(_) => vec![JobEvent::Pair(match n % 2 {
             0 => Update::Ended(Err(HOSTILE.into())),
             _ => Update::Ended(Ok(Vec::new())),
@@ -89,6 +103,23 @@ pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
         .into_iter()
         .map(|event| Msg::Job(id, event))
         .collect()
+}
+
+/// An index of windows of a scenario with a hostile name.
+fn index(folder: PathBuf, n: usize) -> CorpusIndex {
+    let window = |place: usize| IndexedWindow {
+        ego: WindowEgo::Obstacle(place as i64),
+        obstacle: i64::MAX,
+        kind: "car",
+        steps: (i64::MIN, i64::MAX),
+        manoeuvre: Manoeuvre::ALL[place % Manoeuvre::ALL.len()],
+        road: RoadType::ALL[(place + n) % RoadType::ALL.len()],
+        severity: (place % SEVERITIES) as u8,
+        worst_step: i64::MAX,
+        values: Vec::new(),
+    };
+    let windows = (0..n % 200).map(|place| (HOSTILE, "00", window(place), place % 2 == 0));
+    CorpusIndex::of_windows(folder, &windows.collect::<Vec<_>>())
 }
 
 /// What a job tells that was cancelled.

@@ -11,9 +11,9 @@ use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
 use super::super::bench::opened;
-use super::super::kept::{FIRST, Fixture};
+use super::super::history_store::{FIRST, Fixture};
 use super::plausible::{cancelled, facts, job, rating, stored};
-use super::{ESCAPES, Input, sound};
+use super::{ESCAPES, Input, experiments, sound};
 use crate::formats::{EgoSelection, Entry, bundled};
 use crate::llm::{Dialect, Discovered};
 use crate::metrics::Thresholds;
@@ -326,6 +326,7 @@ impl World {
             | Effect::RemoveTemplate(file, _) => {
                 vec![Msg::Saved(file, Ok((Library::load(None), "saved".into())))]
             }
+            Effect::ListExperiments(folder) => vec![experiments::listed(folder, n)],
             Effect::RereadTemplates => vec![Msg::Reread(Library::load(None))],
             Effect::Picture(_) => vec![Msg::Pictured(Ok("picture.svg".into()))],
             _ => Vec::new(),

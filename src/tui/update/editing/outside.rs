@@ -28,16 +28,18 @@ pub fn open_outside(model: &mut Model) -> Vec<Effect> {
             file: name.into(),
             text,
             copy: true,
+            place: None,
         },
         None => ExternalEdit {
             file,
             text: prompt.text(),
             copy: false,
+            place: None,
         },
     })]
 }
 
-/// Takes over what came back; what went wrong changes nothing.
+/// Takes over what came back as the template; what went wrong changes nothing.
 pub fn edited_outside(model: &mut Model, sent: ExternalEdit, result: Result<String, String>) {
     let text = match result {
         Ok(text) => text.replace("\r\n", "\n"),

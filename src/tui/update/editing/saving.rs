@@ -114,6 +114,7 @@ pub fn reset(model: &mut Model) -> Vec<Effect> {
     }
     let draft = model.prompt.draft().map(|(_, text)| text);
     model.prompt.editing = false;
+    super::return_focus(model);
     model.prompt.reload(&model.library);
     model.refresh();
     vec![Effect::RemoveTemplate(file, draft)]

@@ -9,7 +9,7 @@ use super::super::super::message::{Effect, JobId};
 use super::super::super::model::{Job, JobKind, JobState, Model, RequestTokens, forecast_words};
 use super::super::super::screens::attack::AttackScreen;
 use super::super::list;
-use super::{cancel, ready, request, show};
+use super::{ready, request, show, still_searching};
 use crate::evaluation::generating::{Progress, RETRIES, SAMPLES};
 use crate::evaluation::{Event, Settings};
 use crate::judge;
@@ -17,10 +17,10 @@ use crate::llm::Chunk;
 use crate::scenario::{ContentHash, ObstacleRole};
 use crate::verdict::Task;
 
-/// Offers to let the chosen model write, with its cost; or stops what is under way; or shows what it made.
+/// Offers to let the chosen model write, with its cost; or says how far what is under way is; or shows what it made.
 pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
-    if model.maker.under_way.is_some() {
-        return cancel(model);
+    if still_searching(model) {
+        return Vec::new();
     }
     if model.model == judge::MODEL {
         let (choose, search) = (
@@ -50,7 +50,7 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     let anew = if fresh { " again" } else { "" };
-    let reply = format!("asking {asked}{anew}… ego planned with {words}; {key} cancels");
+    let reply = format!("asking {asked}{anew}… ego planned with {words}; {key} {key} cancels");
     let requests = requests(model, only);
     let price = model.prompt.prices.of_requests(&asked, &requests);
     // A variant has another name, and the question is about its original.

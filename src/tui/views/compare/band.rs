@@ -7,10 +7,11 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use super::hidden;
-use crate::evaluation::claims::{Judgement, TOLERANCES};
+use crate::evaluation::claims::{CheckedClaim, Judgement, TOLERANCES};
 use crate::evaluation::{Standings, StandingsBy};
 use crate::tui::action::Action;
 use crate::tui::model::{Model, REASONS};
+use crate::tui::theme::Theme;
 use crate::tui::widgets::claimed;
 use crate::tui::widgets::words::{fit, pad};
 
@@ -57,11 +58,25 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         });
     }
     let rows = usize::from(inner.height);
+    // Where all have room whole, none is cut.
+    let width = usize::from(inner.width);
+    let whole: Vec<Vec<Line<'static>>> = order
+        .iter()
+        .map(|place| wrapped(&claims[*place], width, theme))
+        .collect();
+    let fits = whole.iter().map(Vec::len).sum::<usize>() <= rows;
     let first = picked
         .map_or(0, |p| p.saturating_sub(rows / 2))
         .min(order.len().saturating_sub(rows));
     let mut text = Text::default();
-    for &place in order.iter().skip(first).take(rows) {
+    let mark = |line: Line<'static>, place| match picked == Some(place) {
+        true => line.style(Style::new().add_modifier(Modifier::REVERSED)),
+        false => line,
+    };
+    for (lines, &place) in whole.into_iter().zip(&order).filter(|_| fits) {
+        text.extend(lines.into_iter().map(|line| mark(line, place)));
+    }
+    for &place in order.iter().skip(first).take(rows).filter(|_| !fits) {
         let mut line = claimed::line(&claims[place], theme);
         if line.width() > usize::from(inner.width) {
             // The symbol keeps its colour; truncation is marked.
@@ -71,12 +86,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
                 words.content = fit(&words.content, room).into();
             }
         }
-        if picked == Some(place) {
-            line = line.style(Style::new().add_modifier(Modifier::REVERSED));
-        }
-        text.push_line(line);
+        text.push_line(mark(line, place));
     }
     let listed = text.lines.len();
+    if !fits && order.len() > rows {
+        let (from, to) = (first + 1, (first + rows).min(order.len()));
+        in_border(f, area, model, &format!(" {from}–{to} of {} ", order.len()));
+    }
     f.render_widget(Paragraph::new(text), inner);
     if listed < rows && !claims.is_empty() {
         let below = Rect {
@@ -87,6 +103,38 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let words = Paragraph::new(format!("right: within {TOLERANCES}")).wrap(Wrap { trim: true });
         f.render_widget(words.style(dim), below);
     }
+}
+
+/// A claim on as many lines as it takes, further ones below its words.
+fn wrapped(claim: &CheckedClaim, width: usize, theme: &Theme) -> Vec<Line<'static>> {
+    let line = claimed::line(claim, theme);
+    let mut spans = line.spans.into_iter();
+    let (Some(sign), Some(words)) = (spans.next(), spans.next()) else {
+        return Vec::new();
+    };
+    let columns = sign.width();
+    let parts = textwrap::wrap(&words.content, width.saturating_sub(columns).max(16));
+    let lines = parts.iter().enumerate().map(|(at, part)| {
+        let sign = match at {
+            0 => sign.clone(),
+            _ => Span::raw(" ".repeat(columns)),
+        };
+        Line::from(vec![sign, Span::styled(part.to_string(), words.style)])
+    });
+    lines.collect()
+}
+
+/// Words at the right of the lower border.
+fn in_border(f: &mut Frame<'_>, area: Rect, model: &Model, words: &str) {
+    let words = Span::styled(words.to_string(), Style::new().fg(model.theme.dim));
+    let width = u16::try_from(words.width()).unwrap_or(u16::MAX);
+    let place = Rect {
+        x: area.right().saturating_sub(width + 1).max(area.x),
+        y: area.bottom().saturating_sub(1),
+        width: width.min(area.width),
+        height: 1,
+    };
+    f.render_widget(words, place);
 }
 
 /// Why the answer is wrong: a short list, and words of one's own.
@@ -170,7 +218,7 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
         for row in &standings.rows {
             let strength = match (row.strength, row.low, row.high) {
                 (Some(s), Some(low), Some(high)) => format!("{s:+.2} ({low:+.2} to {high:+.2})"),
-                _ => "-".into(),
+                _ => "–".into(),
             };
             text.push_line(format!(
                 "{} {:>5} {:>3} {:>4} {:>4} {:>5}  {strength}",

@@ -85,6 +85,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         (None, _) => (says, Some(theme.warning)),
     };
     add("verdict", word.0, word.1, true);
+    add("P(yes)", probability(verdict, hides), None, false);
     add("who", who(verdict), None, true);
     add("risk", risk(verdict), None, true);
     add(
@@ -104,7 +105,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
             _ if hides => "hidden until rated".into(),
             (false, _) => "when complete".into(),
             (true, true) => "none found".into(),
-            (true, false) => claimed::counts(claims),
+            (true, false) => claimed::short_counts(claims),
         }
     });
     add("claims", claims, None, false);
@@ -115,12 +116,24 @@ fn who(verdict: Option<&Verdict>) -> String {
     let Some(verdict) = verdict else {
         return "–".into();
     };
+    if !verdict.dangerous {
+        return "–".into();
+    }
     let lowest = verdict.worst().map(|w| w.risk_score);
     let worst = verdict
         .obstacles
         .iter()
         .filter(|o| Some(o.risk_score) == lowest);
-    let ids: Vec<String> = worst.map(|o| o.id.to_string()).collect();
+    let ids: Vec<String> = match &verdict.critical {
+        Some(critical) if verdict.dangerous && !critical.is_empty() => {
+            let named = critical.iter().map(|c| match c.probability {
+                Some(p) => format!("{} ({p:.2})", c.id),
+                None => c.id.to_string(),
+            });
+            named.collect()
+        }
+        _ => worst.map(|o| o.id.to_string()).collect(),
+    };
     if ids.is_empty() {
         "–".into()
     } else {
@@ -128,9 +141,25 @@ fn who(verdict: Option<&Verdict>) -> String {
     }
 }
 
+/// The stated probability, and the one by log probabilities; which models give these could tell them apart.
+fn probability(verdict: Option<&Verdict>, hides: bool) -> String {
+    let stated = verdict
+        .and_then(|v| v.probability)
+        .map(|p| format!("{p:.2}"));
+    let tokens = verdict.and_then(|v| v.token_probability).filter(|_| !hides);
+    let tokens = tokens.map(|p| format!("{p:.2} by tokens"));
+    let all: Vec<String> = stated.into_iter().chain(tokens).collect();
+    match all.is_empty() {
+        true => "–".into(),
+        false => all.join(", "),
+    }
+}
+
 fn risk(verdict: Option<&Verdict>) -> String {
-    let worst = verdict.and_then(Verdict::worst);
-    worst.map_or("–".into(), |w| w.risk_score.to_string())
+    let score = verdict
+        .and_then(Verdict::foremost)
+        .and_then(|(_, score)| score);
+    score.map_or("–".into(), |score| score.to_string())
 }
 
 fn progress(progress: &Progress) -> String {
@@ -174,9 +203,11 @@ fn consumed(model: &Model, shown: ShownAnswer) -> (String, String) {
         return (tokens, "unknown".into());
     }
     let time = consumed.duration_ms.map_or("unknown".into(), duration);
-    let cost = consumed.cost_usd.map_or("cost unknown".into(), |usd| {
-        format!("{:.3} ct", usd * 100.0)
-    });
+    let cost = match consumed.cost_usd {
+        None => "cost unknown".into(),
+        Some(0.0) => "free".into(),
+        Some(usd) => format!("${usd:.4}"),
+    };
     (tokens, format!("{time} · {cost}"))
 }
 
@@ -185,8 +216,15 @@ pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
     let Some(first) = all.first() else {
         return Vec::new();
     };
-    // The signs against the built-in judge are not what is compared.
-    let bare = |field: &Field| field.value.trim_end_matches(['=', '≠', ' ']).to_string();
+    // The signs against the built-in judge, and probabilities in brackets, are not what is compared.
+    let bare = |field: &Field| {
+        let value = field.value.trim_end_matches(['=', '≠', ' ']);
+        let plain = value.split('(').enumerate().map(|(i, part)| match i {
+            0 => part,
+            _ => part.split_once(')').map_or(part, |(_, rest)| rest),
+        });
+        plain.map(str::trim).collect::<String>()
+    };
     let differs = |(row, field): (usize, &Field)| {
         field.counts
             && all
@@ -204,7 +242,7 @@ pub fn lines(model: &Model, fields: &[Field], differ: &[bool], width: u16) -> Ve
         let differs = differ.get(row).copied().unwrap_or(false);
         let (sign, label) = if differs {
             (
-                "<>",
+                "≠",
                 Style::new().fg(theme.warning).add_modifier(Modifier::BOLD),
             )
         } else {
@@ -230,9 +268,9 @@ pub fn outcome(model: &Model, place: usize) -> Option<Line<'static>> {
     let (compare, theme) = (&model.compare, &model.theme);
     let mark = compare.marks.get(place).cloned().flatten();
     let chosen = match compare.choice {
-        Some(Choice::Best(best)) if best == place => Some(("* best", theme.safe)),
+        Some(Choice::Best(best)) if best == place => Some(("* best", theme.agree)),
         Some(Choice::Tie) => Some(("= tie", theme.accent)),
-        Some(Choice::AllWrong) => Some(("x all wrong", theme.danger)),
+        Some(Choice::AllWrong) => Some(("x all wrong", theme.disagree)),
         _ => None,
     };
     let mut spans = Vec::new();
@@ -267,6 +305,9 @@ mod tests {
             field("who", "3", true),
             field("tokens", "1", false),
         ];
+        let same = vec![field("who", "3 (0.90), 4", true)];
+        let other = vec![field("who", "3, 4 (0.2)", true)];
+        assert_eq!(differing(&[same, other]), [false]);
         let b = vec![
             field("verdict", "collision ≠", true),
             field("who", "4", true),

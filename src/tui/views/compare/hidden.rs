@@ -9,7 +9,7 @@ use crate::tui::model::{Model, ShownAnswer};
 pub fn name(model: &Model, shown: ShownAnswer) -> String {
     match shown {
         _ if model.compare.hides() => "answer".into(),
-        ShownAnswer::Reference => format!("built-in · {}", judge::MODEL),
+        ShownAnswer::Reference => judge::NAME.into(),
         ShownAnswer::Column(place) => model
             .answers
             .columns

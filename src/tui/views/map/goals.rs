@@ -30,9 +30,10 @@ pub fn labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view:
             continue;
         };
         let cells = board.cells(&body);
-        // All of it where there is room, else at least that it is a goal.
-        let words = words(goal, dt);
-        let _ = board.beside(&cells, &words, style) || board.beside(&cells, "goal", style);
+        // All of it where there is room, else when, else at least that it is a goal.
+        let (all, when) = (words(goal, dt), format!("goal {}", seconds(goal, dt)));
+        let mut texts = [all.as_str(), &when, "goal"].into_iter();
+        texts.any(|text| board.has_room(text) && board.beside(&cells, text, style));
     }
 }
 
@@ -64,6 +65,16 @@ fn place(opened: &Opened, goal: &Goal, view: &CellView) -> Option<Point> {
     seen.min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
+/// When a goal is to be reached.
+fn seconds(goal: &Goal, dt: f64) -> String {
+    let seconds = |step: i64| step as f64 * dt;
+    let (from, to) = (seconds(goal.time.from), seconds(goal.time.to));
+    match goal.time.from == goal.time.to {
+        true => format!("{from:.1} s"),
+        false => format!("{from:.1}-{to:.1} s"),
+    }
+}
+
 /// Describes a goal.
 pub fn words(goal: &Goal, dt: f64) -> String {
     let mut words = vec!["goal".to_string()];
@@ -74,15 +85,11 @@ pub fn words(goal: &Goal, dt: f64) -> String {
         let plural = if lanelets.len() > 1 { "s" } else { "" };
         words.push(format!("lanelet{plural} {}{more}", ids.join(" ")));
     }
-    let seconds = |step: i64| step as f64 * dt;
     let (from, to) = (goal.time.from, goal.time.to);
+    let seconds = seconds(goal, dt);
     words.push(match from == to {
-        true => format!("step {from} ({:.1} s)", seconds(from)),
-        false => format!(
-            "steps {from}-{to} ({:.1}-{:.1} s)",
-            seconds(from),
-            seconds(to)
-        ),
+        true => format!("step {from} ({seconds})"),
+        false => format!("steps {from}-{to} ({seconds})"),
     });
     if let Some(speed) = goal.velocity {
         words.push(match speed {
@@ -114,5 +121,6 @@ mod tests {
         goal.positions.clear();
         goal.velocity = None;
         assert_eq!(words(&goal, 0.2), "goal · step 30 (6.0 s)");
+        assert_eq!(seconds(&goal, 0.2), "6.0 s");
     }
 }

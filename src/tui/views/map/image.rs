@@ -5,8 +5,7 @@ use ratatui::layout::Rect;
 use super::{CellView, MapScene, request as scene_request, with_layers};
 use crate::render::{MapPage, Palette};
 use crate::settings::ThemeColor;
-use crate::tui::loaded::Opened;
-use crate::tui::model::{MapChoice, MapPicture, Model};
+use crate::tui::model::{MapChoice, MapPicture, Model, Moment};
 use crate::tui::pixels::{Encoder, MapImage};
 use crate::tui::theme::components;
 
@@ -24,23 +23,23 @@ pub fn encoder(model: &Model) -> Option<&Encoder> {
 /// Draws the picture that the image is to show.
 pub fn request(
     model: &Model,
-    opened: &Opened,
+    moment: &Moment<'_>,
     encoder: &Encoder,
     (area, view): (Rect, &CellView),
-    step: i64,
 ) {
     let (width, height) = encoder.cell();
+    let part = encoder.coarseness(model.clock.playing);
     let page = MapPage {
         pixels: (
-            width * u32::from(area.width),
-            height * u32::from(area.height),
+            (width * u32::from(area.width)).div_ceil(part),
+            (height * u32::from(area.height)).div_ceil(part),
         ),
-        line: f64::from(height),
+        line: f64::from(height) / f64::from(part),
         frame: view.frame,
         width: 2.0 * view.half.0,
     };
-    let request = scene_request(model, opened, page.viewport(), step);
-    let scene = with_layers(MapScene::new(&request), model, step);
+    let request = scene_request(model, moment, page.viewport());
+    let scene = with_layers(MapScene::new(&request), model, moment);
     let picture = page.draw(&request, scene, &palette(model));
     model.drawn.set_picture(MapPicture {
         picture,

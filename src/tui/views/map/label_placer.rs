@@ -2,7 +2,7 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui::style::{Modifier, Style};
 use unicode_width::UnicodeWidthStr;
 
 use super::CellView;
@@ -58,6 +58,9 @@ pub struct LabelPlacer<'a> {
     taken: Vec<Area>,
 }
 
+/// The part of the map's width that a long label may take: a third.
+const SHARE: i32 = 3;
+
 impl<'a> LabelPlacer<'a> {
     pub fn new(buffer: &'a mut Buffer, area: Rect, view: &CellView) -> Self {
         Self {
@@ -88,10 +91,9 @@ impl<'a> LabelPlacer<'a> {
         self.taken.push(area);
     }
 
-    /// The lowest row says who is picked.
     fn inside(&self, area: &Area) -> bool {
         let (columns, rows) = (i32::from(self.area.width), i32::from(self.area.height));
-        area.x.0 >= 0 && area.x.1 <= columns && area.y.0 >= 0 && area.y.1 < rows
+        area.x.0 >= 0 && area.x.1 <= columns && area.y.0 >= 0 && area.y.1 <= rows
     }
 
     /// Writes words with their middle at a point of the canvas, over anything; they are not covered any more. Says
@@ -122,6 +124,11 @@ impl<'a> LabelPlacer<'a> {
             x: (left, left + width),
             y: cell.y,
         }
+    }
+
+    /// Whether words are short beside the map: longer ones would hide what they stand on.
+    pub fn has_room(&self, words: &str) -> bool {
+        columns(words) * SHARE <= i32::from(self.area.width)
     }
 
     /// Writes words beside a body, where they cover neither anything written nor anything reserved; says whether there
@@ -177,6 +184,14 @@ impl<'a> LabelPlacer<'a> {
     fn write(&mut self, area: Area, words: &str, style: Style) {
         let at = |from: u16, cell: i32| from + u16::try_from(cell).unwrap_or(0);
         let (x, y) = (at(self.area.x, area.x.0), at(self.area.y, area.y.0));
+        let width = u16::try_from(area.x.1 - area.x.0).unwrap_or(0);
+        for cell in Rect::new(x, y, width, 1)
+            .intersection(self.area)
+            .positions()
+        {
+            // What lies below may be dim or reversed; words are as their style says, and no more.
+            self.buffer[cell].modifier = Modifier::empty();
+        }
         self.buffer.set_string(x, y, words, style);
         self.taken.push(area);
     }

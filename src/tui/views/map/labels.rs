@@ -4,11 +4,8 @@ use ratatui::style::{Modifier, Style};
 
 use super::CellView;
 use super::label_placer::{Area, Body, LabelPlacer};
-use crate::render::scene::{Importance, MapScene, Owner, Role};
-use crate::tui::model::Model;
-
-/// Obstacles named at once, beside the picked one.
-const MOST: usize = 7;
+use crate::render::scene::{Importance, MapScene, NAMED, Owner, Role};
+use crate::tui::model::{Model, Moment};
 
 struct Label {
     text: String,
@@ -18,18 +15,23 @@ struct Label {
     owner: Owner,
 }
 
-pub fn draw(board: &mut LabelPlacer<'_>, model: &Model, scene: &MapScene<'_>, view: &CellView) {
+pub fn draw(
+    board: &mut LabelPlacer<'_>,
+    model: &Model,
+    moment: &Moment<'_>,
+    (scene, view): (&MapScene<'_>, &CellView),
+) {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
     let mut labels = Vec::new();
-    for named in scene.named(MOST) {
+    for named in scene.named(NAMED) {
         let outside = !view.sees_point(&named.motion.pose.position);
         let corners = named.rings.iter().flatten().map(|p| view.at(p));
         let Some(body) = Body::around(corners) else {
             continue;
         };
         let (text, style) = match named.owner {
-            Owner::Ego => match model.planned() {
+            Owner::Ego => match moment.opened.planned {
                 Some(_) => ("ego planned".into(), bold(theme.ego)),
                 None => ("ego".into(), bold(theme.ego)),
             },

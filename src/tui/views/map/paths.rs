@@ -6,15 +6,15 @@ use super::label_placer::{Body, LabelPlacer};
 use crate::geometry::Point;
 use crate::render::cells::{CROSSES, CellView};
 use crate::render::scene::{LineStyle, Overlay, Role};
-use crate::tui::model::{Foreseen, Model, On};
+use crate::tui::model::{Foreseen, Model, Moment, On};
 
 /// Marks the end of a constant-velocity path.
 const STRAIGHT: &str = "x";
 
 /// Predicted courses dashed, the way straight on as crosses: recorded futures are dots.
-pub fn predictions(model: &Model) -> Vec<Overlay> {
+pub fn predictions(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
     let mut found = Vec::new();
-    for future in &model.map.foresight.futures {
+    for future in &moment.foresight.futures {
         let role = role(model, future.who);
         let courses = future.courses.iter().map(|(_, course)| course);
         found.extend(courses.map(|c| Overlay::path(role, LineStyle::Dashed, c.clone())));
@@ -29,9 +29,9 @@ pub fn predictions(model: &Model) -> Vec<Overlay> {
 }
 
 /// How likely each course of the picked obstacle is, and where the ways straight on end.
-pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
+pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
     let alone = model.map.layers.paths == Foreseen::Picked;
-    for future in &model.map.foresight.futures {
+    for future in &moment.foresight.futures {
         let style = Style::new()
             .fg(super::look(model).color(Role::ConstantVelocity))
             .add_modifier(Modifier::BOLD);

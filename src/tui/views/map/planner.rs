@@ -1,4 +1,4 @@
-//! The planner's view at the cursor, and the recorded ego beside the planned one.
+//! The planner's view at a moment, and the recorded ego beside the planned one.
 //!
 //! Feasible candidates are lines, rejected ones dots, the chosen one a thick line with its seconds; predicted bodies
 //! are outlines; the recorded ego's path is dashed and its body hollow.
@@ -9,16 +9,20 @@ use super::CellView;
 use super::label_placer::LabelPlacer;
 use crate::render::scene::{LineStyle, Outline, Overlay, Role};
 use crate::tui::loaded::CycleShown;
-use crate::tui::model::Model;
+use crate::tui::model::{Model, Moment};
 
-/// The cycle at the cursor, if it is to be seen.
-fn cycle(model: &Model) -> Option<&CycleShown> {
-    model.cycle().filter(|_| model.map.layers.planner)
+/// The cycle of the moment, if it is to be seen.
+fn cycle<'a>(model: &Model, moment: &Moment<'a>) -> Option<&'a CycleShown> {
+    moment.cycle().filter(|_| model.map.layers.planner)
 }
 
-/// The fan: rejected candidates under those that can be driven.
-pub fn fan(model: &Model) -> impl Iterator<Item = Overlay> + '_ {
-    let lines = cycle(model).into_iter().flat_map(|cycle| cycle.fan.lines());
+/// The fan: candidates that can be driven, over the rejected ones where those are shown.
+pub fn fan<'a>(model: &Model, moment: &Moment<'a>) -> impl Iterator<Item = Overlay> + use<'a> {
+    let lines = cycle(model, moment)
+        .into_iter()
+        .flat_map(|cycle| cycle.fan.lines());
+    let rejected = model.map.layers.rejected;
+    let lines = lines.filter(move |(_, drivable)| *drivable || rejected);
     lines.map(|(line, drivable)| match drivable {
         true => Overlay::path(Role::Feasible, LineStyle::Solid, line),
         false => Overlay::path(Role::Rejected, LineStyle::Dotted, line),
@@ -26,13 +30,13 @@ pub fn fan(model: &Model) -> impl Iterator<Item = Overlay> + '_ {
 }
 
 /// Where the recorded ego went and where it is, predicted bodies, and above them what was chosen.
-pub fn overlays(model: &Model, step: i64) -> Vec<Overlay> {
+pub fn overlays(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
     let mut found = Vec::new();
-    if let Some(scene) = model.recorded_beside() {
+    if let Some(scene) = moment.recorded().filter(|_| model.map.layers.planner) {
         let way = scene.ego.track.iter();
         let way = way.map(|(_, m)| m.pose.position).collect();
         found.push(Overlay::path(Role::RecordedEgo, LineStyle::Dashed, way));
-        found.extend(scene.ego_at(step).map(|body| {
+        found.extend(scene.ego_at(moment.step).map(|body| {
             Overlay::Outline(Outline {
                 role: Role::RecordedEgo,
                 faint: false,
@@ -41,7 +45,7 @@ pub fn overlays(model: &Model, step: i64) -> Vec<Overlay> {
             })
         }));
     }
-    if let Some(cycle) = cycle(model) {
+    if let Some(cycle) = cycle(model, moment) {
         found.extend(cycle.foreseen.iter().map(|body| {
             Overlay::Outline(Outline {
                 role: Role::PredictedBody,
@@ -57,8 +61,10 @@ pub fn overlays(model: &Model, step: i64) -> Vec<Overlay> {
 }
 
 /// The full seconds on what was chosen.
-pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
-    let Some(cycle) = cycle(model) else { return };
+pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let Some(cycle) = cycle(model, moment) else {
+        return;
+    };
     let style = Style::new()
         .fg(model.theme.ego)
         .add_modifier(Modifier::BOLD);

@@ -30,6 +30,16 @@ pub struct Placed {
     pub posts: bool,
 }
 
+impl Placed {
+    /// What is on one of two maps.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            lights: self.lights || other.lights,
+            posts: self.posts || other.posts,
+        }
+    }
+}
+
 /// Says whether there are lights.
 pub fn lights(
     board: &mut LabelPlacer<'_>,

@@ -5,22 +5,22 @@ use ratatui::style::{Modifier, Style};
 use super::CellView;
 use super::label_placer::{Body, LabelPlacer};
 use crate::render::scene::{LineStyle, Overlay, Role};
-use crate::tui::model::{Measurement, Model, On, Tape};
+use crate::tui::model::{Measurement, Model, Moment, On, Tape};
 use crate::tui::widgets::words::hundredths;
 
 /// The line between the two ends.
-pub fn line(model: &Model) -> Option<Overlay> {
-    let (_, measured) = model.measured()?;
+pub fn line(model: &Model, moment: &Moment<'_>) -> Option<Overlay> {
+    let measured = moment.measured(model.map.tape.as_ref()?);
     let (from, to) = measured.gap.ends;
     Some(Overlay::path(Role::Tape, LineStyle::Solid, vec![from, to]))
 }
 
 /// The two ends, where they are.
-pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
-    let Some((_, measured)) = model.measured() else {
+pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let Some(tape) = &model.map.tape else {
         return;
     };
-    let (from, to) = measured.gap.ends;
+    let (from, to) = moment.measured(tape).gap.ends;
     board.put(view.at(&from), "+", style(model));
     // The end that keys move.
     board.put(view.at(&to), "#", style(model));
@@ -33,13 +33,14 @@ fn style(model: &Model) -> Style {
 }
 
 /// The measurement, as much as fits beside its middle, or beside its end.
-pub fn label(board: &mut LabelPlacer<'_>, model: &Model, view: &CellView) {
-    let Some((tape, measured)) = model.measured() else {
+pub fn label(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let Some(tape) = &model.map.tape else {
         return;
     };
+    let measured = moment.measured(tape);
     let (from, to) = measured.gap.ends;
     let places = [view.at(&nalgebra::center(&from, &to)), view.at(&to)];
-    let all = words(&tape, &measured);
+    let all = words(tape, &measured);
     for count in (1..=all.len()).rev() {
         let words = all[..count].join(" · ");
         for place in places {

@@ -4,7 +4,7 @@ use ratatui::style::{Modifier, Style};
 
 use super::label_placer::{Body, LabelPlacer};
 use crate::render::cells::{Appearance, CellView, Heading, heading_arrow};
-use crate::render::scene::{Importance, MapScene};
+use crate::render::scene::{Importance, MapScene, Owner};
 
 /// Bodies that are too small for their heading to show are arrows, the ego on top.
 pub fn arrows(
@@ -17,6 +17,10 @@ pub fn arrows(
     for body in all {
         let mut style = Style::new().fg(look.color(body.role));
         match Heading::new(look, view, body) {
+            // Without colours nothing else marks the ego.
+            Heading::Alone if body.owner == Owner::Ego && !look.has_colors() => {
+                style = style.add_modifier(Modifier::REVERSED);
+            }
             Heading::Alone => {}
             Heading::OnBody if look.style.has_backgrounds() => {
                 style = Style::new()
@@ -24,7 +28,7 @@ pub fn arrows(
                     .bg(look.color(body.role));
             }
             Heading::OnBody => style = style.add_modifier(Modifier::REVERSED),
-            Heading::Pointed | Heading::Windscreen | Heading::None => continue,
+            Heading::Windscreen | Heading::None => continue,
         }
         if body.importance >= Importance::Danger {
             style = style.add_modifier(Modifier::BOLD);
@@ -49,10 +53,15 @@ pub fn contacts(
     scene: &MapScene<'_>,
     view: &CellView,
 ) {
-    let style = Style::new().fg(look.theme.danger);
-    let style = style.add_modifier(Modifier::BOLD | Modifier::REVERSED);
+    // Bodies are of the colour of danger, too: the sign has a background of its own.
+    let style = Style::new().fg(look.theme.danger).bg(look.theme.background);
+    let style = style.add_modifier(Modifier::BOLD);
     for contact in &scene.contacts {
-        board.put(view.at(&contact.at), "×", style);
+        let at = view.at(&contact.at);
+        // At the edge of the map there is less room.
+        if !board.put(at, "─×─", style) {
+            board.put(at, "×", style);
+        }
     }
 }
 

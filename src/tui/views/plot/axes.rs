@@ -23,8 +23,6 @@ pub type Range = (f64, f64);
 pub struct Drawn<'a> {
     /// From when to when, seconds.
     pub time: Range,
-    /// The part of it that is judged.
-    pub window: Option<Range>,
     /// The vertical axis.
     pub upwards: &'a Upwards,
     /// Its unit.
@@ -194,15 +192,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, drawn: &Drawn<'_>) -> Axes {
     axes
 }
 
-/// The numbers of the lower axis, between the brackets of the window.
+/// The numbers of the lower axis, below their ticks.
 fn numbers(axes: &Axes, area: Rect, ticks: Vec<(f64, String)>, drawn: &Drawn<'_>) -> Line<'static> {
     let style = Style::new().fg(drawn.color);
     let mut row = LinePlacer::new(usize::from(area.width));
     let at = |time: f64| usize::from(axes.column(time) - area.x);
-    if let Some((from, to)) = drawn.window {
-        row.sign(at(from), '[', style);
-        row.sign(at(to), ']', style);
-    }
     // The last one has the unit, else the one before it that has room for it.
     let mut unit = " s";
     for (time, words) in ticks.into_iter().rev() {

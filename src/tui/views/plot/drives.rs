@@ -26,21 +26,28 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let dt = opened.scenario.dt();
     let curves = curves(model, opened, planned, what);
     let now = model.clock.step() as f64 * dt;
-    // The short label where room is scarce: the axis names the unit of speeds.
-    let (name, unit, short) = match what {
-        Drives::Risk => ("attacker's risk", "", ("risk", "")),
-        Drives::Speed => ("speed", "m/s", ("", "")),
-        Drives::Distance => (
-            "from planned to recorded ego",
-            "m",
+    // The shorter labels where room is scarce: the axis names the unit of speeds.
+    let labels: &[(&str, &str)] = match what {
+        Drives::Risk => &[
+            ("attacker's risk, 0 = collision", ""),
+            ("risk, 0 = collision", ""),
+            ("risk", ""),
+        ],
+        Drives::Speed => &[("speed", "m/s"), ("", "")],
+        Drives::Distance => &[
+            ("from planned to recorded ego", "m"),
             ("between both egos", "m"),
-        ),
+        ],
     };
+    let (_, unit) = labels[0];
     let room = usize::from(area.width).saturating_sub(4);
-    let mut title = title(name, unit, &curves, (what, now, dt));
-    if title.iter().map(|part| width(part) + 3).sum::<usize>() > room + 3 {
-        title = self::title(short.0, short.1, &curves, (what, now, dt));
-    }
+    let titles = labels.iter();
+    let mut titles = titles.map(|(name, unit)| title(name, unit, &curves, (what, now, dt)));
+    let fits = |title: &Vec<Vec<Span<'static>>>| {
+        title.iter().map(|part| width(part) + 3).sum::<usize>() <= room + 3
+    };
+    let shortest = titles.clone().next_back();
+    let title = titles.find(fits).or(shortest).unwrap_or_default();
     let title = super::fitting(title, room);
     let inner = frame::pane(f, area, model, Pane::Plot, title);
     let all = || curves.iter().flat_map(|c| c.runs.iter().flatten());
@@ -56,7 +63,6 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let window = super::window(model, dt);
     let drawn = Drawn {
         time: (from, to.max(from + dt)),
-        window,
         upwards: &upwards,
         unit,
         color: model.theme.dim,
@@ -66,6 +72,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     marks::shade(f, &axes, window, Style::new().bg(model.theme.shade));
     let now = (now, Style::new().fg(model.theme.accent));
     marks::events(f, &axes, inner, &[], now);
+    marks::window(f, &axes, inner, window, Style::new().fg(model.theme.dim));
     model.drawn.time_scale(axes.plot);
 }
 

@@ -80,6 +80,24 @@ pub fn events(f: &mut Frame<'_>, axes: &Axes, area: Rect, events: &[Event], now:
     }
 }
 
+/// Brackets around the window, in the row of the events, or in the highest one of the plot.
+pub fn window(f: &mut Frame<'_>, axes: &Axes, area: Rect, window: Option<Range>, style: Style) {
+    let Some((from, to)) = window.filter(|_| axes.plot.height > 0) else {
+        return;
+    };
+    let y = match axes.plot.y > area.y {
+        true => axes.plot.y - 1,
+        false => axes.plot.y,
+    };
+    let buffer = f.buffer_mut();
+    for (time, sign) in [(from, '['), (to, ']')] {
+        let column = axes.column(time);
+        if is_free(buffer, column, y) {
+            buffer[(column, y)].set_char(sign).set_style(style);
+        }
+    }
+}
+
 /// A line from top to bottom where nothing is drawn.
 fn upright(buffer: &mut Buffer, axes: &Axes, column: u16, (sign, style): (char, Style)) {
     for y in axes.plot.top()..axes.plot.bottom() {

@@ -22,14 +22,14 @@ impl Dash {
     /// Those of marked obstacles, one after the other.
     pub const MARKED: [Self; 3] = [Self::Dotted, Self::Alternating, Self::Long];
 
-    /// Its sign in a legend.
+    /// Its sign in a legend: the dots of a level line, as it is drawn.
     pub fn sign(self) -> &'static str {
         match self {
-            Self::Solid => "━",
-            Self::Dashed => "╌╌",
-            Self::Dotted => "··",
-            Self::Alternating => "╌·",
-            Self::Long => "╌━",
+            Self::Solid => "⠒⠒",
+            Self::Dashed => "⠒⠒⠀⠀⠒⠒",
+            Self::Dotted => "⠂⠀⠂",
+            Self::Alternating => "⠒⠒⠂⠐⠀",
+            Self::Long => "⠒⠒⠒⠒⠂⠀⠐",
         }
     }
 
@@ -37,7 +37,7 @@ impl Dash {
     fn shows(self, place: usize) -> bool {
         match self {
             Self::Solid => true,
-            Self::Dashed => place % 7 < 4,
+            Self::Dashed => place % 8 < 4,
             Self::Dotted => place.is_multiple_of(4),
             Self::Alternating => matches!(place % 10, 0..=4 | 7),
             Self::Long => place % 13 < 9,

@@ -21,7 +21,7 @@ pub enum Column {
     Country,
     /// Verdicts of stored answers: agreement and count; the narrow form shows agreement only.
     Answers { wide: bool },
-    /// The lowest risk score and a mark; the wide one has room for its name above it.
+    /// The worst risk score and a mark; the wide one has room for its name above it.
     Risk { wide: bool },
 }
 
@@ -144,6 +144,8 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
         Column::Obstacles => plain(facts.map(|f| f.obstacles.to_string())),
         Column::Duration => plain(facts.map(|f| format!("{:.1}", f.seconds))),
         Column::Country => plain(Some(row.country().to_string())),
+        // Stored answers are about the recorded ego and the original.
+        Column::Answers { .. } if taken.is_some() => Span::raw(""),
         Column::Answers { wide } => {
             let tally = facts.map_or(Tally::default(), |f| f.tally());
             let (words, color) = said(tally, wide);
@@ -185,11 +187,11 @@ fn at_most_99(count: u32) -> u32 {
     count.min(99)
 }
 
-/// The lowest risk score, and an X for a contact; - without an ego.
+/// The worst risk score, and an X for a contact; – without an ego.
 fn risk(model: &Model, headline: Option<&Headline>) -> (String, Color) {
     let theme = &model.theme;
     let Some((headline, risk)) = headline.and_then(|h| Some((h, h.risk?))) else {
-        return ("-".into(), theme.dim);
+        return ("–".into(), theme.dim);
     };
     if headline.collides() {
         (format!("{}X", risk.value), theme.danger)

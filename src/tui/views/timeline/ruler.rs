@@ -18,8 +18,8 @@ pub struct Mark {
     style: Style,
 }
 
-/// The contact, answers that differ, the extreme of the plotted measure, what is looped and the window: the most
-/// important first.
+/// The contact, answers that differ, the second map's moment, the extreme of the plotted measure, what is looped and the
+/// window: the most important first.
 pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
@@ -34,10 +34,16 @@ pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> V
     marks.extend(contact.map(|step| mark(step, 'X', "contact", theme.danger)));
     let differing = model.disagreements().into_iter();
     marks.extend(differing.map(|d| mark(d.step, '≠', "", theme.disagree)));
+    let second = model.second_moment();
+    let second = second.filter(|then| then.step != model.clock.step());
+    marks.extend(second.map(|then| mark(then.step, '◆', "second map", theme.accent)));
     let measure = model.plot.measure;
     let series = model.plot.series.as_deref();
     if let Some((step, _)) = series.and_then(|series| series.most_dangerous(measure.id)) {
-        let word = extreme(measure.danger);
+        let word = match measure.is_ordinal() {
+            true => measure.extreme(),
+            false => extreme(measure.danger),
+        };
         marks.push(mark(
             step,
             '▼',

@@ -1,9 +1,11 @@
 //! Answers beyond yes or no: possible attackers, and new motions for an attacker.
 
-use ratatui::style::Style;
+use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
+use super::table::{Row, Table};
 use crate::description::visible;
+use crate::evaluation::{Answer, JudgeOutcome};
 use crate::tui::model::Model;
 use crate::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
 
@@ -49,6 +51,26 @@ pub fn cells(said: &ParsedAnswer) -> [String; 3] {
             };
             [new.obstacle.to_string(), motion, when]
         }
+    }
+}
+
+impl Table<'_> {
+    /// An answer that is no yes or no.
+    pub fn other(&mut self, answer: &Answer) {
+        let JudgeOutcome::Other(reading) = &answer.judged else {
+            return;
+        };
+        let base = self.model.theme.base();
+        let [says, who, risk] = cells(&reading.said);
+        let repaired = if answer.repairs().is_empty() {
+            ""
+        } else {
+            " *"
+        };
+        let bold = base.add_modifier(Modifier::BOLD);
+        self.cell(Row::Says, &format!("{says}{repaired}"), bold);
+        self.cell(Row::Who, &who, base);
+        self.cell(Row::Risk, &risk, base);
     }
 }
 

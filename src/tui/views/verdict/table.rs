@@ -7,7 +7,7 @@ use unicode_width::UnicodeWidthStr;
 use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 use crate::store::Origin;
 use crate::tui::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
-use crate::tui::widgets::words::{duration, fit, pad, thousands};
+use crate::tui::widgets::words::{duration, fit, fit_middle, pad, thousands};
 use crate::verdict::{Task, Verdict};
 
 /// Columns of the names of the rows.
@@ -27,6 +27,10 @@ pub enum Row {
     Prompt,
     /// Yes or no.
     Says,
+    /// The probability of a yes that the answer states.
+    Probability,
+    /// The same by log probabilities.
+    TokenProbability,
     Who,
     /// The built-in judge's verdict on the answer's own window.
     Truth,
@@ -38,13 +42,20 @@ pub enum Row {
 
 impl Row {
     /// The rows that are needed, in their order: what tells columns apart comes first.
-    pub fn visible((ways, prompts): (bool, bool), truth: bool, measured: bool) -> Vec<Self> {
+    pub fn visible(
+        (ways, prompts): (bool, bool),
+        (stated, tokens): (bool, bool),
+        truth: bool,
+        measured: bool,
+    ) -> Vec<Self> {
         let all = [
             Self::Head,
             Self::Frame,
             Self::How,
             Self::Prompt,
             Self::Says,
+            Self::Probability,
+            Self::TokenProbability,
             Self::Who,
             Self::Truth,
             Self::Steps,
@@ -55,6 +66,8 @@ impl Row {
         let needed = |row: &Self| match row {
             Self::Frame | Self::How => ways,
             Self::Prompt => prompts,
+            Self::Probability => stated,
+            Self::TokenProbability => tokens,
             Self::Truth => truth,
             Self::Tokens | Self::Time => measured,
             _ => true,
@@ -70,6 +83,8 @@ impl Row {
             Self::Prompt => "prompt",
             Self::Says => return task.key().replace("safety_critical", "critical"),
             Self::Who => return super::other::second_label(task).into(),
+            Self::Probability => "P(yes)",
+            Self::TokenProbability => "by tokens",
             Self::Truth => "truth",
             Self::Steps => "steps",
             Self::Risk if task == Task::Trajectory => "when",
@@ -83,14 +98,15 @@ impl Row {
 
 /// The table while it is filled, column by column.
 pub struct Table<'a> {
-    model: &'a Model,
+    pub model: &'a Model,
+    /// Columns of the terminal of the answer that is put in.
     width: usize,
     rows: Vec<(Row, Line<'static>)>,
 }
 
 impl<'a> Table<'a> {
-    /// The names of the rows; every answer takes `width` columns of the terminal.
-    pub fn new(model: &'a Model, width: usize, rows: Vec<Row>) -> Self {
+    /// The names of the rows.
+    pub fn new(model: &'a Model, rows: Vec<Row>) -> Self {
         let dim = Style::new().fg(model.theme.dim);
         let labelled = |row: Row| {
             let label = pad(&row.label(model.task), LABEL);
@@ -98,9 +114,14 @@ impl<'a> Table<'a> {
         };
         Self {
             model,
-            width,
+            width: 0,
             rows: rows.into_iter().map(labelled).collect(),
         }
+    }
+
+    /// Columns of the terminal that the next answer takes.
+    pub fn set_width(&mut self, width: usize) {
+        self.width = width;
     }
 
     /// The filled table.
@@ -114,7 +135,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    fn cell(&mut self, row: Row, text: &str, style: Style) {
+    pub fn cell(&mut self, row: Row, text: &str, style: Style) {
         let cell = format!("{} ", pad(text, self.width.saturating_sub(1)));
         self.push(row, Span::styled(cell, style));
     }
@@ -141,6 +162,8 @@ impl<'a> Table<'a> {
             let dim = Style::new().fg(self.model.theme.dim);
             for row in [
                 Row::Says,
+                Row::Probability,
+                Row::TokenProbability,
                 Row::Who,
                 Row::Risk,
                 Row::Steps,
@@ -162,17 +185,9 @@ impl<'a> Table<'a> {
             yes(verdict.dangerous),
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         );
-        let worst = verdict.worst();
-        self.cell(
-            Row::Who,
-            &worst.map_or("–".into(), |w| w.id.to_string()),
-            base,
-        );
-        self.cell(
-            Row::Risk,
-            &worst.map_or("–".into(), |w| w.risk_score.to_string()),
-            base,
-        );
+        self.probabilities(Some(verdict), base);
+        self.cell(Row::Who, &who(verdict), base);
+        self.cell(Row::Risk, &risk(verdict), base);
         let window = self.model.window().map(|w| (w.first(), w.last()));
         let steps = match verdict.task {
             Task::Collision => "all".into(),
@@ -203,7 +218,14 @@ impl<'a> Table<'a> {
             Progress::Broken(_) => "no answer",
         };
         self.cell(Row::Says, waiting, dim);
-        for row in [Row::Who, Row::Risk, Row::Tokens] {
+        let rest = [
+            Row::Probability,
+            Row::TokenProbability,
+            Row::Who,
+            Row::Risk,
+            Row::Tokens,
+        ];
+        for row in rest {
             self.cell(row, "", base);
         }
         self.cell(Row::Steps, &steps(column.steps), base);
@@ -255,7 +277,8 @@ impl<'a> Table<'a> {
                 other => other,
             };
             let style = Style::new().fg(self.model.theme.dim);
-            self.cell(row, &crate::description::visible(words), style);
+            let words = fit_middle(words, self.width.saturating_sub(1));
+            self.cell(row, &words, style);
         }
     }
 
@@ -264,15 +287,15 @@ impl<'a> Table<'a> {
         let computing = column.judging.then(|| "…".to_string());
         let words = column.truth.as_ref().map(|verdict| {
             let yes = yes(verdict.dangerous);
-            let Some(worst) = verdict.worst().filter(|_| verdict.dangerous) else {
+            let Some((id, _)) = verdict.foremost().filter(|_| verdict.dangerous) else {
                 return yes.to_string();
             };
             // Where there is no room for both, whom it names says that it says yes.
-            let both = format!("{yes} {}", worst.id);
+            let both = format!("{yes} {id}");
             if both.width() < self.width {
                 both
             } else {
-                worst.id.to_string()
+                id.to_string()
             }
         });
         let style = Style::new().fg(self.model.theme.dim);
@@ -292,22 +315,13 @@ impl<'a> Table<'a> {
             )
         };
         // The truth of the safety task is that of a window.
+        self.probabilities(answer.verdict(), base);
         let known = truth.filter(|truth| told.is_some() || truth.task != Task::Safety);
         match (answer.verdict(), known) {
             (Some(verdict), None) => {
-                let worst = verdict.worst();
                 self.cell(Row::Says, yes(verdict.dangerous), base);
-                self.cell(
-                    Row::Who,
-                    &worst.map_or("–".into(), |w| w.id.to_string()),
-                    base,
-                );
-                let score = worst.map(|w| w.risk_score);
-                self.cell(
-                    Row::Risk,
-                    &score.map_or("–".into(), |s| s.to_string()),
-                    base,
-                );
+                self.cell(Row::Who, &who(verdict), base);
+                self.cell(Row::Risk, &risk(verdict), base);
             }
             (Some(verdict), Some(truth)) => {
                 let repaired = if answer.repairs().is_empty() { "" } else { "*" };
@@ -316,20 +330,18 @@ impl<'a> Table<'a> {
                     verdict.dangerous == truth.dangerous,
                 );
                 self.cell(Row::Says, &text, style);
-                let who = verdict.worst().map(|w| w.id);
-                let same = !truth.dangerous || who == truth.worst().map(|w| w.id);
-                let (text, style) = match who {
-                    Some(id) if truth.dangerous => mark(id.to_string(), same),
-                    Some(id) => (id.to_string(), base),
-                    None => ("–".into(), base),
+                let foremost = verdict.foremost().map(|(id, _)| id);
+                let who = who(verdict);
+                let right = |id| {
+                    truth.foremost().map(|(id, _)| id) == Some(id) || truth.danger().contains(&id)
+                };
+                let same = !truth.dangerous || foremost.is_some_and(right);
+                let (text, style) = match foremost {
+                    Some(id) if truth.dangerous && verdict.dangerous => mark(id.to_string(), same),
+                    _ => (who, base),
                 };
                 self.cell(Row::Who, &text, style);
-                let score = verdict.worst().map(|w| w.risk_score);
-                self.cell(
-                    Row::Risk,
-                    &score.map_or("–".into(), |s| s.to_string()),
-                    base,
-                );
+                self.cell(Row::Risk, &risk(verdict), base);
             }
             (None, _) if matches!(answer.judged, JudgeOutcome::Other(_)) => self.other(answer),
             (None, _) => {
@@ -362,24 +374,16 @@ impl<'a> Table<'a> {
     }
 }
 
-impl Table<'_> {
-    /// An answer that is no yes or no.
-    fn other(&mut self, answer: &Answer) {
-        let JudgeOutcome::Other(reading) = &answer.judged else {
-            return;
-        };
-        let base = self.model.theme.base();
-        let [says, who, risk] = super::other::cells(&reading.said);
-        let repaired = if answer.repairs().is_empty() {
-            ""
-        } else {
-            " *"
-        };
-        let bold = base.add_modifier(Modifier::BOLD);
-        self.cell(Row::Says, &format!("{says}{repaired}"), bold);
-        self.cell(Row::Who, &who, base);
-        self.cell(Row::Risk, &risk, base);
-    }
+/// Whom a verdict means: the obstacle that matters most; none where nothing happens.
+fn who(verdict: &Verdict) -> String {
+    let who = verdict.foremost().filter(|_| verdict.dangerous);
+    who.map_or("–".into(), |(id, _)| id.to_string())
+}
+
+/// The score of the obstacle that matters most.
+fn risk(verdict: &Verdict) -> String {
+    let score = verdict.foremost().and_then(|(_, score)| score);
+    score.map_or("–".into(), |score| score.to_string())
 }
 
 fn steps(told: Option<(i64, i64)>) -> String {

@@ -1,6 +1,7 @@
 //! The outline of an answer: which of its lines are text, code or JSON.
 
 use crate::tui::widgets::highlight::JsonParts;
+use crate::tui::widgets::markdown::table;
 
 /// What a line of an answer is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +14,17 @@ pub enum Kind {
     Fence,
     /// JSON.
     Json(Json),
+    /// A row of a table.
+    Row(Row),
+}
+
+/// A row of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Row {
+    /// Rows of the same table before it.
+    pub before: usize,
+    /// Cells of its first row.
+    pub columns: usize,
 }
 
 /// A line of JSON.
@@ -33,6 +45,8 @@ pub struct Outline {
     parts: JsonParts,
     /// Inside JSON: the line before.
     json: Option<Json>,
+    /// Inside a table: the row before.
+    row: Option<Row>,
     /// Inside a fence: its signs, and whether JSON may stand in it.
     fence: Option<(usize, bool)>,
     /// Whether something was said before.
@@ -42,6 +56,25 @@ pub struct Outline {
 impl Outline {
     /// What the next line is.
     pub fn next(&mut self, line: &str) -> Kind {
+        let kind = self.kind(line);
+        if kind != Kind::Text || !table::is_row(line) {
+            self.row = None;
+            return kind;
+        }
+        let first = || Row {
+            before: 0,
+            columns: table::cells(line).len(),
+        };
+        let next = self.row.map(|row| Row {
+            before: row.before + 1,
+            ..row
+        });
+        let row = next.unwrap_or_else(first);
+        self.row = Some(row);
+        Kind::Row(row)
+    }
+
+    fn kind(&mut self, line: &str) -> Kind {
         let signs = fence(line);
         match self.fence {
             // JSON that is still open was cut off.
@@ -125,6 +158,8 @@ mod tests {
         let mut outline = Outline::default();
         let kind = |line: &str| match outline.next(line) {
             Kind::Text => 't',
+            Kind::Row(row) if row.before == 0 => 'R',
+            Kind::Row(_) => 'r',
             Kind::Code => 'c',
             Kind::Fence => 'f',
             Kind::Json(json) if json.folds => 'J',
@@ -142,6 +177,10 @@ mod tests {
         // Code of other languages is no JSON; JSON that is cut off ends with its fence.
         assert_eq!(kinds("```python\n{\n```\nso"), "fcft");
         assert_eq!(kinds("why\n```\n{\n \"a\":\n```\nso"), "tfJJft");
+        assert_eq!(
+            kinds("why\n| a |\n|---|\n| 1 |\n\n|b|\n```x\n|c|"),
+            "tRrrtRfc"
+        );
         let text = "why\n```json\n{\n \"a\": 1\n}\n```\nso";
         let at = |words: &str| text.find(words).and_then(|at| folded_line(text, at));
         assert_eq!((at("why"), at("\"a\""), at("so")), (None, Some(1), None));

@@ -1,0 +1,35 @@
+//! Shows progress while the windows of a batch are drawn, for which all recordings are read.
+
+use super::truth::say_each;
+use crate::cli::interrupt::INTERRUPTED;
+use crate::cli::progress::Progress;
+use crate::cli::{Failure, output};
+use crate::planner::Cancel;
+use crate::workflow::batch::{BatchError, BatchPlan, PlanningEvent};
+
+/// Plans a batch, then says what is doubtful about its truth and which scenarios are left out.
+pub fn planned(
+    plan: impl FnOnce(&Cancel, &mut dyn FnMut(PlanningEvent)) -> Result<Option<BatchPlan>, BatchError>,
+) -> Result<BatchPlan, Failure> {
+    let mut progress: Option<Progress> = None;
+    let mut shown = 0;
+    let plan = plan(
+        &Cancel::default(),
+        &mut |PlanningEvent::Read { done, of }| {
+            let bar = progress.get_or_insert_with(|| Progress::new(of, "recordings read", true));
+            (shown..done).for_each(|_| bar.step());
+            shown = done;
+        },
+    );
+    drop(progress);
+    // Nothing cancels it: Ctrl-C ends the program.
+    let plan = plan.map_err(Failure::input)?.ok_or_else(|| Failure {
+        message: "interrupted".into(),
+        status: INTERRUPTED,
+    })?;
+    say_each(&plan.doubts);
+    if let Some(words) = &plan.left_out {
+        output::say(&format!("nearmiss: {words}"));
+    }
+    Ok(plan)
+}

@@ -1,0 +1,57 @@
+//! `nearmiss experiment show`: what is in a bundle.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::super::output::{self, counted};
+use super::super::{Failure, Outcome, json, time};
+use super::BundleFile;
+use crate::workflow::{Manifest, read_manifest};
+
+/// Arguments of `experiment show`.
+#[derive(Debug, clap::Args)]
+pub struct Show {
+    #[command(flatten)]
+    bundle: BundleFile,
+    /// Print the manifest as one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The manifest of a bundle.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Document(Manifest);
+
+impl json::Output for Document {
+    const NAME: &'static str = "experiment-show";
+    const TITLE: &'static str = "`experiment show --json`: the manifest of a bundle";
+}
+
+/// Runs `experiment show`.
+pub fn run(arguments: &Show) -> Outcome {
+    let manifest = read_manifest(&arguments.bundle.file).map_err(Failure::input)?;
+    if arguments.json {
+        return output::document(&Document(manifest));
+    }
+    output::text(&output::visible(&words(&manifest)))
+}
+
+fn words(manifest: &Manifest) -> String {
+    let included = manifest.scenarios.iter().filter(|one| one.included).count();
+    let mut text = format!(
+        "packed {}, format {}\n{}\n{}, {}, {}, {} ({included} included)\n\n",
+        time::local(manifest.created_ms),
+        manifest.nearmiss_bundle,
+        manifest.provenance.words(),
+        counted(manifest.questions as usize, "question"),
+        counted(manifest.runs as usize, "run"),
+        counted(manifest.ratings as usize, "rating"),
+        counted(manifest.scenarios.len(), "scenario"),
+    );
+    for member in &manifest.members {
+        let start = member.sha256.get(..12).unwrap_or_default();
+        text += &format!("{start} {:>10}  {}\n", member.bytes, member.name);
+    }
+    text
+}

@@ -1,0 +1,189 @@
+//! Requirements of `report` and `evaluate` for continuous integration: what fails ends with status 1.
+
+mod junit;
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use super::output::{self, Target};
+use super::{Failure, Outcome};
+use crate::evaluation::batch::{TestSplit, answers, answers_of_part};
+use crate::evaluation::report::{Report, ReportSubject};
+use crate::evaluation::{Check, Requirement, Scored, regressions};
+use crate::store::{BatchId, Item, SplitPart, Store};
+use crate::workflow::stored_bundle;
+
+/// What must hold.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Requirements (status 1 if one is not met)")]
+pub struct Gate {
+    /// What each way of asking must reach, such as 'f1 >= 0.8', or 'lab/model: recall > 0.9' for one; repeat it for
+    /// several. Metrics have the names of CSV and JSON.
+    #[arg(long, value_name = "REQUIREMENT")]
+    require: Vec<Requirement>,
+    /// Compare each way of the batch with the same one in this bundle of `experiment pack`, on the same questions.
+    #[arg(long, value_name = "FILE", requires = "no_worse_than")]
+    baseline_bundle: Option<PathBuf>,
+    /// The most by which accuracy may have fallen since the bundle.
+    #[arg(long, value_name = "SHARE", requires = "baseline_bundle", value_parser = margin)]
+    no_worse_than: Option<f64>,
+    /// JUnit XML file to write, replaced if it exists: a test case for each requirement and way.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Say what is not met as annotations of GitHub Actions, too.
+    #[arg(long)]
+    github: bool,
+}
+
+fn margin(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(margin) if (0.0..=1.0).contains(&margin) => Ok(margin),
+        _ => Err("expected a number from 0 to 1".into()),
+    }
+}
+
+impl Gate {
+    /// Whether anything is required.
+    pub fn any(&self) -> bool {
+        !self.require.is_empty()
+            || self.baseline_bundle.is_some()
+            || self.junit.is_some()
+            || self.github
+    }
+
+    /// Whether a batch is needed.
+    pub fn needs_batch(&self) -> bool {
+        self.baseline_bundle.is_some()
+    }
+
+    /// How a batch ends that was asked with this `outcome`.
+    pub fn after(&self, outcome: Outcome, store: &Store, batch: BatchId) -> Outcome {
+        let done = match &outcome {
+            Ok(()) => true,
+            Err(failure) => failure.status == 1,
+        };
+        if !self.any() || !done {
+            return outcome;
+        }
+        let parts = shown(store, batch)?;
+        let report = |(part, scored): &(Option<SplitPart>, Vec<Scored>)| {
+            let about = ReportSubject {
+                split: part.map(SplitPart::name),
+                ..ReportSubject::default()
+            };
+            Report::from_scored(scored).about(about)
+        };
+        let reports: Vec<Report> = parts.iter().map(report).collect();
+        let checked = self.check(&reports.iter().collect::<Vec<_>>(), Some((store, batch)));
+        both(outcome, checked)
+    }
+
+    /// Holds everything against a report, or those of the parts of a split, of a batch where there is one, and says what is not met.
+    pub fn check(&self, reports: &[&Report], batch: Option<(&Store, BatchId)>) -> Outcome {
+        if !self.any() {
+            return Ok(());
+        }
+        let mut checks = Vec::new();
+        for requirement in &self.require {
+            for report in reports {
+                let found = requirement.check(report);
+                checks.extend(found.map_err(|why| Failure::input(format!("--require {why}")))?);
+            }
+        }
+        checks.extend(self.against_baseline(batch)?);
+        if let Some(file) = &self.junit {
+            Target::begin(Some(file), true)?.save(junit::xml(&checks).as_bytes())?;
+        }
+        let unmet: Vec<&Check> = checks.iter().filter(|check| !check.is_met).collect();
+        for check in &unmet {
+            output::say(&format!("nearmiss: {check}"));
+            if self.github {
+                output::say(&annotation(check));
+            }
+        }
+        match unmet.len() {
+            0 => Ok(()),
+            n => Err(Failure::finding(format!(
+                "{n} of {} not met",
+                output::counted(checks.len(), "requirement")
+            ))),
+        }
+    }
+
+    fn against_baseline(&self, batch: Option<(&Store, BatchId)>) -> Result<Vec<Check>, Failure> {
+        let (Some(file), Some(margin)) = (&self.baseline_bundle, self.no_worse_than) else {
+            return Ok(Vec::new());
+        };
+        let Some((store, id)) = batch else {
+            return Err(Failure::input(
+                "--baseline-bundle needs --batch: it compares a batch",
+            ));
+        };
+        let parts = shown(store, id)?.into_iter();
+        let now: Vec<Scored> = parts.flat_map(|(_, scored)| scored).collect();
+        let items = store.items(id).map_err(Failure::input)?;
+        let (bundle, earlier) = stored_bundle(file).map_err(Failure::input)?;
+        let before = answers(&bundle, earlier).map_err(Failure::input)?;
+        let old = bundle.items(earlier).map_err(Failure::input)?;
+        let (ours, theirs) = (hashes(&items), hashes(&old));
+        let is_same = |name: &str| match (ours.get(name), theirs.get(name)) {
+            (Some(ours), Some(theirs)) => ours == theirs,
+            _ => false,
+        };
+        let found = regressions(&now, &before.plain, is_same);
+        if found.is_empty() {
+            return Err(Failure::input(format!(
+                "--baseline-bundle {}: no way of the batch is in it; `nearmiss experiment show` lists its models",
+                file.display()
+            )));
+        }
+        Ok(found.iter().map(|one| one.check(margin)).collect())
+    }
+}
+
+/// The answers of a batch, of each part of a split alone; those of a locked test split are left out.
+fn shown(store: &Store, id: BatchId) -> Result<Vec<(Option<SplitPart>, Vec<Scored>)>, Failure> {
+    let batch = store.batch(id).map_err(Failure::input)?;
+    let test = batch.map(|batch| TestSplit::of(store, &batch, false));
+    let Some(test) = test.transpose().map_err(Failure::input)?.flatten() else {
+        return Ok(vec![(
+            None,
+            answers(store, id).map_err(Failure::input)?.plain,
+        )]);
+    };
+    let parts = test.shown().iter().map(|part| {
+        let answers = answers_of_part(store, id, Some(*part)).map_err(Failure::input)?;
+        Ok((Some(*part), answers.plain))
+    });
+    parts.collect()
+}
+
+/// The file of each scenario by its name.
+fn hashes(items: &[Item]) -> HashMap<&str, Option<&str>> {
+    let each = items.iter().map(|item| {
+        let asked = &item.asked;
+        (asked.scenario.as_str(), asked.scenario_hash.as_deref())
+    });
+    each.collect()
+}
+
+/// The graver of two ends; what both say is said.
+pub fn both(first: Outcome, second: Outcome) -> Outcome {
+    match (first, second) {
+        (Err(first), Err(second)) => {
+            first.say();
+            Err(second)
+        }
+        (first, second) => first.and(second),
+    }
+}
+
+/// A line that GitHub Actions shows beside the job.
+fn annotation(check: &Check) -> String {
+    let words = check.to_string();
+    let words = words
+        .replace('%', "%25")
+        .replace('\r', "%0D")
+        .replace('\n', "%0A");
+    format!("::error title=nearmiss::{words}")
+}

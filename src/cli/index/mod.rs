@@ -1,0 +1,151 @@
+//! `nearmiss index`: measures every window of every pair of road users, in Parquet parts.
+
+mod rows;
+mod show;
+mod throughput;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::interrupt::interrupted;
+use super::many_files::ManyFiles;
+use super::open::{found, user_thresholds};
+use super::parts::{Measured, PartsRequest, write};
+use super::{Failure, Outcome, output};
+use crate::corpus::IndexOptions;
+use crate::metrics::{MEASURES, Measure, Thresholds, measure};
+use crate::settings::Folders;
+use crate::system::unknown;
+pub use show::{ShowDocument, severity_names};
+use throughput::Throughput;
+
+/// Arguments of `index`.
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = "\
+The index is a folder of Parquet parts with a row for each window; `nearmiss index show FOLDER` prints its table, \
+`nearmiss sample FOLDER` draws from it.")]
+pub struct Index {
+    #[command(subcommand)]
+    action: Option<Action>,
+    /// CommonRoad files, folders or names of bundled scenarios.
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// Folder of the index; created if missing.
+    #[arg(short, long, value_name = "FOLDER", required = true)]
+    output: Option<PathBuf>,
+    /// Start again in a folder with an earlier run.
+    #[arg(long)]
+    overwrite: bool,
+    #[command(flatten)]
+    many: ManyFiles,
+    /// Length of a window, seconds.
+    #[arg(long, value_name = "S", default_value = "2", value_parser = positive)]
+    length: f64,
+    /// Seconds from the start of a window to that of the next.
+    #[arg(long, value_name = "S", default_value = "1", value_parser = positive)]
+    stride: f64,
+    /// Leave out pairs whose centres are farther apart throughout a window, metres.
+    #[arg(long, value_name = "M", default_value = "50", value_parser = positive)]
+    radius: f64,
+    /// Measures of each window, separated by commas, or `all`; `nearmiss metrics --list` lists them. The risk score is
+    /// always measured.
+    #[arg(
+        long,
+        value_name = "MEASURE",
+        value_delimiter = ',',
+        default_value = USUAL,
+        value_parser = named
+    )]
+    measure: Vec<Named>,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// Print how many windows an index holds by manoeuvre, road and severity.
+    Show(show::Show),
+}
+
+/// The measures of a window unless others are named.
+const USUAL: &str = "distance,ttc,ttc_lane,drac,time_gap,btn,stn,pet,rss_margin";
+
+/// A measure, or all of them.
+#[derive(Debug, Clone, Copy)]
+enum Named {
+    One(&'static Measure),
+    All,
+}
+
+/// Scenarios in a part. One of them may have thousands of windows.
+const PER_PART: usize = 16;
+
+fn named(word: &str) -> Result<Named, String> {
+    match word {
+        "all" => Ok(Named::All),
+        _ => measure(word)
+            .map(Named::One)
+            .ok_or_else(|| unknown("measure", word, MEASURES.iter().map(|m| m.id))),
+    }
+}
+
+fn positive(word: &str) -> Result<f64, String> {
+    let number = word.parse::<f64>().ok();
+    number
+        .filter(|n| n.is_finite() && *n > 0.0)
+        .ok_or_else(|| "expected a positive number".into())
+}
+
+impl Index {
+    /// The measures, each once, in the order of the registry.
+    fn measures(&self) -> Vec<&'static Measure> {
+        let wanted = |m: &&Measure| {
+            self.measure.iter().any(|named| match named {
+                Named::One(one) => one.id == m.id,
+                Named::All => true,
+            })
+        };
+        // The risk score has columns of its own.
+        let others = MEASURES.iter().filter(|m| m.id != "risk");
+        others.filter(wanted).collect()
+    }
+}
+
+/// Runs `index`.
+pub fn run(arguments: &Index) -> Outcome {
+    if let Some(Action::Show(show)) = &arguments.action {
+        return show::run(show);
+    }
+    let folder = output::file_of(arguments.output.as_deref());
+    let folder = folder.ok_or_else(|| Failure::input("-o needs a folder"))?;
+    let thresholds = match Folders::find() {
+        Ok(folders) => user_thresholds(&folders)?,
+        Err(_) => Thresholds::shipped().clone(),
+    };
+    let entries = arguments.many.part.of(found(&arguments.paths)?);
+    let options = IndexOptions {
+        length: arguments.length,
+        stride: arguments.stride,
+        radius: arguments.radius,
+        measures: arguments.measures(),
+    };
+    let stop = interrupted(true);
+    let request = PartsRequest {
+        command: "index",
+        folder,
+        many: arguments.many,
+        overwrite: arguments.overwrite,
+        table: rows::table(&options, &thresholds),
+        settings: format!("{} {} {}", options.length, options.stride, options.radius),
+        per_part: PER_PART,
+    };
+    let (pairs, throughput) = (AtomicU64::new(0), Throughput::begin());
+    let done = write(request, &entries, &stop, |entry| {
+        let (said, rows) = rows::measure(entry, &options, &thresholds);
+        if let Ok(rows) = &rows {
+            pairs.fetch_add(rows::pairs(rows), Ordering::Relaxed);
+        }
+        Measured { said, rows }
+    })?;
+    throughput.say(&done, pairs.into_inner());
+    done.end("indexed")
+}

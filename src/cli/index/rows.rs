@@ -1,0 +1,140 @@
+//! The rows of an index: a window each.
+
+use serde_json::{Value, json};
+
+use crate::cli::Failure;
+use crate::cli::metrics::rounded;
+use crate::cli::output::{self, Cell, Column, Kind, Row, Table};
+use crate::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
+use crate::formats::Entry;
+use crate::metrics::Thresholds;
+use crate::scenario::Scenario;
+
+/// The columns before those of measures.
+fn fixed() -> Vec<Column> {
+    let text = |name, source| Column::new(name, Kind::Text, "", source);
+    let integer = |name, source| Column::new(name, Kind::Integer, "", source);
+    let seconds = |name, source| Column::new(name, Kind::Number, "s", source);
+    vec![
+        text("scenario", "the file's name without its ending"),
+        text("file", "path as it was found"),
+        text("sha256", "hash of the file"),
+        text(
+            "ego_source",
+            "recorded: the ego beside the scenario; obstacle: one of its obstacles",
+        ),
+        integer("ego_id", "id of the ego"),
+        integer("obstacle_id", "id in the scenario"),
+        text("obstacle_type", "type in the scenario"),
+        integer("first_step", "first step with both"),
+        integer("last_step", "last step with both"),
+        seconds("start", "time of the first step"),
+        seconds("end", "time of the last step"),
+        text("manoeuvre", "what the obstacle does to the ego"),
+        text("road", "kind of road under the ego at the last step"),
+        integer(
+            "severity",
+            "worst risk score, 0 (collision) to 5 (negligible)",
+        ),
+        text("severity_name", "name of that score"),
+        integer("worst_step", "step at which it is first reached"),
+    ]
+}
+
+/// The table.
+pub fn table(options: &IndexOptions, thresholds: &Thresholds) -> Table {
+    let measures = options.measures.iter();
+    let measures = measures.map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
+    let mut table = Table::new("windows", fixed().into_iter().chain(measures).collect());
+    let columns = table.columns.iter();
+    let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
+    let changes = thresholds.changes();
+    let changes: Value = changes.iter().map(ToString::to_string).collect();
+    table.metadata = vec![
+        ("version", env!("CARGO_PKG_VERSION").into()),
+        ("columns", columns.collect::<Value>().to_string()),
+        ("window", options.length.to_string()),
+        ("stride", options.stride.to_string()),
+        ("radius", options.radius.to_string()),
+        ("thresholds_changed", changes.to_string()),
+    ];
+    table
+}
+
+/// The rows of a scenario, and what is doubtful about its ego.
+pub fn measure(
+    entry: &Entry,
+    options: &IndexOptions,
+    thresholds: &Thresholds,
+) -> (Vec<String>, Result<Vec<Row>, Failure>) {
+    let scenario = match entry.read() {
+        Ok(scenario) => scenario,
+        Err(error) => return (Vec::new(), Err(Failure::input(error))),
+    };
+    let mut said = Vec::new();
+    // The pairs of obstacles are worth measuring without it.
+    let recorded = entry.recorded_ego(&scenario).unwrap_or_else(|error| {
+        said.push(format!("nearmiss: {error}; indexed without this ego"));
+        None
+    });
+    let recorded_id = recorded.as_ref().map_or(0, |ego| ego.id);
+    let mut rows = Vec::new();
+    let head: [Cell; 3] = [
+        output::visible(&entry.name).into(),
+        output::visible(&entry.display()).into(),
+        scenario.hash.to_string().into(),
+    ];
+    let mut take = |window: IndexedWindow| {
+        rows.push(row(&head, &scenario, &window, recorded_id, thresholds));
+    };
+    for_each_window(&scenario, recorded, options, thresholds, &mut take);
+    (said, Ok(rows))
+}
+
+fn row(
+    head: &[Cell; 3],
+    scenario: &Scenario,
+    window: &IndexedWindow,
+    recorded: i64,
+    thresholds: &Thresholds,
+) -> Row {
+    let (source, ego) = match window.ego {
+        WindowEgo::Recorded => ("recorded", recorded),
+        WindowEgo::Obstacle(id) => ("obstacle", id),
+    };
+    let (first, last) = window.steps;
+    let time = |step: i64| Cell::finite(rounded(step as f64 * scenario.dt()));
+    let level = thresholds.risk.level(window.severity);
+    let name = level.map_or_else(String::new, |level| level.name.clone());
+    let known = [
+        source.into(),
+        Cell::Integer(ego),
+        Cell::Integer(window.obstacle),
+        window.kind.into(),
+        Cell::Integer(first),
+        Cell::Integer(last),
+        time(first),
+        time(last),
+        window.manoeuvre.name().into(),
+        window.road.name().into(),
+        Cell::Integer(window.severity.into()),
+        name.into(),
+        Cell::Integer(window.worst_step),
+    ];
+    let values = window.values.iter();
+    let values = values.map(|value| value.map_or(Cell::None(""), |v| Cell::finite(rounded(v))));
+    head.iter().cloned().chain(known).chain(values).collect()
+}
+
+/// How many pairs the rows are of; those of a pair stand together.
+pub fn pairs(rows: &[Row]) -> u64 {
+    let pair = |row: &Row| (row[3].clone(), row[4].clone(), row[5].clone());
+    let mut last = None;
+    let mut count = 0;
+    for row in rows {
+        let this = Some(pair(row));
+        count += u64::from(this != last);
+        last = this;
+    }
+    count
+}

@@ -1,0 +1,136 @@
+//! `nearmiss index show`: how many windows an index holds by manoeuvre, road and severity.
+
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::cli::output::{self, Target};
+use crate::cli::{Failure, Outcome, json};
+use crate::corpus::{self, Coverage, SEVERITIES};
+use crate::metrics::RISK_LEVELS;
+use crate::planner::Cancel;
+use crate::render::{Format, Palette, coverage_picture};
+use crate::workflow::read_index;
+
+/// Arguments of `index show`.
+#[derive(Debug, clap::Args)]
+pub struct Show {
+    /// Folder of the index.
+    folder: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Also draw the table: a file .svg or .png.
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Replace an existing figure.
+    #[arg(long, requires = "figure")]
+    overwrite: bool,
+}
+
+/// The table for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct ShowDocument {
+    /// Number of windows.
+    windows: u64,
+    /// Windows by manoeuvre and road: `manoeuvre`, `road` and `counts`, whose place is the severity from 0 (collision)
+    /// to 5 (negligible).
+    coverage: Vec<ShowRow>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct ShowRow {
+    manoeuvre: String,
+    road: String,
+    counts: [u64; SEVERITIES],
+}
+
+impl json::Output for ShowDocument {
+    const NAME: &'static str = "index-show";
+    const TITLE: &'static str = "`index show --json`: windows by manoeuvre, road and severity";
+}
+
+/// Prints the table.
+pub fn run(arguments: &Show) -> Outcome {
+    let coverage = coverage(&arguments.folder)?;
+    if let Some(path) = &arguments.figure {
+        draw(&coverage, path, arguments.overwrite)?;
+    }
+    match arguments.json {
+        true => output::document(&document(&coverage)),
+        false => output::text(&text(&coverage)),
+    }
+}
+
+/// Names of the severities.
+pub fn severity_names() -> [&'static str; SEVERITIES] {
+    let name = |place: usize| {
+        let level = u8::try_from(place).ok().and_then(|s| RISK_LEVELS.level(s));
+        level.map_or("", |level| level.name.as_str())
+    };
+    std::array::from_fn(name)
+}
+
+fn coverage(folder: &Path) -> Result<Coverage, Failure> {
+    // Answers do not matter here, and nothing cancels.
+    let read = read_index(folder, &[], &Cancel::default(), &mut |_, _| {});
+    let index = read.map_err(Failure::input)?;
+    Ok(index.map_or_else(Coverage::default, |index| index.coverage()))
+}
+
+fn document(coverage: &Coverage) -> ShowDocument {
+    let row = |(cell, counts): (&corpus::Cell, &[u64; SEVERITIES])| ShowRow {
+        manoeuvre: output::visible(&cell.manoeuvre),
+        road: output::visible(&cell.road),
+        counts: *counts,
+    };
+    ShowDocument {
+        windows: coverage.totals().iter().sum(),
+        coverage: coverage.rows().map(row).collect(),
+    }
+}
+
+fn text(coverage: &Coverage) -> String {
+    let line = |manoeuvre: &str, road: &str, counts: &[u64; SEVERITIES]| {
+        let mut cells: [String; SEVERITIES + 3] = Default::default();
+        cells[0] = manoeuvre.into();
+        cells[1] = road.into();
+        for (cell, count) in cells[2..].iter_mut().zip(counts) {
+            *cell = match count {
+                0 => "·".into(),
+                count => count.to_string(),
+            };
+        }
+        cells[SEVERITIES + 2] = counts.iter().sum::<u64>().to_string();
+        cells
+    };
+    let mut head: [String; SEVERITIES + 3] = Default::default();
+    head[0] = "manoeuvre".into();
+    head[1] = "road".into();
+    for (cell, name) in head[2..].iter_mut().zip(severity_names()) {
+        *cell = name.into();
+    }
+    head[SEVERITIES + 2] = "all".into();
+    let mut rows = vec![head];
+    let of_cell =
+        |(c, counts): (&corpus::Cell, &[u64; SEVERITIES])| line(&c.manoeuvre, &c.road, counts);
+    rows.extend(coverage.rows().map(of_cell));
+    rows.push(line("all", "", &coverage.totals()));
+    let right: Vec<usize> = (2..SEVERITIES + 3).collect();
+    output::table_lines(&rows, &right).collect()
+}
+
+fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
+    let format = Format::of_file(path).filter(|format| *format != Format::Gif);
+    let format = format.ok_or_else(|| {
+        Failure::input(format!(
+            "--figure {}: name a file .svg or .png",
+            path.display()
+        ))
+    })?;
+    let picture = coverage_picture(coverage, &severity_names(), &Palette::paper());
+    let bytes = format.encode(&picture, format.usual_dpi());
+    let bytes = bytes.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+    Target::begin(Some(path), overwrite)?.save(&bytes)
+}

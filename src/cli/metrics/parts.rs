@@ -1,0 +1,42 @@
+//! `nearmiss metrics --format parquet -o FOLDER`: measures in Parquet parts, continued with --resume.
+
+use std::path::Path;
+
+use super::{Metrics, Plan, measured, measured_rows, table};
+use crate::cli::Outcome;
+use crate::cli::interrupt::interrupted;
+use crate::cli::open::found;
+use crate::cli::output::Format;
+use crate::cli::parts::{Measured, PartsRequest, write};
+
+/// Scenarios in a part: what a killed run loses at most, for each of its threads.
+const PER_PART: usize = 64;
+
+/// Writes the parts.
+pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
+    let (rows, thresholds) = measured(arguments)?;
+    let entries = arguments.many.part.of(found(&arguments.paths)?);
+    let stop = interrupted(true);
+    let plan = Plan {
+        arguments,
+        rows,
+        table: table(arguments, rows, &thresholds),
+        thresholds,
+        format: Format::Parquet,
+    };
+    plan.say_thresholds();
+    let request = PartsRequest {
+        command: "metrics",
+        folder,
+        many: arguments.many,
+        overwrite: arguments.output.overwrite(),
+        table: plan.table.clone(),
+        settings: format!("{:?} {:?}", arguments.radius, arguments.ego),
+        per_part: PER_PART,
+    };
+    let done = write(request, &entries, &stop, |entry| {
+        let (said, rows) = measured_rows(entry, &plan);
+        Measured { said, rows }
+    });
+    done?.end("measured")
+}

@@ -1,0 +1,204 @@
+//! Writes one part after the other, and leaves those of an earlier run as they are.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::{Measured, PartsOutcome, PartsRequest};
+use crate::cli::many_files::opened;
+use crate::cli::output::{Format, TableWriter, Target, written};
+use crate::cli::{Failure, Outcome};
+use crate::evaluation::batch::Shard;
+use crate::formats::Entry;
+use crate::workflow::journal::{EarlierRun, JobIdentity, Journal};
+
+/// The inputs of the parts of an earlier run.
+pub struct KnownInputs {
+    per_part: usize,
+    /// By part; nothing where it has to be made.
+    parts: Vec<Option<Vec<String>>>,
+}
+
+impl KnownInputs {
+    /// Whether an earlier run has the rows of a scenario with this input, at this place.
+    pub fn has(&self, place: usize, input: &str) -> bool {
+        let part = self.parts[place / self.per_part].as_ref();
+        part.is_some_and(|inputs| inputs[place % self.per_part] == input)
+    }
+}
+
+/// The part in the making.
+#[derive(Default)]
+struct Part<'a> {
+    inputs: Vec<String>,
+    /// Scenarios whose rows are those of an earlier run, as long as none has changed.
+    same: Vec<&'a Entry>,
+    /// Begun where one has changed.
+    table: Option<TableWriter>,
+    failed: usize,
+    rows: u64,
+}
+
+/// Writes parts.
+pub struct PartWriter<'a> {
+    request: &'a PartsRequest<'a>,
+    journal: Journal,
+    scenarios: usize,
+    /// Place of the next scenario.
+    next: usize,
+    part: Part<'a>,
+    pub outcome: PartsOutcome,
+}
+
+impl<'a> PartWriter<'a> {
+    /// Opens the folder.
+    pub fn begin(
+        request: &'a PartsRequest<'a>,
+        entries: &[Entry],
+    ) -> Result<(Self, KnownInputs), Failure> {
+        let job = JobIdentity {
+            command: request.command,
+            shard: request.many.part.shard,
+            settings: format!(
+                "{}\n{}\n{:?}",
+                request.settings, request.per_part, request.table
+            ),
+        };
+        let earlier = match (request.many.resume, request.overwrite) {
+            (true, false) => EarlierRun::Continue,
+            (_, true) => EarlierRun::Replace,
+            (false, false) => EarlierRun::Refuse,
+        };
+        let journal = opened(request.folder, &job, earlier)?;
+        let folder = request.folder.join(shard_folder(request));
+        fs::create_dir_all(&folder).map_err(|e| Failure::system(folder.display(), &e))?;
+        let count = entries.len().div_ceil(request.per_part);
+        let inputs = |part: usize| {
+            let first = part * request.per_part;
+            let length = (entries.len() - first).min(request.per_part);
+            let unit = journal.finished(&name(part))?;
+            (unit.inputs.len() == length).then(|| unit.inputs.clone())
+        };
+        let known = KnownInputs {
+            per_part: request.per_part,
+            parts: (0..count).map(inputs).collect(),
+        };
+        let writer = Self {
+            request,
+            journal,
+            scenarios: entries.len(),
+            next: 0,
+            part: Part::default(),
+            outcome: PartsOutcome::default(),
+        };
+        Ok((writer, known))
+    }
+
+    /// Takes the next scenario; without rows it is as in the earlier run.
+    pub fn take(
+        &mut self,
+        entry: &'a Entry,
+        input: String,
+        measured: Option<Measured>,
+        measure: &impl Fn(&Entry) -> Measured,
+    ) -> Outcome {
+        self.part.inputs.push(input);
+        match measured {
+            None if self.part.table.is_none() => self.part.same.push(entry),
+            None => self.rows(measure(entry))?,
+            Some(measured) => {
+                if self.part.table.is_none() {
+                    let target = Target::begin(Some(&self.path(self.number())), true)?;
+                    let table = TableWriter::begin(target, Format::Parquet, &self.request.table);
+                    self.part.table = Some(self.written(table)?);
+                }
+                // One of the part has changed, so the others are written again with it.
+                for same in std::mem::take(&mut self.part.same) {
+                    self.rows(measure(same))?;
+                }
+                self.rows(measured)?;
+            }
+        }
+        self.next += 1;
+        if self.next.is_multiple_of(self.request.per_part) || self.next == self.scenarios {
+            self.finish_part()?;
+        }
+        Ok(())
+    }
+
+    /// Removes parts of an earlier run that had more scenarios.
+    pub fn end(&self) -> Outcome {
+        let count = self.scenarios.div_ceil(self.request.per_part);
+        let mut part = count;
+        while self.path(part).is_file() {
+            let path = self.path(part);
+            fs::remove_file(&path).map_err(|e| Failure::system(path.display(), &e))?;
+            part += 1;
+        }
+        Ok(())
+    }
+
+    fn rows(&mut self, measured: Measured) -> Outcome {
+        match measured.rows {
+            Err(failure) => {
+                self.part.failed += 1;
+                self.outcome.last = Some(failure);
+            }
+            Ok(rows) => {
+                self.part.rows += rows.len() as u64;
+                let rows = self.request.table.encode(Format::Parquet, rows);
+                if let Some(table) = &mut self.part.table {
+                    let done = table.write(rows);
+                    self.written(done)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn finish_part(&mut self) -> Outcome {
+        let number = (self.next - 1) / self.request.per_part;
+        let part = std::mem::take(&mut self.part);
+        let Some(table) = part.table else {
+            let notes = self.journal.finished(&name(number)).map(|unit| &unit.notes);
+            let count = |key: &str| notes.and_then(|notes| notes[key].as_u64()).unwrap_or(0);
+            self.outcome.failed += usize::try_from(count("failed")).unwrap_or(0);
+            self.outcome.kept_rows += count("rows");
+            return Ok(());
+        };
+        self.outcome.failed += part.failed;
+        self.outcome.new_rows += part.rows;
+        let done = table.finish();
+        self.written(done)?.finish()?;
+        let file = Path::new(&shard_folder(self.request)).join(name(number));
+        let notes = json!({ "failed": part.failed, "rows": part.rows });
+        self.journal
+            .add(&name(number), part.inputs, &[file], notes)
+            .map_err(Failure::input)
+    }
+
+    fn number(&self) -> usize {
+        self.next / self.request.per_part
+    }
+
+    fn path(&self, part: usize) -> PathBuf {
+        let folder = self.request.folder.join(shard_folder(self.request));
+        folder.join(name(part))
+    }
+
+    fn written<T>(&self, done: std::io::Result<T>) -> Result<T, Failure> {
+        let path = self.path(self.number());
+        written(Some(&path), done)?.ok_or_else(|| Failure::input("a part could not be written"))
+    }
+}
+
+fn name(part: usize) -> String {
+    format!("part-{part:05}.parquet")
+}
+
+/// The folder of a shard's parts, named as partitions of Hive are.
+fn shard_folder(request: &PartsRequest<'_>) -> String {
+    let shard = request.many.part.shard.unwrap_or_else(Shard::whole);
+    format!("shard={}", shard.file_word())
+}

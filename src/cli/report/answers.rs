@@ -1,0 +1,35 @@
+//! The answers of a report for its HTML page: texts and claims from the store, pictures from the scenarios at hand.
+
+use std::sync::{Mutex, PoisonError};
+
+use super::claims::known_files;
+use crate::cli::progress::Progress;
+use crate::cli::{Failure, output};
+use crate::evaluation::{AnswerCase, AnswerPage};
+use crate::formats::Entry;
+use crate::store::Store;
+use crate::workflow::answer_page;
+
+/// The page of these answers; their scenarios are looked for in `files`, in the batches and among the bundled ones.
+pub fn page(
+    store: &Store,
+    cases: &[AnswerCase<'_>],
+    mut files: Vec<Entry>,
+) -> Result<AnswerPage, Failure> {
+    files.extend(known_files(store)?);
+    let progress = Mutex::new(None);
+    let shown = |_, of| {
+        let mut bar = progress.lock().unwrap_or_else(PoisonError::into_inner);
+        bar.get_or_insert_with(|| Progress::new(of, "scenes", true))
+            .step();
+    };
+    let page = answer_page(store, cases, &files, &shown).map_err(Failure::input)?;
+    let left_out = page.pictures_left_out();
+    if left_out > 0 {
+        output::say(&format!(
+            "nearmiss: the page has no pictures of {}: they would make it too large",
+            output::counted(left_out, "question")
+        ));
+    }
+    Ok(page)
+}

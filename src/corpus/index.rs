@@ -1,0 +1,374 @@
+//! An index in memory: its windows by manoeuvre, road and severity, and one entry a scenario and cell with an example.
+
+use std::collections::{HashMap, HashSet};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::parts::{IndexError, Part, PartRow};
+use super::{Cell, Coverage, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
+use crate::system;
+
+const TEXTS: [&str; 6] = [
+    "scenario",
+    "file",
+    "sha256",
+    "ego_source",
+    "manoeuvre",
+    "road",
+];
+const INTEGERS: [&str; 6] = [
+    "severity",
+    "ego_id",
+    "obstacle_id",
+    "first_step",
+    "last_step",
+    "worst_step",
+];
+
+/// The windows of a scenario that have the same manoeuvre, road and severity.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CellWindows {
+    /// What the obstacle does.
+    pub manoeuvre: Manoeuvre,
+    /// The road under the ego.
+    pub road: RoadType,
+    /// The worst risk score, 0 (collision) to 5 (negligible).
+    pub severity: u8,
+    /// How many windows.
+    pub windows: u64,
+    /// How many of them were asked about.
+    pub asked: u64,
+    /// The first of them.
+    pub example: WindowPlace,
+}
+
+/// Where a window is in its scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WindowPlace {
+    /// The ego.
+    pub ego: WindowEgo,
+    /// The ego's id.
+    pub ego_id: i64,
+    /// The obstacle.
+    pub obstacle: i64,
+    /// First and last step.
+    pub steps: (i64, i64),
+    /// The step at which the worst risk score is first reached.
+    pub worst_step: i64,
+}
+
+/// A scenario of an index.
+#[derive(Debug, Clone)]
+pub struct IndexedScenario {
+    /// The file's name without its ending.
+    pub name: String,
+    /// Path as it was found.
+    pub file: String,
+    /// SHA-256 of the file.
+    pub hash: String,
+    /// Its windows by cell, in the order of manoeuvre, road and severity.
+    pub windows: Arc<[CellWindows]>,
+}
+
+/// Windows of a cell by severity.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CellCounts {
+    /// All of them.
+    pub windows: [u64; SEVERITIES],
+    /// Those that were asked about.
+    pub asked: [u64; SEVERITIES],
+}
+
+/// Manoeuvres.
+const MANOEUVRES: usize = Manoeuvre::ALL.len();
+/// Roads.
+const ROADS: usize = RoadType::ALL.len();
+
+/// An index that was read.
+#[derive(Debug, Clone)]
+pub struct CorpusIndex {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Windows by manoeuvre and road.
+    cells: [[CellCounts; ROADS]; MANOEUVRES],
+    /// Its scenarios, in the order in which they were found.
+    scenarios: Vec<IndexedScenario>,
+    by_hash: HashMap<String, usize>,
+    names: HashSet<String>,
+}
+
+/// A window in a part, as whoever knows what was asked needs it.
+#[derive(Debug, Clone, Copy)]
+pub struct WindowKey<'a> {
+    /// SHA-256 of the scenario's file.
+    pub hash: &'a str,
+    /// The scenario's name.
+    pub name: &'a str,
+    /// Where it is.
+    pub place: WindowPlace,
+}
+
+/// How a scenario is related to an index.
+#[derive(Debug, Clone, Copy)]
+pub enum InIndex<'a> {
+    /// Its contents are in the index.
+    Same(&'a IndexedScenario),
+    /// The index has other contents of this name.
+    Changed,
+    /// The index has neither.
+    Missing,
+}
+
+/// Rows between two looks at whether to go on.
+const ROWS_A_LOOK: u64 = 8192;
+
+impl CorpusIndex {
+    /// Reads an index from its parts; `asked` says which windows were asked about, `progress` is told rows and rows in
+    /// all and may break off, which gives nothing.
+    ///
+    /// # Errors
+    /// See [`IndexError`].
+    pub fn read(
+        folder: PathBuf,
+        parts: &[PathBuf],
+        asked: &dyn Fn(WindowKey<'_>) -> bool,
+        progress: &mut dyn FnMut(u64, u64) -> ControlFlow<()>,
+    ) -> Result<Option<Self>, IndexError> {
+        let mut all = 0;
+        // Every part can be read before the first is.
+        for part in parts {
+            all += Part::open(part)?.rows();
+        }
+        let mut reading = Reading::default();
+        let mut rows = 0;
+        for part in parts {
+            let done = Part::open(part)?.read(&TEXTS, &INTEGERS, &mut |row| {
+                reading.take(row, asked)?;
+                rows += 1;
+                Ok(match rows % ROWS_A_LOOK {
+                    0 => progress(rows, all),
+                    _ => ControlFlow::Continue(()),
+                })
+            })?;
+            if done.is_break() {
+                return Ok(None);
+            }
+        }
+        if progress(all, all).is_break() {
+            return Ok(None);
+        }
+        Ok(Some(reading.end(folder)))
+    }
+
+    /// An index of windows that were measured: each with the name and hash of its scenario, and whether it was asked
+    /// about.
+    #[cfg(test)]
+    pub fn of_windows(
+        folder: PathBuf,
+        windows: &[(&str, &str, super::IndexedWindow, bool)],
+    ) -> Self {
+        let mut reading = Reading::default();
+        for (name, hash, window, asked) in windows {
+            let ego_id = match window.ego {
+                WindowEgo::Recorded => 0,
+                WindowEgo::Obstacle(id) => id,
+            };
+            let place = WindowPlace {
+                ego: window.ego,
+                ego_id,
+                obstacle: window.obstacle,
+                steps: window.steps,
+                worst_step: window.worst_step,
+            };
+            let mut manoeuvres = Manoeuvre::ALL.into_iter();
+            let manoeuvre = manoeuvres.position(|one| one == window.manoeuvre);
+            let road = RoadType::ALL.into_iter().position(|one| one == window.road);
+            let cell = (
+                manoeuvre.unwrap_or_default(),
+                road.unwrap_or_default(),
+                usize::from(window.severity),
+            );
+            let scenario = reading.place_of(hash, name, name);
+            reading.add(scenario, cell, place, *asked);
+        }
+        reading.end(folder)
+    }
+
+    /// The table of windows by manoeuvre, road and severity.
+    #[must_use]
+    pub fn coverage(&self) -> Coverage {
+        let mut coverage = Coverage::default();
+        for (manoeuvre, roads) in Manoeuvre::ALL.into_iter().zip(&self.cells) {
+            for (road, counts) in RoadType::ALL.into_iter().zip(roads) {
+                for (severity, windows) in counts.windows.into_iter().enumerate() {
+                    let cell = Cell {
+                        manoeuvre: manoeuvre.name().into(),
+                        road: road.name().into(),
+                    };
+                    coverage.add_many(cell, severity, windows);
+                }
+            }
+        }
+        coverage
+    }
+
+    /// Windows of the cells of a manoeuvre and a road, of all where one is not named.
+    #[must_use]
+    pub fn counts(&self, manoeuvre: Option<Manoeuvre>, road: Option<RoadType>) -> CellCounts {
+        let mut sum = CellCounts::default();
+        for (m, roads) in Manoeuvre::ALL.into_iter().zip(&self.cells) {
+            for (r, counts) in RoadType::ALL.into_iter().zip(roads) {
+                if manoeuvre.is_some_and(|wanted| wanted != m)
+                    || road.is_some_and(|wanted| wanted != r)
+                {
+                    continue;
+                }
+                for severity in 0..SEVERITIES {
+                    sum.windows[severity] += counts.windows[severity];
+                    sum.asked[severity] += counts.asked[severity];
+                }
+            }
+        }
+        sum
+    }
+
+    /// Its scenarios.
+    #[must_use]
+    pub fn scenarios(&self) -> &[IndexedScenario] {
+        &self.scenarios
+    }
+
+    /// A scenario by the hash of its file, or by name where that is of other contents.
+    #[must_use]
+    pub fn find(&self, hash: &str, name: &str) -> InIndex<'_> {
+        match self.by_hash.get(hash) {
+            Some(place) => InIndex::Same(&self.scenarios[*place]),
+            None if self.names.contains(name) => InIndex::Changed,
+            None => InIndex::Missing,
+        }
+    }
+}
+
+/// An index while it is read.
+#[derive(Default)]
+struct Reading {
+    cells: [[CellCounts; ROADS]; MANOEUVRES],
+    /// Each with the cells that it has so far.
+    scenarios: Vec<(IndexedScenario, Vec<CellWindows>)>,
+    by_hash: HashMap<String, usize>,
+    /// The scenario of the row before: those of one stand together.
+    last: usize,
+}
+
+impl Reading {
+    fn take(
+        &mut self,
+        row: &PartRow<'_>,
+        asked: &dyn Fn(WindowKey<'_>) -> bool,
+    ) -> Result<(), IndexError> {
+        let (name, hash) = (row.text(0)?, row.text(2)?);
+        let (ego_id, recorded) = (row.integer(1), row.text(3)? == "recorded");
+        let place = WindowPlace {
+            ego: match recorded {
+                true => WindowEgo::Recorded,
+                false => WindowEgo::Obstacle(ego_id),
+            },
+            ego_id,
+            obstacle: row.integer(2),
+            steps: (row.integer(3), row.integer(4)),
+            worst_step: row.integer(5),
+        };
+        let manoeuvres = Manoeuvre::ALL.map(Manoeuvre::name);
+        let word = row.text(4)?;
+        let manoeuvre = manoeuvres.iter().position(|known| *known == word);
+        let manoeuvre =
+            manoeuvre.ok_or_else(|| row.foreign(system::unknown("manoeuvre", word, manoeuvres)))?;
+        let roads = RoadType::ALL.map(RoadType::name);
+        let word = row.text(5)?;
+        let road = roads.iter().position(|known| *known == word);
+        let road = road.ok_or_else(|| row.foreign(system::unknown("road", word, roads)))?;
+        let number = row.integer(0);
+        let severity = usize::try_from(number).ok().filter(|s| *s < SEVERITIES);
+        let severity =
+            severity.ok_or_else(|| row.foreign(format!("severity {number} is not 0 to 5")))?;
+        let key = WindowKey { hash, name, place };
+        let scenario = self.place_of(hash, name, row.text(1)?);
+        self.add(scenario, (manoeuvre, road, severity), place, asked(key));
+        Ok(())
+    }
+
+    /// Counts a window of a scenario, in the cell at these places.
+    fn add(
+        &mut self,
+        scenario: usize,
+        (manoeuvre, road, severity): (usize, usize, usize),
+        example: WindowPlace,
+        asked: bool,
+    ) {
+        let asked = u64::from(asked);
+        let counts = &mut self.cells[manoeuvre][road];
+        counts.windows[severity] += 1;
+        counts.asked[severity] += asked;
+        let (manoeuvre, road) = (Manoeuvre::ALL[manoeuvre], RoadType::ALL[road]);
+        let severity = severity as u8;
+        let cells = &mut self.scenarios[scenario].1;
+        let same =
+            |c: &&mut CellWindows| (c.manoeuvre, c.road, c.severity) == (manoeuvre, road, severity);
+        match cells.iter_mut().find(same) {
+            Some(cell) => {
+                cell.windows += 1;
+                cell.asked += asked;
+            }
+            None => cells.push(CellWindows {
+                manoeuvre,
+                road,
+                severity,
+                windows: 1,
+                asked,
+                example,
+            }),
+        }
+    }
+
+    /// The place of a scenario, which may be new.
+    fn place_of(&mut self, hash: &str, name: &str, file: &str) -> usize {
+        let last = self.scenarios.get(self.last);
+        if last.is_some_and(|(scenario, _)| scenario.hash == hash) {
+            return self.last;
+        }
+        self.last = match self.by_hash.get(hash) {
+            Some(place) => *place,
+            None => {
+                self.by_hash.insert(hash.into(), self.scenarios.len());
+                let scenario = IndexedScenario {
+                    name: name.into(),
+                    file: file.into(),
+                    hash: hash.into(),
+                    windows: Arc::new([]),
+                };
+                self.scenarios.push((scenario, Vec::new()));
+                self.scenarios.len() - 1
+            }
+        };
+        self.last
+    }
+
+    fn end(self, folder: PathBuf) -> CorpusIndex {
+        let scenarios = self.scenarios.into_iter().map(|(scenario, mut cells)| {
+            cells.sort_by_key(|cell| (cell.manoeuvre, cell.road, cell.severity));
+            IndexedScenario {
+                windows: cells.into(),
+                ..scenario
+            }
+        });
+        let scenarios: Vec<IndexedScenario> = scenarios.collect();
+        CorpusIndex {
+            folder,
+            cells: self.cells,
+            names: scenarios.iter().map(|s| s.name.clone()).collect(),
+            scenarios,
+            by_hash: self.by_hash,
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! Reads columns of an index: Parquet parts in folders `shard=…`, row by row, in bounded memory.
+
+use std::fs::File;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use parquet::basic::Type as PhysicalType;
+use parquet::column::reader::ColumnReader;
+use parquet::data_type::ByteArray;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+
+use crate::system;
+
+/// Why an index cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum IndexError {
+    /// A file or folder cannot be read.
+    #[error("{}: {why}", path.display())]
+    Io {
+        /// Which one.
+        path: PathBuf,
+        /// Why.
+        why: String,
+    },
+    /// A folder without parts.
+    #[error("{}: no index here (shard=…/part-….parquet); `nearmiss index PATH… -o FOLDER` makes one", .0.display())]
+    NoIndex(PathBuf),
+    /// `nearmiss index` has it open.
+    #[error("{}: this index is still being written; read it when `nearmiss index` has ended", .0.display())]
+    BeingWritten(PathBuf),
+    /// A part that is no whole Parquet file.
+    #[error("{}: not a whole Parquet file ({why}); remove it, and write it again with `nearmiss index PATH… -o FOLDER --resume`", part.display())]
+    Damaged {
+        /// The part.
+        part: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A Parquet file of something else.
+    #[error("{}: not a part of an index: {why}; `nearmiss index PATH… -o FOLDER` makes one", part.display())]
+    Foreign {
+        /// The file.
+        part: PathBuf,
+        /// What is missing or wrong.
+        why: String,
+    },
+    /// A part that another version wrote.
+    #[error("{}: written by nearmiss {version}, but this is nearmiss {}; run `nearmiss index` again with --overwrite", part.display(), env!("CARGO_PKG_VERSION"))]
+    OtherVersion {
+        /// The part.
+        part: PathBuf,
+        /// That version.
+        version: String,
+    },
+}
+
+/// The parts of an index in a folder, in order.
+///
+/// # Errors
+/// The folder cannot be read, or has no parts.
+pub fn part_files(folder: &Path) -> Result<Vec<PathBuf>, IndexError> {
+    let listed = |folder: &Path| -> Result<Vec<PathBuf>, IndexError> {
+        let failed = |e: &std::io::Error| IndexError::Io {
+            path: folder.to_path_buf(),
+            why: system::words(e),
+        };
+        let entries = std::fs::read_dir(folder).map_err(|e| failed(&e))?;
+        let mut paths = Vec::new();
+        for entry in entries {
+            paths.push(entry.map_err(|e| failed(&e))?.path());
+        }
+        paths.sort();
+        Ok(paths)
+    };
+    let is_partition = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with("shard=") && path.is_dir()
+    };
+    let mut found = Vec::new();
+    for partition in listed(folder)?.into_iter().filter(is_partition) {
+        let files = listed(&partition)?.into_iter();
+        found.extend(files.filter(|file| file.extension().is_some_and(|x| x == "parquet")));
+    }
+    match found.is_empty() {
+        true => Err(IndexError::NoIndex(folder.to_path_buf())),
+        false => Ok(found),
+    }
+}
+
+/// An opened part of an index.
+pub struct Part {
+    path: PathBuf,
+    reader: SerializedFileReader<File>,
+}
+
+/// A row of a part: the wanted texts and integers, in the order in which they were asked for.
+pub struct PartRow<'a> {
+    path: &'a Path,
+    at: usize,
+    texts: &'a [Vec<ByteArray>],
+    integers: &'a [Vec<i64>],
+}
+
+impl PartRow<'_> {
+    /// A text.
+    ///
+    /// # Errors
+    /// It is not UTF-8.
+    pub fn text(&self, column: usize) -> Result<&str, IndexError> {
+        let text = self.texts[column][self.at].as_utf8();
+        text.map_err(|e| damaged(self.path, &e))
+    }
+
+    /// An integer.
+    #[must_use]
+    pub fn integer(&self, column: usize) -> i64 {
+        self.integers[column][self.at]
+    }
+
+    /// The error for a value of this row that no index has.
+    #[must_use]
+    pub fn foreign(&self, why: String) -> IndexError {
+        foreign(self.path, why)
+    }
+}
+
+/// Rows that are in memory at once.
+const BLOCK: usize = 4096;
+
+/// The key of the version in the metadata of a part.
+const VERSION: &str = "nearmiss.version";
+
+impl Part {
+    /// Opens a part.
+    ///
+    /// # Errors
+    /// It is no whole Parquet file, no part of an index, or another version wrote it.
+    pub fn open(path: &Path) -> Result<Self, IndexError> {
+        let io = |e: &std::io::Error| IndexError::Io {
+            path: path.to_path_buf(),
+            why: system::words(e),
+        };
+        system::check_file(path).map_err(|e| io(&e))?;
+        let file = File::open(path).map_err(|e| io(&e))?;
+        let reader = SerializedFileReader::new(file).map_err(|e| damaged(path, &e))?;
+        let metadata = reader.metadata().file_metadata();
+        let mut known = metadata.key_value_metadata().into_iter().flatten();
+        let version = known.find(|entry| entry.key == VERSION);
+        let version = version.and_then(|entry| entry.value.clone());
+        match version {
+            Some(version) if version == env!("CARGO_PKG_VERSION") => Ok(Self {
+                path: path.to_path_buf(),
+                reader,
+            }),
+            Some(version) => Err(IndexError::OtherVersion {
+                part: path.to_path_buf(),
+                version: visible(&version),
+            }),
+            None => Err(foreign(path, "nearmiss did not write it".into())),
+        }
+    }
+
+    /// How many rows it has.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        let rows = self.reader.metadata().file_metadata().num_rows();
+        u64::try_from(rows).unwrap_or(0)
+    }
+
+    /// Hands out these columns row by row, until `each` breaks off.
+    ///
+    /// # Errors
+    /// A column is missing or of another type, the part is damaged, or `each` fails.
+    pub fn read(
+        &self,
+        texts: &[&str],
+        integers: &[&str],
+        each: &mut dyn FnMut(&PartRow<'_>) -> Result<ControlFlow<()>, IndexError>,
+    ) -> Result<ControlFlow<()>, IndexError> {
+        let of_texts = self.places(texts, PhysicalType::BYTE_ARRAY)?;
+        let of_integers = self.places(integers, PhysicalType::INT64)?;
+        let wrong = |e: ParquetError| damaged(&self.path, &e);
+        for group in 0..self.reader.num_row_groups() {
+            let group = self.reader.get_row_group(group).map_err(wrong)?;
+            let mut text_columns = columns(group.as_ref(), &of_texts).map_err(wrong)?;
+            let mut integer_columns = columns(group.as_ref(), &of_integers).map_err(wrong)?;
+            loop {
+                let mut block = (Vec::new(), Vec::new());
+                for column in &mut text_columns {
+                    let mut values = Vec::new();
+                    if let ColumnReader::ByteArrayColumnReader(column) = column {
+                        let read = column.read_records(BLOCK, None, None, &mut values);
+                        read.map_err(wrong)?;
+                    }
+                    block.0.push(values);
+                }
+                for column in &mut integer_columns {
+                    let mut values = Vec::new();
+                    if let ColumnReader::Int64ColumnReader(column) = column {
+                        let read = column.read_records(BLOCK, None, None, &mut values);
+                        read.map_err(wrong)?;
+                    }
+                    block.1.push(values);
+                }
+                let (texts, integers) = (&block.0[..], &block.1[..]);
+                let lengths = texts.iter().map(Vec::len);
+                let mut lengths = lengths.chain(integers.iter().map(Vec::len));
+                let length = lengths.next().unwrap_or(0);
+                if lengths.any(|other| other != length) {
+                    let why = ParquetError::General("its columns have different lengths".into());
+                    return Err(damaged(&self.path, &why));
+                }
+                if length == 0 {
+                    break;
+                }
+                for at in 0..length {
+                    let row = PartRow {
+                        path: &self.path,
+                        at,
+                        texts,
+                        integers,
+                    };
+                    if each(&row)?.is_break() {
+                        return Ok(ControlFlow::Break(()));
+                    }
+                }
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// The places of columns that have a value in every row.
+    fn places(&self, names: &[&str], kind: PhysicalType) -> Result<Vec<usize>, IndexError> {
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        let place = |name: &&str| {
+            let mut columns = schema.columns().iter();
+            let place = columns
+                .position(|column| column.path().parts() == [name.to_string()])
+                .ok_or_else(|| foreign(&self.path, format!("it has no column {name}")))?;
+            let column = schema.column(place);
+            let plain = column.max_def_level() == 0 && column.max_rep_level() == 0;
+            match plain && column.physical_type() == kind {
+                true => Ok(place),
+                false => Err(foreign(
+                    &self.path,
+                    format!("its column {name} has another type"),
+                )),
+            }
+        };
+        names.iter().map(place).collect()
+    }
+}
+
+fn columns(
+    group: &dyn RowGroupReader,
+    places: &[usize],
+) -> Result<Vec<ColumnReader>, ParquetError> {
+    let columns = places.iter().map(|place| group.get_column_reader(*place));
+    columns.collect()
+}
+
+fn damaged(part: &Path, why: &ParquetError) -> IndexError {
+    IndexError::Damaged {
+        part: part.to_path_buf(),
+        why: visible(&why.to_string()),
+    }
+}
+
+fn foreign(part: &Path, why: String) -> IndexError {
+    IndexError::Foreign {
+        part: part.to_path_buf(),
+        why,
+    }
+}
+
+/// What a file says, without control characters.
+fn visible(text: &str) -> String {
+    let clean = text.chars().filter(|c| !c.is_control());
+    clean.take(200).collect()
+}

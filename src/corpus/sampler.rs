@@ -1,0 +1,187 @@
+//! Draws windows so that they cover a corpus: the same number from every cell, as far as it has as many.
+//!
+//! Each window has a random number that follows from the seed and the window alone, so that neither the order of
+//! reading nor the division into parts changes what is drawn. Of each scenario a cell keeps one window, the one with the
+//! lowest number.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use crate::scenario::ContentHash;
+
+/// What windows are told apart by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// The manoeuvre.
+    Manoeuvre,
+    /// The road.
+    Road,
+    /// The severity.
+    Severity,
+}
+
+impl Axis {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Manoeuvre, Self::Road, Self::Severity];
+
+    /// Its word on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Manoeuvre => "manoeuvre",
+            Self::Road => "road",
+            Self::Severity => "severity",
+        }
+    }
+}
+
+/// A window that may be drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// The path of its scenario.
+    pub path: String,
+    /// What tells it from all others: scenario, ego, obstacle and steps.
+    pub window: String,
+    /// Its words on the axes.
+    pub cell: Vec<String>,
+}
+
+/// A window that was drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawn<T> {
+    /// The window.
+    pub candidate: Candidate,
+    /// What was kept with it.
+    pub row: T,
+    /// Windows in its cell.
+    pub windows: u64,
+    /// Windows drawn from its cell.
+    pub drawn: usize,
+}
+
+/// Draws windows.
+#[derive(Debug)]
+pub struct Sampler<T> {
+    seed: u64,
+    most: usize,
+    cells: BTreeMap<Vec<String>, Kept<T>>,
+}
+
+/// What is kept of a cell.
+#[derive(Debug)]
+struct Kept<T> {
+    windows: u64,
+    /// By random number.
+    best: BTreeMap<Number, (Candidate, T)>,
+    /// The number of the window that is kept of a scenario.
+    of_scenario: HashMap<String, Number>,
+}
+
+/// A random number that no two windows share.
+type Number = [u8; 32];
+
+impl<T> Sampler<T> {
+    /// One that draws at most `most` windows.
+    #[must_use]
+    pub fn new(seed: u64, most: usize) -> Self {
+        Self {
+            seed,
+            most,
+            cells: BTreeMap::new(),
+        }
+    }
+
+    /// Offers a window.
+    pub fn offer(&mut self, candidate: Candidate, row: T) {
+        let number = number(self.seed, &candidate.window);
+        let kept = self
+            .cells
+            .entry(candidate.cell.clone())
+            .or_insert_with(Kept::new);
+        kept.windows += 1;
+        if let Some(before) = kept.of_scenario.get(&candidate.path) {
+            if *before <= number {
+                return;
+            }
+            kept.best.remove(before);
+        }
+        kept.of_scenario.insert(candidate.path.clone(), number);
+        kept.best.insert(number, (candidate, row));
+        if kept.best.len() > self.most
+            && let Some((_, (last, _))) = kept.best.pop_last()
+        {
+            kept.of_scenario.remove(&last.path);
+        }
+    }
+
+    /// Cells that have windows.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Draws one window from every cell, then a second, and so on; scenarios that were not drawn before come first.
+    #[must_use]
+    pub fn draw(self) -> Vec<Drawn<T>> {
+        let mut cells: Vec<(u64, Vec<(Candidate, T)>)> = Vec::new();
+        // Where there are more cells than draws, chance says which have one.
+        let mut order: Vec<(Number, usize)> = Vec::new();
+        for (place, (cell, kept)) in self.cells.into_iter().enumerate() {
+            order.push((number(self.seed, &cell.join("\n")), place));
+            cells.push((kept.windows, kept.best.into_values().collect()));
+        }
+        order.sort_unstable();
+        let mut drawn: Vec<(usize, Drawn<T>)> = Vec::new();
+        let mut scenarios: HashSet<String> = HashSet::new();
+        while drawn.len() < self.most {
+            let before = drawn.len();
+            for (_, place) in &order {
+                let (windows, candidates) = &mut cells[*place];
+                if candidates.is_empty() || drawn.len() == self.most {
+                    continue;
+                }
+                let fresh = candidates
+                    .iter()
+                    .position(|(c, _)| !scenarios.contains(&c.path));
+                let (candidate, row) = candidates.remove(fresh.unwrap_or(0));
+                scenarios.insert(candidate.path.clone());
+                let windows = *windows;
+                drawn.push((
+                    *place,
+                    Drawn {
+                        candidate,
+                        row,
+                        windows,
+                        drawn: 0,
+                    },
+                ));
+            }
+            if drawn.len() == before {
+                break;
+            }
+        }
+        drawn.sort_by_key(|(place, _)| *place);
+        let mut counts: HashMap<usize, usize> = HashMap::new();
+        for (place, _) in &drawn {
+            *counts.entry(*place).or_default() += 1;
+        }
+        let with_count = |(place, one): (usize, Drawn<T>)| Drawn {
+            drawn: counts[&place],
+            ..one
+        };
+        drawn.into_iter().map(with_count).collect()
+    }
+}
+
+impl<T> Kept<T> {
+    fn new() -> Self {
+        Self {
+            windows: 0,
+            best: BTreeMap::new(),
+            of_scenario: HashMap::new(),
+        }
+    }
+}
+
+fn number(seed: u64, window: &str) -> Number {
+    ContentHash::of_parts([&seed.to_le_bytes()[..], window.as_bytes()]).bytes()
+}

@@ -1,0 +1,111 @@
+//! Tests of windows, coverage and samples.
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::formats::bundled;
+use crate::metrics::{MEASURES, Thresholds};
+
+fn windows(name: &str) -> Vec<IndexedWindow> {
+    let entry = bundled()
+        .into_iter()
+        .find(|e| e.name.contains(name))
+        .unwrap();
+    let scenario = entry.read().unwrap();
+    let ego = entry.recorded_ego(&scenario).unwrap();
+    let options = IndexOptions {
+        length: 2.0,
+        stride: 1.0,
+        radius: 50.0,
+        measures: MEASURES.iter().filter(|m| m.id == "distance").collect(),
+    };
+    let mut found = Vec::new();
+    let mut take = |window| found.push(window);
+    for_each_window(&scenario, ego, &options, Thresholds::shipped(), &mut take);
+    found
+}
+
+fn recorded(name: &str) -> Vec<Manoeuvre> {
+    let windows = windows(name);
+    let of_ego = windows.iter().filter(|w| w.ego == WindowEgo::Recorded);
+    of_ego.map(|w| w.manoeuvre).collect()
+}
+
+#[test]
+fn bundled_scenarios_have_the_manoeuvres_that_they_are_named_after() {
+    for (name, manoeuvre) in [
+        ("CutIn", Manoeuvre::CutIn),
+        ("HardBraking", Manoeuvre::Following),
+        ("Pedestrian", Manoeuvre::Crossing),
+        ("RedLight", Manoeuvre::Crossing),
+        ("Overtaking", Manoeuvre::Oncoming),
+    ] {
+        let found = recorded(name);
+        assert!(found.contains(&manoeuvre), "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn windows_are_of_both_directions_of_a_pair_and_within_the_recording() {
+    let all = windows("Merge");
+    let recorded = all.iter().any(|w| w.ego == WindowEgo::Recorded);
+    let others = all.iter().any(|w| matches!(w.ego, WindowEgo::Obstacle(_)));
+    assert!(recorded && others);
+    for window in &all {
+        assert!(window.steps.0 <= window.steps.1);
+        assert!((window.steps.0..=window.steps.1).contains(&window.worst_step));
+        assert!(window.severity <= 5);
+        let distance = window.values[0].unwrap();
+        assert_eq!(distance == 0.0, window.severity == 0, "{window:?}");
+    }
+}
+
+fn candidate(cell: &str, scenario: u32, window: u32) -> Candidate {
+    Candidate {
+        path: format!("{scenario}.xml"),
+        window: format!("{scenario} {window}"),
+        cell: vec![cell.to_string()],
+    }
+}
+
+#[test]
+fn a_sample_covers_every_cell_whatever_the_order() {
+    let mut all = Vec::new();
+    for scenario in 0..40 {
+        all.push(candidate("common", scenario, 1));
+        all.push(candidate("common", scenario, 2));
+    }
+    all.push(candidate("rare", 3, 3));
+    let draw = |order: &[Candidate], seed| {
+        let mut sampler = Sampler::new(seed, 6);
+        order.iter().for_each(|c| sampler.offer(c.clone(), ()));
+        sampler.draw()
+    };
+    let drawn = draw(&all, 7);
+    assert_eq!(drawn.len(), 6);
+    let rare: Vec<_> = drawn
+        .iter()
+        .filter(|d| d.candidate.cell[0] == "rare")
+        .collect();
+    assert_eq!((rare.len(), rare[0].windows, rare[0].drawn), (1, 1, 1));
+    let mut paths: Vec<_> = drawn.iter().map(|d| d.candidate.path.clone()).collect();
+    paths.sort();
+    paths.dedup();
+    assert_eq!(paths.len(), 6, "each scenario once");
+    all.reverse();
+    assert_eq!(draw(&all, 7), drawn);
+    assert_ne!(draw(&all, 8), drawn);
+}
+
+#[test]
+fn coverage_counts() {
+    let mut coverage = Coverage::default();
+    let cell = Cell {
+        manoeuvre: "cut_in".into(),
+        road: "highway".into(),
+    };
+    coverage.add(cell.clone(), 0);
+    coverage.add(cell.clone(), 9);
+    assert_eq!(coverage.rows().next(), Some((&cell, &[1, 0, 0, 0, 0, 1])));
+    assert_eq!(coverage.totals(), [1, 0, 0, 0, 0, 1]);
+    assert_eq!(coverage.largest(), 1);
+}

@@ -1,0 +1,120 @@
+//! Further forms of claims: without a number, without a unit, in formulas, of several obstacles, under subheadings.
+
+use super::*;
+
+#[test]
+fn a_formula_has_its_result_as_a_claim() {
+    let (a, _) = ids();
+    let text = format!(
+        "#### Obstacle {a}:\n- **TTC Calculations:**\n  - Calculated TTC for longitudinal approach: \\(1.24 \\, \\text{{m}} / 7.46 \\, \\text{{m/s}} \\approx 0.17 \\, \\text{{seconds}}\\)."
+    );
+    let found = found(&text);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!((found[0].0, found[0].1), (a, Quantity::TtcLong));
+}
+
+#[test]
+fn a_named_quantity_needs_no_unit_and_a_direction_no_word_relative() {
+    let (a, _) = ids();
+    for (text, claims) in [
+        (
+            format!("Obstacle {a} has a velocity of 8.34 and an acceleration (1.25)."),
+            vec![
+                format!("{a} speed: 8.34"),
+                format!("{a} acceleration: 1.25"),
+            ],
+        ),
+        (
+            format!("Obstacle {a}: DTClat is 0.0, DTClong is 4.2m."),
+            vec![
+                format!("{a} gap lateral: 0.0"),
+                format!("{a} gap longitudinal: 4.2m"),
+            ],
+        ),
+        (
+            format!("Obstacle {a}: Velocities: longitudinal -2.90m/s, lateral 0.10m/s"),
+            vec![
+                format!("{a} relative velocity longitudinal: -2.90m/s"),
+                format!("{a} relative velocity lateral: 0.10m/s"),
+            ],
+        ),
+        (
+            format!("Obstacle {a}: Relative velocity: 0m/s in both dimensions"),
+            vec![
+                format!("{a} relative velocity longitudinal: 0m/s"),
+                format!("{a} relative velocity lateral: 0m/s"),
+            ],
+        ),
+        (
+            format!("Obstacle {a} is approaching from behind at 3.20 m longitudinally."),
+            vec![format!("{a} gap longitudinal: 3.20 m")],
+        ),
+    ] {
+        assert_eq!(brief(&text), claims, "{text}");
+    }
+}
+
+#[test]
+fn places_in_brackets_both_axes_and_lists_of_obstacles() {
+    let (a, b) = ids();
+    for (text, claims) in [
+        (
+            format!("**Obstacle {a} (Behind):**"),
+            vec![format!("{a} direction: Behind")],
+        ),
+        (
+            format!(
+                "Obstacle {a} is primarily behind and slightly to the left of the ego vehicle."
+            ),
+            vec![format!("{a} direction: behind and slightly to the left")],
+        ),
+        (
+            format!("Obstacle {a} is in front of the ego vehicle, moving closer."),
+            vec![format!("{a} direction: in front of")],
+        ),
+        (
+            format!("Obstacles {a} and {b} are behind the ego vehicle."),
+            vec![
+                format!("{a} direction: behind"),
+                format!("{b} direction: behind"),
+            ],
+        ),
+        (
+            format!("Obstacle {a} is approaching from behind the ego."),
+            vec![],
+        ),
+    ] {
+        assert_eq!(brief(&text), claims, "{text}");
+    }
+}
+
+#[test]
+fn a_subheading_keeps_the_obstacle_of_the_heading_above_and_a_summary_does_not() {
+    let (a, _) = ids();
+    let text = format!(
+        "### Obstacle {a}\n**Calculations:**\n- The distance is 3.2 m.\n**Summary:**\n- The distance is 9.9 m."
+    );
+    assert_eq!(brief(&text), [format!("{a} distance: 3.2 m")]);
+}
+
+#[test]
+fn a_standstill_and_a_contact_are_held_against_the_geometry() {
+    let scene = scene();
+    let (a, _, window) = cast(&scene);
+    let subject = Subject {
+        scene: &scene,
+        times: TimeOrigin::Recording,
+        window: Some(window),
+    };
+    for text in [
+        format!("Obstacle {a} is stationary."),
+        format!("Obstacle {a} has collided with the ego vehicle."),
+    ] {
+        let all = checked(&text, &subject);
+        assert_eq!(all.len(), 1, "{text}: {all:?}");
+        assert_eq!(all[0].judgement, Judgement::Wrong, "{text}: {all:?}");
+    }
+    let counts = count("", &format!("Obstacle {a} is stationary."), &subject);
+    assert_eq!(counts.known(), Some([0, 1, 0]));
+    assert_eq!(count("", "", &subject).known(), Some([0, 0, 0]));
+}

@@ -1,0 +1,44 @@
+//! Which windows are asked about, and what counts as a yes: the program's own rules, or those of the paper.
+
+use super::Scored;
+
+/// The rules of an evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Protocol {
+    /// Dangerous windows at a lead before the contact, and safe windows like them.
+    #[default]
+    Matched,
+    /// Those of "From Words to Collisions": one window of each recording ([`Labelled::paper_window`]), and a yes of the
+    /// safety task counts only if it names the obstacle that collides ([`Scored::require_naming`]).
+    ///
+    /// [`Labelled::paper_window`]: crate::evaluation::Labelled::paper_window
+    /// [`Scored::require_naming`]: crate::evaluation::Scored::require_naming
+    Paper,
+}
+
+impl Protocol {
+    /// Every one.
+    pub const ALL: [Self; 2] = [Self::Matched, Self::Paper];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matched => "matched",
+            Self::Paper => "paper",
+        }
+    }
+
+    /// Makes an answer what counts as one.
+    pub fn count(self, answer: &mut Scored) {
+        if self == Self::Paper {
+            answer.require_naming();
+        }
+    }
+
+    /// The protocol of this name.
+    #[must_use]
+    pub fn parse(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == word)
+    }
+}

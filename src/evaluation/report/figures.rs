@@ -1,0 +1,38 @@
+//! The figures of a report: F1 as bars, confusion matrices.
+
+use super::document::Figure;
+use super::{Cell, names, plot};
+use crate::judge;
+use crate::verdict::Task;
+
+pub(super) fn bars(task: Task, cells: &[&Cell]) -> Figure {
+    let bar = |cell: &&Cell| plot::Bar {
+        name: names::way(&cell.way),
+        value: cell.f1(),
+        interval: cell.intervals.f1,
+        other: cell.way.model == judge::MODEL,
+    };
+    let title = format!("F1 with bootstrap intervals of 95 %, {} task", task.name());
+    Figure {
+        svg: plot::bars(&title, &cells.iter().map(bar).collect::<Vec<_>>()),
+        caption: String::new(),
+    }
+}
+
+pub(super) fn matrices(cells: &[&Cell]) -> Vec<Figure> {
+    let figure = |cell: &&Cell| {
+        let aside = match cell.unparsed + cell.failed + cell.unasked {
+            0 => String::new(),
+            aside => format!("; {aside} without a verdict"),
+        };
+        let caption = format!("{}{aside}", names::way(&cell.way));
+        Figure {
+            svg: plot::confusion(
+                &format!("Truth in rows, verdict in columns: {caption}"),
+                &cell.confusion,
+            ),
+            caption,
+        }
+    };
+    cells.iter().map(figure).collect()
+}

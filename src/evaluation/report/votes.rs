@@ -1,0 +1,159 @@
+//! The verdicts of one way by question and by scenario: majorities, agreement, and intervals over scenarios.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::statistics::{
+    AllRight, AnswerAgreement, Interval, ShareIntervals, majority, share_interval, share_intervals,
+    shown,
+};
+use super::super::{Confusion, Scored};
+use super::consumption::count;
+
+/// Steps of a window, first and last.
+type Window = Option<(i64, i64)>;
+
+/// The verdicts on one question: one scenario, one window.
+#[derive(Debug, Default)]
+struct Votes {
+    truth: Option<bool>,
+    yes: u32,
+    no: u32,
+    samples: BTreeSet<u32>,
+}
+
+/// The verdicts of one way.
+#[derive(Debug, Default)]
+pub(super) struct Ballot<'a> {
+    questions: BTreeMap<(&'a str, Window), Votes>,
+    scenarios: BTreeMap<&'a str, Confusion>,
+}
+
+/// What several samples of the same questions come to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Samples {
+    /// Agreement of several samples.
+    pub spread: AnswerAgreement,
+    /// The majority of samples for each question, against the ground truth.
+    pub majority: Confusion,
+    /// Questions with a truth whose samples say yes and no equally often, or nothing at all: no vote.
+    pub undecided: u32,
+    /// Of them those whose samples say yes and no equally often.
+    pub ties: u32,
+    /// How often all samples of a question are right.
+    pub all_right: AllRight,
+}
+
+impl Samples {
+    /// The share of questions with a truth that have a majority; `None` without any.
+    #[must_use]
+    pub fn coverage(&self) -> Option<f64> {
+        let decided = self.majority.answered();
+        let all = decided + self.undecided;
+        (all > 0).then(|| f64::from(decided) / f64::from(all))
+    }
+}
+
+impl<'a> Ballot<'a> {
+    /// Takes an answer, or that there is none; `said` is its yes or no.
+    pub fn take(&mut self, one: &'a Scored, said: Option<bool>) {
+        let votes = self
+            .questions
+            .entry((&one.scenario, one.window))
+            .or_default();
+        votes.truth = votes.truth.or(one.is_collision());
+        votes.samples.insert(one.sample);
+        match said {
+            Some(true) => votes.yes += 1,
+            Some(false) => votes.no += 1,
+            None => {}
+        }
+        let scenario = self.scenarios.entry(&one.scenario).or_default();
+        if let (Some(said), Some(truth)) = (said, one.is_collision()) {
+            scenario.count(said, truth);
+        }
+    }
+
+    /// How many scenarios were asked about.
+    pub fn scenarios(&self) -> u32 {
+        count(self.scenarios.len())
+    }
+
+    /// What samples come to. A question without a run has no window: it is that of the scenario, where there is one.
+    pub fn samples(&mut self) -> Samples {
+        let unknown: Vec<&str> = self
+            .questions
+            .keys()
+            .filter(|(_, w)| w.is_none())
+            .map(|(s, _)| *s)
+            .collect();
+        for scenario in unknown {
+            let after = (scenario, Some((i64::MIN, i64::MIN)));
+            let known = self.questions.range(after..).next().map(|(key, _)| *key);
+            let Some(known) = known.filter(|(name, _)| *name == scenario) else {
+                continue;
+            };
+            if let Some(votes) = self.questions.remove(&(scenario, None)) {
+                let into = self.questions.entry(known).or_default();
+                into.samples.extend(votes.samples);
+                into.yes += votes.yes;
+                into.no += votes.no;
+            }
+        }
+        let mut found = Samples::default();
+        for votes in self.questions.values() {
+            found.spread.count(votes.yes, votes.no);
+            match (majority(votes.yes, votes.no), votes.truth) {
+                (Some(said), Some(truth)) => found.majority.count(said, truth),
+                (None, Some(_)) => {
+                    found.undecided += 1;
+                    found.ties += u32::from(votes.yes > 0);
+                }
+                (_, None) => {}
+            }
+        }
+        let most = self
+            .questions
+            .values()
+            .map(|votes| votes.samples.len())
+            .max();
+        let right = self.questions.values().filter_map(|votes| {
+            Some(match votes.truth? {
+                true => (votes.yes, votes.no),
+                false => (votes.no, votes.yes),
+            })
+        });
+        found.all_right = AllRight::of_questions(count(most.unwrap_or(0)), right);
+        found
+    }
+
+    /// The counts of the scenarios with a verdict and a truth.
+    fn counted(&self) -> Vec<Confusion> {
+        let all = self.scenarios.values().copied();
+        all.filter(|counts| counts.answered() > 0).collect()
+    }
+
+    /// The intervals of shares: over scenarios where one has several answers, else Wilson's, F1 apart.
+    pub fn intervals(&self) -> ShareIntervals {
+        let counted = self.counted();
+        let mut sum = Confusion::default();
+        counted.iter().for_each(|counts| sum.add(counts));
+        let drawn = share_intervals(&counted);
+        let clustered = counted.iter().any(|counts| counts.answered() > 1);
+        let of = |interval: Option<Interval>, part: fn(&Confusion) -> (u32, u32)| {
+            let (hits, all) = part(&sum);
+            let holding = counted.iter().filter(|counts| part(counts).1 > 0).count();
+            share_interval(interval.filter(|_| clustered), (hits, all), count(holding))
+        };
+        ShareIntervals {
+            precision: of(drawn.precision, |c| {
+                (c.true_positives, c.true_positives + c.false_positives)
+            }),
+            recall: of(drawn.recall, |c| (c.true_positives, c.positives())),
+            specificity: of(drawn.specificity, |c| (c.true_negatives, c.negatives())),
+            accuracy: of(drawn.accuracy, |c| {
+                (c.true_positives + c.true_negatives, c.answered())
+            }),
+            f1: shown(drawn.f1, count(counted.len())),
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The path that an argument means: a file, or a bundled scenario by the beginning of its name.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::bundled;
+use crate::system::{available, did_you_mean};
+
+/// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.
+///
+/// # Errors
+/// There is no such file or scenario, with what was probably meant; or several scenarios begin so: in words.
+pub fn resolved(argument: &Path) -> Result<PathBuf, String> {
+    let missing = matches!(argument.symlink_metadata(), Err(e) if e.kind() == ErrorKind::NotFound);
+    if !missing || argument == Path::new("-") {
+        return Ok(argument.to_path_buf());
+    }
+    let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();
+    let said = argument.to_string_lossy();
+    let wanted = said.to_lowercase();
+    let begin = |name: &&String| !wanted.is_empty() && name.to_lowercase().starts_with(&wanted);
+    let found: Vec<&String> = names.iter().filter(begin).collect();
+    match &found[..] {
+        _ if names.iter().any(|name| *name == said) => Ok(argument.to_path_buf()),
+        [name] => Ok(PathBuf::from(name)),
+        [] => Err(format!(
+            "{}: no such file or bundled scenario{}",
+            argument.display(),
+            instead(argument, &names)
+        )),
+        several => {
+            let first: Vec<&str> = several.iter().take(SUGGESTED).map(|n| n.as_str()).collect();
+            let more = several.len() - first.len();
+            let more = match more {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            Err(format!(
+                "{}: ambiguous; matches {}{more}",
+                argument.display(),
+                first.join(", ")
+            ))
+        }
+    }
+}
+
+/// Scenarios that are named where several begin alike.
+const SUGGESTED: usize = 3;
+
+/// What is called nearly like a path that does not exist: bundled scenarios, or files in its folder.
+fn instead(path: &Path, bundled: &[String]) -> String {
+    let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    else {
+        return available(&path.to_string_lossy(), bundled.iter().map(String::as_str));
+    };
+    let files = folder.read_dir().into_iter().flatten().flatten();
+    let files = files.map(|file| file.file_name().to_string_lossy().into_owned());
+    let files: Vec<String> = files.take(MOST_FILES).collect();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    did_you_mean(&name, files.iter().map(String::as_str))
+}
+
+/// Files of a folder that are compared with a name.
+const MOST_FILES: usize = 10_000;

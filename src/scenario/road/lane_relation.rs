@@ -1,0 +1,257 @@
+//! What one lane is to another: its continuation, a neighbour, one that crosses it or joins it.
+
+use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
+
+use super::Lane;
+use crate::geometry::{Bounds, Point, Pose, angle_between, distance_to_segment};
+use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
+
+/// What the lane under one participant is to the lane under another, the closest relation first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LaneRelation {
+    /// The same lanelet.
+    Same,
+    /// Where the lane leads, whichever way it branches.
+    Ahead,
+    /// From where the lane comes.
+    Behind,
+    /// Next to it on the left, in the same direction.
+    Left,
+    /// Next to it on the right, in the same direction.
+    Right,
+    /// More than one lane to the left, in the same direction.
+    FurtherLeft,
+    /// More than one lane to the right, in the same direction.
+    FurtherRight,
+    /// Beside it, in the opposite direction.
+    Oncoming,
+    /// It crosses the lane or what that leads to, or leads to what does.
+    Crossing,
+    /// It leads into the lane or into what that leads to.
+    Merging,
+    /// It comes from where the lane comes from.
+    Diverging,
+    /// None of these.
+    OtherRoad,
+}
+
+/// How far a lane is followed, metres.
+const REACH: f64 = 150.0;
+
+/// How far a lane is followed to where it crosses another, metres.
+const CROSSING_REACH: f64 = 60.0;
+
+/// A lanelet within this angle of a participant's heading is driven in its direction, radians.
+const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
+
+/// The relations of all lanes to those of one participant.
+#[derive(Debug)]
+pub struct LaneRelations<'n> {
+    network: &'n LaneletNetwork,
+    /// The lanelets that the lane consists of from the participant on.
+    ahead: Vec<i64>,
+    /// Of lanelets that are connected with them.
+    connected: HashMap<i64, LaneRelation>,
+    /// Whether a lanelet leads across them.
+    crosses: RefCell<HashMap<i64, bool>>,
+}
+
+impl LaneletNetwork {
+    /// The lanelets at a pose; where several lie over each other, those that are driven in its direction, if any are.
+    #[must_use]
+    pub fn lanelets_driven(&self, pose: &Pose) -> Vec<i64> {
+        let all = self.lanelets_at(&pose.position);
+        if all.len() < 2 {
+            return all;
+        }
+        let same_way = |id: &i64| {
+            let there = self
+                .lanelet(*id)
+                .and_then(|l| heading_at(l, &pose.position));
+            there.is_some_and(|there| angle_between(there, pose.heading).abs() <= SAME_WAY)
+        };
+        let driven: Vec<i64> = all.iter().copied().filter(same_way).collect();
+        if driven.is_empty() { all } else { driven }
+    }
+
+    /// The relations of all lanes to the lane that these lanelets are.
+    #[must_use]
+    pub fn lane_relations(&self, lanelets: &[i64]) -> LaneRelations<'_> {
+        let ahead = self.followed(lanelets, |l| &l.successors, REACH);
+        let behind = self.followed(lanelets, |l| &l.predecessors, REACH);
+        let mut connected = HashMap::new();
+        let mut add = |ids: &[i64], relation| {
+            for id in ids {
+                connected.entry(*id).or_insert(relation);
+            }
+        };
+        add(lanelets, LaneRelation::Same);
+        add(&ahead, LaneRelation::Ahead);
+        add(&behind, LaneRelation::Behind);
+        let chain: Vec<i64> = ahead.iter().chain(&behind).copied().collect();
+        let mut oncoming = Vec::new();
+        for (left, next, further) in [
+            (true, LaneRelation::Left, LaneRelation::FurtherLeft),
+            (false, LaneRelation::Right, LaneRelation::FurtherRight),
+        ] {
+            for id in &chain {
+                let beside = self.beside(*id, left);
+                let same: Vec<i64> = with_direction(&beside, true);
+                add(&same[..same.len().min(1)], next);
+                add(&same[same.len().min(1)..], further);
+                oncoming.extend(with_direction(&beside, false));
+            }
+        }
+        add(&oncoming, LaneRelation::Oncoming);
+        // Lanes that cross are told from these later: that takes the shapes of both.
+        add(
+            &self.followed(&ahead, |l| &l.predecessors, REACH),
+            LaneRelation::Merging,
+        );
+        add(
+            &self.followed(&behind, |l| &l.successors, REACH),
+            LaneRelation::Diverging,
+        );
+        LaneRelations {
+            network: self,
+            ahead,
+            connected,
+            crosses: RefCell::default(),
+        }
+    }
+
+    /// The lanelets from `starts` on, nearest first, the starts included, that begin within `reach` metres of their
+    /// ends.
+    fn followed(
+        &self,
+        starts: &[i64],
+        next: impl Fn(&Lanelet) -> &Vec<i64>,
+        reach: f64,
+    ) -> Vec<i64> {
+        let mut found: Vec<i64> = starts.to_vec();
+        let mut open: VecDeque<(i64, f64)> = starts.iter().map(|id| (*id, 0.0)).collect();
+        while let Some((id, far)) = open.pop_front() {
+            let Some(lanelet) = self.lanelet(id) else {
+                continue;
+            };
+            for &id in next(lanelet) {
+                let Some(after) = self.lanelet(id).filter(|_| !found.contains(&id)) else {
+                    continue;
+                };
+                found.push(id);
+                let far = far + length(after);
+                if far <= reach {
+                    open.push_back((id, far));
+                }
+            }
+        }
+        found
+    }
+
+    /// The lanelets on one side of a lanelet, the nearest first, and whether they have its direction.
+    fn beside(&self, id: i64, left: bool) -> Vec<(i64, bool)> {
+        let mut found: Vec<(i64, bool)> = Vec::new();
+        let (mut at, mut same) = (id, true);
+        while let Some(Adjacent {
+            id: next,
+            same_direction,
+        }) = self.lanelet(at).and_then(|l| {
+            // Seen from an oncoming lane, the sides are the other way round.
+            if left == same {
+                l.adjacent_left
+            } else {
+                l.adjacent_right
+            }
+        }) {
+            if next == id || found.iter().any(|(known, _)| *known == next) {
+                break;
+            }
+            same = same == same_direction;
+            found.push((next, same));
+            at = next;
+        }
+        found
+    }
+}
+
+impl LaneRelations<'_> {
+    /// What the lane of a lanelet is to it.
+    #[must_use]
+    pub fn of(&self, id: i64) -> LaneRelation {
+        let known = self.connected.get(&id).copied();
+        match known {
+            None | Some(LaneRelation::Merging | LaneRelation::Diverging) if self.crosses(id) => {
+                LaneRelation::Crossing
+            }
+            None => LaneRelation::OtherRoad,
+            Some(relation) => relation,
+        }
+    }
+
+    fn crosses(&self, id: i64) -> bool {
+        if let Some(known) = self.crosses.borrow().get(&id) {
+            return *known;
+        }
+        let network = self.network;
+        let theirs = network.followed(&[id], |l| &l.successors, CROSSING_REACH);
+        let not_ours = theirs.iter().filter(|id| !self.ahead.contains(id));
+        let ours = lines(network, self.ahead.iter());
+        let crosses = lines(network, not_ours)
+            .iter()
+            .any(|a| ours.iter().any(|b| cross(a, b)));
+        self.crosses.borrow_mut().insert(id, crosses);
+        crosses
+    }
+}
+
+/// Centre lines with the boxes around them.
+fn lines<'i>(
+    network: &LaneletNetwork,
+    ids: impl Iterator<Item = &'i i64>,
+) -> Vec<(Bounds, Vec<Point>)> {
+    let lanes = ids.filter_map(|id| network.lanelet(*id).and_then(Lane::from_lanelet));
+    let points = lanes.map(|lane| lane.centre().points().to_vec());
+    let lines = points.filter_map(|points| Some((Bounds::from_points(&points)?, points)));
+    lines.collect()
+}
+
+/// Sine of the least angle between lines that cross: where one joins the other, they have nearly the same direction.
+const LEAST_SINE: f64 = 0.35;
+
+/// Whether two lines cross.
+fn cross((around, a): &(Bounds, Vec<Point>), (box_of, b): &(Bounds, Vec<Point>)) -> bool {
+    around.overlaps(box_of)
+        && a.windows(2).any(|s| {
+            b.windows(2)
+                .any(|t| pieces_cross((&s[0], &s[1]), (&t[0], &t[1])))
+        })
+}
+
+/// The same of two pieces of lines, ends included, so that a corner on the other line counts.
+fn pieces_cross(s: (&Point, &Point), t: (&Point, &Point)) -> bool {
+    let (along, across) = (s.1 - s.0, t.1 - t.0);
+    let steep = along.perp(&across).abs() > LEAST_SINE * along.norm() * across.norm();
+    let side = |p: &Point, of: (&Point, &Point)| (of.1 - of.0).perp(&(p - of.0));
+    steep && side(s.0, t) * side(s.1, t) <= 0.0 && side(t.0, s) * side(t.1, s) <= 0.0
+}
+
+fn with_direction(beside: &[(i64, bool)], same: bool) -> Vec<i64> {
+    let of = beside.iter().filter(|(_, s)| *s == same);
+    of.map(|(id, _)| *id).collect()
+}
+
+/// The direction of a lanelet beside a point, radians: that of the left border there.
+fn heading_at(lanelet: &Lanelet, p: &Point) -> Option<f64> {
+    let pieces = lanelet.left.points.windows(2);
+    let far = |piece: &[Point]| distance_to_segment(p, &piece[0], &piece[1]);
+    let nearest = pieces.min_by(|a, b| far(a).total_cmp(&far(b)))?;
+    let along = nearest[1] - nearest[0];
+    Some(along.y.atan2(along.x))
+}
+
+/// Roughly, metres: how far a lane is followed needs no more.
+fn length(lanelet: &Lanelet) -> f64 {
+    let points = lanelet.left.points.windows(2);
+    points.map(|pair| (pair[1] - pair[0]).norm()).sum()
+}

@@ -1,0 +1,267 @@
+//! Takes in runs and batches of another store: from its file, or from an export.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use rusqlite::params;
+
+use super::database::now_ms;
+use super::items::insert;
+use super::write::{insert_whole, there};
+use super::{
+    Batch, BatchId, Item, ItemState, MergeCounts, Run, RunId, RunState, Store, StoreError,
+};
+
+/// What is being taken in: batches first, so that their runs can be told which they belong to, then runs, and the
+/// questions of the batches last, as they name runs.
+pub struct Intake<'a> {
+    store: &'a Store,
+    /// The batches here, by the names that they have there, and which of them are new.
+    batches: HashMap<String, (BatchId, bool)>,
+    /// The runs here, by their numbers there.
+    runs: BTreeMap<i64, RunId>,
+    counts: MergeCounts,
+}
+
+impl<'a> Intake<'a> {
+    /// Nothing so far.
+    #[must_use]
+    pub fn new(store: &'a Store) -> Self {
+        Self {
+            store,
+            batches: HashMap::new(),
+            runs: BTreeMap::new(),
+            counts: MergeCounts::default(),
+        }
+    }
+
+    /// What was taken in so far.
+    #[must_use]
+    pub fn counts(&self) -> MergeCounts {
+        self.counts
+    }
+
+    /// Takes in a batch: into the one here in which the same is asked, unless another batch was taken into that, else
+    /// as a new one.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn batch(&mut self, theirs: &Batch) -> Result<(), StoreError> {
+        let taken: Vec<BatchId> = self.batches.values().map(|(id, _)| *id).collect();
+        let found = self.store.unite(theirs, &taken)?;
+        self.found(theirs, found)
+    }
+
+    /// Takes in a batch of a bundle: into this one here, which then has the parts of both, else as a new one, with the
+    /// number that it has there where that is free. Returns its number here.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn batch_as(
+        &mut self,
+        theirs: &Batch,
+        ours: Option<BatchId>,
+    ) -> Result<BatchId, StoreError> {
+        let (id, is_new) = match ours {
+            Some(ours) => {
+                self.store.add_parts(ours, theirs.shard.as_deref())?;
+                (ours, false)
+            }
+            None => (self.store.add_batch(theirs)?, true),
+        };
+        self.found(theirs, (id, is_new))?;
+        Ok(id)
+    }
+
+    /// The run here that was taken in as this one; `None` if it was not.
+    #[must_use]
+    pub fn run(&self, theirs: RunId) -> Option<RunId> {
+        self.runs.get(&theirs.0).copied()
+    }
+
+    /// Notes where a batch is here, and takes in the looks at its test split, each once.
+    fn found(&mut self, theirs: &Batch, found: (BatchId, bool)) -> Result<(), StoreError> {
+        if !theirs.looks.is_empty() {
+            self.store.add_looks(found.0, &theirs.looks)?;
+        }
+        self.counts.batches += usize::from(found.1);
+        self.batches.insert(theirs.id.to_string(), found);
+        Ok(())
+    }
+
+    /// Takes in runs, in one transaction; each once.
+    ///
+    /// # Errors
+    /// SQLite refused. None is taken in then.
+    pub fn runs(&mut self, runs: Vec<Run>) -> Result<(), StoreError> {
+        let (batches, numbers, counts) = (&self.batches, &mut self.runs, &mut self.counts);
+        self.store.durably(|transaction| {
+            for mut run in runs {
+                if run.ending.state == RunState::Running {
+                    counts.running += 1;
+                    continue;
+                }
+                let theirs = run.id;
+                let batch = run.question.batch.as_ref().and_then(|b| batches.get(b));
+                if let Some((ours, _)) = batch {
+                    run.question.batch = Some(ours.to_string());
+                }
+                let (id, is_new) = match there(transaction, &run)? {
+                    Some(id) => (id, false),
+                    None => (insert_whole(transaction, &run)?, true),
+                };
+                numbers.insert(theirs.0, id);
+                counts.runs += usize::from(is_new);
+                counts.already_there += usize::from(!is_new);
+            }
+            Ok(())
+        })
+    }
+
+    /// Takes in the questions of a batch: those that the one here lacks, and what became of those that are still waiting
+    /// here.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn items(&mut self, batch: BatchId, items: &[Item]) -> Result<(), StoreError> {
+        let Some(&(ours, is_new)) = self.batches.get(&batch.to_string()) else {
+            return Ok(());
+        };
+        let more = self.store.add_items(ours, items, &self.runs)?;
+        self.counts.united += usize::from(!is_new && more);
+        Ok(())
+    }
+}
+
+impl Store {
+    /// Adds a batch without its questions, with its own number if that is free.
+    fn add_batch(&self, theirs: &Batch) -> Result<BatchId, StoreError> {
+        self.durably(|transaction| {
+            transaction.execute(
+                "INSERT INTO batches (id, created_ms, updated_ms, spec, shard)
+                 VALUES (CASE WHEN EXISTS (SELECT 1 FROM batches WHERE id = ?1) THEN NULL ELSE ?1 END, ?2, ?3, ?4, ?5)",
+                params![
+                    theirs.id.0,
+                    theirs.created_ms,
+                    theirs.updated_ms,
+                    theirs.spec,
+                    theirs.shard
+                ],
+            )?;
+            Ok(BatchId(transaction.last_insert_rowid()))
+        })
+    }
+
+    /// Notes that these parts of a batch are here, too.
+    fn add_parts(&self, batch: BatchId, theirs: Option<&str>) -> Result<(), StoreError> {
+        self.durably(|transaction| {
+            let sql = "SELECT shard FROM batches WHERE id = ?1";
+            let ours: Option<String> = transaction.query_row(sql, [batch.0], |row| row.get(0))?;
+            let both = both(ours.as_deref(), theirs);
+            if both != ours {
+                let sql = "UPDATE batches SET shard = ?2, updated_ms = ?3 WHERE id = ?1";
+                transaction.execute(sql, params![batch.0, both, now_ms()])?;
+            }
+            Ok(())
+        })
+    }
+
+    /// The batch here in which the same is asked as in one of another store, leaving aside those that are `taken`, and
+    /// whether it is new. Of several the one that was begun at the same time counts first.
+    fn unite(&self, theirs: &Batch, taken: &[BatchId]) -> Result<(BatchId, bool), StoreError> {
+        self.durably(|transaction| {
+            let mut statement = transaction.prepare_cached(
+                "SELECT id, shard FROM batches WHERE spec = ?1 ORDER BY created_ms <> ?2, id",
+            )?;
+            let rows = statement.query_map(params![theirs.spec, theirs.created_ms], |row| {
+                Ok((BatchId(row.get(0)?), row.get::<_, Option<String>>(1)?))
+            })?;
+            let rows: Vec<(BatchId, Option<String>)> = rows.collect::<Result<_, _>>()?;
+            if let Some((id, shard)) = rows.into_iter().find(|(id, _)| !taken.contains(id)) {
+                let both = both(shard.as_deref(), theirs.shard.as_deref());
+                let sql = "UPDATE batches SET shard = ?2, updated_ms = ?3 WHERE id = ?1";
+                transaction.execute(sql, params![id.0, both, now_ms()])?;
+                return Ok((id, false));
+            }
+            transaction.execute(
+                "INSERT INTO batches (created_ms, updated_ms, spec, shard) VALUES (?1, ?2, ?3, ?4)",
+                params![
+                    theirs.created_ms,
+                    theirs.updated_ms,
+                    theirs.spec,
+                    theirs.shard
+                ],
+            )?;
+            Ok((BatchId(transaction.last_insert_rowid()), true))
+        })
+    }
+
+    /// Adds the questions a batch lacks, and outcomes of those it has that are still waiting here.
+    fn add_items(
+        &self,
+        batch: BatchId,
+        theirs: &[Item],
+        numbers: &BTreeMap<i64, RunId>,
+    ) -> Result<bool, StoreError> {
+        let ours = self.items(batch)?;
+        let places: HashMap<_, _> = ours
+            .iter()
+            .map(|item| (item.asked.identity(), item))
+            .collect();
+        let fresh = |item: &&Item| !places.contains_key(&item.asked.identity());
+        let new: Vec<_> = theirs.iter().filter(fresh).collect();
+        let asked: Vec<_> = new.iter().map(|item| item.asked.clone()).collect();
+        let first = ours.last().map_or(0, |last| last.place + 1);
+        self.durably(|transaction| insert(transaction, batch, &asked))?;
+        let known = theirs.iter().filter_map(|item| {
+            let here = places.get(&item.asked.identity())?;
+            let better = match here.state {
+                ItemState::Answered => false,
+                ItemState::Waiting => item.state != ItemState::Waiting,
+                _ => item.state == ItemState::Answered,
+            };
+            better.then_some((here.place, item))
+        });
+        let states: Vec<_> = (first..).zip(new.iter().copied()).chain(known).collect();
+        for (place, item) in &states {
+            let run = item.run.and_then(|run| numbers.get(&run.0)).copied();
+            let (key, error) = (item.asked.key.as_ref(), item.error.as_deref());
+            self.set_item(batch, *place, key, item.state, run, error)?;
+        }
+        Ok(!states.is_empty())
+    }
+}
+
+/// The parts that two stores have together, such as `1/4,3/4`; `None` if that is the whole.
+fn both(ours: Option<&str>, theirs: Option<&str>) -> Option<String> {
+    let parts = ours?.split(',').chain(theirs?.split(','));
+    let numbers = parts.filter_map(|part| {
+        let (number, of) = part.split_once('/')?;
+        Some((of.parse::<u64>().ok()?, number.parse::<u64>().ok()?))
+    });
+    let parts: BTreeSet<(u64, u64)> = numbers.collect();
+    let has_all = |of: u64| parts.range((of, 0)..=(of, u64::MAX)).count() as u64 == of;
+    if parts.iter().any(|(of, _)| has_all(*of)) {
+        return None;
+    }
+    let words: Vec<String> = parts.iter().map(|(of, n)| format!("{n}/{of}")).collect();
+    Some(words.join(","))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::both;
+
+    #[test]
+    fn parts_become_a_whole() {
+        assert_eq!(both(Some("2/3"), Some("1/3")).as_deref(), Some("1/3,2/3"));
+        assert_eq!(
+            both(Some("1/3,2/3"), Some("2/3")).as_deref(),
+            Some("1/3,2/3")
+        );
+        assert_eq!(both(Some("1/3,2/3"), Some("3/3")), None);
+        assert_eq!(both(None, Some("3/3")), None);
+        let mixed = both(Some("1/3,2/3"), Some("2/4"));
+        assert_eq!(mixed.as_deref(), Some("1/3,2/3,2/4"), "of two divisions");
+        assert_eq!(both(mixed.as_deref(), Some("3/3")), None);
+    }
+}

@@ -1,0 +1,225 @@
+//! The moments that the map shows: that of the clock, and beside it a second one.
+
+use ratatui::layout::Position;
+
+use super::{Foresight, Measurement, On, Tape};
+use crate::geometry::Pose;
+use crate::metrics::Headline;
+use crate::render::Variation;
+use crate::scenario::Scene;
+use crate::tui::loaded::{CycleShown, Opened, VariantShown};
+use crate::tui::model::Model;
+
+/// The second map beside the first.
+#[derive(Debug, Default)]
+pub struct SecondMap {
+    /// Whether the map is split in two.
+    pub on: bool,
+    /// The step that it is pinned to; `None` where it follows from what is open.
+    pub pinned: Option<i64>,
+    /// Predicted paths at its step.
+    pub foresight: Foresight,
+    /// Whether the map was zoomed out when it was split.
+    pub widened: bool,
+    /// Whether it was said that there is no room for it.
+    pub told: bool,
+}
+
+/// Why the second map shows its step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// The first contact.
+    Contact,
+    /// A second before the moment of the clock, which says most itself.
+    Before,
+    /// A second after it, where nothing is before.
+    After,
+    /// The worst moment of this obstacle.
+    Worst(i64),
+    /// The last step, where there is no ego and so nothing to be worst.
+    End,
+    /// The user chose it.
+    Pinned,
+    /// It is that of the clock.
+    Clock,
+}
+
+/// A scene at a step, as a map shows it.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment<'a> {
+    /// What is shown.
+    pub opened: &'a Opened,
+    /// The time step.
+    pub step: i64,
+    /// Why it is this step.
+    pub reason: Reason,
+    /// Both motions of a variant's attacker.
+    pub variation: Option<Variation<'a>>,
+    /// Predicted paths at the step.
+    pub foresight: &'a Foresight,
+}
+
+impl<'a> Moment<'a> {
+    /// Where the ego is.
+    #[must_use]
+    pub fn ego(&self) -> Option<Pose> {
+        let motion = self.opened.motion_of(On::Ego, self.step)?;
+        Some(motion.pose)
+    }
+
+    fn time(&self) -> f64 {
+        self.step as f64 * self.opened.scenario.dt()
+    }
+
+    /// The planner's cycle.
+    #[must_use]
+    pub fn cycle(&self) -> Option<&'a CycleShown> {
+        self.opened.planned.as_deref()?.cycle_at(self.step)
+    }
+
+    /// The scene with the recorded ego that stands beside the planned one.
+    #[must_use]
+    pub fn recorded(&self) -> Option<&'a Scene> {
+        self.opened.planned.as_deref()?.recorded.as_deref()
+    }
+
+    /// What a tape measures.
+    #[must_use]
+    pub fn measured(&self, tape: &Tape) -> Measurement {
+        tape.measure(self.opened, self.step)
+    }
+
+    /// What it is and when.
+    #[must_use]
+    pub fn words(&self) -> String {
+        format!("{} · {}", self.name(), self.when())
+    }
+
+    /// Its time and step.
+    #[must_use]
+    pub fn when(&self) -> String {
+        format!("{:.1} s · step {}", self.time(), self.step)
+    }
+
+    fn name(&self) -> String {
+        let what = self.variation.map(|both| match both.shows_changed {
+            true => "variant",
+            false => "original",
+        });
+        match (self.reason, what) {
+            (Reason::Clock, what) => what.unwrap_or("map").into(),
+            (Reason::Contact, _) => "contact".into(),
+            (Reason::Before, _) => "before".into(),
+            (Reason::After, _) => "after".into(),
+            (Reason::Worst(id), _) => format!("worst of {id}"),
+            (Reason::End, _) => "end".into(),
+            (Reason::Pinned, Some(what)) => format!("{what}, pinned"),
+            (Reason::Pinned, None) => "pinned".into(),
+        }
+    }
+}
+
+/// The step a second before another one, or the first; beside the first, a second after it.
+fn beside(opened: &Opened, step: i64) -> (i64, Reason) {
+    let second = (1.0 / opened.scenario.dt()).round().max(1.0) as i64;
+    let steps = opened.steps();
+    match step > steps.start {
+        true => (step.saturating_sub(second).max(steps.start), Reason::Before),
+        false => (
+            step.saturating_add(second).min(steps.end - 1),
+            Reason::After,
+        ),
+    }
+}
+
+impl Model {
+    /// The moment of the clock.
+    #[must_use]
+    pub fn moment(&self) -> Option<Moment<'_>> {
+        let opened = self.opened.as_deref()?;
+        let shown = opened.variant.as_ref();
+        Some(Moment {
+            opened,
+            step: self.clock.step(),
+            reason: Reason::Clock,
+            variation: shown.and_then(VariantShown::variation).or_else(|| {
+                let saved = opened.saved.as_ref()?;
+                saved.variation(&opened.scenario, true)
+            }),
+            foresight: &self.map.foresight,
+        })
+    }
+
+    /// The moment of the second map, where the map is split: of a variant the original, and the other way around, at
+    /// the step of the clock; of any other scene its contact, or the worst moment of the picked obstacle, and where the
+    /// clock is there, a second before. Where it is pinned, that step.
+    #[must_use]
+    pub fn second_moment(&self) -> Option<Moment<'_>> {
+        let second = &self.map.second;
+        let now = self.moment().filter(|_| second.on)?;
+        let other = self.counterpart();
+        let moment = other.map_or(now, |(opened, variation)| Moment {
+            opened,
+            variation,
+            ..now
+        });
+        let (step, reason) = match (second.pinned, other) {
+            (Some(step), _) => (step, Reason::Pinned),
+            (None, Some(_)) => (now.step, Reason::Clock),
+            (None, None) => match self.telling_step(now.opened) {
+                (step, _) if step == now.step => beside(now.opened, step),
+                telling => telling,
+            },
+        };
+        // A drive may end before that of the other one.
+        let steps = moment.opened.steps();
+        Some(Moment {
+            step: step.min(steps.end - 1).max(steps.start),
+            reason,
+            foresight: &second.foresight,
+            ..moment
+        })
+    }
+
+    /// The moment of the map at a position of the screen; elsewhere that of the clock.
+    #[must_use]
+    pub fn moment_at(&self, at: Position) -> Option<Moment<'_>> {
+        let second = self.drawn.map_at(at).is_some_and(|map| map.second);
+        let then = self.second_moment().filter(|_| second);
+        then.or_else(|| self.moment())
+    }
+
+    /// The original of the variant that is open, or the variant of its original.
+    fn counterpart(&self) -> Option<(&Opened, Option<Variation<'_>>)> {
+        let Some(shown) = self.variant() else {
+            let opened = self.opened.as_deref()?;
+            let saved = opened.saved.as_ref()?;
+            let (_, original) = saved.original.as_ref().ok()?;
+            return Some((&**original, saved.variation(&opened.scenario, false)));
+        };
+        let (hash, change) = self.made_of()?;
+        let kept = self.maker.find(hash, change)?;
+        // Another search may have replaced it meanwhile.
+        let same = std::sync::Arc::ptr_eq(&kept.made, &shown.made);
+        let other = match shown.changed {
+            true => &kept.original,
+            false => &kept.variant,
+        };
+        same.then(|| (&**other, kept.made.variation(!shown.changed)))
+    }
+
+    /// The step that says most of a scene beside that of the clock.
+    fn telling_step(&self, opened: &Opened) -> (i64, Reason) {
+        let headline = opened.headline.as_ref();
+        let worst = headline.and_then(Headline::worst);
+        let picked = self.picked.zip(opened.series.as_ref());
+        let picked = picked.and_then(|(id, series)| Headline::of_obstacle(series, id).worst());
+        match (headline.is_some_and(Headline::collides), worst, picked) {
+            (true, Some(contact), _) => (contact.step, Reason::Contact),
+            (_, worst, picked) => match picked.or(worst) {
+                Some(worst) => (worst.step, Reason::Worst(worst.obstacle)),
+                None => (opened.steps().end - 1, Reason::End),
+            },
+        }
+    }
+}

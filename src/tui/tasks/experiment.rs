@@ -1,0 +1,354 @@
+//! An experiment file is read and its questions are made, or a new file is written.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use tokio::runtime::Handle;
+
+use super::Tasks;
+use super::batch::Ready;
+use crate::evaluation::batch::{Spec, TestSplit};
+use crate::evaluation::report::PivotRequest;
+use crate::evaluation::{Spending, validate};
+use crate::formats::EgoSelection;
+use crate::judge;
+use crate::llm::{Budget, Environment};
+use crate::planner::Cancel;
+use crate::settings::TextFile;
+use crate::store::{BatchId, Filter, ItemState, SplitPart, Store};
+use crate::system::SaveError;
+use crate::tui::message::experiment::{
+    CountedExperiment, ExperimentNews, ExperimentOutline, ExperimentQuery, ExperimentWritten,
+    NewExperiment,
+};
+use crate::tui::message::{JobEvent, JobId};
+use crate::workflow::batch::{
+    BatchModels, BatchPlan, DryRun, DryRunEvent, PlanningEvent, Selection,
+};
+use crate::workflow::{
+    Experiment, ExperimentContext, ExperimentProgress, WriteExperimentError, reasons_of,
+};
+
+/// What a reading needs of the program.
+struct Reading {
+    query: ExperimentQuery,
+    store: Option<Arc<Store>>,
+    providers: toml::Table,
+    config_file: PathBuf,
+    environment: Environment,
+    /// What is left of the session's budget.
+    budget: Option<Budget>,
+    runtime: Handle,
+}
+
+impl Tasks {
+    /// Reads an experiment and makes its questions, in place of those that were made before.
+    pub(super) fn read_experiment(&mut self, id: JobId, query: ExperimentQuery) {
+        if let Some((before, _)) = self.batches.experiment.take() {
+            self.jobs.cancel(before);
+        }
+        let reading = Reading {
+            query,
+            store: self.store.clone(),
+            providers: self.providers.clone(),
+            config_file: self.folders.config_file(),
+            environment: self.models.environment().clone(),
+            budget: self.models.budget(),
+            runtime: Handle::current(),
+        };
+        let ready = Arc::new(OnceLock::new());
+        self.batches.experiment = Some((id, Arc::clone(&ready)));
+        self.run(id, JobEvent::Experiment, move |cancel, tell| {
+            reading.run(&ready, cancel, tell)
+        });
+    }
+
+    /// Writes an experiment file.
+    pub(super) fn write_experiment(&mut self, id: JobId, new: NewExperiment) {
+        let ego = self.ego.clone();
+        self.run(id, JobEvent::ExperimentWritten, move |_, _| {
+            write(&new, &ego).map(Some)
+        });
+    }
+}
+
+impl Reading {
+    fn run(
+        self,
+        ready: &OnceLock<Ready>,
+        cancel: &Cancel,
+        tell: &mut dyn FnMut(ExperimentNews),
+    ) -> Result<Option<Box<CountedExperiment>>, String> {
+        let file = self.query.file.as_path();
+        let text = TextFile::read(file)?.text;
+        // As the command line has them.
+        let library = validate(self.query.library.clone());
+        let experiment = Experiment::from_toml(&text, file, &library);
+        let outline = experiment.as_ref().ok();
+        let outline = outline.map(|experiment| outline_of(experiment, &library));
+        tell(ExperimentNews::Read(Box::new((text, outline))));
+        let experiment = experiment?;
+        let store = self.store.clone();
+        let store = store.ok_or("the store of runs is not open")?;
+        let context = ExperimentContext {
+            library: &library,
+            thresholds: &self.query.thresholds,
+            store: &store,
+        };
+        tell(ExperimentNews::Working("looking for scenarios".into()));
+        let found = experiment.find_scenarios()?;
+        let mut doubts: Vec<String> = found.passed_over_in_short().into_iter().collect();
+        let prepared = experiment.prepare(file, found.entries, None, context)?;
+        let split = experiment.subset.split.map(|split| {
+            let entries = &prepared.request().entries;
+            let of_test = |name: &str| split.part(name) == SplitPart::Test;
+            let test = entries.iter().filter(|entry| of_test(&entry.name)).count();
+            (entries.len() - test, test)
+        });
+        let batch = prepared.batch();
+        let on_read = &mut |PlanningEvent::Read { done, of }| {
+            tell(ExperimentNews::Working(format!(
+                "{done} of {of} recordings read"
+            )));
+        };
+        let plan = prepared.plan(Selection::Open, context, cancel, on_read);
+        let Some(mut plan) = plan.map_err(|error| error.to_string())? else {
+            return Ok(None);
+        };
+        let asks = plan.ask_part(self.query.part);
+        asks.map_err(|error| error.to_string())?;
+        doubts.extend(plan.doubts.iter().cloned());
+        doubts.extend(plan.left_out.clone());
+        let usd = experiment.budget;
+        let budget = usd.map(Budget::new).or_else(|| self.budget.clone());
+        let usd = usd.or_else(|| self.budget.as_ref().map(Budget::left));
+        let models = BatchModels {
+            providers: &self.providers,
+            config_file: &self.config_file,
+            environment: self.environment,
+            budget,
+            concurrency: None,
+            today: jiff::Zoned::now().date(),
+        };
+        let judges = models.judges(&plan.models(), &plan.spec, &mut |warning| {
+            doubts.push(warning);
+        })?;
+        let of = plan.scenarios();
+        let on_event = &mut |event: DryRunEvent<'_>| {
+            let DryRunEvent::Described { done, .. } = event;
+            tell(ExperimentNews::Working(format!(
+                "questions about {done} of {of} scenarios made"
+            )));
+        };
+        let dry_run = plan.dry_run(&judges, &store, cancel, on_event);
+        let Some(dry_run) = dry_run.map_err(|error| error.to_string())? else {
+            return Ok(None);
+        };
+        let labelled = plan.check_labels(&dry_run);
+        labelled.map_err(|error| error.to_string())?;
+        let refused = self.runtime.block_on(dry_run.refused(&judges));
+        let stored = Stored::read(&store, batch, &dry_run).map_err(|error| error.to_string())?;
+        doubts.extend(dry_run.doubts.iter().cloned());
+        if !dry_run.unlabelled.is_empty() {
+            let left_out = dry_run.unlabelled.len();
+            doubts.push(format!("{left_out} without ground truth left out"));
+        }
+        let counted = counted(&plan, &dry_run, (refused, usd), stored);
+        // It is set once.
+        let _ = ready.set(Ready {
+            plan,
+            dry_run,
+            judges,
+        });
+        Ok(Some(Box::new(CountedExperiment {
+            batch,
+            split,
+            doubts,
+            ..counted
+        })))
+    }
+}
+
+/// What the store knows of the batch.
+struct Stored {
+    progress: ExperimentProgress,
+    reasons: Vec<(String, usize)>,
+    test: Vec<String>,
+    spent: (f64, usize),
+}
+
+impl Stored {
+    fn read(store: &Store, batch: Option<BatchId>, dry_run: &DryRun) -> Result<Self, String> {
+        let Some(id) = batch else {
+            return Ok(Self {
+                progress: ExperimentProgress::of_new(&dry_run.items)?,
+                reasons: Vec::new(),
+                test: Vec::new(),
+                spent: (0.0, 0),
+            });
+        };
+        let words = |error: crate::store::StoreError| error.to_string();
+        let items = store.items(id).map_err(words)?;
+        let progress = ExperimentProgress::of_items(&items)?;
+        let unanswered = [
+            ItemState::Failed,
+            ItemState::Truncated,
+            ItemState::Unaskable,
+        ];
+        let unanswered = items.iter().filter(|item| unanswered.contains(&item.state));
+        let reasons = reasons_of(unanswered);
+        let batch = store.batch(id).map_err(words)?;
+        let test = batch.map(|batch| TestSplit::of(store, &batch, false));
+        let test = test.transpose().map_err(words)?.flatten();
+        let test = test.map(|test| [Some(test.words()), test.looks_words()]);
+        let runs = Filter {
+            batch: Some(id.to_string()),
+            deleted: false,
+            ..Filter::default()
+        };
+        let runs = store.list(&runs, MOST_RUNS).map_err(words)?;
+        let mut spent = Spending::default();
+        for run in runs.iter().filter(|run| run.model != judge::MODEL) {
+            spent.add(run.cost_usd, run.most_usd);
+        }
+        let spent = (spent.usd, spent.unpriced() as usize);
+        Ok(Self {
+            progress,
+            reasons,
+            test: test.into_iter().flatten().flatten().collect(),
+            spent,
+        })
+    }
+}
+
+/// Runs of a batch whose cost is added up.
+const MOST_RUNS: usize = 10_000_000;
+
+fn counted(
+    plan: &BatchPlan,
+    dry_run: &DryRun,
+    (refused, usd): (Vec<(String, String)>, Option<f64>),
+    stored: Stored,
+) -> CountedExperiment {
+    let estimate = &dry_run.estimate;
+    // A batch whose questions are all answered has none to make.
+    let lines = match plan.is_stored() && plan.scenarios() == 0 {
+        true => Vec::new(),
+        false => dry_run.lines(&refused, usd),
+    };
+    CountedExperiment {
+        progress: stored.progress,
+        lines,
+        requests: estimate.requests,
+        free: estimate.free + estimate.stored,
+        price: estimate.price(),
+        refused,
+        reasons: stored.reasons,
+        test: stored.test,
+        spent: stored.spent,
+        ..CountedExperiment::default()
+    }
+}
+
+/// The keys of the file beside its axes, in words.
+fn outline_of(experiment: &Experiment, library: &crate::prompts::Library) -> ExperimentOutline {
+    let mut facts: Vec<(&'static str, String)> = Vec::new();
+    let paths: Vec<String> = experiment.paths.iter().map(|p| shown(p)).collect();
+    facts.push(("scenarios", paths.join(", ")));
+    let mut add = |name, value: Option<String>| facts.extend(value.map(|value| (name, value)));
+    add("select", experiment.subset.select.clone());
+    add(
+        "split",
+        experiment
+            .subset
+            .split
+            .map(|split| format!("{} of the maps in test, seed {}", split.test, split.seed)),
+    );
+    add("truth", Some(truth_words(experiment)));
+    add("compared", experiment.comparison.words());
+    let tables = experiment.comparison.tables.iter();
+    let tables: Vec<String> = tables.map(PivotRequest::words).collect();
+    add("tables", (!tables.is_empty()).then(|| tables.join("; ")));
+    let request = &experiment.matrix.request;
+    let numbers = [
+        (
+            "history",
+            request.history.map(|steps| format!("{steps} steps")),
+        ),
+        ("radius", request.radius.map(|metres| format!("{metres} m"))),
+        (
+            "max_tokens",
+            request.max_tokens.map(|most| most.to_string()),
+        ),
+    ];
+    for (name, value) in numbers {
+        add(name, value);
+    }
+    add("base_url", experiment.base_url.clone());
+    add("budget", experiment.budget.map(|usd| format!("{usd} USD")));
+    let pinned = match (experiment.templates.len(), experiment.hashes.len()) {
+        (0, 0) => None,
+        (templates, scenarios) => Some(format!(
+            "{templates} template{}, {scenarios} scenario{} by their hashes",
+            if templates == 1 { "" } else { "s" },
+            if scenarios == 1 { "" } else { "s" },
+        )),
+    };
+    add("pinned", pinned);
+    ExperimentOutline {
+        title: experiment.title.clone(),
+        axes: experiment.axes(library),
+        ways: experiment.ways(),
+        facts,
+        is_split: experiment.subset.split.is_some(),
+    }
+}
+
+/// What its truth is, in words.
+fn truth_words(experiment: &Experiment) -> String {
+    let Some(truth) = &experiment.truth else {
+        return "the folders of a labelled repository, else the exact geometry".into();
+    };
+    let spec = Spec {
+        paths: Vec::new(),
+        matrix: experiment.matrix.clone(),
+        truth: truth.clone(),
+        templates: Default::default(),
+        thresholds: Vec::new(),
+        base_url: None,
+        ego: EgoSelection::Beside,
+        drafts: Default::default(),
+        comparison: Default::default(),
+        subset: Default::default(),
+    };
+    spec.truth_words()
+}
+
+/// A path of a file; names of bundled scenarios are as they are.
+fn shown(path: &Path) -> String {
+    match path.is_absolute() {
+        true => crate::system::shown_path(path),
+        false => path.display().to_string(),
+    }
+}
+
+fn write(new: &NewExperiment, ego: &EgoSelection) -> Result<ExperimentWritten, String> {
+    if *ego != EgoSelection::Beside {
+        return Err(
+            "an experiment asks about the ego beside each scenario; start nearmiss without --ego and --planning-problem"
+                .into(),
+        );
+    }
+    let batch = &new.batch;
+    let library = validate(batch.library.clone());
+    let request = batch.request(ego);
+    let experiment = Experiment::of_request(request, None, &library, &batch.thresholds);
+    let experiment = experiment.map_err(|error| error.to_string())?;
+    match experiment.write(&new.file, new.overwrite) {
+        Ok(()) => Ok(ExperimentWritten::Written(new.file.clone())),
+        Err(WriteExperimentError::Save(SaveError::Exists(_))) => {
+            Ok(ExperimentWritten::Exists(new.file.clone()))
+        }
+        Err(error) => Err(error.to_string()),
+    }
+}

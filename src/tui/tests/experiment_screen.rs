@@ -1,0 +1,375 @@
+//! The screen of an experiment and the chooser, headless: frames at several sizes, keys, and the session.
+
+use std::path::{Path, PathBuf};
+
+use super::bench::Bench;
+use super::everywhere::seen_in_every_theme;
+use crate::evaluation::PromptConfig;
+use crate::store::{BatchId, ItemState};
+use crate::tui::action::{ACTIONS, Action, Scope};
+use crate::tui::message::experiment::{
+    CountedExperiment, ExperimentNews, ExperimentOutline, ItemChange,
+};
+use crate::tui::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::tui::screens::experiment::ExperimentScreen;
+use crate::tui::screens::experiments::ExperimentsScreen;
+use crate::tui::session::{Session, restore};
+use crate::workflow::batch::DryRunLine;
+use crate::workflow::{
+    ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments, WayProgress,
+};
+
+const SIZES: [(u16, u16); 5] = [(60, 18), (80, 24), (100, 30), (120, 40), (200, 60)];
+
+fn way(techniques: &str, effort: &str) -> PromptConfig {
+    let effort = crate::llm::Effort::parse(effort);
+    PromptConfig {
+        task: crate::verdict::Task::Safety,
+        frame: Some(crate::description::Frame::Ego),
+        techniques: Some(crate::prompts::Techniques::parse(techniques).unwrap()),
+        model: "lab/small".into(),
+        settings: crate::evaluation::AxisValues {
+            effort,
+            ..Default::default()
+        },
+        template: None,
+    }
+}
+
+pub(super) fn outline() -> ExperimentOutline {
+    let axis = |name, values: &[&str]| ExperimentAxis {
+        name,
+        values: values.iter().map(ToString::to_string).collect(),
+    };
+    ExperimentOutline {
+        title: Some("Does contextual prompting help?".into()),
+        axes: vec![
+            axis("models", &["lab/small", "lab/large"]),
+            axis("techniques", &["base", "all"]),
+            axis("leads", &[]),
+        ],
+        ways: 4,
+        facts: vec![("scenarios", "ZAM_CutIn-1_1_T-1".into())],
+        is_split: true,
+    }
+}
+
+pub(super) fn counted(batch: Option<BatchId>) -> CountedExperiment {
+    let of_way = |techniques, answered, failed, open| WayProgress {
+        way: way(techniques, "low"),
+        answered,
+        failed,
+        open,
+        unaskable: 0,
+    };
+    CountedExperiment {
+        batch,
+        progress: ExperimentProgress {
+            ways: vec![of_way("base", 3, 1, 8), of_way("all", 0, 0, 12)],
+            scenarios: 4,
+            windows: 12,
+        },
+        lines: vec![
+            DryRunLine::Value("requests", "21".into()),
+            DryRunLine::Value("price", "at most $0.0420".into()),
+            DryRunLine::Note("(tokens at the highest price)"),
+        ],
+        requests: 21,
+        price: "at most $0.0420".into(),
+        split: Some((2, 2)),
+        test: vec!["test split: 1 of 12 answered, locked".into()],
+        reasons: vec![("the model is tired".into(), 1)],
+        spent: (0.0123, 1),
+        ..CountedExperiment::default()
+    }
+}
+
+/// The number of the last reading that was asked for.
+fn reading(bench: &Bench) -> JobId {
+    let mut effects = bench.effects.iter().rev();
+    effects
+        .find_map(|effect| match effect {
+            Effect::Start(id, JobRequest::Experiment(_)) => Some(*id),
+            _ => None,
+        })
+        .expect("the file is read")
+}
+
+fn tell(bench: &mut Bench, update: Update<ExperimentNews, Box<CountedExperiment>>) {
+    let id = reading(bench);
+    bench.send(Msg::Job(id, JobEvent::Experiment(update)));
+}
+
+/// A workbench with an experiment that has been read.
+fn opened(batch: Option<BatchId>) -> Bench {
+    let mut bench = Bench::bundled();
+    bench.model.recall.here = PathBuf::from("/work");
+    bench.model.experiment.chosen = Some("study.toml".into());
+    bench.press("space o e");
+    let text = "title = \"Does contextual prompting help?\"\nmodels = []\n".to_string();
+    let read = Box::new((text, Some(outline())));
+    tell(&mut bench, Update::Progress(ExperimentNews::Read(read)));
+    tell(&mut bench, Update::Ended(Ok(Box::new(counted(batch)))));
+    bench
+}
+
+#[test]
+fn everything_is_seen_at_every_size() {
+    for size in SIZES {
+        let mut bench = opened(Some(BatchId(3)));
+        bench.model.size = size;
+        let words = seen_in_every_theme("experiment", &mut bench, size, false);
+        assert!(
+            words.contains("study.toml") && words.contains("b3"),
+            "{words}"
+        );
+        let last = words.lines().last().unwrap();
+        assert!(
+            last.contains("r run") && last.contains("Esc close"),
+            "{last}"
+        );
+        // All of it, a line at a time.
+        let mut all = words;
+        for _ in 0..60 {
+            bench.press("down");
+            all += &bench.frame(size.0, size.1);
+        }
+        for words in [
+            "Does contextual prompting help?",
+            "21",
+            "at most $0.0420",
+            "$0.0123",
+            "test split: 1 of 12",
+            "ego · base",
+            "lab/large",
+            "default",
+        ] {
+            assert!(all.contains(words), "{words} at {size:?}: {all}");
+        }
+        bench.press("r");
+        let words = seen_in_every_theme("confirmation", &mut bench, size, false);
+        assert!(
+            words.contains("at most $0.0420") && words.contains("goes on with b3"),
+            "{words}"
+        );
+        bench.press("n t");
+        let words = seen_in_every_theme("text", &mut bench, size, false);
+        assert!(words.contains("1 title = "), "{words}");
+    }
+}
+
+#[test]
+fn frames_at_two_sizes() {
+    for (columns, rows) in [(60, 18), (80, 24)] {
+        let bench = opened(Some(BatchId(3)));
+        let frame = bench.frame(columns, rows);
+        insta::assert_snapshot!(format!("experiment_at_{columns}_by_{rows}"), frame);
+    }
+    let mut bench = opened(None);
+    bench.press("r");
+    insta::assert_snapshot!("experiment_confirmed_at_80_by_24", bench.frame(80, 24));
+}
+
+#[test]
+fn progress_is_followed_by_way_of_asking() {
+    let mut bench = opened(None);
+    bench.press("r y");
+    let asked = bench.effects.iter().find_map(|effect| match effect {
+        Effect::Start(id, JobRequest::ExperimentBatch(batch)) => Some((*id, batch.questions)),
+        _ => None,
+    });
+    let (id, questions) = asked.expect("it is asked");
+    assert_eq!(questions, 21);
+    let change = |techniques| ItemChange {
+        way: way(techniques, "low"),
+        before: ItemState::Waiting,
+        now: ItemState::Answered,
+    };
+    for techniques in ["base", "base", "all"] {
+        let changed = BatchProgress::Changed(Box::new(change(techniques)));
+        bench.send(Msg::Job(id, JobEvent::Batch(Update::Progress(changed))));
+    }
+    let ways = &bench.model.experiment.progress.ways;
+    let counts: Vec<_> = ways.iter().map(|way| (way.answered, way.open)).collect();
+    assert_eq!(counts, [(5, 6), (1, 11)]);
+    assert!(bench.frame(80, 24).contains("running"));
+    // Esc leaves it running; x stops it.
+    bench.press("esc");
+    assert!(bench.model.screens.is_empty() && bench.model.experiment.asking == Some(id));
+    bench.model.experiment.chosen = Some("/work/study.toml".into());
+    bench.press("space o e x");
+    let stopped = bench
+        .effects
+        .iter()
+        .any(|e| matches!(e, Effect::Cancel(job) if *job == id));
+    assert!(stopped);
+    assert!(bench.frame(80, 24).contains("stopping"));
+}
+
+#[test]
+fn every_key_of_the_screen_is_bound_and_in_help() {
+    let mut bench = opened(Some(BatchId(3)));
+    let actions: Vec<_> = ACTIONS
+        .iter()
+        .filter(|e| e.scope == Scope::Experiment)
+        .collect();
+    assert!(actions.len() > 10);
+    for entry in actions {
+        assert!(
+            bench.model.look.keymap.keys(entry).next().is_some(),
+            "{}",
+            entry.id
+        );
+    }
+    bench.press("?");
+    let help = bench.frame(120, 60);
+    assert!(help.contains("on the screen of an experiment"), "{help}");
+    for id in ["experiment", "new-experiment"] {
+        let mut bench = Bench::bundled();
+        bench.perform(id);
+        assert!(bench.model.screens.is_top::<ExperimentsScreen>(), "{id}");
+    }
+    assert!(
+        ACTIONS
+            .iter()
+            .any(|entry| entry.action == Action::NewExperiment)
+    );
+}
+
+#[test]
+fn the_file_goes_to_the_editor_where_it_is_and_is_read_again() {
+    let mut bench = opened(None);
+    bench.effects.clear();
+    bench.press("e");
+    let sent = bench.effects.drain(..).find_map(|effect| match effect {
+        Effect::EditOutside(sent) => Some(sent),
+        _ => None,
+    });
+    let sent = sent.unwrap();
+    assert_eq!(sent.place.as_deref(), Some(Path::new("/work/study.toml")));
+    bench.send(Msg::EditedOutside(sent.clone(), Ok("models = 3".into())));
+    tell(
+        &mut bench,
+        Update::Ended(Err("/work/study.toml:1: wrong".into())),
+    );
+    assert_eq!(
+        bench.model.experiment.problem.as_deref(),
+        Some("study.toml:1: wrong")
+    );
+    // Without an editor the text is shown, with the reason.
+    bench.send(Msg::EditedOutside(
+        sent,
+        Err("neither VISUAL nor EDITOR is set".into()),
+    ));
+    assert!(bench.model.experiment.shows_text);
+    assert!(bench.frame(120, 40).contains("neither VISUAL nor EDITOR"));
+}
+
+fn listing() -> FolderOfExperiments {
+    let file = |path: &str, title: Option<&str>| ExperimentFile {
+        path: path.into(),
+        title: title.map(Into::into),
+    };
+    FolderOfExperiments {
+        files: vec![file("a.toml", Some("A?")), file("leads.toml", None)],
+        folders: vec!["more".into()],
+    }
+}
+
+#[test]
+fn the_chooser_lists_completes_and_opens() {
+    let mut bench = Bench::bundled();
+    bench.model.recall.here = PathBuf::from("/work");
+    bench.model.experiment.recent = vec!["/elsewhere/old.toml".into()];
+    bench.press("space o e");
+    let asks = |bench: &Bench, wanted: &str| {
+        bench
+            .effects
+            .iter()
+            .any(|e| matches!(e, Effect::ListExperiments(folder) if folder == Path::new(wanted)))
+    };
+    assert!(asks(&bench, ""));
+    bench.send(Msg::ExperimentFiles(PathBuf::new(), Ok(listing())));
+    for size in SIZES {
+        bench.model.size = size;
+        let words = seen_in_every_theme("chooser", &mut bench, size, true);
+        for row in [
+            "/elsewhere/old.toml",
+            "a.toml",
+            "leads.toml",
+            "new from the marked",
+        ] {
+            assert!(words.contains(row), "{row}: {words}");
+        }
+    }
+    // A path is completed, folder by folder.
+    bench.type_text("more/");
+    assert!(asks(&bench, "more/"));
+    let below = FolderOfExperiments {
+        files: vec![ExperimentFile {
+            path: "more/b.toml".into(),
+            title: None,
+        }],
+        folders: vec!["more/deep".into()],
+    };
+    bench.send(Msg::ExperimentFiles("more/".into(), Ok(below)));
+    bench.type_text("d");
+    bench.press("tab");
+    assert!(asks(&bench, "more/deep/"));
+    for _ in 0.."deep/".len() {
+        bench.press("backspace");
+    }
+    let again = FolderOfExperiments {
+        files: vec![ExperimentFile {
+            path: "more/b.toml".into(),
+            title: None,
+        }],
+        folders: Vec::new(),
+    };
+    bench.send(Msg::ExperimentFiles("more/".into(), Ok(again)));
+    bench.press("tab enter");
+    assert!(bench.model.screens.is_top::<ExperimentScreen>());
+    assert_eq!(
+        bench.model.experiment.file,
+        Some("/work/more/b.toml".into())
+    );
+    // A folder that cannot be read is said in its place.
+    bench.press("esc space o e");
+    bench.type_text("x/");
+    bench.send(Msg::ExperimentFiles(
+        "x/".into(),
+        Err("x/: No such file".into()),
+    ));
+    assert!(bench.frame(80, 24).contains("x/: No such file"));
+}
+
+#[test]
+fn a_session_remembers_experiments_and_older_ones_still_load() {
+    let mut bench = opened(None);
+    let session = restore::capture(&bench.model);
+    assert_eq!(session.experiments, [PathBuf::from("/work/study.toml")]);
+    let text = session.text().unwrap();
+    let read = Session::parse(&text, &session.paths).unwrap();
+    let mut again = Bench::empty();
+    restore::restore(&mut again.model, read, false);
+    assert_eq!(again.model.experiment.recent, session.experiments);
+    // One that an earlier version wrote has no such list.
+    bench.model.experiment.recent.clear();
+    let old = restore::capture(&bench.model).text().unwrap();
+    assert!(!old.contains("experiments"), "{old}");
+    assert!(
+        Session::parse(&old, &session.paths)
+            .unwrap()
+            .experiments
+            .is_empty()
+    );
+    for i in 0..20 {
+        let file = PathBuf::from(format!("/work/{i}.toml"));
+        bench.model.experiment.remember(&file);
+    }
+    let recent = &bench.model.experiment.recent;
+    assert_eq!(
+        (recent.len(), recent[0].as_path()),
+        (10, Path::new("/work/19.toml"))
+    );
+}

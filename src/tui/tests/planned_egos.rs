@@ -1,0 +1,257 @@
+//! Planned egos that are restored, exported and listed; and messages if nothing is planned.
+
+use super::bench::Bench;
+use super::drive_fixtures::planned;
+use crate::formats::bundled;
+use crate::formats::commonroad::read_solution;
+use crate::planner::Forecast;
+use crate::scenario::Prediction;
+use crate::tui::loaded::{DriveFiles, DriveKey, Opened};
+use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::tui::screens::cycle::CycleScreen;
+use crate::tui::tasks::drives;
+
+/// How often planning was asked for.
+fn begun(bench: &Bench) -> usize {
+    let begin = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Plan(..)));
+    bench.effects.iter().filter(begin).count()
+}
+
+/// The last drive that was asked for ends.
+fn arrive(bench: &mut Bench) {
+    let last = bench.effects.iter().rev().find_map(|effect| match effect {
+        Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
+            Some((*id, entry.clone(), *forecast))
+        }
+        _ => None,
+    });
+    let (id, entry, forecast) = last.expect("planning was asked for");
+    let ended = planned(&entry, forecast).map(Box::new);
+    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(ended))));
+}
+
+/// The first bundled scenario, its ego planned.
+fn driven() -> Bench {
+    let mut bench = Bench::bundled();
+    bench.press("space e p");
+    arrive(&mut bench);
+    bench
+}
+
+fn said(bench: &Bench) -> String {
+    let last = bench.model.toasts.last();
+    last.map_or(String::new(), |toast| toast.text.clone())
+}
+
+fn outcome_and_ego(bench: &Bench) -> Option<String> {
+    let scene = bench.model.scene()?;
+    bench.model.planned().map(|_| scene.ego.to_string())
+}
+
+#[test]
+fn a_planned_ego_is_there_again_when_its_scenario_is() {
+    let mut bench = driven();
+    let ego = outcome_and_ego(&bench).unwrap();
+    bench.press("down");
+    assert_eq!(outcome_and_ego(&bench), None);
+    bench.press("up");
+    assert_eq!(outcome_and_ego(&bench), Some(ego.clone()));
+    assert!(said(&bench).starts_with("the planned ego again: "));
+    assert_eq!(begun(&bench), 1, "nothing is planned anew");
+    // Who took it off finds the recorded one, and gets the drive back without planning.
+    bench.press("space e r down up");
+    assert_eq!(outcome_and_ego(&bench), None);
+    bench.press("space e p");
+    assert_eq!(outcome_and_ego(&bench), Some(ego));
+    assert_eq!(begun(&bench), 1);
+    // An obstacle that is taken as the ego is the ego.
+    bench.press("n space e t");
+    assert!(bench.model.taken.is_some() && bench.model.planned().is_none());
+    bench.press("down up");
+    assert_eq!(outcome_and_ego(&bench), None);
+}
+
+#[test]
+fn every_forecast_has_a_drive_of_its_own() {
+    let mut bench = driven();
+    bench.press("space e f");
+    arrive(&mut bench);
+    assert_eq!(begun(&bench), 2);
+    bench.press("down up");
+    let forecast = bench.model.planned().unwrap().forecast;
+    assert_eq!(
+        forecast,
+        Forecast::ConstantVelocity,
+        "the one that was shown"
+    );
+    bench.press("space e f");
+    arrive(&mut bench);
+    bench.press("space e f");
+    assert_eq!(begun(&bench), 3, "along the lanes was driven before");
+    assert_eq!(bench.model.planned().unwrap().forecast, Forecast::Lane);
+}
+
+#[test]
+fn other_thresholds_measure_it_anew() {
+    let mut bench = driven();
+    bench.press("down");
+    let thresholds = bench.model.thresholds.clone();
+    bench.send(Msg::Thresholds(Ok(thresholds)));
+    bench.press("up");
+    assert_eq!(outcome_and_ego(&bench), None, "its measures hold no longer");
+}
+
+#[test]
+fn the_list_shows_the_values_of_the_ego_that_is_shown() {
+    let mut bench = driven();
+    let headline = bench
+        .model
+        .opened
+        .as_ref()
+        .unwrap()
+        .headline
+        .clone()
+        .unwrap();
+    let row = |bench: &Bench| {
+        let frame = bench.frame(80, 24);
+        let row = frame.lines().find(|line| line.contains('▸')).unwrap();
+        row.to_string()
+    };
+    bench.model.zoomed = true;
+    let shown = row(&bench);
+    assert!(shown.contains(" planned "), "{shown}");
+    let distance = format!("{:.2}", headline.distance.unwrap().value);
+    assert!(shown.contains(&distance), "{distance}: {shown}");
+    bench.press("space e r");
+    let recorded = row(&bench);
+    assert!(!recorded.contains(" planned "), "{recorded}");
+    assert_ne!(shown.replace(" planned", "        "), recorded);
+}
+
+#[test]
+fn messages_stand_beside_the_panel() {
+    let mut bench = Bench::bundled();
+    bench.send(Msg::Resize(80, 24));
+    bench.press("space e p");
+    arrive(&mut bench);
+    bench.model.toasts.clear();
+    bench.press("space e w");
+    let clear = bench.frame(80, 24);
+    bench
+        .model
+        .complain("words about something else ".repeat(12));
+    let covered = bench.frame(80, 24);
+    assert!(covered.contains("┌ error "), "{covered}");
+    let panel = |frame: &str| -> Vec<String> {
+        let rows = frame.lines().skip(1).take(22);
+        rows.map(|row| row.chars().skip(42).collect()).collect()
+    };
+    assert_eq!(panel(&clear), panel(&covered), "{covered}");
+}
+
+#[test]
+fn where_nothing_can_be_planned_every_key_says_why_and_what_to_do() {
+    let mut bench = Bench::bundled();
+    let mut opened = (**bench.model.opened.as_ref().unwrap()).clone();
+    let mut scenario = (*opened.scenario).clone();
+    scenario.planning_problems.clear();
+    opened.scenario = scenario.into();
+    bench.model.opened = Some(Box::new(opened));
+    let forecast = bench.model.driver.forecast;
+    for key in ["space e p", "space e f", "space e w", "space p d"] {
+        bench.model.toasts.clear();
+        bench.press(key);
+        let words = said(&bench);
+        assert!(words.contains("no planning problem"), "{key}: {words}");
+        assert!(words.contains("open another scenario"), "{key}: {words}");
+        assert!(bench.model.screens.is_empty());
+    }
+    bench.perform("save-drive");
+    assert!(said(&bench).starts_with("nothing to write: no planning problem"));
+    assert_eq!(bench.model.driver.forecast, forecast);
+    assert_eq!(begun(&bench), 0);
+}
+
+#[test]
+fn regions_that_are_not_avoided_are_told() {
+    let mut bench = driven();
+    bench.model.toasts.clear();
+    bench.press("space e w");
+    assert!(!bench.frame(200, 60).contains("not seen"));
+    let opened = bench.model.opened.as_mut().unwrap();
+    let mut scenario = (*opened.scenario).clone();
+    let first = scenario.obstacles[0].clone();
+    let region = first.footprint.as_ref().unwrap().shape().clone();
+    let time = crate::scenario::Steps { from: 0, to: 9 };
+    scenario.obstacles[0].prediction =
+        Prediction::Occupancies(vec![crate::scenario::Occupancy { time, region }]);
+    opened.scenario = scenario.into();
+    let panel = bench.frame(200, 60);
+    assert!(
+        panel.contains(&format!("obstacle {} is given as", first.id)),
+        "{panel}"
+    );
+}
+
+/// What is written of a drive, into a folder.
+fn files(opened: &Opened, folder: &std::path::Path) -> DriveFiles {
+    let planned = opened.planned.as_ref().unwrap();
+    DriveFiles {
+        key: opened.drive_key().unwrap(),
+        name: opened.name.clone(),
+        scene: opened.scene.clone().unwrap(),
+        vehicle: planned.vehicle,
+        problem: planned.problem,
+        folder: Some(folder.to_path_buf()),
+    }
+}
+
+#[test]
+fn both_files_hold_the_drive_and_nothing_is_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let entry = bundled().remove(0);
+    let opened = planned(&entry, Forecast::Lane).unwrap();
+    let job = files(&opened, folder.path());
+    drives::write(&job).unwrap();
+    let name = |end: &str| folder.path().join(format!("{}{end}", entry.name));
+    let csv = std::fs::read(name("_planned_lane.csv")).unwrap();
+    let track = &job.scene.ego.track;
+    let lines = String::from_utf8(csv.clone()).unwrap().lines().count();
+    assert_eq!(lines, track.iter().count() + 1);
+    let file = format!("solution_KS2_SM1_{}_2020a_lane.xml", entry.name);
+    let bytes = std::fs::read(folder.path().join(&file)).unwrap();
+    let solution = read_solution(&bytes, &file).unwrap();
+    let solved = solution.problem(job.problem).unwrap();
+    assert_eq!(solved.vehicle, job.vehicle);
+    assert_eq!(solved.trajectory.states().len(), track.iter().count());
+    drives::write(&job).unwrap();
+    assert!(name("_planned_lane_2.csv").is_file());
+    assert_eq!(std::fs::read(name("_planned_lane.csv")).unwrap(), csv);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+    let nowhere = files(&opened, &folder.path().join("nowhere"));
+    let error = drives::write(&nowhere).unwrap_err();
+    assert!(
+        error.contains("nowhere") && error.contains("`pictures`"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_panel_says_where_the_drive_is() {
+    let mut bench = driven();
+    bench.model.toasts.clear();
+    bench.press("space e w");
+    assert!(bench.frame(200, 60).contains("until you quit; Space e s"));
+    bench.perform("save-drive");
+    assert!(bench.model.screens.is_top::<CycleScreen>());
+    let asked = bench.effects.iter().rev().find_map(|effect| match effect {
+        Effect::SaveDrive(files) => Some(files.key),
+        _ => None,
+    });
+    let key: DriveKey = asked.expect("writing was asked for");
+    bench.send(Msg::DriveSaved(key, Ok("a.csv and b.xml".into())));
+    assert_eq!(said(&bench), "saved as a.csv and b.xml");
+    assert!(bench.frame(200, 60).contains("in a.csv and b.xml"));
+    bench.send(Msg::DriveSaved(key, Err("the disk is full".into())));
+    assert!(said(&bench).contains("not written: the disk is full"));
+}

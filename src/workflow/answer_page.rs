@@ -1,0 +1,194 @@
+//! Reads the texts, claims and pictures of a report's answers, opening each scene once.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::StoredQuestion;
+use crate::evaluation::claims::{self, TimeOrigin, shown_text};
+use crate::evaluation::{Answer, AnswerCase, AnswerPage, ShownClaim};
+use crate::formats::{EgoSelection, Entry};
+use crate::llm::{Message, Role};
+use crate::metrics::Thresholds;
+use crate::render::{Figure, Look, MapExtent, PIXEL, Subject, svg};
+use crate::scenario::{Scene, Transform};
+use crate::store::{Origin, Run, RunId, Store, StoreError};
+use crate::verdict::Task;
+
+/// Width and height of a picture, points.
+const PICTURE: (f64, f64) = (600.0 * PIXEL, 360.0 * PIXEL);
+
+/// Metres around the ego that a picture shows.
+const SEEN: MapExtent = MapExtent::Ego { width: 100.0 };
+
+/// A scene that answers are about: name, content, ego, and whether they are imported.
+type SceneKey = (String, Option<String>, String, bool);
+
+/// An answer about a scene, as far as its claims and its picture need it.
+struct Told {
+    place: usize,
+    text: String,
+    times: TimeOrigin,
+    window: Option<(i64, i64)>,
+    task: Task,
+}
+
+/// What a scene says of its answers: their claims by place, and pictures by row.
+#[derive(Default)]
+struct Seen {
+    claims: Vec<(usize, Vec<ShownClaim>)>,
+    pictures: BTreeMap<usize, String>,
+}
+
+/// The answers of a report with their questions, claims and pictures, as far as the store has them and one of `files` is
+/// their scenario. `on_progress` hears how many of how many scenes are done.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn answer_page(
+    store: &Store,
+    cases: &[AnswerCase<'_>],
+    files: &[Entry],
+    on_progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<AnswerPage, StoreError> {
+    let mut page = AnswerPage::new(cases);
+    let mut scenes: BTreeMap<SceneKey, Vec<Told>> = BTreeMap::new();
+    for (place, case) in cases.iter().enumerate() {
+        let Some(run) = run_of(store, case.scored.run)? else {
+            continue;
+        };
+        let key = (
+            run.question.scenario.clone(),
+            run.question.scenario_hash.clone(),
+            run.question.ego.clone(),
+            run.origin == Origin::Recorded,
+        );
+        let told = add(&mut page, place, run);
+        scenes.entry(key).or_default().push(told);
+    }
+    let mut entries: HashMap<&str, Vec<&Entry>> = HashMap::new();
+    for entry in files {
+        entries.entry(entry.name.as_str()).or_default().push(entry);
+    }
+    let (done, of) = (AtomicUsize::new(0), scenes.len());
+    let scenes: Vec<_> = scenes.into_iter().collect();
+    let seen: Vec<Seen> = scenes
+        .par_iter()
+        .map(|(key, told)| {
+            let seen = look(&page, key, told, &entries);
+            on_progress(done.fetch_add(1, Ordering::Relaxed) + 1, of);
+            seen
+        })
+        .collect();
+    for seen in seen {
+        for (place, claims) in seen.claims {
+            if let Some(detail) = page.detail_mut(place) {
+                detail.claims = Some(claims);
+            }
+        }
+        for (row, picture) in &seen.pictures {
+            page.set_picture(*row, picture);
+        }
+    }
+    Ok(page)
+}
+
+fn run_of(store: &Store, run: Option<RunId>) -> Result<Option<Run>, StoreError> {
+    run.map_or(Ok(None), |run| store.run_shown(run))
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::System => "system",
+        Role::User => "user",
+        Role::Assistant => "assistant",
+    }
+}
+
+/// Adds the texts of a run to the page.
+fn add(page: &mut AnswerPage, place: usize, run: Run) -> Told {
+    let messages: Vec<Message> = serde_json::from_str(&run.question.messages).unwrap_or_default();
+    for message in &messages {
+        page.add_message(place, role(message.role), &message.content);
+    }
+    let text = shown_text(&run.reasoning, &run.answer, false);
+    if !text.is_empty() {
+        page.set_text(place, &text);
+    }
+    let (window, task) = (run.question.window, run.question.task);
+    let answer = Answer::from(run);
+    if let Some(detail) = page.detail_mut(place) {
+        detail.model_returned = answer.model_returned;
+        detail.finish = answer.finish;
+    }
+    Told {
+        place,
+        text,
+        times: answer.times,
+        window,
+        task,
+    }
+}
+
+/// What a scene says of its answers; nothing if no file holds it.
+fn look(
+    page: &AnswerPage,
+    (scenario, hash, ego, imported): &SceneKey,
+    told: &[Told],
+    entries: &HashMap<&str, Vec<&Entry>>,
+) -> Seen {
+    let mut seen = Seen::default();
+    let (name, transform) = Transform::of_name(scenario);
+    let Some(first) = told.first() else {
+        return seen;
+    };
+    let question = StoredQuestion {
+        task: first.task,
+        scenario,
+        scenario_hash: hash.as_deref(),
+        ego: (!imported).then_some(ego.as_str()),
+        window: first.window,
+    };
+    let files = entries.get(name).into_iter().flatten();
+    let scene = files
+        .into_iter()
+        .find_map(|entry| question.scene(entry, &EgoSelection::Beside));
+    let Some(scene) = scene else {
+        return seen;
+    };
+    let renumbered = matches!(transform, Some(Transform::Renumber(_)));
+    for one in told {
+        let subject = claims::Subject {
+            scene: &scene,
+            times: one.times,
+            window: one.window,
+        };
+        let checked = claims::checked(&one.text, &subject);
+        seen.claims
+            .push((one.place, ShownClaim::all(&one.text, &checked)));
+        let Some((row, critical)) = page.question(one.place) else {
+            continue;
+        };
+        // The ids of the truth are those before a renumbering.
+        let critical = if renumbered { &[] } else { critical };
+        let step = subject.present();
+        (seen.pictures.entry(row)).or_insert_with(|| picture(&scene, scenario, critical, step));
+    }
+    seen
+}
+
+/// The map at the last step of a window, with the critical obstacles pointed out.
+fn picture(scene: &Scene, name: &str, critical: &[i64], step: i64) -> String {
+    let there = |id: &&i64| **id != scene.ego.id && scene.scenario.obstacle(**id).is_some();
+    let look = Look {
+        seen: SEEN,
+        obstacles: critical.iter().filter(there).copied().collect(),
+        size: (PICTURE.0, Some(PICTURE.1)),
+        ..Look::default()
+    };
+    let figure = Figure::new(Subject::with_ego(scene), name, look, Thresholds::shipped());
+    let steps = scene.steps();
+    let step = step.clamp(steps.start, (steps.end - 1).max(steps.start));
+    figure.map_or_else(|_| String::new(), |figure| svg(&figure.at(step)))
+}

@@ -1,0 +1,83 @@
+//! The matrix of an experiment in words: each axis with its values.
+
+use super::Experiment;
+use crate::evaluation::batch::Spec;
+use crate::evaluation::report::technique;
+use crate::evaluation::{Lead, Protocol};
+use crate::prompts::Library;
+
+/// An axis of an experiment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExperimentAxis {
+    /// Its key in the file.
+    pub name: &'static str,
+    /// Its values; empty where the file leaves it open.
+    pub values: Vec<String>,
+}
+
+impl Experiment {
+    /// Every axis, in the order of the file's keys.
+    #[must_use]
+    pub fn axes(&self, library: &Library) -> Vec<ExperimentAxis> {
+        let (matrix, request) = (&self.matrix, &self.matrix.request);
+        let axes = &matrix.axes;
+        let mut found = Vec::new();
+        let mut add = |name, values: Vec<String>| found.push(ExperimentAxis { name, values });
+        add("models", matrix.models.clone());
+        add("tasks", words(&matrix.tasks, |task| task.name().into()));
+        add("frames", words(&matrix.frames, |frame| frame.name().into()));
+        add(
+            "techniques",
+            words(&matrix.techniques, |one| technique(*one)),
+        );
+        let templates = Spec::templates_of(matrix, library);
+        add("templates", templates.into_keys().collect());
+        if request.protocol != Protocol::default() {
+            add("protocol", vec![request.protocol.name().to_string()]);
+        }
+        let leads = request.lead.iter().chain(&matrix.more_leads);
+        let leads = leads.map(|lead| match lead {
+            Lead::Paper => "end".to_string(),
+            Lead::Seconds(seconds) => format!("{seconds} s"),
+        });
+        add("leads", leads.collect());
+        add("transforms", words(&matrix.transforms, ToString::to_string));
+        add(
+            "effort",
+            one_or_each(request.effort, &axes.efforts, |effort| effort.name().into()),
+        );
+        add(
+            "temperature",
+            one_or_each(request.temperature, &axes.temperatures, ToString::to_string),
+        );
+        add(
+            "form",
+            one_or_each(request.form, &axes.forms, |form| form.name().into()),
+        );
+        add(
+            "stride",
+            one_or_each(request.stride, &axes.strides, ToString::to_string),
+        );
+        add(
+            "seed",
+            one_or_each(request.seed, &axes.seeds, ToString::to_string),
+        );
+        add("samples", vec![matrix.samples.to_string()]);
+        found
+    }
+
+    /// How many ways of asking it has: combinations of task, frame, techniques, model and settings.
+    #[must_use]
+    pub fn ways(&self) -> usize {
+        self.matrix.ways().len()
+    }
+}
+
+fn words<T>(values: &[T], word: impl Fn(&T) -> String) -> Vec<String> {
+    values.iter().map(word).collect()
+}
+
+/// The value of a setting, or those of its axis.
+fn one_or_each<T>(one: Option<T>, each: &[T], word: impl Fn(&T) -> String) -> Vec<String> {
+    one.iter().chain(each).map(word).collect()
+}

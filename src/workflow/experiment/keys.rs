@@ -1,0 +1,370 @@
+//! The keys of an experiment file: what each is for and which values it takes; errors, schema and manual agree on it.
+
+use serde_json::{Value, json};
+
+use crate::description::{Form, Frame};
+use crate::evaluation::Protocol;
+use crate::evaluation::report::{Axis, Measure};
+use crate::llm::Effort;
+use crate::verdict::Task;
+
+/// A key of the file.
+pub struct ExperimentKey {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is for, and what holds without it.
+    pub about: &'static str,
+    /// Which values it takes.
+    pub(super) values: Values,
+}
+
+/// The values of a key.
+#[derive(Clone, Copy)]
+pub(super) enum Values {
+    /// Any text.
+    Text,
+    /// Texts.
+    Texts,
+    /// One of these words.
+    Word(fn() -> Vec<&'static str>),
+    /// Words out of these.
+    Words(fn() -> Vec<&'static str>),
+    /// One of these words, or a list of them.
+    OneOrMoreWords(fn() -> Vec<&'static str>),
+    /// A whole number between these, or a list of them.
+    OneOrMoreWhole(i64, i64),
+    /// A number between these, or a list of them.
+    OneOrMoreNumbers(f64, f64),
+    /// A table of texts, or of lists of texts.
+    TableOfTexts,
+    /// A table with the share of a split and its seed.
+    Split,
+    /// Tables over axes.
+    Tables,
+    /// Two texts.
+    Pair,
+    /// Seconds, or the word `end`.
+    Leads,
+    /// True or false.
+    Boolean,
+    /// A whole number, between these.
+    Whole(i64, i64),
+    /// A number, between these.
+    Number(f64, f64),
+}
+
+const fn key(name: &'static str, values: Values, about: &'static str) -> ExperimentKey {
+    ExperimentKey {
+        name,
+        about,
+        values,
+    }
+}
+
+fn tasks() -> Vec<&'static str> {
+    Task::VERDICTS.map(Task::name).to_vec()
+}
+
+fn frames() -> Vec<&'static str> {
+    Frame::ALL.map(Frame::name).to_vec()
+}
+
+fn efforts() -> Vec<&'static str> {
+    Effort::ALL.map(Effort::name).to_vec()
+}
+
+fn forms() -> Vec<&'static str> {
+    Form::ALL.map(Form::name).to_vec()
+}
+
+fn protocols() -> Vec<&'static str> {
+    Protocol::ALL.map(Protocol::name).to_vec()
+}
+
+/// The smallest number above 0 that anything is measured in.
+const ABOVE_ZERO: f64 = 1e-6;
+
+/// Every key, in the order in which a file is written.
+pub const KEYS: [ExperimentKey; 30] = [
+    key(
+        "title",
+        Values::Text,
+        "What the experiment asks, in a line.",
+    ),
+    key(
+        "scenarios",
+        Values::Texts,
+        "Scenario files and folders, relative to the folder of this file, and names of bundled scenarios.",
+    ),
+    key(
+        "select",
+        Values::Text,
+        "Only scenarios that this filter of the workbench's list lets through, such as `tag:cut_in risk<3`.",
+    ),
+    key(
+        "split",
+        Values::Split,
+        "A split into dev and test: `{ test = 0.5, seed = 7 }`; the figures of the test split stay locked until all its questions are answered.",
+    ),
+    key(
+        "truth",
+        Values::Texts,
+        "Ground truth: `auto` for the exact geometry, `layout` for the folders collision_scenarios and normal_scenarios, \
+         or CSV files with labels; by default layout where these folders exist, else auto.",
+    ),
+    key("models", Values::Texts, "The models, as provider/model."),
+    key(
+        "tasks",
+        Values::Words(tasks),
+        "The tasks; by default safety.",
+    ),
+    key(
+        "frames",
+        Values::Words(frames),
+        "The frames of the description; by default that of the first task.",
+    ),
+    key(
+        "techniques",
+        Values::Texts,
+        "Prompting techniques: base, cp, cot, icl, all, or combinations such as cp+cot; by default all.",
+    ),
+    key(
+        "samples",
+        Values::Whole(1, 1000),
+        "Answers to each question; by default 1.",
+    ),
+    key(
+        "leads",
+        Values::Leads,
+        "Ends of the dangerous windows of the safety task: seconds before the contact, or `end`.",
+    ),
+    key(
+        "within",
+        Values::Number(ABOVE_ZERO, 10.0),
+        "A window is dangerous if the ego touches another body within so many seconds after it.",
+    ),
+    key(
+        "protocol",
+        Values::Word(protocols),
+        "`paper` for the windows and the counting of \"From Words to Collisions\", without leads and within; by default \
+         `matched`: windows at leads, and safe ones like them.",
+    ),
+    key(
+        "transforms",
+        Values::Texts,
+        "Changes of the scene under which everything is asked once more: rotate:DEGREES, mirror, move:X,Y, renumber:SEED.",
+    ),
+    key(
+        "history",
+        Values::Whole(1, 1000),
+        "Steps in a window; by default those of the template.",
+    ),
+    key(
+        "radius",
+        Values::Number(ABOVE_ZERO, 1e6),
+        "Obstacles farther from the ego are left out, metres; by default that of the template.",
+    ),
+    key(
+        "temperature",
+        Values::OneOrMoreNumbers(0.0, 2.0),
+        "Sampling temperature, or several; by default that of the template, else the server's.",
+    ),
+    key(
+        "max_tokens",
+        Values::Whole(1, u32::MAX as i64),
+        "Most tokens of an answer; by default the server's.",
+    ),
+    key(
+        "effort",
+        Values::OneOrMoreWords(efforts),
+        "Reasoning effort, or several; by default the server's.",
+    ),
+    key(
+        "form",
+        Values::OneOrMoreWords(forms),
+        "Wording of the description, or several; by default that of the template, else compact.",
+    ),
+    key(
+        "stride",
+        Values::OneOrMoreWhole(1, 1000),
+        "Every so many steps are described, or several numbers; by default those of the template, else 1.",
+    ),
+    key(
+        "seed",
+        Values::OneOrMoreWhole(0, i64::MAX),
+        "Seed of the sampling, or several, for servers that take one; by default none.",
+    ),
+    key(
+        "log_probabilities",
+        Values::Boolean,
+        "Whether to ask for the log probabilities of answers, where a model gives them.",
+    ),
+    key(
+        "base_url",
+        Values::Text,
+        "Address of one server for all models, instead of the providers' own.",
+    ),
+    key(
+        "budget",
+        Values::Number(ABOVE_ZERO, 1e9),
+        "Most that a run may cost, US dollars; by default `budget` in config.toml.",
+    ),
+    key(
+        "baseline",
+        Values::Text,
+        "The model or prompt configuration that all others are compared with, as tables name it.",
+    ),
+    key(
+        "compare",
+        Values::Pair,
+        "The comparison that matters: two names. It is not corrected for the others.",
+    ),
+    key(
+        "tables",
+        Values::Tables,
+        "Tables over axes that reports of the batch have, as `report --rows` makes them: \
+         `[{ rows = \"techniques\", columns = \"model\", measure = \"f1\", against = \"base\" }]`.",
+    ),
+    key(
+        "templates",
+        Values::Texts,
+        "The templates that the experiment was written with, as NAME@HASH: others are refused.",
+    ),
+    key(
+        "hashes",
+        Values::TableOfTexts,
+        "The contents of the scenarios, by name, as the start of their SHA-256: others are refused.",
+    ),
+];
+
+/// The JSON schema of the file, for editors.
+#[must_use]
+pub fn schema() -> Value {
+    let properties = KEYS.iter().map(|key| {
+        let mut property = key.values.schema();
+        property["description"] = key.about.into();
+        (key.name.to_string(), property)
+    });
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "nearmiss experiment",
+        "description": "`nearmiss evaluate FILE.toml` runs it.",
+        "type": "object",
+        "properties": properties.collect::<serde_json::Map<_, _>>(),
+        "required": ["scenarios", "models"],
+        "additionalProperties": false,
+    })
+}
+
+impl Values {
+    /// Whether a single value stands for a list with one member.
+    pub(super) fn takes_one(self) -> bool {
+        matches!(
+            self,
+            Self::OneOrMoreWords(_) | Self::OneOrMoreWhole(..) | Self::OneOrMoreNumbers(..)
+        )
+    }
+
+    /// What is expected, for errors.
+    pub(super) fn expected(&self) -> String {
+        match self {
+            Self::Text => "expected a text".into(),
+            Self::Texts => "expected a list of texts".into(),
+            Self::Word(known) => format!("expected one of {}", known().join(", ")),
+            Self::Words(known) => format!("expected a list out of {}", known().join(", ")),
+            Self::OneOrMoreWords(known) => {
+                format!("expected one of {}, or a list of them", known().join(", "))
+            }
+            Self::OneOrMoreWhole(least, most) if *most == i64::MAX => {
+                format!("expected a whole number from {least}, or a list of them")
+            }
+            Self::OneOrMoreWhole(least, most) => {
+                format!("expected a whole number from {least} to {most}, or a list of them")
+            }
+            Self::OneOrMoreNumbers(least, most) => {
+                format!("expected a number from {least} to {most}, or a list of them")
+            }
+            Self::TableOfTexts => "expected a table of names and hashes".into(),
+            Self::Split => {
+                "expected a table such as { test = 0.5, seed = 7 }, with a share above 0 and below 1".into()
+            }
+            Self::Tables => {
+                "expected a list of tables such as { rows = \"techniques\", columns = \"model\" }, with measure and against \
+                 if wanted"
+                    .into()
+            }
+            Self::Pair => "expected a list of two different names".into(),
+            Self::Leads => "expected a list of seconds from 0 to 3600 and `end`".into(),
+            Self::Boolean => "expected true or false".into(),
+            Self::Whole(least, most) => format!("expected a whole number from {least} to {most}"),
+            Self::Number(least, most) if *least == ABOVE_ZERO => {
+                format!("expected a number above 0, at most {most}")
+            }
+            Self::Number(least, most) => format!("expected a number from {least} to {most}"),
+        }
+    }
+
+    fn schema(&self) -> Value {
+        match self {
+            Self::Text => json!({ "type": "string" }),
+            Self::Word(known) => json!({ "enum": known() }),
+            Self::OneOrMoreWords(known) => one_or_more(&json!({ "enum": known() })),
+            Self::OneOrMoreWhole(least, most) => {
+                one_or_more(&json!({ "type": "integer", "minimum": least, "maximum": most }))
+            }
+            Self::OneOrMoreNumbers(least, most) => {
+                one_or_more(&json!({ "type": "number", "minimum": least, "maximum": most }))
+            }
+            Self::TableOfTexts => json!({
+                "type": "object",
+                "additionalProperties": one_or_more(&json!({ "type": "string" })),
+            }),
+            Self::Split => json!({
+                "type": "object",
+                "properties": {
+                    "test": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 },
+                    "seed": { "type": "integer", "minimum": 0, "maximum": i64::MAX },
+                },
+                "required": ["test"],
+                "additionalProperties": false,
+            }),
+            Self::Words(known) => {
+                json!({ "type": "array", "items": { "enum": known() }, "uniqueItems": true })
+            }
+            Self::Texts => json!({ "type": "array", "items": { "type": "string" } }),
+            Self::Tables => {
+                let axes = Axis::ALL.map(Axis::name);
+                json!({ "type": "array", "items": {
+                    "type": "object",
+                    "properties": {
+                        "rows": { "enum": axes },
+                        "columns": { "enum": axes },
+                        "measure": { "enum": Measure::ALL.map(Measure::name) },
+                        "against": { "type": "string" },
+                    },
+                    "required": ["rows"],
+                    "additionalProperties": false,
+                } })
+            }
+            Self::Pair => {
+                json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 })
+            }
+            Self::Leads => json!({ "type": "array", "items": { "anyOf": [
+                { "type": "number", "minimum": 0, "maximum": 3600 },
+                { "const": "end" },
+            ] } }),
+            Self::Boolean => json!({ "type": "boolean" }),
+            Self::Whole(least, most) => {
+                json!({ "type": "integer", "minimum": least, "maximum": most })
+            }
+            Self::Number(least, most) => {
+                json!({ "type": "number", "minimum": least, "maximum": most })
+            }
+        }
+    }
+}
+
+/// A value, or a list of such values.
+fn one_or_more(one: &Value) -> Value {
+    json!({ "anyOf": [one, { "type": "array", "items": one, "minItems": 1, "uniqueItems": true }] })
+}

@@ -1,0 +1,82 @@
+//! Writes a batch that is to be begun as an experiment file.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::{Experiment, hashes_of};
+use crate::metrics::Thresholds;
+use crate::prompts::Library;
+use crate::system::{self, NewFile, SaveError};
+use crate::workflow::batch::{BatchError, BatchRequest};
+
+/// Why an experiment file is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteExperimentError {
+    /// The batch cannot be written down.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    /// A value has no place in a TOML file.
+    #[error("{0}")]
+    Text(String),
+    /// The path is a folder.
+    #[error("{}: is a folder; name a file in it", .0.display())]
+    Folder(PathBuf),
+    /// The file is there already, or cannot be written.
+    #[error(transparent)]
+    Save(#[from] SaveError),
+    /// The file cannot be written.
+    #[error("{}: {}", path.display(), system::words(source))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+impl Experiment {
+    /// The experiment that asks what a batch is to ask. It pins the templates, and the scenarios by their contents.
+    ///
+    /// # Errors
+    /// See [`BatchRequest::spec`].
+    pub fn of_request(
+        mut request: BatchRequest,
+        budget: Option<f64>,
+        library: &Library,
+        thresholds: &Thresholds,
+    ) -> Result<Self, BatchError> {
+        let spec = request.spec(library, thresholds)?;
+        Ok(Self {
+            hashes: hashes_of(&request.entries),
+            subset: spec.subset,
+            title: None,
+            paths: spec.paths,
+            truth: Some(spec.truth),
+            matrix: spec.matrix,
+            base_url: spec.base_url,
+            budget,
+            comparison: spec.comparison,
+            templates: spec.templates,
+        })
+    }
+
+    /// Writes the experiment to a file, whole or not at all; an existing file is replaced only with `overwrite`.
+    ///
+    /// # Errors
+    /// See [`WriteExperimentError`].
+    pub fn write(&self, file: &Path, overwrite: bool) -> Result<(), WriteExperimentError> {
+        if file.is_dir() {
+            return Err(WriteExperimentError::Folder(file.to_path_buf()));
+        }
+        let failed = |source| WriteExperimentError::Io {
+            path: file.to_path_buf(),
+            source,
+        };
+        let absolute = std::path::absolute(file).map_err(failed)?;
+        let folder = absolute.parent().unwrap_or(Path::new("/"));
+        let text = self.to_toml(folder).map_err(WriteExperimentError::Text)?;
+        let mut new = NewFile::begin(file, overwrite)?;
+        new.write_all(text.as_bytes()).map_err(failed)?;
+        Ok(new.finish()?)
+    }
+}

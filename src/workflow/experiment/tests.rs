@@ -1,0 +1,270 @@
+//! Tests of experiment files.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use toml::Table;
+
+use super::*;
+use crate::description::Form;
+use crate::evaluation::batch::{RequestSettings, Split};
+use crate::evaluation::report::PivotRequest;
+use crate::evaluation::{Axes, Lead, PAPER_STEPS, Protocol};
+use crate::llm::Effort;
+use crate::prompts::Techniques;
+use crate::scenario::Transform;
+use crate::verdict::Task;
+
+fn read(text: &str) -> Result<Experiment, String> {
+    Experiment::from_toml(text, Path::new("/lab/e.toml"), &Library::load(None))
+}
+
+const WHOLE: &str = r#"
+title = "Does contextual prompting help?"
+scenarios = ["ZAM_CutIn-1_1_T-1", "recorded", "/data/more.xml"]
+truth = ["labels.csv"]
+models = ["lab/a", "lab/b"]
+tasks = ["safety"]
+frames = ["ego", "cartesian"]
+techniques = ["base", "cp+cot"]
+samples = 3
+leads = [0.5, 1, "end"]
+within = 1.5
+transforms = ["mirror", "rotate:90"]
+history = 12
+radius = 40
+temperature = [0, 0.7]
+max_tokens = 2000
+effort = "low"
+log_probabilities = true
+base_url = "http://localhost:8080/v1"
+budget = 2.5
+baseline = "lab/a"
+compare = ["lab/a", "lab/b"]
+select = "tag:cut_in risk<3"
+split = { test = 0.3, seed = 7 }
+form = ["prose", "compact"]
+stride = 2
+seed = [1, 2]
+
+[[tables]]
+rows = "techniques"
+columns = "model"
+against = "base"
+
+[[tables]]
+rows = "effort"
+measure = "cost_usd"
+
+[hashes]
+ZAM_CutIn-1_1_T-1 = "0123456789ab"
+twice = ["0123456789ab", "0123456789ac"]
+"#;
+
+#[test]
+fn a_file_is_read_and_written_and_read_the_same() {
+    let whole = read(WHOLE).unwrap();
+    assert_eq!(
+        whole.paths,
+        ["ZAM_CutIn-1_1_T-1", "/lab/recorded", "/data/more.xml"].map(PathBuf::from)
+    );
+    assert_eq!(
+        whole.truth,
+        Some(TruthSource::Files(vec!["/lab/labels.csv".into()]))
+    );
+    let (matrix, request) = (&whole.matrix, &whole.matrix.request);
+    assert_eq!(request.lead, Some(Lead::Seconds(0.5)));
+    assert_eq!(matrix.more_leads, [Lead::Seconds(1.0), Lead::Paper]);
+    assert_eq!(matrix.transforms[0], Transform::Mirror);
+    assert_eq!((request.radius, request.within), (Some(40.0), Some(1.5)));
+    assert_eq!(
+        matrix.ways().len(),
+        64,
+        "techniques, frames, models, and three axes of two values"
+    );
+    let wanted = Axes {
+        temperatures: vec![0.0, 0.7],
+        forms: vec![Form::Prose, Form::Compact],
+        seeds: vec![1, 2],
+        ..Axes::default()
+    };
+    assert_eq!(matrix.axes, wanted);
+    assert_eq!((request.stride, request.temperature), (Some(2), None));
+    assert_eq!(request.effort, Some(Effort::Low));
+    assert_eq!(whole.subset.split, Some(Split { test: 0.3, seed: 7 }));
+    assert_eq!(whole.hashes["twice"].len(), 2);
+    let tables = &whole.comparison.tables;
+    let words: Vec<String> = tables.iter().map(PivotRequest::words).collect();
+    assert_eq!(
+        words,
+        [
+            "f1 by techniques and model, against base",
+            "cost_usd by effort"
+        ]
+    );
+    // The store keeps them as it names axes and measures.
+    for table in tables {
+        let json = serde_json::to_value(table).unwrap();
+        assert_eq!(json["rows"], table.rows.name());
+        assert_eq!(json["measure"], table.measure.name());
+    }
+    let text = whole.to_toml(Path::new("/lab")).unwrap();
+    assert!(text.contains("\"recorded\", \"/data/more.xml\""), "{text}");
+    assert_eq!(read(&text).unwrap(), whole, "{text}");
+}
+
+#[test]
+fn what_is_not_said_is_as_on_the_command_line() {
+    let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
+    let matrix = &small.matrix;
+    assert_eq!(matrix.tasks, [Task::Safety]);
+    assert_eq!(matrix.techniques, [Techniques::ALL]);
+    assert_eq!((matrix.samples, small.budget), (1, None));
+    let drawn = RequestSettings::default().drawn(&[Task::Safety]);
+    assert_eq!(matrix.request, drawn);
+}
+
+#[test]
+fn every_mistake_is_told_with_its_line_and_key() {
+    let text = "scenarios = \"a.xml\"\nmodels = [\n  \"lab/a\",\n  \"lab\",\n]\nsamples = 0\ntechnique = [\"cp\"]\n\
+        tasks = [\"saftey\"]\nleads = [3]\nwithin = 2\nbaseline = \"lab/c\"\ntransforms = [\"turn\"]\ncompare = [\"lab/a\"]\n\
+        templates = [\"safety-ego.md\"]\neffort = 1\ntemperature = [0.5, 3]\nstride = 0\nform = \"tabel\"\n\
+        split = { test = 1 }\nselect = \"verdict:differ\"\nhashes = { a = \"xyz\" }\n\
+        tables = [{ rows = \"modle\" }, { rows = \"task\", columns = \"task\" }]\nprotocol = \"papers\"\n";
+    let said = read(text).unwrap_err();
+    let said: Vec<&str> = said.lines().collect();
+    let starts = [
+        "/lab/e.toml:1: scenarios = \"a.xml\": expected a list of texts",
+        "/lab/e.toml:4: models: lab: expected provider/model",
+        "/lab/e.toml:6: samples = 0: expected a whole number from 1 to 1000",
+        "/lab/e.toml:7: unknown key `technique`; did you mean `techniques`",
+        "/lab/e.toml:8: tasks: unknown task `saftey`; did you mean `safety`?",
+        "/lab/e.toml:9: leads: 3: the contact is later than within = 2 s, which makes the window safe",
+        "/lab/e.toml:11: baseline: lab/c: no such model",
+        "/lab/e.toml:12: transforms: invalid transform `turn`",
+        "/lab/e.toml:13: compare = a list: expected a list of two different names",
+        "/lab/e.toml:14: templates: safety-ego.md: expected NAME@HASH",
+        "/lab/e.toml:15: effort = 1: expected one of",
+        "/lab/e.toml:16: temperature: 3: expected a number from 0 to 2, or a list of them",
+        "/lab/e.toml:17: stride = 0: expected a whole number from 1 to 1000, or a list of them",
+        "/lab/e.toml:18: form: unknown form `tabel`",
+        "/lab/e.toml:19: split = a table: expected a table such as { test = 0.5, seed = 7 }",
+        "/lab/e.toml:20: select: `verdict:` depends on your stored answers",
+        "/lab/e.toml:21: hashes: a: expected 12 hexadecimal digits or more",
+        "/lab/e.toml:22: tables: unknown axis `modle`; did you mean `model`?",
+        "/lab/e.toml:22: tables: columns: the rows have this axis; choose another",
+        "/lab/e.toml:23: protocol: unknown protocol `papers`; did you mean `paper`?",
+    ];
+    assert_eq!(said.len(), starts.len(), "{said:#?}");
+    for (said, start) in said.iter().zip(starts) {
+        assert!(said.starts_with(start), "{said}\n{start}");
+    }
+    let missing = read("title = \"a\"").unwrap_err();
+    assert!(missing.contains("scenarios is missing") && missing.contains("models is missing"));
+    let broken = read("scenarios = [").unwrap_err();
+    assert!(broken.starts_with("/lab/e.toml:1: "), "{broken}");
+}
+
+#[test]
+fn the_papers_protocol_has_its_own_windows() {
+    let text = "scenarios = [\"a.xml\"]\nmodels = [\"recorded/gpt-4o\"]\nprotocol = \"paper\"\n";
+    let paper = read(text).unwrap();
+    let request = &paper.matrix.request;
+    assert_eq!(request.protocol, Protocol::Paper);
+    assert_eq!((request.lead, request.within), (None, None));
+    assert_eq!(request.history, Some(PAPER_STEPS));
+    let written = paper.to_toml(Path::new("/lab")).unwrap();
+    assert!(written.contains("protocol = \"paper\""), "{written}");
+    assert_eq!(read(&written).unwrap(), paper);
+    let both = read(&format!("{text}leads = [1]\nwithin = 2\n")).unwrap_err();
+    assert_eq!(both.matches("has windows of its own").count(), 2, "{both}");
+}
+
+#[test]
+fn templates_of_another_text_are_refused() {
+    let library = Library::load(None);
+    let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
+    let templates = Spec::templates_of(&small.matrix, &library);
+    let pinned = Experiment {
+        templates,
+        ..small.clone()
+    };
+    let text = pinned.to_toml(Path::new("/lab")).unwrap();
+    let pinned = read(&text).unwrap();
+    assert!(pinned.request(Vec::new(), None, &library).is_ok());
+    let (name, _) = pinned.templates.first_key_value().unwrap();
+    let other = BTreeMap::from([(name.clone(), "0123456789ab".to_string())]);
+    let other = Experiment {
+        templates: other,
+        ..small
+    };
+    let said = other.request(Vec::new(), None, &library).unwrap_err();
+    assert!(
+        said.contains(name.as_str()) && said.contains("0123456789ab"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_schema_takes_what_is_read() {
+    let schema = experiment_schema();
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    let valid = |text: &str| {
+        let table: Table = toml::from_str(text).unwrap();
+        validator.is_valid(&serde_json::to_value(table).unwrap())
+    };
+    assert!(valid(WHOLE));
+    let written = read(WHOLE).unwrap().to_toml(Path::new("/lab")).unwrap();
+    assert!(valid(&written));
+    for wrong in [
+        "samples = 0",
+        "tasks = [\"saftey\"]",
+        "technique = []",
+        "compare = [\"a\"]",
+        "leads = [\"later\"]",
+        "effort = [\"lazy\"]",
+        "stride = [0]",
+        "split = { seed = 7 }",
+        "split = { test = 1.5 }",
+    ] {
+        let text = format!("scenarios = [\"a\"]\nmodels = [\"lab/a\"]\n{wrong}\n");
+        assert!(!valid(&text) && read(&text).is_err(), "{wrong}");
+    }
+    let properties = schema["properties"].as_object().unwrap();
+    assert_eq!(properties.len(), EXPERIMENT_KEYS.len());
+}
+
+#[test]
+fn scenarios_with_other_contents_are_named_before_anything_is_asked() {
+    let library = Library::load(None);
+    let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
+    let entries = || vec![Entry::of_argument(Path::new("ZAM_CutIn-1_1_T-1"))];
+    let right = Experiment {
+        hashes: hashes_of(&entries()),
+        ..small.clone()
+    };
+    let text = right.to_toml(Path::new("/lab")).unwrap();
+    assert!(text.contains("[hashes]\nZAM_CutIn-1_1_T-1 = \""), "{text}");
+    assert!(
+        read(&text)
+            .unwrap()
+            .request(entries(), None, &library)
+            .is_ok()
+    );
+    let refused = |name: &str| {
+        let hashes = BTreeMap::from([(name.to_string(), vec!["0123456789ab".to_string()])]);
+        let other = Experiment {
+            hashes,
+            ..small.clone()
+        };
+        other.request(entries(), None, &library).unwrap_err()
+    };
+    let said = refused("ZAM_CutIn-1_1_T-1");
+    assert!(
+        said.contains("ZAM_CutIn-1_1_T-1")
+            && said.contains("has the hash")
+            && said.contains("0123456789ab"),
+        "{said}"
+    );
+    assert!(refused("gone").contains("gone is not among the scenarios"));
+}

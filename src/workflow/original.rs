@@ -1,0 +1,175 @@
+//! Finds the original of a saved variant, which the certificate beside the variant names.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use crate::description::visible;
+use crate::formats::{Entry, EntryLocation, bundled};
+use crate::scenario::Scenario;
+use crate::system;
+
+/// What the certificate beside a saved variant says of its origin.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VariantOrigin {
+    /// Benchmark id of the original.
+    pub id: String,
+    /// SHA-256 of the original's file, hexadecimal.
+    pub sha256: String,
+    /// The obstacle with a new motion.
+    pub attacker: i64,
+    /// The last step before the two motions part.
+    pub from: i64,
+    /// The variant's file.
+    variant: PathBuf,
+    /// Where the original was when the variant was made, seen from the folder that was the current one then.
+    said: Vec<PathBuf>,
+}
+
+impl VariantOrigin {
+    /// Reads what lies beside a scenario under its name; `None` where that is no certificate of this scenario, as other
+    /// JSON says nothing about it.
+    #[must_use]
+    pub fn of(entry: &Entry) -> Option<Self> {
+        let EntryLocation::File(file) = &entry.place else {
+            return None;
+        };
+        let text = system::read_text(&file.with_extension("json"), system::LARGEST_TEXT).ok()?;
+        let said: Value = serde_json::from_str(&text).ok()?;
+        if file.file_name()?.to_str()? != said["variant"].as_str()? {
+            return None;
+        }
+        let original = &said["original"];
+        let places = [&original["file"], &said["made"]["line"]["file"]];
+        let places = places.into_iter().filter_map(|place| place.as_str());
+        Some(Self {
+            id: original["benchmark_id"].as_str()?.into(),
+            sha256: original["sha256"].as_str()?.into(),
+            attacker: said["attacker"].as_i64()?,
+            from: said["change"]["from_step"].as_i64()?,
+            variant: file.clone(),
+            said: places.map(PathBuf::from).collect(),
+        })
+    }
+
+    /// Whether a scenario is the original, byte for byte.
+    #[must_use]
+    pub fn is_of(&self, scenario: &Scenario) -> bool {
+        scenario.hash.to_string() == self.sha256
+    }
+
+    /// The original: one of the bundled scenarios, beside the variant, in the folder above, or where it was when the
+    /// variant was made.
+    #[must_use]
+    pub fn original(&self) -> Option<(Entry, Arc<Scenario>)> {
+        let read = |entry: Entry| {
+            let scenario = entry.read().ok()?;
+            self.is_of(&scenario).then_some((entry, scenario))
+        };
+        let named = bundled().into_iter().filter(|entry| entry.name == self.id);
+        // A certificate may name anything; reading what is not a file may never end.
+        let files = self.places().into_iter().filter(|path| path.is_file());
+        let mut all = named.chain(files.map(|path| Entry::of_file(&path)));
+        all.find_map(read)
+    }
+
+    /// Why there is no original, and where it was looked for.
+    #[must_use]
+    pub fn missing(&self) -> String {
+        let said = self.said.first().map_or(String::new(), |path| {
+            format!("nor {}, ", visible(&path.display().to_string()))
+        });
+        format!(
+            "the original {} (SHA-256 {}) is neither beside it, nor in the folder above, {said}nor among the bundled scenarios",
+            visible(&self.id),
+            visible(&self.sha256)
+        )
+    }
+
+    /// The files that may be the original.
+    fn places(&self) -> Vec<PathBuf> {
+        let folder = self.variant.parent().unwrap_or(Path::new(""));
+        let above = match folder.parent() {
+            Some(above) if folder.file_name().is_some() => above.to_path_buf(),
+            _ => folder.join(".."),
+        };
+        let mut places: Vec<PathBuf> = [folder, &above]
+            .map(|folder| folder.join(self.file()))
+            .into();
+        for path in &self.said {
+            // As it was said then, and with the variants and originals beside each other also from any other folder.
+            places.extend([path.clone(), above.join(path)]);
+        }
+        places
+    }
+
+    /// The name of its file; an id that leads into other folders has none.
+    fn file(&self) -> PathBuf {
+        let name = Path::new(&self.id).file_name().unwrap_or_default();
+        let mut name = name.to_os_string();
+        name.push(".xml");
+        name.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use serde_json::json;
+
+    use super::*;
+
+    fn saved(folder: &Path, original: Value) -> Entry {
+        let file = folder.join("v.xml");
+        std::fs::write(&file, "<commonRoad/>").unwrap();
+        let certificate = json!({
+            "variant": "v.xml", "original": original, "attacker": 7, "change": {"from_step": 3},
+        });
+        std::fs::write(folder.join("v.json"), certificate.to_string()).unwrap();
+        Entry::of_file(&file)
+    }
+
+    #[test]
+    fn a_bundled_original_is_found_by_its_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = bundled().remove(0);
+        let hash = first.read().unwrap().hash.to_string();
+        let named = json!({"benchmark_id": first.name, "sha256": hash});
+        let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
+        assert_eq!((origin.attacker, origin.from), (7, 3));
+        assert_eq!(origin.original().unwrap().0, first);
+
+        let changed = json!({"benchmark_id": first.name, "sha256": "00", "file": "gone/x.xml"});
+        let origin = VariantOrigin::of(&saved(folder.path(), changed)).unwrap();
+        assert!(origin.original().is_none());
+        let missing = origin.missing();
+        assert!(
+            missing.contains(&first.name) && missing.contains("gone/x.xml"),
+            "{missing}"
+        );
+    }
+
+    #[test]
+    fn the_original_is_read_where_the_certificate_says() {
+        let folder = tempfile::tempdir().unwrap();
+        let elsewhere = tempfile::tempdir().unwrap();
+        let first = bundled().remove(0).read().unwrap();
+        let bytes = crate::formats::commonroad::write(&first).unwrap();
+        let file = elsewhere.path().join("moved.xml");
+        std::fs::write(&file, &bytes).unwrap();
+        let entry = Entry::of_file(&file);
+        let hash = entry.read().unwrap().hash.to_string();
+        let named = json!({"benchmark_id": "X", "sha256": hash, "file": file.to_str()});
+        let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
+        assert_eq!(origin.original().unwrap().0, entry);
+    }
+
+    #[test]
+    fn other_json_beside_a_scenario_says_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = saved(folder.path(), json!({"benchmark_id": "A"}));
+        assert_eq!(VariantOrigin::of(&entry), None);
+        assert_eq!(VariantOrigin::of(&bundled().remove(0)), None);
+    }
+}

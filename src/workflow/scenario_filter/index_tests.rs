@@ -1,0 +1,139 @@
+//! Terms about the windows of an index.
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::corpus::{Manoeuvre, RoadType, WindowEgo, WindowPlace};
+use crate::formats::bundled;
+
+struct Row(Entry, Indexed);
+
+impl Filterable for Row {
+    fn entry(&self) -> &Entry {
+        &self.0
+    }
+    fn tags(&self) -> impl Iterator<Item = &str> {
+        std::iter::empty()
+    }
+    fn country(&self) -> &str {
+        ""
+    }
+    fn has(&self, _property: Property) -> Option<bool> {
+        None
+    }
+    fn agreement(&self) -> Option<Agreement> {
+        None
+    }
+    fn number(&self, _number: Number) -> Option<f64> {
+        None
+    }
+    fn indexed(&self) -> &Indexed {
+        &self.1
+    }
+}
+
+fn window(manoeuvre: Manoeuvre, road: RoadType, severity: u8) -> CellWindows {
+    CellWindows {
+        manoeuvre,
+        road,
+        severity,
+        windows: 1,
+        asked: 0,
+        example: WindowPlace {
+            ego: WindowEgo::Recorded,
+            ego_id: 1,
+            obstacle: 2,
+            steps: (0, 20),
+            worst_step: 3,
+        },
+    }
+}
+
+/// A harmless cut-in in a town, and a critical crossing at an intersection.
+fn row() -> Row {
+    let windows = [
+        window(Manoeuvre::CutIn, RoadType::Urban, 4),
+        window(Manoeuvre::Crossing, RoadType::Intersection, 1),
+    ];
+    let entry = bundled().remove(0);
+    Row(entry, Indexed::Windows(Arc::new(windows)))
+}
+
+fn passes(row: &Row, text: &str) -> bool {
+    let filter = Filter::read(text, None);
+    assert!(
+        filter.wrong.is_empty() && !filter.incomplete,
+        "{text}: {:?}",
+        filter.wrong
+    );
+    let mut matching = Matching::default();
+    filter.score(row, WordMatch::Part, &mut matching).is_some()
+}
+
+#[test]
+fn one_window_satisfies_all_terms() {
+    let row = row();
+    for (filter, through) in [
+        ("manoeuvre:cut_in", true),
+        ("maneuver:Cut-In", true),
+        ("manoeuvre:cut_in road:urban severity:low", true),
+        ("manoeuvre:cut_in severity:critical", false),
+        ("manoeuvre:cut_in road:intersection", false),
+        ("road:intersection severity<=1", true),
+        ("severity:extreme", true),
+        ("severity:1", true),
+        ("severity<1", false),
+        ("severity=4 road:urban", true),
+        ("severity>4", false),
+        ("manoeuvre:oncoming", false),
+        ("!manoeuvre:oncoming", true),
+        ("!manoeuvre:cut_in", false),
+        ("road:intersection !severity<1", true),
+        ("road:intersection !severity=1", false),
+    ] {
+        assert_eq!(passes(&row, filter), through, "{filter}");
+    }
+}
+
+#[test]
+fn a_scenario_outside_the_index_matches_no_term_and_no_opposite() {
+    for indexed in [Indexed::Unknown, Indexed::Changed, Indexed::Missing] {
+        let row = Row(bundled().remove(0), indexed);
+        for filter in ["manoeuvre:cut_in", "!manoeuvre:cut_in", "severity<=5"] {
+            assert!(!passes(&row, filter), "{filter}");
+        }
+    }
+}
+
+#[test]
+fn half_typed_values_wait_and_wrong_ones_are_named() {
+    for typed in [
+        "manoeuvre:",
+        "manoeuvre:cut",
+        "road:inter",
+        "severity:crit",
+        "severity<=",
+    ] {
+        let filter = Filter::read(typed, None);
+        assert!(filter.incomplete && filter.wrong.is_empty(), "{typed}");
+        assert!(!filter.filters(), "{typed}");
+    }
+    for (typed, says) in [
+        ("manoeuvre:cutin", "turning_across"),
+        ("road:city", "off_road"),
+        ("severity:deadly", "critical"),
+        ("severity:7", "negligible"),
+        ("severity<x", "not a number"),
+    ] {
+        let wrong = Filter::read(typed, None).wrong.join(" ");
+        assert!(wrong.contains(says), "{typed}: {wrong}");
+    }
+}
+
+#[test]
+fn without_an_index_its_terms_are_errors_and_the_others_filter() {
+    let mut filter = Filter::read("road:urban no:index folder:x", None);
+    assert_eq!(filter.index_term(), Some("road:"));
+    filter.refuse_index_terms("needs an index");
+    assert_eq!(filter.wrong, ["`road:` needs an index"]);
+    assert!(filter.index_term().is_none() && filter.filters());
+}

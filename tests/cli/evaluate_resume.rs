@@ -1,0 +1,249 @@
+//! `evaluate --resume` with more leads and changed scenes, and labels that do not fit the scenarios.
+
+use std::sync::Arc;
+
+use nearmiss::description::Frame;
+use nearmiss::evaluation::batch::{Matrix, RequestSettings};
+use nearmiss::evaluation::{Judge, Judges};
+use nearmiss::formats::{EgoSelection, Entry};
+use nearmiss::metrics::Thresholds;
+use nearmiss::planner::Cancel;
+use nearmiss::prompts::{Library, Techniques};
+use nearmiss::scenario::Scene;
+use nearmiss::store::Store;
+use nearmiss::verdict::Task;
+use nearmiss::workflow::batch::BatchRequest;
+use serde_json::Value;
+
+use super::batches::{home as home_with, telling};
+use super::support::program::{Ended, Home};
+use super::support::server::Server;
+use super::{BUNDLED, CUT_IN};
+
+const HARD_BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
+
+/// Says yes to the first question and no to all others.
+async fn yes_first() -> Server {
+    Server::answering(|number, request| {
+        let key = match String::from_utf8_lossy(&request.body).contains("safety_critical") {
+            true => "safety_critical",
+            false => "collision",
+        };
+        let yes = number == 0;
+        let text = format!(r#"{{"{key}": {yes}, "obstacles": [], "justification": "so"}}"#);
+        Some(telling(&text))
+    })
+    .await
+}
+
+fn run(home: &Home, arguments: &[&str]) -> Ended {
+    tokio::task::block_in_place(|| home.run(arguments))
+}
+
+fn labels(home: &Home) -> String {
+    let rows = BUNDLED.map(|(name, collides)| format!("{name},{}\n", u8::from(collides)));
+    let text = format!("scenario,label\n{}", rows.concat());
+    home.write("truth.csv", text).display().to_string()
+}
+
+fn begin(home: &Home, more: &[&str]) -> Ended {
+    let truth = labels(home);
+    let all = [
+        &["evaluate", HARD_BRAKING, CUT_IN, "--truth", &truth],
+        &["--model", "lab/tiny", "--frame", "cartesian"][..],
+        &["--concurrency", "1", "--json"],
+        more,
+    ];
+    run(home, &all.concat())
+}
+
+fn resume(home: &Home, more: &[&str]) -> Ended {
+    let all = [&["evaluate", "--resume", "last", "--json"], more];
+    run(home, &all.concat())
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn leads_and_changes_that_are_added_come_to_the_same_as_when_they_are_there_from_the_beginning()
+ {
+    let whole = yes_first().await;
+    let home = home_with(whole.base_url());
+    let wanted = begin(&home, &["--lead", "0.5,1", "--transform", "mirror"]);
+    let wanted = wanted.status(0).json();
+    assert_eq!(whole.requests().len(), 5);
+
+    let server = yes_first().await;
+    let home = home_with(server.base_url());
+    begin(&home, &["--lead", "0.5"]).status(0);
+    let dry = resume(&home, &["--add-lead", "1", "--dry-run"]).status(0);
+    assert_eq!(dry.json()["requests"], 1, "the collision at another lead");
+    resume(&home, &["--add-transform", "mirror"]).status(0);
+    assert_eq!(server.requests().len(), 4);
+    let document = resume(&home, &["--add-lead", "1,0.5"]).status(0).json();
+    assert_eq!(document, wanted);
+    assert_eq!(server.requests().len(), 5, "nothing is asked twice");
+    let again = resume(&home, &["--add-lead", "0.5,1", "--add-transform", "mirror"]);
+    assert_eq!(again.status(0).json(), wanted);
+    assert_eq!(server.requests().len(), 5);
+    let list = run(&home, &["evaluate", "--list"]).status(0).stdout;
+    for words in [
+        "6 of 6 answered",
+        "lead 0.5,1 · mirror",
+        &format!("2 scenarios: {HARD_BRAKING}, {CUT_IN} · truth: labels from "),
+        "truth.csv",
+    ] {
+        assert!(list.contains(words), "{words}: {list}");
+    }
+}
+
+/// A batch about the ends of the recordings, as earlier versions began them.
+fn of_earlier_version(home: &Home) {
+    let matrix = Matrix {
+        tasks: vec![Task::Safety],
+        frames: vec![Frame::Cartesian],
+        techniques: vec![Techniques::ALL],
+        models: vec!["reference/geometry".into()],
+        samples: 1,
+        more_leads: Vec::new(),
+        transforms: Vec::new(),
+        axes: Default::default(),
+        request: RequestSettings::default(),
+    };
+    let names = [HARD_BRAKING, CUT_IN];
+    let request = BatchRequest {
+        paths: names.map(Into::into).to_vec(),
+        entries: names.map(|name| Entry::of_argument(name.as_ref())).to_vec(),
+        matrix,
+        ego: EgoSelection::Beside,
+        truth: None,
+        shard: None,
+        drafts: Default::default(),
+        base_url: None,
+        comparison: Default::default(),
+        subset: Default::default(),
+    };
+    let thresholds = Arc::new(Thresholds::shipped().clone());
+    let (library, cancel) = (Library::load(None), Cancel::default());
+    let plan = request.plan(&library, &thresholds, &cancel, &mut |_| {});
+    let plan = plan.unwrap().unwrap();
+    let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
+    let judges = Judges::from([("reference/geometry".into(), Judge::Reference)]);
+    let dry_run = plan.dry_run(&judges, &store, &cancel, &mut |_| {});
+    plan.write(&store, &dry_run.unwrap().unwrap()).unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_batch_about_the_ends_of_recordings_keeps_its_windows() {
+    let server = yes_first().await;
+    let home = home_with(server.base_url());
+    of_earlier_version(&home);
+    let plain = resume(&home, &["--add-model", "lab/tiny"]).status(0).json();
+    assert_eq!(server.requests().len(), 2);
+    let last_steps = home.rows("SELECT window_last FROM runs");
+    let names = [HARD_BRAKING, CUT_IN].map(|name| Entry::of_argument(name.as_ref()));
+    let ends = names.map(|entry| {
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        (Scene::new(scenario, ego).last_step() - 2).to_string()
+    });
+    let all = |end: &String| {
+        last_steps
+            .iter()
+            .filter(|row| row["window_last"].as_ref() == Some(end))
+            .count()
+    };
+    assert!(
+        ends.iter().all(|end| all(end) >= 2),
+        "{ends:?} {last_steps:?}"
+    );
+    // A lead beside them leaves the table as it was.
+    let more = resume(&home, &["--add-lead", "1"]).status(0).json();
+    assert_eq!(server.requests().len(), 3);
+    assert_eq!(more["cells"], plain["cells"]);
+    let leads = more["lead"].as_array().unwrap().iter();
+    let leads: Vec<_> = leads.filter(|lead| lead["model"] == "lab/tiny").collect();
+    assert_eq!(leads.len(), 1, "{leads:?}");
+    assert_eq!(
+        (&leads[0]["lead"], &leads[0]["n"]),
+        (&1.0.into(), &1.into())
+    );
+    let list = run(&home, &["evaluate", "--list"]).status(0).stdout;
+    let report = run(&home, &["report", "--batch", "last"]).status(0).stdout;
+    for text in [list, report] {
+        assert!(
+            text.contains("exact geometry of the whole recordings"),
+            "{text}"
+        );
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_cannot_be_added_is_said() {
+    let server = yes_first().await;
+    let home = home_with(server.base_url());
+    begin(&home, &["--task", "collision"]).status(0);
+    resume(&home, &["--add-lead", "1"])
+        .status(2)
+        .says(&["--add-lead", "--task safety"]);
+    begin(&home, &[]).status(0);
+    resume(&home, &["--add-lead", "2.5"])
+        .status(2)
+        .says(&["--add-lead 2.5", "--within 2 s"]);
+    resume(&home, &["--within", "3"])
+        .status(2)
+        .says(&["--within is not allowed"]);
+    begin(&home, &["--add-lead", "1"])
+        .status(2)
+        .says(&["need a batch: --resume ID"]);
+    begin(&home, &["--add-transform", "mirror"])
+        .status(2)
+        .says(&["need a batch: --resume ID"]);
+    let zero = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--concurrency",
+        "0",
+    ];
+    run(&home, &zero).status(2).says(&[
+        "--concurrency",
+        "expected a whole number of requests, at least 1",
+    ]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn labels_that_cannot_be_of_the_scenario_are_refused_with_their_line() {
+    let server = yes_first().await;
+    let home = home_with(server.base_url());
+    let plain = begin(&home, &[]).status(0).json();
+    let wrong = home.write(
+        "wrong.csv",
+        format!("scenario,obstacle_id\n{HARD_BRAKING},none\n{CUT_IN},4711\n"),
+    );
+    let wrong = wrong.display().to_string();
+    let words = [
+        "wrong.csv, line 3: ",
+        CUT_IN,
+        "has no obstacle 4711; it has 301",
+    ];
+    let models = ["--model", "lab/other"];
+    let batch = ["evaluate", HARD_BRAKING, CUT_IN, "--truth", &wrong];
+    run(&home, &[&batch[..], &models].concat())
+        .status(2)
+        .says(&words);
+    run(&home, &batch).status(2).says(&words);
+    resume(&home, &["--truth", &wrong]).status(2).says(&words);
+    let after: Value = resume(&home, &[]).status(0).json();
+    assert_eq!(after, plain, "its truth is as it was");
+    assert_eq!(home.rows("SELECT id FROM batches").len(), 1);
+    assert_eq!(server.requests().len(), 2);
+    let truth = labels(&home);
+    run(&home, &["evaluate", CUT_IN, "--truth", &truth])
+        .status(0)
+        .says(&["the truth names 7 scenarios that are not among these, such as ZAM_"]);
+    let word = home.write("word.csv", format!("scenario,label\n{CUT_IN},perhaps\n"));
+    let word = word.display().to_string();
+    run(&home, &["evaluate", CUT_IN, "--truth", &word])
+        .status(2)
+        .says(&["line 2: `perhaps` is not a label; use one of"]);
+}

@@ -1,0 +1,116 @@
+//! Experiment files: written from flags, run, gone on with, and refused where they are wrong.
+
+use super::support::program::Home;
+
+const CUT_IN: &str = "ZAM_CutIn-1_1_T-1";
+const RED_LIGHT: &str = "ZAM_RedLight-1_1_T-1";
+
+/// An experiment that needs no server.
+const FLAGS: [&str; 9] = [
+    "evaluate",
+    CUT_IN,
+    RED_LIGHT,
+    "--model",
+    "reference/geometry",
+    "--lead",
+    "0.5,1",
+    "--samples",
+    "2",
+];
+
+fn nothing_is_stored(home: &Home) {
+    let list = home.run(&["evaluate", "--list"]).status(0);
+    assert!(!list.stdout.contains("b1"), "{}", list.stdout);
+}
+
+#[test]
+fn flags_and_their_file_give_the_same_table_and_a_second_run_goes_on() {
+    let home = Home::new();
+    let write = [&FLAGS[..], &["--write-experiment", "e.toml"]].concat();
+    home.run(&write).status(0).says(&["e.toml"]);
+    let text = std::fs::read_to_string(home.files().join("e.toml")).unwrap();
+    for line in [
+        "scenarios = [\"ZAM_CutIn-1_1_T-1\", \"ZAM_RedLight-1_1_T-1\"]",
+        "models = [\"reference/geometry\"]",
+        "leads = [0.5, 1.0]",
+        "within = 2.0",
+        "samples = 2",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    // Nothing was asked.
+    nothing_is_stored(&home);
+    let flagged = home.run(&[&FLAGS[..], &["--json"]].concat());
+    let flagged = flagged.status(0).stdout;
+    let again = home.run(&["evaluate", "e.toml", "--json"]);
+    let again = again.status(0).says(&["going on with b1"]);
+    assert_eq!(again.stdout, flagged, "the file asks what the flags asked");
+    // Another folder, another home, without the flags.
+    let other = Home::new();
+    other.write("e.toml", &text);
+    let first = other.run(&["evaluate", "e.toml", "--json"]).status(0);
+    assert_eq!(first.stdout, flagged);
+    assert!(!first.stderr.contains("going on"), "{}", first.stderr);
+    // A change of the file is another batch.
+    other.write("e.toml", text.replace("[0.5, 1.0]", "[0.5]"));
+    let changed = other.run(&["evaluate", "e.toml"]).status(0);
+    assert!(!changed.stderr.contains("going on"), "{}", changed.stderr);
+}
+
+#[test]
+fn mistakes_are_told_with_line_and_key_and_nothing_is_asked() {
+    let home = Home::new();
+    home.write(
+        "e.toml",
+        "scenarios = [\"a.xml\"]\nmodels = [\"lab/a\"]\nsample = 3\nwithin = 11\n",
+    );
+    home.run(&["evaluate", "e.toml"]).status(2).says(&[
+        "e.toml:3: unknown key `sample`; did you mean `samples`?",
+        "e.toml:4: within = 11: expected a number above 0, at most 10",
+    ]);
+    home.write(
+        "ok.toml",
+        format!("scenarios = [\"{CUT_IN}\"]\nmodels = [\"reference/geometry\"]\n"),
+    );
+    let beside = home.run(&["evaluate", "ok.toml", "--samples", "3"]);
+    beside
+        .status(2)
+        .says(&["--samples is not allowed beside ok.toml"]);
+    let beside = home.run(&["evaluate", "ok.toml", CUT_IN]);
+    beside
+        .status(2)
+        .says(&["names its scenarios; give it alone"]);
+    home.run(&["evaluate", "ok.toml", "--retry-failed"])
+        .status(2)
+        .says(&["has not been run yet"]);
+    home.run(&["evaluate", "none.toml"])
+        .status(2)
+        .says(&["none.toml"]);
+    let pinned = "scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"local/default\"]\ntemplates = [\"safety-ego.md@000000000000\"]\n";
+    home.write("pinned.toml", pinned);
+    home.run(&["evaluate", "pinned.toml"])
+        .status(2)
+        .says(&["safety-ego.md", "000000000000"]);
+    nothing_is_stored(&home);
+}
+
+#[test]
+fn the_topic_lists_every_key_and_the_schema_is_one() {
+    let home = Home::new();
+    let topic = home.run(&["help", "experiments"]).status(0);
+    for key in nearmiss::workflow::EXPERIMENT_KEYS {
+        assert!(
+            topic.stdout.contains(&format!("\n    {}", key.name)),
+            "{}",
+            key.name
+        );
+    }
+    let schema = home
+        .run(&["help", "experiments", "--schema", "experiment"])
+        .status(0);
+    let schema: serde_json::Value = serde_json::from_str(&schema.stdout).unwrap();
+    assert!(jsonschema::meta::is_valid(&schema));
+    home.run(&["help", "experiments", "--schema", "run"])
+        .status(2)
+        .says(&["unknown schema `run`"]);
+}

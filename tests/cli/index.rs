@@ -1,0 +1,161 @@
+//! `index` and `sample`: the table of a corpus, draws that cover it, and what other programs read.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+
+use super::support::program::Home;
+use super::{BUNDLED, CUT_IN};
+
+fn indexed(home: &Home) {
+    let names = BUNDLED.iter().map(|(name, _)| *name);
+    let run: Vec<&str> = ["index", "-o", "index"].into_iter().chain(names).collect();
+    home.run(&run)
+        .status(0)
+        .says(&["windows of", "windows a second"]);
+}
+
+#[test]
+fn the_table_of_an_index_and_a_sample_that_covers_it() {
+    let home = Home::new();
+    indexed(&home);
+    let table = home
+        .run(&["index", "show", "index", "--figure", "map.svg"])
+        .status(0)
+        .stdout;
+    let show = home
+        .run(&["index", "show", "index", "--json"])
+        .status(0)
+        .json();
+    let coverage = show["coverage"].as_array().unwrap();
+    for manoeuvre in ["cut_in", "following", "crossing", "oncoming"] {
+        assert!(table.contains(manoeuvre), "{manoeuvre}: {table}");
+        assert!(coverage.iter().any(|row| row["manoeuvre"] == manoeuvre));
+    }
+    assert!(table.starts_with("manoeuvre") && table.contains("negligible"));
+    let svg = std::fs::read_to_string(home.files().join("map.svg")).unwrap();
+    assert!(svg.contains("<svg") && svg.contains("cut_in"));
+    let sum: u64 = coverage
+        .iter()
+        .flat_map(|row| row["counts"].as_array().unwrap())
+        .map(|n| n.as_u64().unwrap())
+        .sum();
+    assert_eq!(show["windows"], sum);
+    // A sample of as many windows as there are manoeuvres has each of them.
+    let known: BTreeSet<&str> = coverage
+        .iter()
+        .map(|r| r["manoeuvre"].as_str().unwrap())
+        .collect();
+    let count = known.len().to_string();
+    let sample = |more: &[&str]| {
+        let run = [
+            "sample",
+            "index",
+            "--by",
+            "manoeuvre",
+            "-n",
+            &count,
+            "--seed",
+            "7",
+        ];
+        home.run(&[&run[..], more].concat()).status(0).stdout
+    };
+    let lines = sample(&["--json"]);
+    let drawn: BTreeSet<String> = lines
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap())
+        .map(|line| line["manoeuvre"].as_str().unwrap().to_string())
+        .collect();
+    assert!(drawn.iter().map(String::as_str).eq(known.iter().copied()));
+    assert_eq!(lines, sample(&["--json"]), "the same seed draws the same");
+    assert!(sample(&[]).contains(" in cut_in"));
+    // As an experiment, it is checked like one that was written by hand.
+    home.run(&[
+        "sample", "index", "-n", "3", "--format", "toml", "-o", "e.toml",
+    ])
+    .status(0);
+    let text = std::fs::read_to_string(home.files().join("e.toml")).unwrap();
+    home.write(
+        "e.toml",
+        format!("models = [\"reference/geometry\"]\n{text}"),
+    );
+    home.run(&["evaluate", "e.toml", "--dry-run"]).status(0);
+    let paths = home
+        .run(&["sample", "index", "-n", "3", "--format", "paths"])
+        .status(0)
+        .stdout;
+    assert!(paths.lines().count() <= 3 && !paths.contains("bundled"));
+}
+
+#[test]
+fn mistakes_are_named() {
+    let home = Home::new();
+    home.run(&["index", CUT_IN]).status(2).says(&["--output"]);
+    home.run(&["index", CUT_IN, "-o", "x", "--measure", "tcc"])
+        .status(2)
+        .says(&["ttc"]);
+    home.run(&["index", CUT_IN, "-o", "x", "--length", "0"])
+        .status(2)
+        .says(&["positive"]);
+    home.run(&["sample", ".", "--by", "rode"])
+        .status(2)
+        .says(&["road"]);
+    home.run(&["sample", "."])
+        .status(2)
+        .says(&["no index here"]);
+    home.run(&["index", "show", "nowhere"])
+        .status(2)
+        .says(&["nowhere"]);
+    let broken = home.write("broken/shard=1-of-1/part-00000.parquet", "PAR1");
+    assert!(broken.is_file());
+    home.run(&["index", "show", "broken"])
+        .status(2)
+        .says(&["part-00000.parquet"]);
+}
+
+/// Counts rows of a data set as the documentation says.
+const COUNT: &str = "
+import sys
+import duckdb, polars
+folder = sys.argv[1]
+pattern = folder + '/**/*.parquet'
+a = duckdb.sql(f\"SELECT count(*), count(DISTINCT shard), count(DISTINCT scenario) FROM '{pattern}'\").fetchall()[0]
+t = polars.scan_parquet(folder + '/*/*.parquet', hive_partitioning=True)
+b = t.select(polars.len(), polars.col('shard').n_unique(), polars.col('scenario').n_unique()).collect().row(0)
+assert tuple(a) == tuple(b), (a, b)
+print(*a)
+";
+
+#[test]
+fn duckdb_and_polars_read_the_parts_as_one_table() {
+    let python = std::env::var("NEARMISS_TABLES_PYTHON").unwrap_or("python3".into());
+    let there = Command::new(&python)
+        .args(["-c", "import duckdb, polars"])
+        .output();
+    if !there.is_ok_and(|ended| ended.status.success()) {
+        println!("skipped: {python} has no duckdb and polars (NEARMISS_TABLES_PYTHON)");
+        return;
+    }
+    let home = Home::new();
+    let names: Vec<&str> = BUNDLED.iter().map(|(name, _)| *name).collect();
+    let form = ["-o", "out", "--format", "parquet", "--shard"];
+    for shard in ["1/2", "2/2"] {
+        home.run(&[&["metrics"], &names[..], &form, &[shard]].concat())
+            .status(0);
+    }
+    let whole = home
+        .run(&[&["metrics"], &names[..]].concat())
+        .status(0)
+        .stdout;
+    let count = Command::new(&python)
+        .args(["-c", COUNT, "out"])
+        .current_dir(home.files())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&count.stderr);
+    let expected = format!("{} 2 {}", whole.lines().count() - 1, names.len());
+    assert_eq!(
+        String::from_utf8_lossy(&count.stdout).trim(),
+        expected,
+        "{said}"
+    );
+}
