@@ -47,8 +47,10 @@ topics! {
         "Many scenarios and models: truth, leads, changed scenes, tables";
     reports, "reports", "reports.md", ["report"],
         "Tables over any axes, a page to read answers in, figures, LaTeX";
-    experiments, "experiments", "experiments.md", ["experiment"],
+    experiments, "experiments", "experiments.md", [],
         "A batch written down in a file, for others to repeat: experiment.toml";
+    bundles, "bundles", "bundles.md", ["experiment"],
+        "An experiment with its answers as one file, for the same tables elsewhere";
     ci, "ci", "ci.md", [],
         "Requirements and regressions: exit status, JUnit XML, GitHub Actions";
     statistics, "statistics", "statistics.md", [],
