@@ -42,6 +42,9 @@ fn margin(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A part of a split, `None` for a batch without one, and its answers.
+type ScoredPart = (Option<SplitPart>, Vec<Scored>);
+
 impl Gate {
     /// Whether anything is required.
     pub fn any(&self) -> bool {
@@ -66,7 +69,7 @@ impl Gate {
             return outcome;
         }
         let parts = shown(store, batch)?;
-        let report = |(part, scored): &(Option<SplitPart>, Vec<Scored>)| {
+        let report = |(part, scored): &ScoredPart| {
             let about = ReportSubject {
                 split: part.map(SplitPart::name),
                 ..ReportSubject::default()
@@ -142,7 +145,7 @@ impl Gate {
 }
 
 /// The answers of a batch, of each part of a split alone; those of a locked test split are left out.
-fn shown(store: &Store, id: BatchId) -> Result<Vec<(Option<SplitPart>, Vec<Scored>)>, Failure> {
+fn shown(store: &Store, id: BatchId) -> Result<Vec<ScoredPart>, Failure> {
     let batch = store.batch(id).map_err(Failure::input)?;
     let test = batch.map(|batch| TestSplit::of(store, &batch, false));
     let Some(test) = test.transpose().map_err(Failure::input)?.flatten() else {
