@@ -167,6 +167,7 @@ fn where_every_published_scenario_is_asked_about_little_is_given_away() {
         ..RequestSettings::default()
     };
     let request = BatchRequest {
+        title: None,
         paths: Vec::new(),
         entries,
         matrix: Matrix {

@@ -110,6 +110,7 @@ fn of_earlier_version(home: &Home) {
     };
     let names = [HARD_BRAKING, CUT_IN];
     let request = BatchRequest {
+        title: None,
         paths: names.map(Into::into).to_vec(),
         entries: names.map(|name| Entry::of_argument(name.as_ref())).to_vec(),
         matrix,

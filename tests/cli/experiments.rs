@@ -58,6 +58,42 @@ fn flags_and_their_file_give_the_same_table_and_a_second_run_goes_on() {
 }
 
 #[test]
+fn a_title_heads_lists_and_reports_and_questions_are_listed_after_they_were_answered() {
+    let home = Home::new();
+    let title = "Does the judge see a cut-in?";
+    home.write(
+        "e.toml",
+        format!("title = \"{title}\"\nscenarios = [\"{CUT_IN}\"]\nmodels = [\"reference/geometry\"]\n"),
+    );
+    let lines = |home: &Home| {
+        let listed = home.run(&["evaluate", "e.toml", "--questions"]).status(0);
+        listed.stdout
+    };
+    let before = lines(&home);
+    assert!(before.lines().count() > 0, "{before}");
+    // A requirement needs answers.
+    for looks in ["--dry-run", "--questions", "--leaks"] {
+        let gate = ["evaluate", "e.toml", looks, "--junit", "junit.xml"];
+        home.run(&gate).status(2).says(&["--junit"]);
+    }
+    home.run(&["evaluate", "e.toml"]).status(0);
+    assert_eq!(lines(&home), before, "all are answered, and still listed");
+    let report = home.run(&["report", "--batch", "last"]).status(0);
+    assert!(report.stdout.starts_with(&format!("# {title}\n")));
+    let list = home.run(&["evaluate", "--list"]).status(0);
+    assert!(list.stdout.contains(title), "{}", list.stdout);
+    home.run(&["experiment", "pack", "b1", "-o", "b.nearmiss"])
+        .status(0);
+    let other = Home::new();
+    let bundle = home.files().join("b.nearmiss");
+    other
+        .run(&["experiment", "unpack", bundle.to_str().unwrap()])
+        .status(0);
+    let there = other.run(&["report", "--batch", "last"]).status(0);
+    assert!(there.stdout.starts_with(&format!("# {title}\n")));
+}
+
+#[test]
 fn mistakes_are_told_with_line_and_key_and_nothing_is_asked() {
     let home = Home::new();
     home.write(

@@ -69,6 +69,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
     let subset = options.subset();
     let entries = selected(found(&arguments.paths)?, &subset, &context.thresholds);
     let request = BatchRequest {
+        title: None,
         matrix,
         paths: arguments.paths.clone(),
         entries: entries.map_err(|why| Failure::input(format!("--{why}")))?,
@@ -155,8 +156,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &mut BatchP
 /// Keeps a part without questions, so that all parts together are known to be the whole.
 fn empty_part(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan) -> Outcome {
     let options = &arguments.batch;
-    let asks_nothing = options.dry_run || options.questions || options.leaks;
-    if !plan.is_stored() && !asks_nothing {
+    if !plan.is_stored() && !options.asks_nothing() {
         let written = plan.write(&context.store, &DryRun::default());
         written.map_err(Failure::input)?;
     }

@@ -11,7 +11,7 @@ use crate::cli::open::with_notes;
 use crate::cli::output::{self, refused};
 use crate::cli::{Failure, Outcome};
 use crate::settings::TextFile;
-use crate::workflow::batch::{BatchRequest, Selection};
+use crate::workflow::batch::BatchRequest;
 use crate::workflow::{Experiment, WriteExperimentError};
 
 /// Runs an experiment, or goes on with it where the store has a batch that asks the same.
@@ -51,10 +51,7 @@ pub fn run(arguments: &Evaluate, file: &Path) -> Outcome {
             file.display()
         )),
     }
-    let selection = match options.retry_failed {
-        true => Selection::Failed,
-        false => Selection::Open,
-    };
+    let selection = options.selection();
     let mut plan = planned(|cancel, on_event| {
         prepared.plan(selection, context.of_experiment(), cancel, on_event)
     })?;

@@ -59,6 +59,9 @@ pub fn list(as_json: bool) -> Outcome {
             progress.all()
         ));
         if let Ok(spec) = spec {
+            if let Some(title) = &spec.title {
+                text.push_str(&format!("      {title}\n"));
+            }
             let paths: Vec<String> = spec.paths.iter().map(|p| p.display().to_string()).collect();
             text.push_str(&format!(
                 "      {}: {} · truth: {}\n",
@@ -102,6 +105,8 @@ pub struct ListedDocument {
 /// What a batch asks.
 #[derive(Serialize, JsonSchema)]
 struct Asks {
+    /// What it is about, where its experiment file says it.
+    title: Option<String>,
     /// Tasks.
     tasks: Vec<&'static str>,
     /// Frames.

@@ -17,6 +17,7 @@ use crate::prompts::Techniques;
 use crate::scenario::Transform;
 use crate::store::{BatchId, SplitPart};
 use crate::system::unknown;
+use crate::workflow::batch::Selection;
 
 /// The largest seed that TOML can write.
 const SEEDS: u64 = i64::MAX as u64;
@@ -109,14 +110,14 @@ pub struct Options {
     #[arg(long, conflicts_with_all = ["dry_run", "concurrency"])]
     pub batch: bool,
     /// Print what would be asked, its tokens and its maximum cost; send nothing.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = NEED_ANSWERS)]
     pub dry_run: bool,
     /// Print every question as a JSON line: scenario, label, critical obstacles, steps, tokens; send nothing. Needs no
     /// model.
-    #[arg(long, conflicts_with_all = ["dry_run", "batch"])]
+    #[arg(long, conflicts_with_all = ["dry_run", "batch"], conflicts_with_all = NEED_ANSWERS)]
     pub questions: bool,
     /// Print how well position, length and traffic alone tell dangerous from safe windows; send nothing. Needs no model.
-    #[arg(long, conflicts_with_all = ["dry_run", "batch", "questions"])]
+    #[arg(long, conflicts_with_all = ["dry_run", "batch", "questions"], conflicts_with_all = NEED_ANSWERS)]
     pub leaks: bool,
     /// The same as --format json.
     #[arg(long, conflicts_with = "format")]
@@ -152,6 +153,9 @@ pub struct Options {
     #[arg(long, conflicts_with_all = ["paths", "model", "task", "resume", "dry_run", "format", "truth", "batch"])]
     pub list: bool,
 }
+
+/// Options that hold a requirement against answers.
+const NEED_ANSWERS: [&str; 4] = ["require", "baseline_bundle", "junit", "github"];
 
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -232,6 +236,20 @@ impl Options {
             transforms: changes.copied().collect(),
             samples: self.samples,
         }
+    }
+
+    /// Which questions of a stored batch are asked, or listed.
+    pub fn selection(&self) -> Selection {
+        match (self.retry_failed, self.questions || self.leaks) {
+            (true, _) => Selection::Failed,
+            (false, true) => Selection::All,
+            (false, false) => Selection::Open,
+        }
+    }
+
+    /// Whether questions are only looked at.
+    pub fn asks_nothing(&self) -> bool {
+        self.dry_run || self.questions || self.leaks
     }
 
     /// Whether any option is given that only a batch understands.

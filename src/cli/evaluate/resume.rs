@@ -8,7 +8,7 @@ use super::truth::truth_source;
 use super::{Evaluate, number, some};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::TruthSource;
-use crate::workflow::batch::{Relabelling, ResumeRequest, Selection};
+use crate::workflow::batch::{Relabelling, ResumeRequest};
 
 /// Resumes a batch.
 pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
@@ -19,19 +19,16 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
             Resumed::Last => None,
             Resumed::Batch(id) => Some(id),
         },
-        selection: match options.retry_failed {
-            true => Selection::Failed,
-            false => Selection::Open,
-        },
+        selection: options.selection(),
         more: options.more(),
         truth: truth_source(&arguments.truth)?,
-        dry_run: options.dry_run,
+        dry_run: options.asks_nothing(),
     };
     let (store, library, thresholds) = (&context.store, &context.library, &context.thresholds);
     let mut plan =
         planned(|cancel, on_event| request.plan(store, library, thresholds, cancel, on_event))?;
     if let Some(relabelling) = &plan.relabelling {
-        say_truth(relabelling, &plan.spec.truth, options.dry_run);
+        say_truth(relabelling, &plan.spec.truth, options.asks_nothing());
     }
     carry_out(arguments, &context, &mut plan)?;
     let unlabelled = plan

@@ -42,7 +42,7 @@ pub fn run(arguments: &Pack) -> Outcome {
     let thresholds = Arc::new(user_thresholds(&folders)?);
     let text = TextFile::read_if_there(&folders.thresholds()).map_err(Failure::input)?;
     let store = store_to_read()?;
-    let (batch, about) = batch(&arguments.batch, &store, &library, &thresholds)?;
+    let (batch, budget) = batch(&arguments.batch, &store, &library, &thresholds)?;
     let default = PathBuf::from(format!("{batch}.nearmiss"));
     let file = arguments.output.as_deref().unwrap_or(&default);
     let mut target = Target::begin(Some(file), arguments.overwrite)?;
@@ -50,7 +50,7 @@ pub fn run(arguments: &Pack) -> Outcome {
     let request = PackRequest {
         store: &store,
         batch,
-        about,
+        budget,
         library: &library,
         thresholds: (thresholds, text.map(|file| file.text)),
         with_scenarios: arguments.with_scenarios,
@@ -74,22 +74,18 @@ pub fn run(arguments: &Pack) -> Outcome {
     Ok(())
 }
 
-/// Title and budget of an experiment file, where it says them.
-type About = (Option<String>, Option<f64>);
-
-/// The batch that is meant, with the title and the budget of its experiment file.
+/// The batch that is meant, with the budget of its experiment file.
 fn batch(
     named: &str,
     store: &Store,
     library: &Library,
     thresholds: &Thresholds,
-) -> Result<(BatchId, About), Failure> {
-    let nothing = (None, None);
+) -> Result<(BatchId, Option<f64>), Failure> {
     if named == "last" {
         let last = store.last_batch().map_err(Failure::input)?;
         let last =
             last.ok_or_else(|| Failure::input("no batch yet; `nearmiss evaluate` begins one"))?;
-        return Ok((last.id, nothing));
+        return Ok((last.id, None));
     }
     let file = Path::new(named);
     if file.extension().is_none_or(|end| end != "toml") {
@@ -98,7 +94,7 @@ fn batch(
                 "{named}: {why}, `last`, or an experiment file (.toml)"
             ))
         })?;
-        return Ok((id, nothing));
+        return Ok((id, None));
     }
     let text = TextFile::read(file).map_err(Failure::input)?.text;
     let experiment = Experiment::from_toml(&text, file, library);
@@ -106,10 +102,10 @@ fn batch(
     let entries = found(&experiment.paths)?;
     let wrong = |why: String| Failure::input(format!("{}: {why}", file.display()));
     let mut request = experiment.request(entries, None, library).map_err(wrong)?;
-    let about = (experiment.title, experiment.budget);
+    let budget = experiment.budget;
     let stored = request.stored(store, library, thresholds);
     if let Some(id) = stored.map_err(Failure::input)? {
-        return Ok((id, about));
+        return Ok((id, budget));
     }
     let parts = request.stored_parts(store, library, thresholds);
     match &parts.map_err(Failure::input)?[..] {
@@ -117,7 +113,7 @@ fn batch(
             "no batch asks this yet; `nearmiss evaluate {}` does",
             file.display()
         ))),
-        [(id, _)] => Ok((*id, about)),
+        [(id, _)] => Ok((*id, budget)),
         several => {
             let named = several
                 .iter()

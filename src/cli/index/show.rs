@@ -132,5 +132,7 @@ fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
     let picture = coverage_picture(coverage, &severity_names(), &Palette::paper());
     let bytes = format.encode(&picture, format.usual_dpi());
     let bytes = bytes.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
-    Target::begin(Some(path), overwrite)?.save(&bytes)
+    Target::begin(Some(path), overwrite)?.save(&bytes)?;
+    output::say(&format!("nearmiss: wrote {}", path.display()));
+    Ok(())
 }

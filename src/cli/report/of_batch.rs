@@ -206,6 +206,7 @@ fn read(
     let about = ReportSubject {
         provenance: Some(provenance.map_err(Failure::input)?),
         batch: Some(id.to_string()),
+        title: spec.title.as_deref().map(output::visible),
         split: part.map(SplitPart::name),
         asked: Some(spec.asked(described.as_ref())),
         truth,

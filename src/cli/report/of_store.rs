@@ -20,7 +20,11 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     };
     let filter = arguments.filters.filter(None);
     let last = match filter.batch.as_deref() {
-        Some("last") => store_to_read()?.last_batch().map_err(Failure::input)?,
+        Some("last") => {
+            let last = store_to_read()?.last_batch().map_err(Failure::input)?;
+            let none = || Failure::input("no batch yet; `nearmiss evaluate` begins one");
+            Some(last.ok_or_else(none)?)
+        }
         _ => None,
     };
     let named = filter.batch.as_deref().and_then(|id| id.parse().ok());
@@ -31,7 +35,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
         };
         if filter != alone || !arguments.truth.is_empty() || arguments.reread {
             return Err(Failure::input(
-                "--batch reports a whole batch with its own truth and always parses its answers again; `nearmiss evaluate --resume ID --truth …` changes its truth",
+                "--batch reports a whole batch with its own truth: remove --truth, --reread and filters such as --task; `nearmiss evaluate --resume ID --truth …` changes its truth",
             ));
         }
         let store = store_to_read()?;

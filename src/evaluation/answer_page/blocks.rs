@@ -28,7 +28,9 @@ pub(crate) fn source_hash(source: &str) -> String {
 impl AnswerPage {
     /// The script and its data, to stand at the end of the body.
     pub(crate) fn html(&self) -> String {
-        let mut html = String::from("<section id=\"answers\" hidden></section>\n");
+        let mut html = String::from(
+            "<noscript><p>JavaScript is off: the answers cannot be shown.</p></noscript>\n<section id=\"answers\" hidden></section>\n",
+        );
         let texts = self.texts.blocks(TEXTS);
         let firsts: Vec<usize> = texts.iter().map(|(first, _)| *first).collect();
         block(&mut html, "grid", &self.grid(&firsts));

@@ -60,6 +60,7 @@ fn each_value_of_an_axis_is_a_way_of_asking_but_not_of_the_judge() {
         ]
     );
     let spec = Spec {
+        title: None,
         matrix,
         subset: Subset {
             select: Some("tag:cut_in".into()),

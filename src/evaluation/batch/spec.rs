@@ -17,6 +17,8 @@ use crate::prompts::{Library, Origin};
 /// Everything that determines what a batch asks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
+    /// What the batch is about, in a line; experiment files say it.
+    pub title: Option<String>,
     /// Files, folders, names of bundled scenarios.
     pub paths: Vec<PathBuf>,
     /// Questions about each scenario.

@@ -21,6 +21,8 @@ use crate::verdict::Task;
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    title: Option<String>,
     paths: Vec<PathBuf>,
     tasks: Vec<String>,
     frames: Vec<String>,
@@ -101,6 +103,7 @@ impl Spec {
             TruthSource::Files(files) => ("files", files.clone()),
         };
         let written = Written {
+            title: self.title.clone(),
             paths: self.paths.clone(),
             tasks: words(&matrix.tasks, |task| task.name()),
             frames: words(&matrix.frames, |frame| frame.name()),
@@ -196,6 +199,7 @@ impl Spec {
             other => return Err(unknown(other)),
         };
         Ok(Self {
+            title: written.title,
             paths: written.paths,
             matrix,
             truth,

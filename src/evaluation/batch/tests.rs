@@ -174,6 +174,7 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
         TruthSource::Files(vec!["/t.csv".into()]),
     ] {
         let spec = Spec {
+            title: None,
             paths: vec![PathBuf::from("/data"), PathBuf::from("ZAM_CutIn-1_1_T-1")],
             matrix: Matrix {
                 request,
@@ -217,6 +218,7 @@ fn a_changed_template_is_noticed() {
     let library = crate::prompts::Library::load(None);
     let thresholds = crate::metrics::Thresholds::shipped();
     let mut spec = Spec {
+        title: None,
         paths: Vec::new(),
         matrix: matrix(),
         truth: TruthSource::Geometry,
@@ -253,6 +255,7 @@ fn a_draft_is_part_of_its_batch() {
         shipped.replace("Did the", "Be brief. Did the"),
     )]);
     let mut spec = Spec {
+        title: None,
         paths: Vec::new(),
         matrix: matrix(),
         truth: TruthSource::Geometry,
@@ -285,6 +288,7 @@ fn a_draft_is_part_of_its_batch() {
 fn what_templates_decide_is_told_in_numbers() {
     let library = crate::prompts::Library::load(None);
     let mut spec = Spec {
+        title: None,
         paths: Vec::new(),
         matrix: matrix(),
         truth: TruthSource::Geometry,

@@ -9,13 +9,13 @@ use super::{Cell, Pivot, Report, leaks, methods};
 use crate::verdict::Task;
 
 impl Report {
-    /// The report for people, under a title; its notes say first what was counted.
+    /// The report for people, under the title of its batch, else this one; its notes say first what was counted.
     #[must_use]
     pub fn document(&self, title: &str) -> Document {
         let mut blocks: Vec<Block> = self.about.notes.iter().cloned().map(Block::Text).collect();
         blocks.extend(self.blocks());
         Document {
-            title: title.into(),
+            title: self.about.title.clone().unwrap_or_else(|| title.into()),
             blocks,
         }
     }

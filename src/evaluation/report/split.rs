@@ -148,8 +148,9 @@ impl SplitReport {
             }
             blocks.extend(of_part);
         }
+        let of_batch = self.parts.first().and_then(|(_, report)| report.about.title.clone());
         Document {
-            title: title.into(),
+            title: of_batch.unwrap_or_else(|| title.into()),
             blocks,
         }
     }

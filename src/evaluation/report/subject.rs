@@ -9,6 +9,8 @@ use crate::evaluation::Provenance;
 pub struct ReportSubject {
     /// The batch, such as `b7`; `None` if the report is not of one.
     pub batch: Option<String>,
+    /// What the batch is about, in a line: the title of documents.
+    pub title: Option<String>,
     /// The part of the batch's split, `dev` or `test`; `None` for all of it.
     pub split: Option<&'static str>,
     /// How the batch asks, as its [`Spec`](crate::evaluation::batch::Spec) says it.

@@ -155,6 +155,7 @@ impl Batch {
             EntryLocation::Bundled(_) => PathBuf::from(&entry.name),
         });
         BatchRequest {
+            title: None,
             paths: paths.collect(),
             entries: self.entries.clone(),
             matrix: Matrix {

@@ -310,6 +310,7 @@ fn truth_words(experiment: &Experiment) -> String {
         return "the folders of a labelled repository, else the exact geometry".into();
     };
     let spec = Spec {
+        title: None,
         paths: Vec::new(),
         matrix: experiment.matrix.clone(),
         truth: truth.clone(),

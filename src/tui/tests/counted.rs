@@ -50,6 +50,7 @@ pub(super) fn item(scenario: &str, label: (bool, Option<i64>), transform: Option
 
 pub(super) fn spec() -> Spec {
     Spec {
+        title: None,
         paths: Vec::new(),
         matrix: Matrix {
             tasks: vec![Task::Safety],

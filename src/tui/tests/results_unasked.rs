@@ -131,6 +131,7 @@ fn of_a_locked_test_split_the_progress_is_shown_and_when_complete_its_figures() 
         of("ZAM_Waits-1_1_T-1", SplitPart::Test),
     ];
     let spec = Spec {
+        title: None,
         subset: Subset {
             select: None,
             split: Some(Split { test: 0.5, seed: 1 }),

@@ -20,6 +20,8 @@ use crate::store::{Batch, BatchId, SplitPart, Store, StoreError};
 /// A batch that is to be begun.
 #[derive(Debug)]
 pub struct BatchRequest {
+    /// What it is about, in a line.
+    pub title: Option<String>,
     /// Files, folders and names of bundled scenarios, as they were chosen.
     pub paths: Vec<PathBuf>,
     /// The scenarios in them.
@@ -102,6 +104,7 @@ impl BatchRequest {
             }
         });
         let mut spec = Spec {
+            title: self.title.clone(),
             paths: paths.collect::<Result<_, _>>()?,
             matrix: self.matrix.clone(),
             truth,

@@ -9,6 +9,8 @@ pub enum Selection {
     Open,
     /// Those to which no whole answer came, with those that were cut off, and whole answers without a verdict.
     Failed,
+    /// All of them, also those with a whole answer: to look at them, not to ask them.
+    All,
 }
 
 impl Selection {
@@ -29,6 +31,7 @@ impl Selection {
     pub fn has(self, state: ItemState) -> bool {
         use ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
         match (self, state) {
+            (Self::All, _) => true,
             (_, Answered) => false,
             (Self::Open, Truncated) | (Self::Failed, Waiting) => false,
             (Self::Open, Waiting | Failed | Unaskable) => true,

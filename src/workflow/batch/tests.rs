@@ -135,6 +135,7 @@ fn request(entries: Vec<Entry>, every_scenario: bool) -> BatchRequest {
         ..RequestSettings::default()
     };
     BatchRequest {
+        title: None,
         paths: Vec::new(),
         entries,
         matrix: Matrix {

@@ -27,8 +27,8 @@ pub struct PackRequest<'a> {
     pub store: &'a Store,
     /// The batch.
     pub batch: BatchId,
-    /// What the experiment asks, and the most that it may cost, US dollars, where its file says so.
-    pub about: (Option<String>, Option<f64>),
+    /// The most that the experiment may cost, US dollars, where its file says so.
+    pub budget: Option<f64>,
     /// The user's templates.
     pub library: &'a Library,
     /// The user's thresholds, and the text of their file.
@@ -240,7 +240,7 @@ fn experiment(
         false => Path::new(folder).join(path),
     };
     let experiment = Experiment {
-        title: request.about.0.clone(),
+        title: portable.title.clone(),
         paths: portable
             .paths
             .iter()
@@ -257,7 +257,7 @@ fn experiment(
         }),
         matrix: portable.matrix.clone(),
         base_url: portable.base_url.clone(),
-        budget: request.about.1,
+        budget: request.budget,
         comparison: portable.comparison.clone(),
         templates: portable.templates.clone(),
         hashes: hashes_in(items),

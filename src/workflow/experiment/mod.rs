@@ -88,6 +88,7 @@ impl Experiment {
         }
         hashes::check(&self.hashes, &entries)?;
         Ok(BatchRequest {
+            title: self.title.clone(),
             paths: self.paths.clone(),
             entries,
             matrix: self.matrix.clone(),

@@ -49,7 +49,7 @@ impl Experiment {
         Ok(Self {
             hashes: hashes_of(&request.entries),
             subset: spec.subset,
-            title: None,
+            title: spec.title,
             paths: spec.paths,
             truth: Some(spec.truth),
             matrix: spec.matrix,
