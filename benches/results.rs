@@ -121,6 +121,7 @@ fn item(n: i64) -> NewItem {
 
 fn spec() -> String {
     let spec = Spec {
+        title: None,
         paths: Vec::new(),
         matrix: Matrix {
             tasks: vec![Task::Safety],

@@ -63,7 +63,9 @@ fn a_title_heads_lists_and_reports_and_questions_are_listed_after_they_were_answ
     let title = "Does the judge see a cut-in?";
     home.write(
         "e.toml",
-        format!("title = \"{title}\"\nscenarios = [\"{CUT_IN}\"]\nmodels = [\"reference/geometry\"]\n"),
+        format!(
+            "title = \"{title}\"\nscenarios = [\"{CUT_IN}\"]\nmodels = [\"reference/geometry\"]\n"
+        ),
     );
     let lines = |home: &Home| {
         let listed = home.run(&["evaluate", "e.toml", "--questions"]).status(0);

@@ -137,6 +137,7 @@ impl Asks {
         let matrix = &spec.matrix;
         let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
         Self {
+            title: spec.title.clone(),
             tasks: matrix.tasks.iter().map(|task| task.name()).collect(),
             frames: matrix.frames.iter().map(|frame| frame.name()).collect(),
             techniques: matrix.techniques.iter().map(ToString::to_string).collect(),

@@ -148,7 +148,10 @@ impl SplitReport {
             }
             blocks.extend(of_part);
         }
-        let of_batch = self.parts.first().and_then(|(_, report)| report.about.title.clone());
+        let of_batch = self
+            .parts
+            .first()
+            .and_then(|(_, report)| report.about.title.clone());
         Document {
             title: of_batch.unwrap_or_else(|| title.into()),
             blocks,
