@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use nearmiss::evaluation::default_planning;
 use nearmiss::formats::{Entry, commonroad, find};
-use nearmiss::generation::{ClosedLoop, Consequence, Effort, Gate, Selection, VariantGenerator};
+use nearmiss::generation::{
+    Change, ClosedLoop, Consequence, Effort, Gate, Selection, VariantGenerator,
+};
 use nearmiss::planner::Cancel;
 use nearmiss::scenario::Scenario;
 
@@ -54,12 +56,15 @@ fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
         ..Effort::default()
     };
     let (mut effective, mut fall) = (0, 0.0);
+    let mut people = 0;
     for entry in &some {
         let scenario = entry.read().unwrap();
         let (workshop, made) = made(&scenario, &effort, None);
         for attack in &made.found.attacks {
             let passed = workshop.gate().check(&attack.change, None);
             assert!(passed.is_ok(), "{}: {passed:?}", entry.display());
+            is_driven_by_people(&attack.change, scenario.dt());
+            people += 1;
         }
         let Some(chosen) = &made.chosen else { continue };
         let effect = chosen.attack.effect.as_ref().unwrap();
@@ -68,6 +73,7 @@ fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
         let score = |s: Option<u8>| f64::from(s.unwrap_or(5));
         fall += score(effect.lowest_before()) - score(effect.lowest_after());
     }
+    assert!(people > 0);
     let all = some.len();
     let mean = fall / all as f64;
     println!("{effective} of {all} with an effect that is survived, mean fall {mean}");
@@ -77,6 +83,24 @@ fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
     } else {
         // Two scenarios and a tenth of the motions say nothing about shares.
         assert!(mean > 0.0, "{effective} of {all}, {mean}");
+    }
+}
+
+/// No more than people do, from the states alone: up to 4 m/s² faster, 8 slower, 5 across, and no curve tighter than 4 m.
+fn is_driven_by_people(change: &Change, dt: f64) {
+    for pair in change.motions.windows(2) {
+        let ((step, from), (_, to)) = (&pair[0], &pair[1]);
+        let acceleration = (to.velocity - from.velocity) / dt;
+        let turned = to.pose.heading - from.pose.heading;
+        let turned = turned.sin().atan2(turned.cos()).abs();
+        let across = f64::midpoint(from.velocity, to.velocity) * turned / dt;
+        let moved = (to.pose.position - from.pose.position).norm();
+        assert!(
+            (-8.0..4.0).contains(&acceleration),
+            "step {step}: {acceleration}"
+        );
+        assert!(across < 5.0, "step {step}: {across}");
+        assert!(moved < 0.1 || turned / moved < 0.25, "step {step}");
     }
 }
 

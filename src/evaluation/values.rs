@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::question::Case;
 use crate::description::STANDS_FAR;
-use crate::generation::Capability;
+use crate::generation::{AttackStyle, Capability};
 use crate::metrics::{MEASURES, RiskLevel, Thresholds};
 use crate::prompts;
 use crate::scenario::Transform;
@@ -98,7 +98,7 @@ struct AttackerValues {
 impl AttackerValues {
     fn of(case: &Case) -> Option<Self> {
         let obstacle = case.scene.scenario.obstacle(case.options.obstacle?)?;
-        let able = Capability::for_obstacle(obstacle)?;
+        let able = Capability::for_obstacle(obstacle, AttackStyle::default())?;
         Some(Self {
             wheelbase: plain(able.limits.wheelbase),
             steering_rate: plain(able.limits.steering_rate),

@@ -16,6 +16,8 @@ pub struct Attack {
     pub change: Change,
     /// How near that comes to an ego that only brakes.
     pub rehearsal: OpenLoopScreening,
+    /// How far it is from what road users were recorded to do; see [`RecordedMotions::deficit`].
+    pub implausibility: f64,
     /// Its effect on the ego, if it was driven.
     pub effect: Option<Effect>,
     /// Whether a good driver survives it with the reaction time that is asked for, where that was looked for.
@@ -42,6 +44,13 @@ const HOPELESS: f64 = 3.2;
 /// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.
 const ENOUGH: f64 = 3.0;
 
+/// Added cost of a motion unlike all recorded ones.
+const STRANGE: f64 = 0.8;
+
+/// A motion that is nowhere farther from the recorded one than this is that one: metres, m/s.
+const SAME_PLACE: f64 = 0.1;
+const SAME_SPEED: f64 = 0.1;
+
 /// Added cost of an attack that was only screened and not driven yet.
 const UNTRIED: f64 = 0.8;
 
@@ -63,9 +72,15 @@ impl AttackSetup<'_> {
         let obstacle = self.obstacle(change.obstacle)?;
         let rehearsal = OpenLoopScreening::evaluate(self.stage, obstacle, &change)
             .ok_or_else(|| Refusal::answer("never present together with the ego"))?;
+        let change = self.admitted(change, &rehearsal)?;
+        if is_as_recorded(obstacle, &change) {
+            return Err(Refusal::whole_motion(Reason::Unchanged));
+        }
+        let recorded = self.stage.recorded.as_ref();
         Ok(Attack {
             asked,
-            change: self.admitted(change, &rehearsal)?,
+            implausibility: recorded.map_or(0.0, |recorded| recorded.deficit(&change.motions)),
+            change,
             rehearsal,
             effect: None,
             survivable: None,
@@ -116,6 +131,17 @@ impl AttackSetup<'_> {
     }
 }
 
+/// Whether an obstacle moves as recorded, but for what nobody sees.
+fn is_as_recorded(obstacle: &Obstacle, change: &Change) -> bool {
+    let track = obstacle.track();
+    change.motions.iter().all(|(step, motion)| {
+        track.at(*step).is_some_and(|recorded| {
+            let moved = (motion.pose.position - recorded.pose.position).norm();
+            moved <= SAME_PLACE && (motion.velocity - recorded.velocity).abs() <= SAME_SPEED
+        })
+    })
+}
+
 impl Attack {
     /// Whether the ego, where it was driven, was touched by the attacker or nearly so, and not just hit from behind.
     #[must_use]
@@ -130,14 +156,29 @@ impl Attack {
     /// How good it looks before it is driven, the less the better.
     #[must_use]
     pub fn hoped(&self) -> f64 {
-        UNTRIED + self.rehearsal.cost()
+        UNTRIED + self.rehearsal.cost() + self.strangeness()
+    }
+
+    /// What is added to the cost of a motion that nobody was recorded to drive: less than a collision is better than a
+    /// near miss.
+    fn strangeness(&self) -> f64 {
+        STRANGE * (1.0 - (-self.implausibility).exp())
     }
 
     /// How good it is, the less the better: below 0 where the ego was driven and did not get away.
     #[must_use]
     pub fn cost(&self) -> f64 {
+        match self.effect {
+            Some(_) => self.harmlessness() + self.strangeness(),
+            None => self.hoped(),
+        }
+    }
+
+    /// The same however plausible it is.
+    #[must_use]
+    pub fn harmlessness(&self) -> f64 {
         let Some(effect) = &self.effect else {
-            return self.hoped();
+            return UNTRIED + self.rehearsal.cost();
         };
         let hopeless = match self.survivable {
             Some(false) => HOPELESS,

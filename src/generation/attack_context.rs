@@ -1,5 +1,6 @@
 //! Context of an attack: the ego's motion in the original scenario, and the paths open to other participants.
 
+use super::{AttackStyle, RecordedMotions};
 use crate::geometry::{Footprint, Point, Polyline, Pose};
 use crate::scenario::prediction::{Model, ObservedHistory, Predictor};
 use crate::scenario::{Motion, Obstacle, Scenario, Track};
@@ -17,6 +18,10 @@ pub struct AttackContext<'a> {
     pub line: Polyline,
     /// First and last step of the ego.
     pub steps: std::ops::RangeInclusive<i64>,
+    /// How attackers move.
+    pub style: AttackStyle,
+    /// What the road users of the scenario were recorded to do; `None` where nobody moves.
+    pub recorded: Option<RecordedMotions>,
 }
 
 /// Points of a way are at least this far apart, metres: an obstacle that stands has no direction.
@@ -38,7 +43,7 @@ pub(super) const FARTHEST: f64 = 5000.0;
 const MEMORY: f64 = 1.0;
 
 impl<'a> AttackContext<'a> {
-    /// The stage with the ego's motion; `None` if the ego never moves.
+    /// The stage with the ego's motion; `None` if the ego never moves. Attackers have all of their capability.
     #[must_use]
     pub fn new(scenario: &'a Scenario, footprint: &'a Footprint, ego: &'a Track) -> Option<Self> {
         let range = ego.steps();
@@ -52,7 +57,15 @@ impl<'a> AttackContext<'a> {
             ego,
             line: Polyline::new(points)?,
             steps: range.start..=range.end - 1,
+            style: AttackStyle::Limit,
+            recorded: RecordedMotions::of_scenario(scenario),
         })
+    }
+
+    /// The same for attackers of a style.
+    #[must_use]
+    pub fn of_style(self, style: AttackStyle) -> Self {
+        Self { style, ..self }
     }
 
     /// Seconds between two steps.

@@ -44,7 +44,9 @@ pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
         .scenario
         .obstacles
         .iter()
-        .filter(|o| o.role == ObstacleRole::Dynamic && Capability::for_obstacle(o).is_some())
+        .filter(|o| {
+            o.role == ObstacleRole::Dynamic && Capability::for_obstacle(o, stage.style).is_some()
+        })
         .filter_map(|obstacle| candidate(stage, obstacle))
         .collect();
     found.sort_by(|a, b| {

@@ -1,5 +1,6 @@
 //! Physical limits of road users, by kind.
 
+use super::style::{AttackStyle, HumanLimits};
 use crate::planner::Limits;
 use crate::scenario::{Obstacle, ObstacleType, VehicleType};
 
@@ -10,6 +11,10 @@ pub struct Capability {
     pub limits: Limits,
     /// The largest change of the acceleration along the heading, m/s³.
     pub jerk: f64,
+    /// The largest acceleration forward, m/s²; infinite where only engine and grip limit it.
+    pub speeding_up: f64,
+    /// The largest acceleration across the heading, m/s²; infinite where only the grip limits it.
+    pub lateral: f64,
     /// Whether it has to stay on the road.
     pub on_road: bool,
 }
@@ -28,8 +33,18 @@ impl Capability {
     /// Cars have the limits of CommonRoad's vehicle 2 (BMW 320i), whose axles they are given; trucks and buses those of
     /// vehicle 4 with axles by their length. Motorcycles, bicycles and pedestrians are single-track vehicles with
     /// numbers of our own: a pedestrian one that turns almost on the spot, and may leave the road.
+    ///
+    /// In [`AttackStyle::Human`], no more of it than [`HumanLimits`] allow.
     #[must_use]
-    pub fn for_obstacle(obstacle: &Obstacle) -> Option<Self> {
+    pub fn for_obstacle(obstacle: &Obstacle, style: AttackStyle) -> Option<Self> {
+        let able = Self::of_vehicle(obstacle)?;
+        Some(match style {
+            AttackStyle::Human => HumanLimits::of(obstacle.kind).within(able),
+            AttackStyle::Limit => able,
+        })
+    }
+
+    fn of_vehicle(obstacle: &Obstacle) -> Option<Self> {
         let (length, width) = obstacle.footprint.as_ref()?.shape().size();
         let car = Limits::for_vehicle(VehicleType::Bmw320i);
         let truck = Limits::for_vehicle(VehicleType::Truck);
@@ -68,6 +83,8 @@ impl Capability {
         Some(Self {
             limits,
             jerk,
+            speeding_up: f64::INFINITY,
+            lateral: f64::INFINITY,
             on_road,
         })
     }
@@ -78,6 +95,8 @@ impl Capability {
         Self {
             limits: self.limits.scaled(share),
             jerk: self.jerk * share,
+            speeding_up: self.speeding_up * share,
+            lateral: self.lateral * share,
             ..self
         }
     }

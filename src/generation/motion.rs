@@ -43,7 +43,7 @@ pub fn follow(
     plan: &Plan,
 ) -> Result<Change, Refusal> {
     let id = obstacle.id;
-    let able = Capability::for_obstacle(obstacle)
+    let able = Capability::for_obstacle(obstacle, stage.style)
         .ok_or_else(|| Refusal::answer(format!("obstacle {id} does not move by itself")))?;
     let now = *obstacle
         .track()

@@ -31,6 +31,10 @@ pub enum Reason {
     Obstacle(ChangeError),
     /// This obstacle does not move by itself, or has no body of one size.
     Unable(i64),
+    /// It speeds up more than people do, m/s².
+    SpeedingUp,
+    /// Its acceleration across the heading is more than people bear, m/s².
+    Lateral,
     /// The acceleration changes too fast, m/s³.
     Jerk,
     /// The said acceleration is neither that of the step before nor that of the step after, m/s².
@@ -75,6 +79,8 @@ impl Reason {
             Self::Start(_) => "start",
             Self::Kinematics(bound) => bound.name(),
             Self::Obstacle(_) | Self::Unable(_) => "obstacle",
+            Self::SpeedingUp => "speeding up",
+            Self::Lateral => "lateral acceleration",
             Self::Jerk => "jerk",
             Self::Acceleration => "said acceleration",
             Self::Heading => "heading along motion",
@@ -104,7 +110,7 @@ impl Reason {
             Self::Start(_) | Self::Jump | Self::OffRoad => "m",
             Self::Kinematics(bound) => bound.unit(),
             Self::Jerk => "m/s³",
-            Self::Acceleration => "m/s²",
+            Self::Acceleration | Self::SpeedingUp | Self::Lateral => "m/s²",
             Self::Gap => "steps",
             Self::Several => "obstacles",
             Self::Obstacle(_)

@@ -131,7 +131,7 @@ fn sensible(
             "the manoeuvre starts at {start:.2} s and takes {duration:.2} s, but the scenario ends at {whole:.2} s"
         )));
     }
-    let fastest = Capability::for_obstacle(obstacle).map(|able| able.limits.speed);
+    let fastest = Capability::for_obstacle(obstacle, stage.style).map(|able| able.limits.speed);
     if let (Some(speed), Some(most)) = (manoeuvre.speed, fastest)
         && speed > most
     {

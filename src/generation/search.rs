@@ -84,6 +84,10 @@ pub struct Progress {
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
 const BEST: f64 = -3.0;
 
+/// No more is asked of a collision that costs no more than this beyond it for being unlike recorded motions; a quarter of
+/// the rounds is spent to find a more plausible one.
+const PLAUSIBLE: f64 = 0.35;
+
 /// One of this cost is a near miss that a good driver survives; half of the rounds are spent to find better ones.
 const GOOD: f64 = -2.0;
 
@@ -188,9 +192,16 @@ impl Search<'_> {
             self.look(effort.delay);
             // A motion that was not looked at may be one that cannot be survived.
             let survived = self.attacks().filter(|a| a.survivable == Some(true));
-            let best = survived.map(Attack::cost).fold(f64::INFINITY, f64::min);
+            let (mut best, mut least) = (f64::INFINITY, f64::INFINITY);
+            for attack in survived {
+                best = best.min(attack.harmlessness());
+                least = least.min(attack.cost());
+            }
             let goes_on = watch(self.found.so_far(self.attacks())) && !(self.stop)();
-            if !goes_on || best <= BEST || best <= GOOD && 2 * round >= rounds {
+            let enough = least <= BEST + PLAUSIBLE
+                || best <= BEST && 4 * round >= rounds
+                || best <= GOOD && 2 * round >= rounds;
+            if !goes_on || enough {
                 break;
             }
         }
@@ -291,7 +302,7 @@ impl Search<'_> {
                 break;
             }
             self.ground.survive(attack, delay);
-            if attack.cost() <= BEST {
+            if attack.harmlessness() <= BEST {
                 break;
             }
         }

@@ -91,6 +91,8 @@ mod tests {
         Capability {
             limits: Limits::for_vehicle(VehicleType::Bmw320i),
             jerk: 20.0,
+            speeding_up: f64::INFINITY,
+            lateral: f64::INFINITY,
             on_road: true,
         }
     }

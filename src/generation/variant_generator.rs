@@ -3,8 +3,8 @@
 use super::attack::AttackSetup;
 use super::closed_loop_screening::NEAR_MISS;
 use super::{
-    AttackContext, ClosedLoop, Effort, Gate, Progress, SearchResult, SelectedAttack, choose,
-    search_until,
+    AttackContext, AttackStyle, Change, ClosedLoop, Effort, Gate, Plausibility, Progress,
+    RecordedMotions, SearchResult, SelectedAttack, choose, search_until,
 };
 use crate::scenario::Ego;
 use crate::simulation::{Collision, Outcome};
@@ -16,6 +16,7 @@ pub struct VariantGenerator {
     pub closed: ClosedLoop,
     /// The ego of that drive.
     pub ego: Ego,
+    style: AttackStyle,
 }
 
 /// The generated attacks and the chosen one.
@@ -53,13 +54,31 @@ impl VariantGenerator {
         let driver = closed.driver();
         let baseline = closed.baseline().drive();
         let ego = baseline.ego(driver.problem(), driver.settings());
-        let workshop = Self { closed, ego };
+        let workshop = Self {
+            closed,
+            ego,
+            style: AttackStyle::default(),
+        };
         workshop.stage().ok_or(GeneratorError::Stands)?;
         Ok(workshop)
     }
 
+    /// The same with attackers of a style.
+    #[must_use]
+    pub fn of_style(self, style: AttackStyle) -> Self {
+        Self { style, ..self }
+    }
+
+    /// How attackers move.
+    #[must_use]
+    pub fn style(&self) -> AttackStyle {
+        self.style
+    }
+
     fn stage(&self) -> Option<AttackContext<'_>> {
-        AttackContext::new(self.closed.scenario(), &self.ego.footprint, &self.ego.track)
+        let scenario = self.closed.scenario();
+        let stage = AttackContext::new(scenario, &self.ego.footprint, &self.ego.track)?;
+        Some(stage.of_style(self.style))
     }
 
     /// Gives the ground for attacks to `work`.
@@ -76,10 +95,21 @@ impl VariantGenerator {
         }))
     }
 
+    /// How plausible a change is beside the recorded motions of the scenario; `None` where nobody moves in those.
+    #[must_use]
+    pub fn plausibility(&self, change: &Change) -> Option<(Plausibility, RecordedMotions)> {
+        let scenario = self.closed.scenario();
+        let recorded = RecordedMotions::of_scenario(scenario)?;
+        let plausibility = recorded.plausibility(&change.motions, &scenario.network);
+        Some((plausibility, recorded))
+    }
+
     /// What every changed motion has to pass.
     #[must_use]
     pub fn gate(&self) -> Gate<'_> {
-        Gate::new(self.closed.scenario()).with_ego(&self.ego)
+        Gate::new(self.closed.scenario())
+            .with_ego(&self.ego)
+            .of_style(self.style)
     }
 
     /// The contact that the ego has in the original scenario: then that is not safe, and nothing is to be made

@@ -41,7 +41,7 @@ pub fn as_given(
     points: &[Waypoint],
 ) -> Result<Change, Vec<Refusal>> {
     let id = obstacle.id;
-    let able = Capability::for_obstacle(obstacle)
+    let able = Capability::for_obstacle(obstacle, stage.style)
         .ok_or_else(|| vec![Refusal::whole_motion(Reason::Unable(id))])?;
     let dt = stage.dt();
     let mut knots: Vec<Knot> = points.iter().map(|p| knot(p, dt)).collect();

@@ -14,6 +14,8 @@ pub enum Rejection {
     OffRoad,
     /// It would touch the predicted body of this obstacle.
     Contact(i64),
+    /// Another one costs less than this one up to here; see [`Planner::only_best`](super::Planner::only_best).
+    Costlier,
 }
 
 impl Rejection {
@@ -25,6 +27,7 @@ impl Rejection {
             Self::InsideCurve => "inside the curve",
             Self::OffRoad => "off the road",
             Self::Contact(_) => "contact",
+            Self::Costlier => "costlier",
         }
     }
 }

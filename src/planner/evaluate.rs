@@ -43,7 +43,8 @@ struct Sums {
 }
 
 impl Judge<'_> {
-    /// Follows a candidate from `now`, the state it starts from.
+    /// Follows a candidate from `now`, the state it starts from; no farther than to where it costs more than `most`: no
+    /// term of the cost is negative.
     pub fn follow(
         &self,
         now: &Moved,
@@ -51,7 +52,9 @@ impl Judge<'_> {
         profile: &Profile,
         stations: &[Station],
         lateral: Lateral,
+        most: Option<f64>,
     ) -> Candidate {
+        let effort = self.effort(profile, &lateral, now.velocity);
         let mut sums = Sums::default();
         let mut before = *now;
         let mut rejected = None;
@@ -75,25 +78,36 @@ impl Judge<'_> {
             sums.speed += (moved.velocity - wanted).powi(2);
             sums.offset += offset[0] * offset[0];
             before = moved;
+            if most.is_some_and(|most| self.cost(&sums, effort).total() > most) {
+                rejected = Some((step, Rejection::Costlier));
+                break;
+            }
         }
         Candidate {
             profile: place,
             lateral,
-            cost: self.cost(&sums, profile, &lateral, now.velocity),
+            cost: self.cost(&sums, effort),
             rejected,
         }
     }
 
-    fn cost(&self, sums: &Sums, profile: &Profile, lateral: &Lateral, speed: f64) -> Cost {
+    /// The cost of the jerks.
+    fn effort(&self, profile: &Profile, lateral: &Lateral, speed: f64) -> f64 {
         let weights = &self.settings.weights;
-        let mean = 1.0 / self.steps as f64;
         let horizon = self.steps as f64 * self.dt;
         let end = profile.duration.min(horizon + profile.elapsed);
         let along =
             profile.along.squared_jerk(end) - profile.along.squared_jerk(profile.elapsed.min(end));
+        weights.longitudinal_jerk * along / horizon
+            + weights.lateral_jerk * lateral.squared_jerk(horizon, speed)
+    }
+
+    /// The cost with these sums, and so much for jerks.
+    fn cost(&self, sums: &Sums, jerk: f64) -> Cost {
+        let weights = &self.settings.weights;
+        let mean = 1.0 / self.steps as f64;
         Cost {
-            jerk: weights.longitudinal_jerk * along / horizon
-                + weights.lateral_jerk * lateral.squared_jerk(horizon, speed),
+            jerk,
             acceleration: weights.acceleration * sums.acceleration * mean,
             speed: weights.speed * sums.speed * mean,
             offset: weights.offset * sums.offset * mean,

@@ -58,6 +58,9 @@ pub struct Planner<'a> {
     near: Traffic,
     now: Option<VehicleState>,
     cancel: Cancel,
+    only_best: bool,
+    /// Of only the best: the cheapest candidate so far that stays on the road, with its cost.
+    best: Option<(f64, usize)>,
 }
 
 impl<'a> Planner<'a> {
@@ -79,6 +82,8 @@ impl<'a> Planner<'a> {
             near: Traffic::default(),
             now: None,
             cancel: Cancel::default(),
+            only_best: false,
+            best: None,
         }
     }
 
@@ -87,6 +92,16 @@ impl<'a> Planner<'a> {
     pub fn cancelled_by(mut self, cancel: &Cancel) -> Self {
         self.cancel = cancel.clone();
         self
+    }
+
+    /// The same planner, which gives up candidates as soon as another one is cheaper. It plans the same, sooner; its
+    /// plans do not say how many candidates could be driven.
+    #[must_use]
+    pub fn only_best(self) -> Self {
+        Self {
+            only_best: true,
+            ..self
+        }
     }
 
     /// Steps of the horizon.
@@ -115,6 +130,7 @@ impl<'a> Planner<'a> {
         self.candidates.clear();
         self.profiles.clear();
         self.stations.clear();
+        self.best = None;
         self.now = Some(*now);
         let Some((along, lateral)) = place(self.guide, now, self.hint) else {
             return self.stop(now, traffic, 0.0, 0);
@@ -195,8 +211,8 @@ impl<'a> Planner<'a> {
         let place = self.profiles.len();
         self.profiles.push(profile);
         let lateral = lateral.later(later);
-        self.candidates
-            .push(judge.follow(now, place, &profile, &self.stations[first..], lateral));
+        let candidate = judge.follow(now, place, &profile, &self.stations[first..], lateral, None);
+        self.add(candidate);
     }
 
     fn sample(
@@ -227,7 +243,6 @@ impl<'a> Planner<'a> {
         self.profiles.truncate(kept);
         for place in first..kept {
             let profile = self.profiles[place];
-            let stations = &self.stations[place * (steps + 1)..][..=steps];
             for target in level.offsets(self.settings.sampling.widest, start.by_length[0]) {
                 if self.cancel.is_asked() {
                     return;
@@ -239,15 +254,34 @@ impl<'a> Planner<'a> {
                     } else {
                         Lateral::over_time(start, target, change)
                     };
-                    self.candidates
-                        .push(judge.follow(now, place, &profile, stations, lateral));
+                    let most = self.best.map(|(cost, _)| cost);
+                    let stations = &self.stations[place * (steps + 1)..][..=steps];
+                    let candidate = judge.follow(now, place, &profile, stations, lateral, most);
+                    self.add(candidate);
                 }
             }
         }
     }
 
+    /// Keeps a candidate; where only the best one matters, asks the road at once whether it is that.
+    fn add(&mut self, mut candidate: Candidate) {
+        let place = self.candidates.len();
+        let cost = candidate.cost.total();
+        let is_best = self.best.is_none_or(|(least, _)| cost < least);
+        if self.only_best && candidate.rejected.is_none() && is_best {
+            match self.leaves_road(&candidate) {
+                Some(step) => candidate.rejected = Some((step, Rejection::OffRoad)),
+                None => self.best = Some((cost, place)),
+            }
+        }
+        self.candidates.push(candidate);
+    }
+
     /// The cheapest candidate that stays on the road.
     fn choose(&mut self) -> Option<usize> {
+        if self.only_best {
+            return self.best.map(|(_, place)| place);
+        }
         let candidates = &self.candidates;
         self.order.clear();
         let drivable = candidates.iter().enumerate();

@@ -56,6 +56,9 @@ pub struct ResumableRollout {
     pub taken_over: usize,
 }
 
+/// Sees each cycle with its planner, and says whether to go on.
+type WatchCycle<'a> = dyn FnMut(&Planner<'_>, &Cycle) -> bool + 'a;
+
 impl Driver {
     /// A driver for a problem of `scenario`.
     ///
@@ -173,7 +176,7 @@ impl Driver {
         stretch: &DriveSpan,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Rollout {
-        self.run(scenario, stretch, None, watch).drive
+        self.run(scenario, stretch, None, Some(watch)).drive
     }
 
     /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`;
@@ -196,13 +199,13 @@ impl Driver {
     /// Drives a stretch.
     #[must_use]
     pub fn drive(&self, scenario: &Scenario, stretch: &DriveSpan) -> Rollout {
-        self.drive_watched(scenario, stretch, &mut |_, _| true)
+        self.run(scenario, stretch, None, None).drive
     }
 
     /// Drives the whole problem, so that other drives can take over its first cycles.
     #[must_use]
     pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> ResumableRollout {
-        self.drive_noted_watched(scenario, until, &mut |_, _| true)
+        self.run(scenario, &self.until(until), None, None)
     }
 
     /// The same; `watch` sees each cycle with its planner; where that says no, the drive is a time-out there.
@@ -213,7 +216,7 @@ impl Driver {
         until: i64,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> ResumableRollout {
-        self.run(scenario, &self.until(until), None, watch)
+        self.run(scenario, &self.until(until), None, Some(watch))
     }
 
     /// Drives the whole problem in traffic of which the planner is told the same as in the drive `before` in every
@@ -230,12 +233,7 @@ impl Driver {
         same: i64,
         until: i64,
     ) -> ResumableRollout {
-        self.run(
-            scenario,
-            &self.until(until),
-            Some((before, same)),
-            &mut |_, _| true,
-        )
+        self.run(scenario, &self.until(until), Some((before, same)), None)
     }
 
     /// The whole drive, but no farther than to step `until`.
@@ -252,12 +250,16 @@ impl Driver {
         scenario: &Scenario,
         stretch: &DriveSpan,
         known: Option<(&ResumableRollout, i64)>,
-        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+        mut watch: Option<&mut WatchCycle<'_>>,
     ) -> ResumableRollout {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
         let forecaster = Forecaster::new(scenario, forecast, without);
         let planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
         let mut planner = planner.cancelled_by(&self.cancel);
+        if watch.is_none() {
+            // Nobody looks at the other candidates.
+            planner = planner.only_best();
+        }
         let (mut step, mut state, last) = (stretch.step, stretch.state, stretch.last);
         let mut noted = ResumableRollout {
             drive: Rollout {
@@ -297,7 +299,7 @@ impl Driver {
                     }
                 }
             };
-            let more = watch(&planner, &cycle);
+            let more = watch.as_mut().is_none_or(|watch| watch(&planner, &cycle));
             let ahead = self.ahead(&cycle.plan);
             noted.drive.cycles.push(cycle);
             noted.memories.push(planner.memory());

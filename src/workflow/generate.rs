@@ -9,8 +9,8 @@ use tokio::sync::mpsc::unbounded_channel;
 use super::{PlanError, PlanEvent, PreparedPlan};
 use crate::evaluation::generating::{self, Author, AuthorError, Authored};
 use crate::generation::{
-    AttackSetup, Capability, ClosedLoop, Effort, GeneratorError, Progress, SearchEvent, Selection,
-    VariantGenerator,
+    AttackSetup, AttackStyle, Capability, ClosedLoop, Effort, GeneratorError, Progress,
+    SearchEvent, Selection, VariantGenerator,
 };
 use crate::planner::Cancel;
 use crate::scenario::{ObstacleRole, Scene};
@@ -23,6 +23,8 @@ pub struct GenerateRequest<'a> {
     pub attacker: Option<i64>,
     /// Reaction time of the good driver who has to survive it, seconds.
     pub delay: f64,
+    /// How attackers move.
+    pub style: AttackStyle,
     /// Where attacks come from.
     pub source: AttackSource<'a>,
 }
@@ -126,8 +128,9 @@ pub fn generate(
     if cancel.is_asked() {
         return Ok(None);
     }
-    let workshop =
-        VariantGenerator::from_closed_loop(closed).map_err(|error| prepared.nothing(&error))?;
+    let workshop = VariantGenerator::from_closed_loop(closed)
+        .map_err(|error| prepared.nothing(&error))?
+        .of_style(request.style);
     let found = if workshop.unsafe_already().is_some() {
         Ok(Some((Selection::default(), None)))
     } else {
@@ -151,7 +154,9 @@ fn can_attack(prepared: &PreparedPlan, attacker: Option<i64>) -> Result<(), Plan
     let Some(id) = attacker else { return Ok(()) };
     let obstacle = prepared.scenario.obstacle(id);
     let obstacle = obstacle.ok_or_else(|| prepared.mismatch(&format!("no obstacle {id}")))?;
-    if obstacle.role != ObstacleRole::Dynamic || Capability::for_obstacle(obstacle).is_none() {
+    if obstacle.role != ObstacleRole::Dynamic
+        || Capability::for_obstacle(obstacle, AttackStyle::Limit).is_none()
+    {
         return Err(prepared.mismatch(&format!("obstacle {id} does not move by itself")));
     }
     Ok(())

@@ -107,6 +107,7 @@ fn errors_name_the_scenario_and_what_is_there() {
         prepared: &prepared,
         attacker: Some(-4),
         delay: 0.5,
+        style: crate::generation::AttackStyle::Human,
         source: AttackSource::Search(&crate::generation::Effort::default()),
     };
     let error = generate(&absent, &Cancel::default(), &mut |_| {}).unwrap_err();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use nearmiss::formats::bundled;
-use nearmiss::generation::{Capability, Change, Refusal};
+use nearmiss::generation::{AttackStyle, Capability, Change, Refusal};
 use nearmiss::geometry::{Pose, Vector};
 use nearmiss::scenario::{Motion, Scenario};
 
@@ -29,7 +29,9 @@ pub type Input = (f64, f64);
 pub fn driven(scenario: &Scenario, id: i64, step: i64, angle: f64, inputs: &[Input]) -> Change {
     const PARTS: usize = 400;
     let obstacle = scenario.obstacle(id).expect("there");
-    let limits = Capability::for_obstacle(obstacle).expect("moves").limits;
+    let limits = Capability::for_obstacle(obstacle, AttackStyle::Limit)
+        .expect("moves")
+        .limits;
     let first = *obstacle.track().at(step).expect("recorded");
     let part = scenario.dt() / PARTS as f64;
     let (mut at, mut heading) = (

@@ -1,6 +1,6 @@
 //! One limit after the other, broken by construction on a straight motorway at 28 m/s, and in a jam.
 
-use nearmiss::generation::{Change, Gate, Reason, Refusal};
+use nearmiss::generation::{AttackStyle, Change, Gate, Reason, Refusal};
 use nearmiss::planner::Bound;
 use nearmiss::scenario::Scenario;
 
@@ -41,6 +41,43 @@ fn what_a_car_can_drive_passes() {
     let last = scenario.obstacle(CAR).unwrap().track().steps().end - 1;
     assert_eq!(passed.early, last - STEP - 8);
     assert_eq!(Gate::new(&scenario).passes(&change, None), Ok(passed));
+}
+
+/// What the gate says of inputs where people drive; vehicles can do all of them.
+fn refused_to_people(inputs: &[Input], steering: f64) -> Vec<Refusal> {
+    let scenario = motorway();
+    let change = driven(&scenario, CAR, STEP, steering, inputs);
+    let limit = Gate::new(&scenario).check(&change, None);
+    assert!(limit.is_ok(), "{limit:?}");
+    let gate = Gate::new(&scenario).of_style(AttackStyle::Human);
+    gate.check(&change, None).err().unwrap_or_default()
+}
+
+#[test]
+fn people_do_less_than_their_vehicles() {
+    let calm = [0.0, -1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0, -7.5];
+    assert_eq!(refused_to_people(&calm.map(|a| (a, 0.0)), 0.0), []);
+    // Braking beyond 7.59 m/s² is beyond their friction circle.
+    let hard = refused_to_people(
+        &[-1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0, -8.0].map(|a| (a, 0.0)),
+        0.0,
+    );
+    assert!(names(&hard).contains("friction circle"), "{hard:?}");
+    let (step, value, limit) = first(&hard, "friction circle");
+    assert_eq!(step, STEP + 7);
+    assert_near(value, 8.0, 1e-3);
+    assert_near(limit, 7.59, 0.01);
+    // Kicking the brakes within a tenth of a second.
+    let sudden = refused_to_people(&[(-2.5, 0.0), (-2.5, 0.0)], 0.0);
+    assert_eq!(names(&sudden), ["jerk"].into());
+    // 28 m/s, and the wheels turned by 0.018 rad: 5.5 m/s² across.
+    let bend = refused_to_people(&[(0.0, 0.06), (0.0, 0.06), (0.0, 0.06), (0.0, 0.0)], 0.0);
+    assert_eq!(names(&bend), ["lateral acceleration"].into());
+    let (_, value, limit) = first(&bend, "lateral acceleration");
+    assert!(
+        value > limit && (limit - 4.0).abs() < 0.01,
+        "{value}, {limit}"
+    );
 }
 
 #[test]

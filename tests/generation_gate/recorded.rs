@@ -1,7 +1,7 @@
 //! What is left as recorded is exempt, and reported.
 
 use nearmiss::formats::bundled;
-use nearmiss::generation::{Capability, Gate, Joint};
+use nearmiss::generation::{AttackStyle, Capability, Gate, Joint};
 use nearmiss::scenario::ObstacleRole;
 
 use super::built::{alone, driven, names, untouched};
@@ -60,7 +60,7 @@ fn what_the_recording_breaks_is_the_recordings() {
 fn the_joint_knows_what_the_recording_knows() {
     let scenario = alone("Merge", 304);
     let car = scenario.obstacle(304).unwrap();
-    let can = Capability::for_obstacle(car).unwrap();
+    let can = Capability::for_obstacle(car, AttackStyle::Limit).unwrap();
     let joint = Joint::at(car.track(), 70, &can, 0.1).unwrap();
     let steering = joint.steering.unwrap();
     assert!(steering.start().abs() < 1e-3 && steering.end().abs() < 1e-3);
@@ -72,7 +72,7 @@ fn the_joint_knows_what_the_recording_knows() {
     let joint = Joint::at(
         car.track(),
         60,
-        &Capability::for_obstacle(car).unwrap(),
+        &Capability::for_obstacle(car, AttackStyle::Limit).unwrap(),
         0.1,
     )
     .unwrap();

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::cli::{Failure, Outcome, json, output};
 use crate::formats::{Entry, commonroad};
-use crate::generation::{Gate, GateResult, Refusal, refusal};
+use crate::generation::{AttackStyle, Gate, GateResult, Refusal, refusal};
 use crate::scenario::Scenario;
 
 /// Files round to four digits, mostly: half of the last one.
@@ -42,7 +42,12 @@ impl json::Output for CheckDocument {
 }
 
 /// Says what is wrong with `variant` beside the one scenario of `entries`.
-pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
+pub fn run(
+    entries: &[Entry],
+    variant: &Path,
+    style: Option<AttackStyle>,
+    as_json: bool,
+) -> Outcome {
     let [entry] = entries else {
         return Err(Failure::input(format!(
             "--check compares a variant with one scenario, not {}",
@@ -52,6 +57,7 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
     let original = entry.read().map_err(Failure::input)?;
     let changed = commonroad::read_file(variant).map_err(Failure::input)?;
     let gate = Gate::new(&original).rounded_to(ROUNDING);
+    let gate = gate.of_style(style.unwrap_or(AttackStyle::Limit));
     let found = gate.compare(&changed, None);
     if as_json {
         let motions = found.changed.iter().map(|one| {

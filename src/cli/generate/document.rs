@@ -8,7 +8,9 @@ use serde_json::{Map, Value, json};
 use super::variant::Generated;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
-use crate::generation::{Avoidability, Refusal, VariantFiles, asked, attacker, refusal};
+use crate::generation::{
+    Avoidability, Plausibility, Refusal, VariantFiles, asked, attacker, refusal,
+};
 
 /// Documents a scenario's variant.
 pub fn document(generated: &Generated, saved: Option<&VariantFiles>, by: &str) -> Value {
@@ -35,6 +37,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let effect = chosen.and_then(|c| c.attack.effect.as_ref());
     let collision = effect.and_then(|e| e.collision());
     let baseline = generated.workshop.closed.baseline();
+    let beside_recorded = chosen.and_then(|c| generated.workshop.plausibility(&c.attack.change));
     json!({
         "variant": null,
         "ego": null,
@@ -61,6 +64,11 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "touched_after_step": effect.and_then(|e| e.between),
         "min_risk_of_anyone_before": baseline.lowest(),
         "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
+        "style": generated.workshop.style().name(),
+        "plausibility": beside_recorded.as_ref().map(|(own, _)| plausibility(own)),
+        "motion_samples": beside_recorded.as_ref().map(|(own, recorded)| {
+            json!({ "attacker": own.samples, "recorded": recorded.samples() })
+        }),
         "note": generated.note(),
         "safe_before": generated.workshop.is_safe(),
         "baseline": baseline.drive().outcome.name(),
@@ -72,6 +80,14 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "refused": refused(&made.found.refused),
         "taken_over": false,
         "seconds": (generated.took.as_secs_f64() * 1e3).round() / 1e3,
+    })
+}
+
+/// Log-likelihood of the attacker's motion, nats per second, and that of recorded ones on average.
+fn plausibility(own: &Plausibility) -> Value {
+    json!({
+        "log_likelihood_per_second": own.log_likelihood,
+        "recorded_log_likelihood_per_second": own.recorded,
     })
 }
 

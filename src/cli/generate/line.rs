@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::generation::MotionSamples;
+
 /// The outcome of a scenario without a variant.
 pub const NONE: &str = "none";
 
@@ -34,11 +36,32 @@ pub struct Figures {
     pub id: Option<String>,
     pub note: Option<String>,
     pub safe_before: bool,
+    /// Of versions that did not measure it none.
+    #[serde(default)]
+    pub plausibility: Option<LogLikelihoods>,
+    #[serde(default)]
+    pub motion_samples: Option<ComparedSamples>,
     /// How the ego's drive in the variant ended.
     pub drive: Option<String>,
     pub model: Option<Consumed>,
     pub taken_over: bool,
     pub seconds: f64,
+}
+
+/// Log-likelihoods, nats per second.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub struct LogLikelihoods {
+    #[serde(rename = "log_likelihood_per_second")]
+    pub attacker: f64,
+    #[serde(rename = "recorded_log_likelihood_per_second")]
+    pub recorded: f64,
+}
+
+/// Samples of the attacker's motion and of the recorded ones.
+#[derive(Debug, Clone, Deserialize)]
+pub struct ComparedSamples {
+    pub attacker: MotionSamples,
+    pub recorded: MotionSamples,
 }
 
 /// The outcomes.

@@ -26,8 +26,9 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{RETRIES, SAMPLES};
 use crate::formats::commonroad::NewFile;
-use crate::generation::{DELAYS, Effort};
+use crate::generation::{AttackStyle, DELAYS, Effort};
 use crate::planner::Cancel;
+use crate::system::unknown;
 use job::Job;
 use model::Writer;
 use resume::EarlierRun;
@@ -79,6 +80,10 @@ pub struct GenerateArguments {
     /// Reaction time in seconds with which a good driver must be able to avoid the attack.
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = reaction_time)]
     survive: f64,
+    /// How attackers move: as people do in an emergency, or as far as their vehicles can [default: human; with --check
+    /// limit].
+    #[arg(long, value_name = "STYLE", value_parser = style)]
+    style: Option<AttackStyle>,
     #[command(flatten)]
     how: PlanOptions,
     /// Print JSON lines: one object a scenario.
@@ -116,6 +121,11 @@ fn reaction_time(word: &str) -> Result<f64, String> {
     })
 }
 
+fn style(word: &str) -> Result<AttackStyle, String> {
+    AttackStyle::parse(word)
+        .ok_or_else(|| unknown("style", word, AttackStyle::ALL.map(AttackStyle::name)))
+}
+
 fn count(word: &str) -> Result<usize, String> {
     match word.parse() {
         Ok(n) if (1..=100_000).contains(&n) => Ok(n),
@@ -136,7 +146,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let settings = arguments.how.settings(&config)?;
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
-        return check::run(&entries, variant, arguments.json);
+        return check::run(&entries, variant, arguments.style, arguments.json);
     }
     let effort = Effort {
         candidates: arguments.candidates,
@@ -144,13 +154,14 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         delay: arguments.survive,
         ..Effort::default()
     };
+    let style = arguments.style.unwrap_or_default();
     let searching = arguments.model == SEARCH;
     let writer = (!searching)
         .then(|| Writer::new(arguments, &folders, &config))
         .transpose()?;
     let by = match &writer {
         Some(writer) => writer.id().to_owned(),
-        None => effort.to_string(),
+        None => format!("{effort}, style {style}"),
     };
     let entries = arguments
         .part
@@ -164,6 +175,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         settings,
         problem: arguments.how.planning_problem,
         effort,
+        style,
         only: arguments.attacker,
         past,
     };

@@ -9,6 +9,7 @@ use super::document;
 use super::line::{Line, OutcomeName};
 use crate::cli::{Failure, output};
 use crate::formats::Entry;
+use crate::generation::AttackStyle;
 use crate::scenario::ContentHash;
 use crate::system;
 
@@ -136,9 +137,18 @@ fn read(path: &Path) -> Result<FileKind, String> {
     }
     Ok(FileKind::Papers(Box::new(Papers {
         original,
-        settings: made["settings"].clone(),
+        settings: with_style(made["settings"].clone()),
         line,
     })))
+}
+
+/// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`].
+fn with_style(mut settings: Value) -> Value {
+    if let Some(settings) = settings.as_object_mut() {
+        let style = settings.entry("style");
+        style.or_insert_with(|| AttackStyle::Limit.name().into());
+    }
+    settings
 }
 
 /// The file of this name in a folder. A name is meant, not a way out of the folder.

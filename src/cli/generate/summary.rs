@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::line::{Figures, OutcomeName};
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
+use crate::generation::{MotionQuantity, MotionSamples};
 use crate::workflow::PlanError;
 
 /// Counts over all scenarios.
@@ -35,6 +36,9 @@ pub struct Summary {
     candidates: usize,
     refused: BTreeMap<String, usize>,
     seconds: Vec<f64>,
+    /// Motions of attackers, and those recorded in their scenarios.
+    attackers: MotionSamples,
+    recorded: MotionSamples,
     /// Of models: answers, and how many of them were in the store.
     requests: u32,
     stored: u32,
@@ -93,6 +97,10 @@ impl Summary {
             for (delay, avoided) in figures.avoidable.iter().flatten() {
                 *self.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
             }
+        }
+        if let Some(samples) = &figures.motion_samples {
+            self.attackers.merge(&samples.attacker);
+            self.recorded.merge(&samples.recorded);
         }
         let named = [
             (&mut self.kinds, &figures.manoeuvre),
@@ -167,10 +175,29 @@ impl Summary {
                 }
             ));
         }
+        let apart = self.wasserstein();
+        let apart: Vec<String> = { apart.iter() }
+            .map(|(q, apart)| format!("{} {apart:.2} {}", q.name().replace('_', " "), q.unit()))
+            .collect();
+        if !apart.is_empty() {
+            text.push_str(&format!(
+                "Wasserstein distance of the attackers' motions to recorded ones: {}\n",
+                apart.join(", ")
+            ));
+        }
         if self.requests > 0 {
             text.push_str(&self.consumed());
         }
         text
+    }
+
+    /// How far the attackers' motions are from the recorded ones.
+    fn wasserstein(&self) -> Vec<(MotionQuantity, f64)> {
+        let apart = |quantity: MotionQuantity| {
+            let apart = self.attackers.wasserstein(&self.recorded, quantity)?;
+            Some((quantity, apart))
+        };
+        MotionQuantity::ALL.into_iter().filter_map(apart).collect()
     }
 
     /// With which reaction times a good driver avoids the collisions and near misses, of which there are so many.
@@ -245,6 +272,7 @@ impl Summary {
                 "distinct_manoeuvres": self.kinds.len(),
                 "entropy_bits": entropy(&self.kinds),
             },
+            "wasserstein_to_recorded": self.wasserstein().iter().map(|(q, apart)| (q.name(), *apart)).collect::<BTreeMap<_, _>>(),
             "median_seconds": seconds.get(seconds.len() / 2),
             "requests": self.requests,
             "from_store": self.stored,

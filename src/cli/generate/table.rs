@@ -37,6 +37,7 @@ impl Table {
                 "manoeuvre",
                 "attacker risk",
                 "avoidable",
+                "nats/s",
                 "s",
                 "written",
             ];
@@ -57,6 +58,9 @@ impl Table {
             None if made => "not found".into(),
             None => "-".into(),
         };
+        let plausible = figures.plausibility.map_or("-".into(), |likelihoods| {
+            format!("{:+.1}", likelihoods.attacker - likelihoods.recorded)
+        });
         let written = figures.id.as_deref().map(output::visible);
         let taken_over = figures.taken_over.then(|| "reused".into());
         let said = [written, taken_over, figures.note.clone()];
@@ -68,6 +72,7 @@ impl Table {
             figures.manoeuvre.as_deref().unwrap_or("-"),
             &risk,
             &avoidable,
+            &plausible,
             &format!("{:.1}", figures.seconds),
             &said.join("; "),
         ];
@@ -75,7 +80,7 @@ impl Table {
         text
     }
 
-    fn line(&self, scenario: &str, cells: &[&str; 8]) -> String {
+    fn line(&self, scenario: &str, cells: &[&str; 9]) -> String {
         let columns = [
             Left(self.width),
             Left(9),
@@ -84,6 +89,7 @@ impl Table {
             Left(13),
             Left(13),
             Left(10),
+            Right(6),
             Right(5),
         ];
         let cells: Vec<&str> = std::iter::once(scenario)
@@ -106,7 +112,7 @@ mod tests {
         let mut document = json!({
             "scenario": "a", "outcome": "near_miss", "attacker": 7, "manoeuvre": "cut-in", "min_risk_before": 1,
             "min_risk_after": 0, "avoidable": {"0.0": true, "0.5": true, "1.0": false}, "candidates": 9,
-            "refused": {}, "id": "B_T-2", "note": "not safe as it is", "safe_before": false, "drive": "off_road",
+            "refused": {}, "plausibility": {"log_likelihood_per_second": -4.5, "recorded_log_likelihood_per_second": 4.0}, "id": "B_T-2", "note": "not safe as it is", "safe_before": false, "drive": "off_road",
             "model": null, "taken_over": true, "seconds": 1.25,
         });
         let line = Line::from_document(document.clone()).unwrap();
@@ -124,6 +130,7 @@ mod tests {
             "cut-in",
             "1 → 0",
             "0.5 s late",
+            "-8.5",
             "1.2",
             "B_T-2; reused; not safe as it is",
         ];

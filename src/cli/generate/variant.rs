@@ -11,7 +11,7 @@ use super::resume::EarlierRun;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
 use crate::formats::{EgoSelection, Entry};
-use crate::generation::{Effort, Refusal, Selection, VariantGenerator};
+use crate::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator};
 use crate::planner::Cancel;
 use crate::settings::PlannerKey;
 use crate::simulation::Settings;
@@ -27,6 +27,7 @@ pub struct GenerateJob {
     pub settings: Settings,
     pub problem: Option<i64>,
     pub effort: Effort,
+    pub style: AttackStyle,
     pub only: Option<i64>,
     /// The results of an earlier run, if it is resumed.
     pub past: Option<EarlierRun>,
@@ -50,6 +51,7 @@ impl GenerateJob {
             "planning": planning.collect::<BTreeMap<_, _>>(),
             "attacker": self.only,
             "survive": effort.delay,
+            "style": self.style.name(),
             "search": self.writer.is_none().then_some(search),
             "model": self.writer.as_ref().map(Writer::settings),
         })
@@ -166,6 +168,7 @@ fn make_or_error(
         prepared: &prepared,
         attacker: wanted.only,
         delay: wanted.effort.delay,
+        style: wanted.style,
         source: match &model {
             Some(model) => AttackSource::Model(model),
             None => AttackSource::Search(&wanted.effort),

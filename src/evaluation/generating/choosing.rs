@@ -167,7 +167,7 @@ impl AuthorSession<'_> {
                 ChangeError::DoesNotMove(id),
             )));
         }
-        if Capability::for_obstacle(obstacle).is_none() {
+        if Capability::for_obstacle(obstacle, self.ground.stage.style).is_none() {
             return Err(Refusal::whole_motion(Reason::Unable(id)));
         }
         if ranked.iter().all(|candidate| candidate.obstacle != id) {

@@ -29,7 +29,7 @@ pub use departure::Joint;
 
 use self::others::Regions;
 use self::run::{Findings, Run};
-use super::{Change, Refusal};
+use super::{AttackStyle, Change, Refusal};
 use crate::scenario::{DrivableArea, Ego, Scenario};
 
 /// The gate of one scenario; built once, asked often.
@@ -40,6 +40,7 @@ pub struct Gate<'a> {
     regions: Regions,
     ego: Option<&'a Ego>,
     rounding: f64,
+    style: AttackStyle,
 }
 
 /// A changed motion that passed the gate.
@@ -61,7 +62,7 @@ pub struct GateEvidence {
 const EXACT: f64 = 1e-6;
 
 impl<'a> Gate<'a> {
-    /// The gate for changes of `scenario`.
+    /// The gate for changes of `scenario` within what vehicles can do.
     #[must_use]
     pub fn new(scenario: &'a Scenario) -> Self {
         Self {
@@ -70,6 +71,7 @@ impl<'a> Gate<'a> {
             regions: Regions::new(scenario),
             ego: None,
             rounding: EXACT,
+            style: AttackStyle::Limit,
         }
     }
 
@@ -80,6 +82,12 @@ impl<'a> Gate<'a> {
             ego: Some(ego),
             ..self
         }
+    }
+
+    /// For motions of a style.
+    #[must_use]
+    pub fn of_style(self, style: AttackStyle) -> Self {
+        Self { style, ..self }
     }
 
     /// For motions whose places (m), headings (rad) and speeds (m/s) are only known this well: half of what a file

@@ -27,6 +27,7 @@ impl Run<'_> {
             self.jump(&way, found)?;
             self.direction(&way, found)?;
             self.speed(&way, found)?;
+            self.forces(&way, found)?;
             let joined = before.filter(|b| b.place + 1 == way.place);
             let change = match joined {
                 Some(before) => {
@@ -119,6 +120,30 @@ impl Run<'_> {
         if off > most {
             let refusal = Refusal::at(way.step, Reason::Velocity).with(off, most);
             found.say(self.is_exempt(way.place), refusal)?;
+        }
+        Flow::Continue(())
+    }
+
+    /// It speeds up and turns no harder than its style allows; braking is part of the friction circle.
+    fn forces(&self, way: &Transition<'_>, found: &mut Findings) -> Flow {
+        let (dt, rounding) = (self.dt(), self.gate.rounding);
+        let speed = f64::midpoint(way.from.velocity, way.to.velocity).abs();
+        let across = speed * way.turned().abs() / dt;
+        let bounds = [
+            (
+                Reason::SpeedingUp,
+                way.acceleration(dt),
+                self.can.speeding_up,
+                1.0,
+            ),
+            (Reason::Lateral, across, self.can.lateral, speed),
+        ];
+        for (reason, value, limit, per) in bounds {
+            let most = limit * (1.0 + SHARE) + 2.0 * rounding * per / dt;
+            if value > most {
+                let refusal = Refusal::at(way.step, reason).with(value, most);
+                found.say(self.is_exempt(way.place), refusal)?;
+            }
         }
         Flow::Continue(())
     }

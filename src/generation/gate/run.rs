@@ -103,7 +103,7 @@ impl<'a> Run<'a> {
         contact: Option<i64>,
         found: &mut Findings,
     ) -> Option<Self> {
-        let (obstacle, footprint, can) = match start::who(gate.scenario, change) {
+        let (obstacle, footprint, can) = match start::who((gate.scenario, gate.style), change) {
             Ok(who) => who,
             Err(refusal) => {
                 let _ = found.say(false, refusal);

@@ -1,13 +1,13 @@
 //! Checks which obstacles may be changed, and how a changed motion must begin.
 
 use super::run::{Findings, Flow, MOST_DIFFERENT, Run};
-use crate::generation::{Capability, Change, ChangeError, Reason, Refusal};
+use crate::generation::{AttackStyle, Capability, Change, ChangeError, Reason, Refusal};
 use crate::geometry::{Footprint, angle_between};
 use crate::scenario::{Motion, Obstacle, ObstacleRole, Scenario};
 
 /// The obstacle whose motion is changed, its body and its limits.
 pub(super) fn who<'a>(
-    scenario: &'a Scenario,
+    (scenario, style): (&'a Scenario, AttackStyle),
     change: &Change,
 ) -> Result<(&'a Obstacle, &'a Footprint, Capability), Refusal> {
     let id = change.obstacle;
@@ -19,7 +19,7 @@ pub(super) fn who<'a>(
     }
     let unable = || Refusal::whole_motion(Reason::Unable(id));
     let footprint = obstacle.footprint.as_ref().ok_or_else(unable)?;
-    let can = Capability::for_obstacle(obstacle).ok_or_else(unable)?;
+    let can = Capability::for_obstacle(obstacle, style).ok_or_else(unable)?;
     let from = change
         .from()
         .ok_or_else(|| Refusal::whole_motion(Reason::Gap))?;

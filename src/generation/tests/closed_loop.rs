@@ -21,7 +21,9 @@ fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
         let change = braking(&closed, from, 7.0);
         let effect = closed.effect(&change).unwrap();
         let last = closed.driver().whole().last;
-        let anew = closed.driver().drive_noted(&effect.scenario, last);
+        // Whoever looks at all candidates plans the same as who only looks for the best one.
+        let driver = closed.driver();
+        let anew = driver.drive_noted_watched(&effect.scenario, last, &mut |_, _| true);
         // The oracle knows of the change a horizon of 40 steps earlier.
         assert_eq!(effect.taken_over, most, "{}", forecast.name());
         assert_eq!(anew.taken_over, 0);
@@ -29,7 +31,11 @@ fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
         assert_eq!(effect.drive.outcome, anew.drive.outcome);
         let (some, all) = (&effect.drive.cycles, &anew.drive.cycles);
         assert_eq!(some.len(), all.len());
-        assert!(some.iter().zip(all).all(|(a, b)| a.plan == b.plan));
+        for (a, b) in some.iter().zip(all) {
+            assert_eq!(a.plan.states, b.plan.states);
+            assert_eq!(a.plan.cost, b.plan.cost);
+            assert_eq!(a.plan.emergency, b.plan.emergency);
+        }
         // And the change has an effect at all.
         assert_ne!(effect.drive.states, closed.baseline().drive().states);
     }

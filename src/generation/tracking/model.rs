@@ -33,6 +33,8 @@ const SHARE: f64 = 0.97;
 pub struct Car {
     pub limits: Limits,
     pub jerk: f64,
+    pub speeding_up: f64,
+    pub lateral: f64,
     pub dt: f64,
 }
 
@@ -42,6 +44,8 @@ impl Car {
         Self {
             limits: able.limits,
             jerk: able.jerk,
+            speeding_up: able.speeding_up,
+            lateral: able.lateral,
             dt,
         }
     }
@@ -123,7 +127,7 @@ impl Car {
         // Steering first: what it leaves of the friction circle is for accelerating.
         let across = |angle: f64| speed * speed * angle.tan() / limits.wheelbase;
         let widest = if speed > 1.0 {
-            let most = limits.acceleration * ACROSS;
+            let most = (limits.acceleration * ACROSS).min(self.lateral);
             (most * limits.wheelbase / (speed * speed)).atan()
         } else {
             limits.steering
@@ -140,6 +144,7 @@ impl Car {
         let room = (limits.speed - speed).max(0.0);
         let highest = left
             .min(limits.forward(next_speed))
+            .min(self.speeding_up)
             .min((2.0 * self.jerk * room).sqrt() / 2.0);
         let acceleration = (z[ACCELERATION] + u[0] * dt).clamp(lowest.min(highest), highest);
         let jerk = ((acceleration - z[ACCELERATION]) / dt).clamp(-self.jerk, self.jerk);

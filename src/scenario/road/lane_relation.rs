@@ -75,6 +75,24 @@ impl LaneletNetwork {
         if driven.is_empty() { all } else { driven }
     }
 
+    /// How far left of the middle of its lanelet a pose is, metres; where several lie over each other, of the nearest
+    /// that is driven in its direction. `None` on no lanelet.
+    #[must_use]
+    pub fn lane_offset(&self, pose: &Pose) -> Option<f64> {
+        let driven = self.lanelets_driven(pose).into_iter();
+        let offsets = driven.filter_map(|id| {
+            let lane = Lane::from_lanelet(self.lanelet(id)?)?;
+            let along = lane.centre().project(&pose.position);
+            let against = angle_between(lane.centre().pose_at(along.s).heading, pose.heading);
+            Some(if against.abs() > std::f64::consts::FRAC_PI_2 {
+                -along.d
+            } else {
+                along.d
+            })
+        });
+        offsets.min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    }
+
     /// The relations of all lanes to the lane that these lanelets are.
     #[must_use]
     pub fn lane_relations(&self, lanelets: &[i64]) -> LaneRelations<'_> {

@@ -10,7 +10,8 @@ use crate::evaluation::generating;
 use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{
-    Attack, ClosedLoop, Effort, GateEvidence, Progress, SearchResult, SelectedAttack,
+    Attack, AttackStyle, ClosedLoop, Effort, GateEvidence, Plausibility, Progress, SearchResult,
+    SelectedAttack,
 };
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
@@ -74,6 +75,7 @@ impl Opened {
             prepared: &prepared,
             attacker: wish.only,
             delay: effort.delay,
+            style: AttackStyle::default(),
             source: match how.source {
                 AttackSource::Search(_) => AttackSource::Search(&effort),
                 model @ AttackSource::Model(_) => model,
@@ -131,7 +133,10 @@ impl Opened {
             let planned = PlannedEgo::from_outcome(&prepared, outcome, recorder.cycles);
             Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
         };
+        let plausibility = workshop.plausibility(&chosen.attack.change);
         let shown = VariantDisplay {
+            style: workshop.style(),
+            plausibility: plausibility.map(|(own, _)| own),
             file: wish.entry.display(),
             closed: workshop.closed,
             by: model.unwrap_or_else(|| effort.to_string()),
@@ -189,6 +194,8 @@ struct VariantDisplay {
     by: String,
     only: Option<i64>,
     passed: GateEvidence,
+    style: AttackStyle,
+    plausibility: Option<Plausibility>,
     ranked: Vec<Candidate>,
     authorship: Option<Authorship>,
 }
@@ -215,6 +222,8 @@ impl VariantDisplay {
             effect: effect.ok_or("the ego was not driven against the attack")?,
             avoidability: chosen.avoidability,
             passed: self.passed,
+            style: self.style,
+            plausibility: self.plausibility,
             refused: match &self.authorship {
                 Some(wrote) => wrote.authored.refusals(),
                 None => found.refused.clone(),

@@ -11,7 +11,8 @@ use crate::formats::Entry;
 use crate::formats::commonroad;
 use crate::generation::attacker::Candidate;
 use crate::generation::{
-    Avoidability, Change, ClosedLoop, Effect, GateEvidence, Progress, Refusal, Variant,
+    AttackStyle, Avoidability, Change, ClosedLoop, Effect, GateEvidence, Plausibility, Progress,
+    Refusal, Variant,
 };
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
@@ -72,6 +73,10 @@ pub struct GeneratedVariant {
     pub avoidability: Avoidability,
     /// The gate's evidence.
     pub passed: GateEvidence,
+    /// How its attacker moves.
+    pub style: AttackStyle,
+    /// How plausible its motion is; `None` where nobody moves in the recording.
+    pub plausibility: Option<Plausibility>,
     /// Refusals on the way.
     pub refused: Vec<Refusal>,
     /// How far the search had come.

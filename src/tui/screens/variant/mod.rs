@@ -11,7 +11,7 @@ use ratatui::text::Text;
 
 use super::{Screen, Step, moves_scene};
 use crate::description::visible;
-use crate::generation::{Certificate, Consequence, Reason};
+use crate::generation::{AttackStyle, Certificate, Consequence, Reason};
 use crate::scenario::Motion as State;
 use crate::tui::action::Action;
 use crate::tui::loaded::{GeneratedVariant, VariantShown};
@@ -266,6 +266,18 @@ fn gate(lines: &mut Lines, made: &GeneratedVariant) {
         passed.friction * 100.0
     );
     lines.say("friction", &friction);
+    let style = match made.style {
+        AttackStyle::Human => "keeps the limits of people",
+        AttackStyle::Limit => "keeps the limits of its vehicle",
+    };
+    lines.say("style", style);
+    if let Some(found) = &made.plausibility {
+        let words = format!(
+            "log-likelihood {:.1} nats/s; recorded motions {:.1}",
+            found.log_likelihood, found.recorded
+        );
+        lines.say("plausible", &words);
+    }
     if passed.early > 0 {
         let words = format!("ends {} steps before the recorded one", passed.early);
         lines.say("motion", &words);
