@@ -91,6 +91,10 @@ const PLAUSIBLE: f64 = 0.35;
 /// One of this cost is a near miss that a good driver survives; half of the rounds are spent to find better ones.
 const GOOD: f64 = -2.0;
 
+/// The search ends after so many rounds in a row that found nothing better by [`BETTER`].
+const PATIENCE: usize = 3;
+const BETTER: f64 = 0.05;
+
 /// Motions that each core tries before the progress is told.
 const AT_ONCE: usize = 4;
 
@@ -175,6 +179,7 @@ impl Search<'_> {
         let mut random = fastrand::Rng::with_seed(effort.seed);
         let first = (effort.candidates as f64 * FIRST).round() as usize;
         let rounds = effort.rounds.max(1);
+        let (mut lowest, mut since) = (f64::INFINITY, 0);
         for round in 0..rounds {
             let count = match round {
                 0 if rounds > 1 => first,
@@ -198,9 +203,14 @@ impl Search<'_> {
                 least = least.min(attack.cost());
             }
             let goes_on = watch(self.found.so_far(self.attacks())) && !(self.stop)();
+            let found = { self.attacks() }.filter(|a| a.effect.is_some());
+            let now = found.map(Attack::cost).fold(f64::INFINITY, f64::min);
+            since = if now < lowest - BETTER { 0 } else { since + 1 };
+            lowest = lowest.min(now);
             let enough = least <= BEST + PLAUSIBLE
                 || best <= BEST && 4 * round >= rounds
-                || best <= GOOD && 2 * round >= rounds;
+                || best <= GOOD && 2 * round >= rounds
+                || since > PATIENCE;
             if !goes_on || enough {
                 break;
             }

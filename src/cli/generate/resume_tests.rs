@@ -7,9 +7,17 @@ use super::*;
 
 const XML: &[u8] = b"<commonRoad/>";
 
-/// The settings of all papers here; the last digit of the number is one that a file may lose.
-fn settings() -> Value {
+/// The settings of all papers here, as versions wrote them that knew no style; the last digit of the number is one that a
+/// file may lose.
+fn written() -> Value {
     json!({"problem": 1, "survive": 0.5, "planning": {"margin": 0.1 + 0.2}})
+}
+
+/// The same as they are asked for.
+fn settings() -> Value {
+    let mut settings = written();
+    settings["style"] = "limit".into();
+    settings
 }
 
 fn line(scenario: &str) -> Value {
@@ -29,7 +37,7 @@ fn papers(id: &str, scenario: &str) -> Value {
             format!("{id}.csv"): ContentHash::digest(b"step").to_string(),
         },
         "original": {"sha256": ContentHash::digest(b"original").to_string()},
-        "rejected": [{"reason": "jerk"}], "made": {"settings": settings(), "line": line(scenario)},
+        "rejected": [{"reason": "jerk"}], "made": {"settings": written(), "line": line(scenario)},
     })
 }
 
@@ -70,9 +78,11 @@ fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
         past.line_for(&entry("mine"), &changed, &settings())
             .is_none()
     );
-    let mut others = settings();
-    others["survive"] = 1.0.into();
-    assert!(past.line_for(&entry("mine"), &original, &others).is_none());
+    for (key, other) in [("survive", json!(1.0)), ("style", json!("human"))] {
+        let mut others = settings();
+        others[key] = other;
+        assert!(past.line_for(&entry("mine"), &original, &others).is_none());
+    }
 }
 
 #[test]
