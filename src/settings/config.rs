@@ -46,6 +46,8 @@ pub struct Config {
     pub log_probabilities: bool,
     /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
     pub concurrency: std::num::NonZeroU32,
+    /// How attackers of variants move: `human` or `limit`; `human` where it is not set.
+    pub attack_style: Option<String>,
     /// Most US dollars that one session of the workbench, or one `ask`, may cost; without it there is no bound.
     pub budget: Option<f64>,
     /// Who rates answers; the user's name where it is not set.
@@ -79,6 +81,7 @@ impl Default for Config {
             effort: None,
             log_probabilities: false,
             concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
+            attack_style: None,
             budget: None,
             person: None,
             pictures: None,

@@ -74,6 +74,7 @@ fn can_be_meant(config: &Config) -> bool {
             &config.map_blocks,
             &["auto", "quadrants", "sextants", "octants"],
         )
+        && one_of(&config.attack_style, &["human", "limit"])
         && config.model.as_deref().is_none_or(model)
 }
 

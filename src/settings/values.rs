@@ -42,7 +42,7 @@ const BOOLEAN: &str = "expected true or false";
 const COUNT: &str = "expected a whole number from 1 to 4294967295";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 21] = [
+pub(super) const KEYS: [Key; 22] = [
     key(
         "theme",
         "expected the name of a theme, such as \"dark\"",
@@ -114,6 +114,12 @@ pub(super) const KEYS: [Key; 21] = [
     key("concurrency", COUNT, "", |config| {
         Some(config.concurrency.get().into())
     }),
+    key(
+        "attack_style",
+        "expected \"human\" or \"limit\"",
+        "human: within what people do",
+        |config| text(&config.attack_style),
+    ),
     key(
         "budget",
         "expected a number of US dollars above 0",

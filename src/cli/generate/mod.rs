@@ -28,6 +28,7 @@ use crate::evaluation::generating::{RETRIES, SAMPLES};
 use crate::formats::commonroad::NewFile;
 use crate::generation::{AttackStyle, DELAYS, Effort};
 use crate::planner::Cancel;
+use crate::settings::Config;
 use crate::system::unknown;
 use job::Job;
 use model::Writer;
@@ -80,8 +81,8 @@ pub struct GenerateArguments {
     /// Reaction time in seconds with which a good driver must be able to avoid the attack.
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = reaction_time)]
     survive: f64,
-    /// How attackers move: as people do in an emergency, or as far as their vehicles can [default: human; with --check
-    /// limit].
+    /// How attackers move: as people do in an emergency, or as far as their vehicles can [default: `attack_style` of
+    /// the configuration, else human; with --check limit].
     #[arg(long, value_name = "STYLE", value_parser = style)]
     style: Option<AttackStyle>,
     #[command(flatten)]
@@ -140,6 +141,12 @@ impl GenerateArguments {
     }
 }
 
+/// The style that is asked for, else that of the configuration.
+fn style_of(arguments: &GenerateArguments, config: &Config) -> AttackStyle {
+    let usual = config.attack_style.as_deref().and_then(AttackStyle::parse);
+    arguments.style.or(usual).unwrap_or_default()
+}
+
 /// Runs it.
 pub fn run(arguments: &GenerateArguments) -> Outcome {
     let (folders, config) = configuration()?;
@@ -154,7 +161,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         delay: arguments.survive,
         ..Effort::default()
     };
-    let style = arguments.style.unwrap_or_default();
+    let style = style_of(arguments, &config);
     let searching = arguments.model == SEARCH;
     let writer = (!searching)
         .then(|| Writer::new(arguments, &folders, &config))

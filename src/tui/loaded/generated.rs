@@ -75,7 +75,7 @@ impl Opened {
             prepared: &prepared,
             attacker: wish.only,
             delay: effort.delay,
-            style: AttackStyle::default(),
+            style: wish.style,
             source: match how.source {
                 AttackSource::Search(_) => AttackSource::Search(&effort),
                 model @ AttackSource::Model(_) => model,

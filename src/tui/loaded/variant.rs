@@ -35,6 +35,8 @@ pub struct VariantRequest {
     pub seed: u64,
     /// The model that thinks of the attack, in place of a search.
     pub writer: Option<Box<Writer>>,
+    /// How the attacker moves.
+    pub style: AttackStyle,
     /// Where it would be saved, which decides its name; the current folder if none.
     pub folder: Option<PathBuf>,
 }

@@ -20,6 +20,7 @@ use crate::workflow::AttackSource;
 pub fn right_turn() -> VariantRequest {
     let mut all = bundled().into_iter();
     VariantRequest {
+        style: Default::default(),
         entry: all.find(|e| e.name.contains("RightTurn")).unwrap(),
         change: None,
         forecast: Forecast::Lane,
@@ -95,6 +96,7 @@ fn a_search_that_is_to_stop_begins_no_motion_and_no_drive_more() {
 #[test]
 fn who_cancels_is_driven_against_nothing_more() {
     let wish = VariantRequest {
+        style: Default::default(),
         writer: Some(Box::new(Writer {
             model: "lab/small".into(),
             name: "test".into(),

@@ -51,6 +51,7 @@ pub fn generated(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
     let make = || {
         // A folder in which nothing lies decides the name.
         let wish = VariantRequest {
+            style: Default::default(),
             folder: Some("/nonexistent".into()),
             ..wish.clone()
         };

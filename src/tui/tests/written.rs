@@ -170,6 +170,7 @@ fn written(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
     let (ego, cancel) = (EgoSelection::Beside, Cancel::default());
     // A folder in which nothing lies decides the name.
     let wish = VariantRequest {
+        style: Default::default(),
         folder: Some("/nonexistent".into()),
         ..wish.clone()
     };

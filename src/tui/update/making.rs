@@ -19,7 +19,7 @@ use super::super::loaded::{
 use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
 use super::super::model::{Drives, JobKind, Model, Search, consequence_words, forecast_words};
 use super::opening;
-use crate::generation::Consequence;
+use crate::generation::{AttackStyle, Consequence};
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
 
 /// Shown while waiting for cancelled work to end.
@@ -136,7 +136,9 @@ fn request(
     writer: Option<Box<Writer>>,
 ) -> Option<(usize, Box<VariantRequest>)> {
     let place = model.list.opened?;
+    let style = model.config.attack_style.as_deref();
     let request = VariantRequest {
+        style: style.and_then(AttackStyle::parse).unwrap_or_default(),
         entry: model.list.rows[place].entry.clone(),
         change,
         forecast: model.driver.forecast,

@@ -225,6 +225,7 @@ fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
         // Only of one scenario, unchanged: a search takes long.
         1 if request.entry.name.contains("RightTurn") && request.change.is_none() => {
             generated(&VariantRequest {
+                style: Default::default(),
                 only: None,
                 seed: 1,
                 ..request
