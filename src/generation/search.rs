@@ -92,7 +92,7 @@ const PLAUSIBLE: f64 = 0.35;
 const GOOD: f64 = -2.0;
 
 /// The search ends after so many rounds in a row that found nothing better by [`BETTER`].
-const PATIENCE: usize = 3;
+const PATIENCE: usize = 4;
 const BETTER: f64 = 0.05;
 
 /// Motions that each core tries before the progress is told.

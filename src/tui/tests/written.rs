@@ -15,7 +15,7 @@ use crate::evaluation::generating::{
 };
 use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
-use crate::generation::{AttackSetup, Reason, Refusal, admit};
+use crate::generation::{AttackSetup, AttackStyle, Reason, Refusal, admit};
 use crate::llm::Chunk;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
@@ -170,7 +170,7 @@ fn written(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
     let (ego, cancel) = (EgoSelection::Beside, Cancel::default());
     // A folder in which nothing lies decides the name.
     let wish = VariantRequest {
-        style: Default::default(),
+        style: AttackStyle::Limit,
         folder: Some("/nonexistent".into()),
         ..wish.clone()
     };
