@@ -6,7 +6,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::describe::advised;
-use super::open::{ScenarioArguments, configuration, frame, pack, task, techniques, user_thresholds};
+use super::open::{
+    ScenarioArguments, configuration, frame, pack, task, techniques, user_thresholds,
+};
 use super::span::Span;
 use super::{Failure, Outcome, json, output};
 use crate::description::Frame;

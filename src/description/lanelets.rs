@@ -83,7 +83,10 @@ fn within<'n>(
         let all = segments.map(|pair| to_segment(places, pair));
         all.fold(f64::INFINITY, f64::min)
     };
-    let distance = lines.map(distance).into_iter().fold(f64::INFINITY, f64::min);
+    let distance = lines
+        .map(distance)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
     if distance > radius {
         return None;
     }

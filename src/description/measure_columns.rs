@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::table::{Column, column};
-use crate::metrics::{Danger, Measure, MeasureList, measure};
+use crate::metrics::{Danger, Measure, MeasureList};
 
 /// A measure that is told at every step.
 pub(super) struct Said {
@@ -131,9 +131,15 @@ impl MeasureColumns {
     }
 }
 
-/// The title of a measure's column, with its unit: `ttc long [s]`.
+/// What a measure is called in the tables of the metrics frame: `ttc long`.
+#[must_use]
+pub fn measure_column(measure: &Measure) -> String {
+    measure.id.replace('_', " ")
+}
+
+/// The title of its column, with its unit: `ttc long [s]`.
 fn title(measure: &Measure) -> String {
-    let name = measure.id.replace('_', " ");
+    let name = measure_column(measure);
     match measure.unit {
         "" => name,
         unit => format!("{name} [{unit}]"),
@@ -145,12 +151,6 @@ fn unit(measure: &Measure) -> String {
         "" => String::new(),
         unit => format!(" {unit}"),
     }
-}
-
-/// The title of the column of a measure, as tables of the metrics frame have it.
-#[must_use]
-pub fn measure_title(id: &str) -> Option<String> {
-    measure(id).map(title)
 }
 
 #[cfg(test)]

@@ -5,47 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::chosen::{self, TemplateChoices};
 use super::render::syntax;
+use super::shipped::SHIPPED;
 use super::{Pack, Template, TemplateError, includes};
 use crate::system;
-
-/// A file that comes with the program.
-#[derive(Debug, Clone, Copy)]
-pub struct Shipped {
-    /// File name.
-    pub file: &'static str,
-    /// Its text.
-    pub source: &'static str,
-}
-
-/// Files of `prompts/`, by name.
-macro_rules! shipped {
-    ($($file:literal),+ $(,)?) => {
-        &[$(Shipped {
-            file: $file,
-            source: include_str!(concat!("../../prompts/", $file)),
-        }),+]
-    };
-}
-
-const SHIPPED: &[Shipped] = shipped![
-    "_answer.md",
-    "_cartesian.md",
-    "_critical.md",
-    "_ego.md",
-    "_horizon.md",
-    "_metrics.md",
-    "_risk.md",
-    "_scene.md",
-    "attacker-ego.md",
-    "attacker-metrics.md",
-    "collision-cartesian.md",
-    "collision-ego.md",
-    "collision-metrics.md",
-    "safety-cartesian.md",
-    "safety-ego.md",
-    "safety-metrics.md",
-    "trajectory.md",
-];
 
 /// Source of a template.
 #[derive(Debug, Clone, PartialEq, Eq)]

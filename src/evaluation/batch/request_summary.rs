@@ -160,7 +160,12 @@ impl Spec {
                 "stride",
                 one_or_each(request.stride, &axes.strides, usize::to_string),
             ),
-            ("road", request.road.map(|road| if road { "yes" } else { "no" }.into())),
+            (
+                "road",
+                request
+                    .road
+                    .map(|road| if road { "yes" } else { "no" }.into()),
+            ),
             ("axes", request.axes.map(|axes| axes.name().into())),
             ("measures", request.measures.map(|all| all.ids().join(" "))),
             (

@@ -68,8 +68,18 @@ impl Experiment {
         let strides = reading.wholes("stride").into_iter().map(steps);
         let (stride, strides) = Axes::one_or_several(strides.collect());
         let (seed, seeds) = Axes::one_or_several(reading.wholes("seed"));
-        let ego_axes = word(&mut reading, "axes", EgoAxes::parse, &EgoAxes::ALL.map(EgoAxes::name));
-        let pack = word(&mut reading, "pack", Pack::parse, &Pack::ALL.map(Pack::name));
+        let ego_axes = word(
+            &mut reading,
+            "axes",
+            EgoAxes::parse,
+            &EgoAxes::ALL.map(EgoAxes::name),
+        );
+        let pack = word(
+            &mut reading,
+            "pack",
+            Pack::parse,
+            &Pack::ALL.map(Pack::name),
+        );
         let pack = pack.unwrap_or_default();
         let measures = measures(&mut reading);
         let select = reading.text("select");
