@@ -11,6 +11,8 @@ mod contact;
 mod future;
 #[path = "words/options.rs"]
 mod options;
+#[path = "words/pack.rs"]
+mod pack;
 #[path = "words/parsed.rs"]
 mod parsed;
 #[path = "words/random.rs"]
