@@ -9,6 +9,10 @@ mod close;
 mod contact;
 #[path = "words/future.rs"]
 mod future;
+#[path = "words/options.rs"]
+mod options;
+#[path = "words/pack.rs"]
+mod pack;
 #[path = "words/parsed.rs"]
 mod parsed;
 #[path = "words/random.rs"]

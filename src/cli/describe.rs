@@ -58,7 +58,7 @@ pub fn run(arguments: &Describe) -> Outcome {
     let (entry, scene) = arguments.which.open()?;
     let decided = arguments
         .span
-        .settings(None, &config)?
+        .settings(None, arguments.frame, &config)?
         .with(&Defaults::default());
     let thresholds = user_thresholds(&folders)?;
     let window = arguments

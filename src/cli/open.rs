@@ -12,7 +12,7 @@ use crate::formats::{
     not_standard_input,
 };
 use crate::metrics::Thresholds;
-use crate::prompts::Techniques;
+use crate::prompts::{Pack, Techniques};
 use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::system::unknown;
@@ -362,6 +362,11 @@ pub fn task(word: &str) -> Result<Task, String> {
 /// The name of a frame.
 pub fn frame(word: &str) -> Result<Frame, String> {
     Frame::parse(word).ok_or_else(|| unknown("frame", word, Frame::ALL.map(Frame::name)))
+}
+
+/// `standard` or `paper`.
+pub fn pack(word: &str) -> Result<Pack, String> {
+    Pack::parse(word).ok_or_else(|| unknown("pack", word, Pack::ALL.map(Pack::name)))
 }
 
 /// `cp,cot,icl`, `base` or `all`.

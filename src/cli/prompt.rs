@@ -6,13 +6,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::describe::advised;
-use super::open::{ScenarioArguments, configuration, frame, task, techniques, user_thresholds};
+use super::open::{
+    ScenarioArguments, configuration, frame, pack, task, techniques, user_thresholds,
+};
 use super::span::Span;
 use super::{Failure, Outcome, json, output};
 use crate::description::Frame;
 use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
 use crate::llm::Message;
-use crate::prompts::{Fallback, Library, Problem, Techniques};
+use crate::prompts::{Fallback, Library, Pack, Problem, Techniques};
 use crate::settings::{Config, Folders};
 use crate::verdict::Task;
 
@@ -32,6 +34,9 @@ pub struct QuestionArguments {
     /// else all].
     #[arg(long, value_parser = techniques)]
     techniques: Option<Techniques>,
+    /// Templates: standard, or paper to ask as "From Words to Collisions" does [default: standard].
+    #[arg(long, value_name = "PACK", value_parser = pack)]
+    pack: Option<Pack>,
     #[command(flatten)]
     pub span: Span,
 }
@@ -41,6 +46,7 @@ impl QuestionArguments {
     pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
         let library = validate(Library::load(Some(&folders.prompts())));
+        let library = library.with_pack(self.pack.unwrap_or_default());
         let frame = self
             .frame
             .unwrap_or_else(|| default_frame(&library, self.task));
@@ -56,7 +62,7 @@ impl QuestionArguments {
             p.instead == Fallback::Usual && p.path.extension().is_some_and(|x| x == "md")
         };
         library.problems.iter().filter(usual).for_each(say);
-        let settings = self.span.settings(self.techniques, config)?;
+        let settings = self.span.settings(self.techniques, frame, config)?;
         let decided = settings.with(&chosen.front.defaults);
         let thresholds = user_thresholds(folders)?;
         let window = (self.span).window(&scene, &thresholds, Some(self.task), decided.history)?;

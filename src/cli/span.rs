@@ -2,12 +2,13 @@
 
 use super::Failure;
 use super::at::{At, worst_step};
-use crate::description::Form;
+use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::Settings;
-use crate::metrics::Thresholds;
+use crate::metrics::{MeasureList, Thresholds};
 use crate::prompts::{MOST_DECIMALS, Techniques};
 use crate::scenario::{Scene, Window};
 use crate::settings::Config;
+use crate::system::unknown;
 use crate::verdict::Task;
 
 /// Which steps are looked at, and how they are described.
@@ -36,9 +37,40 @@ pub struct Span {
     /// only the distance shows it [default: from the template, else no].
     #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
     contact: Option<bool>,
+    #[command(flatten)]
+    pub of_frames: OfFrames,
     /// Describe only this obstacle; the trajectory frame needs it.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     obstacle: Option<i64>,
+}
+
+/// Options of a description that one frame has.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct OfFrames {
+    /// Cartesian frame: describe the road near the ego too, its lanelets with their lines [default: from the template,
+    /// else no].
+    #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
+    pub road: Option<bool>,
+    /// Ego frame: measure along the ego's heading, or with s and d along its lane (heading, lane) [default: from the
+    /// template, else heading].
+    #[arg(long, value_name = "AXES", value_parser = axes)]
+    pub axes: Option<EgoAxes>,
+    /// Metrics frame: the measures that are its columns, separated by commas, such as ttc,thw,drac; see `nearmiss help
+    /// measures` [default: from the template, else distance, times, drac and risk].
+    #[arg(long, value_name = "MEASURES", value_parser = MeasureList::parse)]
+    pub measures: Option<MeasureList>,
+}
+
+impl OfFrames {
+    /// Whether any is given.
+    pub fn any(&self) -> bool {
+        self.road.is_some() || self.axes.is_some() || self.measures.is_some()
+    }
+}
+
+/// `heading` or `lane`.
+fn axes(word: &str) -> Result<EgoAxes, String> {
+    EgoAxes::parse(word).ok_or_else(|| unknown("axes", word, EgoAxes::ALL.map(EgoAxes::name)))
 }
 
 /// Steps of a window: no recording is longer than the most.
@@ -92,6 +124,7 @@ impl Span {
     pub fn settings(
         &self,
         techniques: Option<Techniques>,
+        frame: Frame,
         config: &Config,
     ) -> Result<Settings, Failure> {
         let radius = self.radius.or(config.radius);
@@ -100,7 +133,7 @@ impl Span {
                 "--radius must be a positive number of metres",
             ));
         }
-        Ok(Settings {
+        let settings = Settings {
             history: self.history.map(|steps| steps as usize).or(config.history),
             stride: self.stride.map(|steps| steps as usize),
             radius,
@@ -108,8 +141,15 @@ impl Span {
             form: self.form,
             contact: self.contact,
             techniques,
+            road: self.of_frames.road,
+            axes: self.of_frames.axes,
+            measures: self.of_frames.measures,
             obstacle: self.obstacle,
-        })
+        };
+        match settings.misplaced(&[frame], "--") {
+            Some(why) => Err(Failure::input(why)),
+            None => Ok(settings),
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The Cartesian description: positions of all participants on the map, step by step.
 
+use super::lanelets;
 use super::lanes::Lanes;
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{NO_EGO, heading, lane, name, on_the_map, sizes, subject};
@@ -33,10 +34,14 @@ pub(super) fn motion(motion: &Motion) -> [Cell; 5] {
 pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
     w.relative_to(window.last());
     let described = options.described(scene, window);
+    let steps: Vec<i64> = described.iter().map(|moment| moment.step).collect();
     sizes(w, scene, &everyone(&described));
     match options.form {
         Form::Prose => prose(w, scene, described),
         Form::Compact => compact(w, scene, described),
+    }
+    if options.road {
+        lanelets::describe(w, scene, &steps, options);
     }
 }
 

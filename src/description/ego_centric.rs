@@ -90,7 +90,7 @@ fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &Op
 }
 
 /// A heading relative to the ego's, to the side that it is written with.
-fn turned(w: &mut Writer, degrees: f64) {
+pub(super) fn turned(w: &mut Writer, degrees: f64) {
     w.words("heading ").degrees("heading_rel", degrees.abs());
     w.words(match written_degrees(degrees) {
         // Neither side.

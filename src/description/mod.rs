@@ -2,7 +2,10 @@
 
 mod cartesian;
 mod ego_centric;
+mod ego_lane;
+mod lanelets;
 mod lanes;
+mod measure_columns;
 mod motion_words;
 mod options;
 mod parts;
@@ -17,7 +20,8 @@ mod writer;
 use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
-pub use options::{Form, Options, STANDS_FAR};
+pub use measure_columns::measure_column;
+pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value, has_relative_times};
 
@@ -135,6 +139,9 @@ pub fn describe_in(
     let w = &mut writer;
     match frame {
         Frame::Cartesian => cartesian::describe(w, scene, window, options),
+        Frame::Ego if options.axes == EgoAxes::Lane => {
+            ego_lane::describe(w, scene, window, options)
+        }
         Frame::Ego => ego_centric::describe(w, scene, window, options),
         Frame::Metrics => safety_metrics::describe(w, context, window, options),
         Frame::Trajectory => {

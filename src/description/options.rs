@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::Frame;
 use super::writer::written;
+use crate::metrics::MeasureList;
 use crate::scenario::{Motion, Participant, Scene, Window};
 
 /// Farther away than this, metres between centres, what stands all the time is described once.
@@ -33,6 +35,12 @@ pub struct Options {
     pub form: Form,
     /// Whether it is said that bodies touch, as direction and in words; the distance tells it in any case.
     pub contact: bool,
+    /// Whether the road near the ego is described too, in the Cartesian frame.
+    pub road: bool,
+    /// What the ego frame measures along and across.
+    pub axes: EgoAxes,
+    /// The measures of the metrics frame; `None` for its usual ones.
+    pub measures: Option<MeasureList>,
     /// Only this obstacle; the trajectory frame needs one, and takes it however far away it is.
     pub obstacle: Option<i64>,
 }
@@ -67,6 +75,43 @@ impl Form {
     }
 }
 
+/// The axes along and across which the ego frame measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum EgoAxes {
+    /// The ego's heading.
+    #[default]
+    Heading,
+    /// The ego's lane: s along its centre line, d to the left of it.
+    Lane,
+}
+
+impl EgoAxes {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Heading, Self::Lane];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heading => "heading",
+            Self::Lane => "lane",
+        }
+    }
+
+    /// The axes with this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|axes| axes.name() == name)
+    }
+}
+
+/// The frame that an option of one frame only is for, and the option's name.
+pub const OF_ONE_FRAME: [(&str, Frame); 3] = [
+    ("road", Frame::Cartesian),
+    ("axes", Frame::Ego),
+    ("measures", Frame::Metrics),
+];
+
 impl Default for Options {
     fn default() -> Self {
         Self {
@@ -75,6 +120,9 @@ impl Default for Options {
             stride: 1,
             form: Form::default(),
             contact: false,
+            road: false,
+            axes: EgoAxes::default(),
+            measures: None,
             obstacle: None,
         }
     }

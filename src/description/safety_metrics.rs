@@ -4,6 +4,7 @@
 
 use super::ego_centric::{OWN, own, relative};
 use super::lanes::Lanes;
+use super::measure_columns::{MeasureColumns, Said, Worst};
 use super::motion_words;
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{
@@ -24,45 +25,6 @@ const RELATION: &[Column] = &[
     column("v rel lat [m/s]", "v_rel_lat"),
 ];
 
-/// Values of one obstacle at one step beside its relation: column, words of the prose before and after.
-const SAID: &[(Column, &str, &str)] = &[
-    (column("distance [m]", "distance"), "distance ", " m"),
-    (
-        column("ttc long [s]", "ttc_long"),
-        "time to close the gap longitudinal ",
-        " s",
-    ),
-    (column("ttc lat [s]", "ttc_lat"), "lateral ", " s"),
-    (column("ttc [s]", "ttc"), "time to collision ", " s"),
-    (column("time gap [s]", "time_gap"), "time gap ", " s"),
-    (
-        column("drac [m/s²]", "drac"),
-        "deceleration needed ",
-        " m/s²",
-    ),
-    (column("risk", "risk"), "risk score ", ""),
-];
-
-/// The measures whose worst values over the window are given: id and words.
-const WORST: &[(&str, &str, &str)] = &[
-    ("distance", "smallest distance ", " m"),
-    ("ttc", "smallest time to collision ", " s"),
-    ("drac", "largest deceleration needed ", " m/s²"),
-    ("risk", "lowest risk score ", ""),
-];
-
-/// Columns of [`WORST`].
-const WORST_COLUMNS: &[Column] = &[
-    column("min distance [m]", "distance"),
-    column("at t [s]", "time"),
-    column("min ttc [s]", "ttc"),
-    column("at t [s]", "time"),
-    column("max drac [m/s²]", "drac"),
-    column("at t [s]", "time"),
-    column("min risk", "risk"),
-    column("at t [s]", "time"),
-];
-
 /// The subject: a scene that ends with the window, and the obstacles near in it.
 struct Measured<'c, 's> {
     scene: &'s Scene,
@@ -70,6 +32,7 @@ struct Measured<'c, 's> {
     context: &'c Context<'s>,
     window: &'c Window,
     options: &'c Options,
+    columns: MeasureColumns,
 }
 
 pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, options: &Options) {
@@ -82,6 +45,7 @@ pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, o
         context: &context.during(window),
         window,
         options,
+        columns: MeasureColumns::new(options.measures.as_ref()),
     };
     sizes(w, scene, &everyone);
     match options.form {
@@ -118,19 +82,22 @@ impl Measured<'_, '_> {
                 let seen = Seen::new(&encounter, self.options);
                 name_and_place(w, &participant, step, &seen, lanes.of(ego, motion));
                 relative(w, &seen.relation);
-                measures(w, &encounter);
+                measures(w, &self.columns.said, &encounter);
                 let words = motion_words::describe_motion(w, &seen, self.options.contact);
                 w.words(". ").words(&words).words("\n");
             }
         }
-        if everyone.is_empty() {
+        if everyone.is_empty() || self.columns.worst.is_empty() {
             return;
         }
         self.worst_heading(w);
         for participant in everyone {
             w.about(subject(participant), None).words("  ");
             name(w, participant);
-            for (place, (id, before, after)) in WORST.iter().enumerate() {
+            for (place, worst) in self.columns.worst.iter().enumerate() {
+                let Worst {
+                    id, before, after, ..
+                } = worst;
                 w.words(if place == 0 { ": " } else { "; " }).words(before);
                 let Some((value, step)) = self.worst(w, participant, id) else {
                     w.words("none");
@@ -160,10 +127,7 @@ impl Measured<'_, '_> {
 
     fn compact(&self, w: &mut Writer, described: Vec<Moment<'_>>, everyone: &[Participant<'_>]) {
         let lanes = Lanes::new(self.scene);
-        let measures: Vec<Column> = SAID
-            .iter()
-            .map(|(c, ..)| column(c.title, c.quantity))
-            .collect();
+        let measures = self.columns.columns();
         table::titles(w, &[OWN, RELATION, &measures]);
         for Moment { step, near, .. } in described {
             table::begin(w, self.scene, step, None);
@@ -197,15 +161,16 @@ impl Measured<'_, '_> {
                 w.words("\n");
             }
         }
-        if everyone.is_empty() {
+        if everyone.is_empty() || self.columns.worst.is_empty() {
             return;
         }
         self.worst_heading(w);
-        table::titles_after(w, "who", &[WORST_COLUMNS]);
+        let titles = self.columns.worst_columns();
+        table::titles_after(w, "who", &[&titles]);
         for participant in everyone {
             w.about(subject(participant), None);
             name(w, participant);
-            for (place, (id, ..)) in WORST.iter().enumerate() {
+            for (place, Worst { id, .. }) in self.columns.worst.iter().enumerate() {
                 let worst = self.worst(w, participant, id);
                 w.about(subject(participant), worst.map(|(_, step)| step));
                 let dt = self.scene.scenario.dt();
@@ -213,7 +178,7 @@ impl Measured<'_, '_> {
                     Some((value, step)) => vec![cell(id, Some(value)), Cell::Time(step, dt)],
                     None => Vec::new(),
                 };
-                table::cells(w, &WORST_COLUMNS[2 * place..2 * place + 2], &cells);
+                table::cells(w, &titles[2 * place..2 * place + 2], &cells);
             }
             w.words("\n");
         }
@@ -231,17 +196,17 @@ impl Measured<'_, '_> {
 }
 
 /// The measures of an obstacle at a step.
-fn measures(w: &mut Writer, encounter: &Encounter<'_>) {
-    for (place, (column, before, after)) in SAID.iter().enumerate() {
+fn measures(w: &mut Writer, said_of: &[Said], encounter: &Encounter<'_>) {
+    for (place, one) in said_of.iter().enumerate() {
         // The two times to close gaps belong together.
-        let between = match column.quantity {
-            "ttc_lat" => ", ",
-            _ => "; ",
+        let between = match one.continues {
+            true => ", ",
+            false => "; ",
         };
         w.words(if place == 0 { "; " } else { between })
-            .words(before);
-        match read(w, column.quantity, encounter) {
-            Some(value) => said(w, column.quantity, value).words(after),
+            .words(&one.before);
+        match read(w, one.id, encounter) {
+            Some(value) => said(w, one.id, value).words(&one.after),
             None => w.words("none"),
         };
     }

@@ -1,18 +1,23 @@
 //! The compact form: a header line with units, then one row a step and participant.
 
+use std::borrow::Cow;
+
 use super::parts::{lanelet_ids, name, subject};
 use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Participant, Scene};
 
 /// A column: its title with the unit, and what its numbers are.
 pub(super) struct Column {
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     pub quantity: &'static str,
 }
 
 /// A column.
 pub(super) const fn column(title: &'static str, quantity: &'static str) -> Column {
-    Column { title, quantity }
+    Column {
+        title: Cow::Borrowed(title),
+        quantity,
+    }
 }
 
 /// Contents of a table cell.
@@ -60,7 +65,7 @@ pub(super) fn titles(w: &mut Writer, columns: &[&[Column]]) {
 pub(super) fn titles_after(w: &mut Writer, first: &str, columns: &[&[Column]]) {
     w.words(first);
     for column in columns.iter().copied().flatten() {
-        w.words(",").words(column.title);
+        w.words(",").words(&column.title);
     }
     w.words("\n");
 }

@@ -4,12 +4,13 @@ use super::claims::TimeOrigin;
 use super::prompt_summary::{TemplateVersion, how};
 use std::sync::Arc;
 
+use super::settings::measures_of;
 use super::values::Values;
 use crate::description::{self, Frame, Options};
 use crate::judge::{Criterion, Judgement, judge_under};
 use crate::llm::{Message, Role};
 use crate::metrics::{Context, Thresholds};
-use crate::prompts::{self, Library, Prompt, Techniques, Template};
+use crate::prompts::{self, Library, Pack, Prompt, RenderError, Techniques, Template};
 use crate::scenario::{Scene, Window, WindowEnd};
 use crate::verdict::{self, Task, Verdict};
 
@@ -72,6 +73,8 @@ pub struct Question {
     pub template_version: Option<String>,
     /// SHA-256 of its text and of the fragments that it includes.
     pub template_hash: String,
+    /// The pack of the template, which decides the keys of the answer.
+    pub pack: Pack,
     /// The temperature that the template asks for.
     pub temperature: Option<f64>,
     /// The conversation after the prompt: answers, and replies to them.
@@ -82,12 +85,14 @@ pub struct Question {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CaseError {
     /// No template is for this task and frame.
-    #[error("no prompt template for task {task} in frame {frame}; for this task there are {known}")]
+    #[error("no prompt template{} for task {task} in frame {frame}; for this task there are {known}", of_pack(*.pack))]
     NoTemplate {
         /// The task.
         task: &'static str,
         /// The frame.
         frame: &'static str,
+        /// The pack that was asked for.
+        pack: Pack,
         /// The frames that have one.
         known: String,
     },
@@ -105,6 +110,14 @@ pub enum CaseError {
     /// The template cannot be filled.
     #[error(transparent)]
     Render(#[from] prompts::RenderError),
+}
+
+/// The words for a pack other than the standard one.
+fn of_pack(pack: Pack) -> String {
+    match pack {
+        Pack::Standard => String::new(),
+        other => format!(" of the pack {}", other.name()),
+    }
 }
 
 /// Describes the scene of a case and fills the template for it.
@@ -130,6 +143,14 @@ pub fn prepare(
         }
         None => template(library, case.task, case.frame)?,
     };
+    if let Some(Err(message)) = measures_of(&template.front.defaults) {
+        let named = |line: &str| line.trim_start().starts_with("measures");
+        return Err(CaseError::Render(RenderError {
+            file: file.to_string(),
+            line: template.source.lines().position(named).map(|at| at + 1),
+            message,
+        }));
+    }
     let context = Context::under(&case.scene, &case.thresholds);
     let described = description::describe_in(&context, case.frame, &case.window, &case.options)?;
     let values = Values::new(&case, &described.text, &verdict::schema(case.task));
@@ -140,6 +161,7 @@ pub fn prepare(
         template_version: (!is_draft && !library.is_draft(file))
             .then(|| template.front.version.clone()),
         template_hash: library.hash(&template.source),
+        pack: template.front.pack,
         temperature: template.front.defaults.temperature,
         description: described.text,
         turns: Vec::new(),
@@ -159,11 +181,14 @@ pub fn template(
     let (task, frame) = (task.name(), frame.name());
     library.find(task, frame).ok_or_else(|| {
         let all = library.templates();
-        let fits = all.filter(|(_, template, _)| template.front.task == task);
+        let fits = all.filter(|(_, template, _)| {
+            template.front.task == task && template.front.pack == library.pack()
+        });
         let frames: Vec<&str> = fits.map(|(_, t, _)| t.front.frame.as_str()).collect();
         CaseError::NoTemplate {
             task,
             frame,
+            pack: library.pack(),
             known: match frames.is_empty() {
                 true => "none".into(),
                 false => frames.join(", "),

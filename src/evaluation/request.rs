@@ -4,6 +4,7 @@ use super::judges::{Judge, ModelJudge};
 use super::question::{Case, Question};
 use super::run_case::RunOptions;
 use crate::llm::{Parameters, Request, ResponseFormat, Schema};
+use crate::prompts::Pack;
 use crate::store::NewRun;
 use crate::verdict::{self, Task};
 
@@ -20,8 +21,9 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
             log_probabilities: model.parameters.log_probabilities && Task::VERDICTS.contains(&task),
             ..model.parameters
         },
-        // The same form in all techniques: a chain of thought has its place in the justification, the first key.
-        schema: Some(Schema {
+        // The same form in all techniques: a chain of thought has its place in the justification, the first key. The
+        // paper's answers are reasoning and then JSON with keys of its own, which no schema can ask for.
+        schema: (question.pack == Pack::Standard).then(|| Schema {
             name: format!("{}_verdict", task.name()),
             schema: verdict::schema(task),
         }),

@@ -1,7 +1,8 @@
 //! Settings of a case: from the user, else the template, else the defaults.
 
-use crate::description::{Form, Options};
-use crate::prompts::{Defaults, Techniques, Wording};
+use crate::description::{EgoAxes, Form, Frame, OF_ONE_FRAME, Options};
+use crate::metrics::MeasureList;
+use crate::prompts::{AxesOfEgo, Defaults, Techniques, Wording};
 
 /// The user's settings; `None` leaves the decision to the template.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -18,6 +19,12 @@ pub struct Settings {
     pub form: Option<Form>,
     /// Whether descriptions say that bodies touch.
     pub contact: Option<bool>,
+    /// Whether the Cartesian frame describes the road near the ego.
+    pub road: Option<bool>,
+    /// What the ego frame measures along and across.
+    pub axes: Option<EgoAxes>,
+    /// The measures of the metrics frame.
+    pub measures: Option<MeasureList>,
     /// Which techniques are on.
     pub techniques: Option<Techniques>,
     /// The obstacle that is described.
@@ -39,6 +46,22 @@ pub struct EffectiveSettings {
 const HISTORY: usize = 10;
 
 impl Settings {
+    /// An option that none of these frames has, in words; `prefix` stands before its name, as `--` does.
+    #[must_use]
+    pub fn misplaced(&self, frames: &[Frame], prefix: &str) -> Option<String> {
+        let given = [
+            self.road.is_some(),
+            self.axes.is_some(),
+            self.measures.is_some(),
+        ];
+        let mut given = OF_ONE_FRAME.iter().zip(given).filter(|(_, given)| *given);
+        let ((name, frame), _) = given.find(|((_, frame), _)| !frames.contains(frame))?;
+        let frame = frame.name();
+        Some(format!(
+            "{prefix}{name} is an option of the {frame} frame; add that frame or remove the option"
+        ))
+    }
+
     /// The effective settings with a template of these defaults.
     #[must_use]
     pub fn with(&self, template: &Defaults) -> EffectiveSettings {
@@ -47,6 +70,12 @@ impl Settings {
             Wording::Prose => Form::Prose,
             Wording::Compact => Form::Compact,
         });
+        let axes = template.axes.map(|axes| match axes {
+            AxesOfEgo::Heading => EgoAxes::Heading,
+            AxesOfEgo::Lane => EgoAxes::Lane,
+        });
+        // What a template names wrongly is an error where its messages are made.
+        let measures = measures_of(template).and_then(Result::ok);
         EffectiveSettings {
             history: self
                 .history
@@ -68,10 +97,19 @@ impl Settings {
                     .unwrap_or(usual.stride),
                 form: self.form.or(form).unwrap_or(usual.form),
                 contact: self.contact.or(template.contact).unwrap_or(usual.contact),
+                road: self.road.or(template.road).unwrap_or(usual.road),
+                axes: self.axes.or(axes).unwrap_or(usual.axes),
+                measures: self.measures.or(measures),
                 obstacle: self.obstacle,
             },
         }
     }
+}
+
+/// The measures that a template asks for, or what is wrong with their names.
+pub(super) fn measures_of(template: &Defaults) -> Option<Result<MeasureList, String>> {
+    let ids = template.measures.as_ref()?;
+    Some(MeasureList::of(ids.iter().map(String::as_str)))
 }
 
 #[cfg(test)]

@@ -58,21 +58,35 @@ mod tests {
             ego.replace("{{ description }}", "{{ nonsense }}"),
         );
         write("mine.md", ego.replace("collision-ego", "mine"));
+        let unknown = "[defaults]\nmeasures = [\"ttc\", \"darc\"]\n+++\n{% block";
+        let metrics = shipped("collision-metrics.md");
+        write("measured.md", metrics.replacen("+++\n{% block", unknown, 1));
         write("_critical.md", "{{ no_such_value }}\n".into());
         let library = validate(Library::load(Some(folder.path())));
         let (_, origin) = library.file("collision-ego.md").unwrap();
         assert_eq!(*origin, Origin::Shipped);
         assert!(library.is_users("mine.md") && !library.is_users("_critical.md"));
         let said: Vec<String> = library.problems.iter().map(ToString::to_string).collect();
-        assert_eq!(said.len(), 2, "{said:?}");
+        assert_eq!(said.len(), 3, "{said:?}");
         let line = 1 + ego.lines().position(|l| l == "{{ description }}").unwrap();
         let of = |name: &str| said.iter().find(|s| s.contains(name)).unwrap();
         let told = of("collision-ego.md");
         assert!(told.contains(&format!("line {line}: ")), "{told}");
         assert!(told.contains("`{{ nonsense }}`"), "{told}");
         assert!(of("_critical.md").contains("line 1: "), "{said:?}");
+        let told = of("measured.md");
+        assert!(
+            told.contains("line 9: unknown measure `darc`; did you mean `drac`"),
+            "{told}"
+        );
         for problem in &library.problems {
-            assert_eq!(problem.instead, Fallback::Shipped);
+            let own = problem.path.ends_with("measured.md");
+            let instead = if own {
+                Fallback::Usual
+            } else {
+                Fallback::Shipped
+            };
+            assert_eq!(problem.instead, instead);
         }
     }
 }

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::question::Case;
-use crate::description::STANDS_FAR;
+use crate::description::{Form, STANDS_FAR, measure_column};
 use crate::generation::{AttackStyle, Capability};
-use crate::metrics::{MEASURES, RiskLevel, Thresholds};
+use crate::metrics::{Danger, MEASURES, Measure, RiskLevel, Thresholds};
 use crate::prompts;
 use crate::scenario::Transform;
 
@@ -20,6 +20,12 @@ pub(super) struct Values<'a> {
     description: &'a str,
     /// `prose` or `compact`.
     form: &'static str,
+    /// Along what the ego frame measures: `heading` or `lane`.
+    axes: &'static str,
+    /// Whether the Cartesian frame describes the road.
+    road: bool,
+    /// The chosen measures of the metrics frame; empty for its usual ones.
+    measures: Vec<MeasureValues>,
     /// Whether the description says that bodies touch.
     contact: bool,
     /// Seconds after the window within which a contact is critical.
@@ -39,6 +45,8 @@ pub(super) struct Values<'a> {
     risk_levels: &'a [RiskLevel],
     /// Critical values of measures.
     thresholds: Vec<ThresholdValues>,
+    /// Those of the measures that the metrics frame describes.
+    critical: Vec<ThresholdValues>,
     limits: LimitValues,
     /// What the obstacle that is described can do; none where all are described, or where it does not move by itself.
     attacker: Option<AttackerValues>,
@@ -63,9 +71,45 @@ struct WindowValues {
     until: f64,
 }
 
+/// A measure of the metrics frame, as its list in the prompt has it.
+#[derive(Debug, Serialize)]
+struct MeasureValues {
+    id: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    /// What it is called in the description: the column of a table, the name in sentences.
+    column: String,
+    /// `low` or `high`; none where neither side is dangerous.
+    dangerous: Option<&'static str>,
+    source: &'static str,
+}
+
+impl MeasureValues {
+    fn of(measure: &'static Measure, form: Form) -> Self {
+        let column = match form {
+            Form::Compact => measure_column(measure),
+            Form::Prose => measure.name.to_string(),
+        };
+        Self {
+            id: measure.id,
+            name: measure.name,
+            unit: measure.unit,
+            column,
+            dangerous: match measure.danger {
+                Danger::Low => Some("low"),
+                Danger::High => Some("high"),
+                Danger::Neutral => None,
+            },
+            source: measure.source,
+        }
+    }
+}
+
 #[derive(Debug, Serialize)]
 struct ThresholdValues {
     measure: &'static str,
+    /// Whether values from it on are critical, not those up to it.
+    from: bool,
     name: &'static str,
     value: f64,
     unit: &'static str,
@@ -115,6 +159,9 @@ impl<'a> Values<'a> {
         let described = case.options.steps(&case.window);
         let dt = case.scene.scenario.dt();
         let limits = &case.thresholds.limits;
+        let chosen = case.options.measures;
+        let told = chosen.map_or(USUAL_CRITICAL.to_vec(), |chosen| chosen.ids());
+        let chosen = chosen.into_iter().flat_map(|chosen| chosen.iter());
         Self {
             task: case.task.name(),
             frame: case.frame.name(),
@@ -123,6 +170,11 @@ impl<'a> Values<'a> {
             icl: case.techniques.icl,
             description,
             form: case.options.form.name(),
+            axes: case.options.axes.name(),
+            road: case.options.road,
+            measures: chosen
+                .map(|measure| MeasureValues::of(measure, case.options.form))
+                .collect(),
             contact: case.options.contact,
             horizon: plain(case.horizon),
             dt,
@@ -146,7 +198,8 @@ impl<'a> Values<'a> {
                 until: plain(case.scene.time_of(last)),
             },
             risk_levels: &case.thresholds.risk.levels,
-            thresholds: critical(&case.thresholds),
+            thresholds: critical(&case.thresholds, None),
+            critical: critical(&case.thresholds, Some(&told)),
             limits: LimitValues {
                 acceleration: limits.kick_down,
                 deceleration: limits.full_braking,
@@ -161,12 +214,17 @@ impl<'a> Values<'a> {
     }
 }
 
-fn critical(thresholds: &Thresholds) -> Vec<ThresholdValues> {
-    let of = MEASURES.iter().flat_map(|measure| {
+/// The measures of the usual metrics frame whose critical values its prompt names.
+const USUAL_CRITICAL: [&str; 3] = ["ttc", "time_gap", "drac"];
+
+fn critical(thresholds: &Thresholds, of: Option<&[&str]>) -> Vec<ThresholdValues> {
+    let wanted = |measure: &&Measure| of.is_none_or(|ids| ids.contains(&measure.id));
+    let of = MEASURES.iter().filter(wanted).flat_map(|measure| {
         thresholds
             .for_measure(measure.id)
             .map(|threshold| ThresholdValues {
                 measure: measure.id,
+                from: measure.danger == Danger::High,
                 name: measure.name,
                 value: threshold.value,
                 unit: measure.unit,

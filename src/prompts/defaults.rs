@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, de::Error};
 use super::Techniques;
 
 /// Defaults of a template; what it does not say, the program decides.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Defaults {
     /// Steps in the window.
@@ -24,6 +24,12 @@ pub struct Defaults {
     pub form: Option<Wording>,
     /// Whether it is said that bodies touch.
     pub contact: Option<bool>,
+    /// Whether the road near the ego is described too, in the Cartesian frame.
+    pub road: Option<bool>,
+    /// What the ego frame measures along and across.
+    pub axes: Option<AxesOfEgo>,
+    /// Ids of the measures of the metrics frame.
+    pub measures: Option<Vec<String>>,
     /// Which techniques are on.
     #[serde(deserialize_with = "techniques")]
     pub techniques: Option<Techniques>,
@@ -40,6 +46,16 @@ pub enum Wording {
     Prose,
     /// A table.
     Compact,
+}
+
+/// The axes of the ego frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AxesOfEgo {
+    /// Along and across the ego's heading.
+    Heading,
+    /// Along and across the ego's lane.
+    Lane,
 }
 
 /// More decimals than any recording has.

@@ -5,47 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::chosen::{self, TemplateChoices};
 use super::render::syntax;
-use super::{Template, TemplateError, includes};
+use super::shipped::SHIPPED;
+use super::{Pack, Template, TemplateError, includes};
 use crate::system;
-
-/// A file that comes with the program.
-#[derive(Debug, Clone, Copy)]
-pub struct Shipped {
-    /// File name.
-    pub file: &'static str,
-    /// Its text.
-    pub source: &'static str,
-}
-
-/// Files of `prompts/`, by name.
-macro_rules! shipped {
-    ($($file:literal),+ $(,)?) => {
-        &[$(Shipped {
-            file: $file,
-            source: include_str!(concat!("../../prompts/", $file)),
-        }),+]
-    };
-}
-
-const SHIPPED: &[Shipped] = shipped![
-    "_answer.md",
-    "_cartesian.md",
-    "_critical.md",
-    "_ego.md",
-    "_horizon.md",
-    "_metrics.md",
-    "_risk.md",
-    "_scene.md",
-    "attacker-ego.md",
-    "attacker-metrics.md",
-    "collision-cartesian.md",
-    "collision-ego.md",
-    "collision-metrics.md",
-    "safety-cartesian.md",
-    "safety-ego.md",
-    "safety-metrics.md",
-    "trajectory.md",
-];
 
 /// Source of a template.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -111,6 +73,8 @@ pub struct Library {
     drafts: BTreeSet<String>,
     /// Which of several templates for the same is used.
     chosen: TemplateChoices,
+    /// The templates that are asked with.
+    pack: Pack,
     /// Files of the user that could not be used.
     pub problems: Vec<Problem>,
 }
@@ -257,6 +221,19 @@ impl Library {
         self.drafts.contains(file)
     }
 
+    /// The same library, asked with the templates of a pack.
+    #[must_use]
+    pub fn with_pack(mut self, pack: Pack) -> Self {
+        self.pack = pack;
+        self
+    }
+
+    /// The pack that is asked with.
+    #[must_use]
+    pub fn pack(&self) -> Pack {
+        self.pack
+    }
+
     /// Takes over what the user chose; a choice that cannot be kept is a problem.
     fn choose(&mut self, folder: &Path) {
         let path = folder.join(chosen::FILE);
@@ -288,7 +265,7 @@ impl Library {
     }
 
     /// The template for a task and a frame: the chosen one, else a user's before a shipped one, of a user's the one
-    /// that overrides the shipped one.
+    /// that overrides the shipped one; of another pack only where it is chosen and no pack is asked for.
     #[must_use]
     pub fn find(&self, task: &str, frame: &str) -> Option<(&str, &Template)> {
         let chosen = self.chosen.get(task, frame);
@@ -296,8 +273,13 @@ impl Library {
             let user = matches!(origin, Origin::User(_));
             (chosen == Some(file), user, Self::shipped(file).is_some())
         };
-        let fits = |t: &Template| t.front.task == task && t.front.frame == frame;
-        let all = self.templates.iter().filter(|(_, (t, _))| fits(t));
+        let in_pack = |file: &str, t: &Template| {
+            t.front.pack == self.pack || self.pack == Pack::Standard && chosen == Some(file)
+        };
+        let fits = |file: &str, t: &Template| {
+            t.front.task == task && t.front.frame == frame && in_pack(file, t)
+        };
+        let all = self.templates.iter().filter(|(file, (t, _))| fits(file, t));
         all.max_by_key(|(file, (_, origin))| rank(file, origin))
             .map(|(file, (template, _))| (file.as_str(), template))
     }

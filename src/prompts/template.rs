@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::Pack;
 use super::defaults::Defaults;
 use super::render::syntax;
 use crate::system::line_at;
@@ -18,6 +19,8 @@ pub struct FrontMatter {
     pub task: String,
     /// The frame it is for.
     pub frame: String,
+    /// The pack that it belongs to.
+    pub pack: Pack,
     /// One sentence about it.
     pub summary: String,
     /// What holds where the user does not say otherwise.
@@ -35,6 +38,8 @@ struct Written {
     #[serde(default)]
     summary: String,
     schema: Option<Spanned<String>>,
+    #[serde(default)]
+    pack: Pack,
     #[serde(default)]
     defaults: Defaults,
 }
@@ -110,6 +115,7 @@ impl Template {
                 version: written.version,
                 task: written.task,
                 frame: written.frame,
+                pack: written.pack,
                 summary: written.summary,
                 defaults: written.defaults,
             },

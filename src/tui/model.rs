@@ -334,7 +334,7 @@ impl Model {
     #[must_use]
     pub fn decided(&self) -> EffectiveSettings {
         let found = self.library.find(self.task.name(), self.frame.name());
-        let defaults = found.map(|(_, template)| template.front.defaults);
+        let defaults = found.map(|(_, template)| template.front.defaults.clone());
         let said = Settings {
             history: self.config.history,
             radius: self.config.radius,

@@ -335,6 +335,8 @@ pub(super) fn justification(object: &Object, notes: &mut Notes) -> String {
 }
 
 #[cfg(test)]
+mod pack_tests;
+#[cfg(test)]
 mod proposals;
 #[cfg(test)]
 mod tests;

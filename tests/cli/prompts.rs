@@ -45,6 +45,63 @@ fn techniques_change_the_text() {
 }
 
 #[test]
+fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
+    let home = Home::new();
+    let run = |arguments: &[&str]| home.run(&[&["prompt", CUT_IN], arguments].concat());
+    let paper = run(&["--pack", "paper"]).status(0).stdout;
+    for words in ["TTC", "MDC", "Laterally aligned", "IsCollisionScenario"] {
+        assert!(paper.contains(words), "{words}: {paper}");
+    }
+    assert!(!paper.contains("critical_obstacles"), "{paper}");
+    let paper = run(&[
+        "--pack",
+        "paper",
+        "--task",
+        "safety",
+        "--frame",
+        "cartesian",
+    ]);
+    let paper = paper.status(0).stdout;
+    assert!(paper.contains("HighRiskObstacle") && paper.contains("left border"));
+    let none = run(&["--pack", "paper", "--task", "attacker"]).status(2);
+    assert!(none.stderr.contains("of the pack paper"), "{}", none.stderr);
+    let chosen = run(&[
+        "--frame",
+        "metrics",
+        "--measures",
+        "thw,btn",
+        "--techniques",
+        "cp",
+    ]);
+    let chosen = chosen.status(0).stdout;
+    assert!(
+        chosen.contains("- btn: brake-threat number; high values"),
+        "{chosen}"
+    );
+    assert!(
+        chosen.contains(",thw [s],btn\n") && !chosen.contains("- time gap:"),
+        "{chosen}"
+    );
+    let lane = run(&["--axes", "lane"]).status(0).stdout;
+    assert!(
+        lane.contains("- s and d: ") && lane.contains(",s [m],d [m],"),
+        "{lane}"
+    );
+    let wrong = run(&["--measures", "ttc"]).status(2);
+    assert!(
+        wrong.stderr.contains("option of the metrics frame"),
+        "{}",
+        wrong.stderr
+    );
+    let wrong = run(&["--frame", "metrics", "--measures", "darc"]).status(2);
+    assert!(
+        wrong.stderr.contains("did you mean `drac`"),
+        "{}",
+        wrong.stderr
+    );
+}
+
+#[test]
 fn messages_are_printed_as_json() {
     let home = Home::new();
     let document = home.run(&["prompt", CUT_IN, "--json"]).status(0).json();

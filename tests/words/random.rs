@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use nearmiss::description::{DescriptionError, Form, Frame, Options, Value, describe};
+use nearmiss::description::{DescriptionError, EgoAxes, Form, Frame, Options, Value, describe};
 use nearmiss::formats::bundled;
 use nearmiss::scenario::{Scene, Window};
 use proptest::prelude::*;
@@ -21,6 +21,9 @@ fn options() -> impl Strategy<Value = Options> {
         prop::option::of(0..40_usize),
     )
         .prop_map(|(radius, precision, stride, compact, obstacle)| Options {
+            road: compact,
+            axes: EgoAxes::ALL[stride % 2],
+            measures: None,
             contact: compact,
             radius,
             precision,

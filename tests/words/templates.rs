@@ -2,7 +2,7 @@
 
 use nearmiss::description::{Form, Frame, Options, describe};
 use nearmiss::evaluation::dry_render;
-use nearmiss::prompts::{Library, Prompt, answer_form, answer_keys, render};
+use nearmiss::prompts::{Library, Pack, Prompt, answer_form, answer_keys, render};
 use nearmiss::scenario::Window;
 use nearmiss::verdict::{self, ParsedAnswer, Task};
 use serde_json::{Value, json};
@@ -14,7 +14,7 @@ fn schema(task: &str) -> Value {
 }
 
 /// A shipped template, filled for a bundled scenario.
-fn filled(file: &str, bits: u8, form: Form) -> Prompt {
+pub fn filled(file: &str, bits: u8, form: Form) -> Prompt {
     with_contact(file, bits, form, false)
 }
 
@@ -43,11 +43,13 @@ pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
     let values = json!({
         "task": front.task, "frame": front.frame,
         "cp": bits & 1 != 0, "cot": bits & 2 != 0, "icl": bits & 4 != 0,
-        "description": described.text, "form": form.name(), "contact": contact, "horizon": 2.0, "dt": 0.1, "spacing": 0.1, "radius": 30.0, "far": 20.0,
+        "description": described.text, "form": form.name(), "contact": contact, "axes": "heading", "road": false, "measures": [], "horizon": 2.0, "dt": 0.1, "spacing": 0.1, "radius": 30.0, "far": 20.0,
         "ego": 1, "obstacle": obstacle, "scenario": "s",
         "window": {"first": 48, "last": 50, "steps": 3, "described": 3, "seconds": 0.3, "from": 4.8, "until": 5.0},
         "risk_levels": levels,
         "thresholds": [{"measure": "ttc", "name": "time to collision", "value": 1.5, "unit": "s",
+            "level": "critical", "source": "a standard"}],
+        "critical": [{"name": "time to collision", "from": false, "value": 1.5, "unit": "s",
             "level": "critical", "source": "a standard"}],
         "attacker": {"wheelbase": 2.6, "steering_rate": 0.4, "friction": 11.5, "jerk": 30.0},
         "limits": {"acceleration": 3.5, "deceleration": 8.0, "lateral": 8.0, "curvature": 0.2},
@@ -58,8 +60,15 @@ pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
 }
 
 fn files() -> Vec<String> {
+    of_pack(Pack::Standard)
+}
+
+/// The shipped templates of a pack.
+pub fn of_pack(pack: Pack) -> Vec<String> {
     let library = Library::load(None);
-    library.templates().map(|t| t.0.to_string()).collect()
+    let templates = library.templates();
+    let templates = templates.filter(|(_, template, _)| template.front.pack == pack);
+    templates.map(|t| t.0.to_string()).collect()
 }
 
 #[test]
@@ -112,7 +121,7 @@ fn a_trial_fills_what_the_program_can_ask() {
         dry_render(&library, file).unwrap();
         tried += usize::from(Task::parse(&template.front.task).is_some());
     }
-    assert_eq!(tried, 9);
+    assert_eq!(tried, 13);
 }
 
 #[test]

@@ -243,8 +243,15 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
         log_probabilities: options.log_probabilities || config.log_probabilities,
         form,
         stride,
+        road: options.of_frames.road,
+        axes: options.of_frames.axes,
+        measures: options.of_frames.measures,
+        pack: options.pack.unwrap_or_default(),
         seed,
     };
+    if let Some(why) = request.settings(None).misplaced(&frames, "--") {
+        return Err(Failure::input(why));
+    }
     Ok(Matrix {
         request: request.drawn(&tasks),
         tasks,

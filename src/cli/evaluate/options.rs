@@ -7,13 +7,13 @@ use std::str::FromStr;
 use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::declared::Declared;
 use crate::cli::gate::Gate;
-use crate::cli::open::{frame, techniques};
-use crate::cli::span::form;
+use crate::cli::open::{frame, pack, techniques};
+use crate::cli::span::{OfFrames, form};
 use crate::description::{Form, Frame};
 use crate::evaluation::batch::{MatrixAdditions, Shard, Split, Subset};
 use crate::evaluation::{Lead, Protocol};
 use crate::llm::Effort;
-use crate::prompts::Techniques;
+use crate::prompts::{Pack, Techniques};
 use crate::scenario::Transform;
 use crate::store::{BatchId, SplitPart};
 use crate::system::unknown;
@@ -64,6 +64,12 @@ pub struct Options {
     /// the template, else 1].
     #[arg(long, value_delimiter = ',', value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub stride: Vec<u32>,
+    #[command(flatten)]
+    pub of_frames: OfFrames,
+    /// Templates: standard, or paper to ask as "From Words to Collisions" does; --protocol paper chooses its windows
+    /// [default: standard].
+    #[arg(long, value_name = "PACK", value_parser = pack)]
+    pub pack: Option<Pack>,
     /// Seeds of the sampling, separated by commas, for servers that take one; everything is asked with each [default:
     /// none].
     #[arg(long, value_delimiter = ',', value_name = "N", value_parser = clap::value_parser!(u64).range(0..=SEEDS))]
@@ -263,6 +269,8 @@ impl Options {
             || !self.effort.is_empty()
             || !self.form.is_empty()
             || !self.stride.is_empty()
+            || self.of_frames.any()
+            || self.pack.is_some()
             || !self.seed.is_empty()
             || self.select.is_some()
             || self.test_share.is_some()

@@ -3,13 +3,13 @@
 use super::question_builder::Ask;
 use super::variant::Variant;
 use super::windows::BatchWindows;
-use crate::description::Form;
-use crate::description::Frame;
+use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::windows::{LEAD, WITHIN};
 use crate::evaluation::{Axes, AxisValues, Lead, PAPER_STEPS, PromptConfig, Protocol, Settings};
 use crate::judge;
 use crate::llm::{Effort, Parameters};
-use crate::prompts::Techniques;
+use crate::metrics::MeasureList;
+use crate::prompts::{Pack, Techniques};
 use crate::scenario::Transform;
 use crate::verdict::Task;
 
@@ -64,6 +64,14 @@ pub struct RequestSettings {
     pub form: Option<Form>,
     /// Steps between described ones.
     pub stride: Option<usize>,
+    /// Whether the Cartesian frame describes the road.
+    pub road: Option<bool>,
+    /// What the ego frame measures along and across.
+    pub axes: Option<EgoAxes>,
+    /// The measures of the metrics frame.
+    pub measures: Option<MeasureList>,
+    /// The templates that are asked with.
+    pub pack: Pack,
     /// Seed of the sampling.
     pub seed: Option<u64>,
 }
@@ -97,6 +105,9 @@ impl RequestSettings {
             radius: self.radius,
             form: self.form,
             stride: self.stride,
+            road: self.road,
+            axes: self.axes,
+            measures: self.measures,
             techniques,
             ..Settings::default()
         }

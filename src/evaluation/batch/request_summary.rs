@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::spec::Spec;
 use crate::evaluation::{Protocol, default_frame, template};
-use crate::prompts::{Library, Techniques};
+use crate::prompts::{Library, Pack, Techniques};
 
 /// The scene descriptions of a batch, completed from its templates: each number once, in order.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -159,6 +159,18 @@ impl Spec {
             (
                 "stride",
                 one_or_each(request.stride, &axes.strides, usize::to_string),
+            ),
+            (
+                "road",
+                request
+                    .road
+                    .map(|road| if road { "yes" } else { "no" }.into()),
+            ),
+            ("axes", request.axes.map(|axes| axes.name().into())),
+            ("measures", request.measures.map(|all| all.ids().join(" "))),
+            (
+                "pack",
+                (request.pack != Pack::default()).then(|| request.pack.name().into()),
             ),
             (
                 "seed",

@@ -96,6 +96,7 @@ impl Spec {
     /// left out, their questions say so.
     #[must_use]
     pub fn templates_of(matrix: &Matrix, library: &Library) -> BTreeMap<String, String> {
+        let library = &library.clone().with_pack(matrix.request.pack);
         let mut found = BTreeMap::new();
         for way in matrix.ways() {
             let frame = way
@@ -123,7 +124,7 @@ impl Spec {
     /// # Errors
     /// A draft is no template.
     pub fn library(&self, library: &Library) -> Result<Library, SpecError> {
-        let mut library = library.clone();
+        let mut library = library.clone().with_pack(self.matrix.request.pack);
         for (file, text) in &self.drafts {
             let used = library.use_draft(file, text);
             used.map_err(|error| SpecError::Unreadable(error.in_file(file)))?;

@@ -9,12 +9,13 @@ use super::matrix::{Matrix, RequestSettings};
 use super::spec::{Spec, SpecError};
 use super::split::{Split, Subset};
 use super::truth::TruthSource;
-use crate::description::{Form, Frame};
+use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::report::Comparison;
 use crate::evaluation::{Axes, Lead, Protocol};
 use crate::formats::EgoSelection;
 use crate::llm::Effort;
-use crate::prompts::Techniques;
+use crate::metrics::MeasureList;
+use crate::prompts::{Pack, Techniques};
 use crate::verdict::Task;
 
 /// The form that is written.
@@ -62,6 +63,14 @@ struct Written {
     form: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stride: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    road: Option<bool>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ego_axes: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    measures: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pack: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     seed: Option<u64>,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -133,6 +142,10 @@ impl Spec {
             comparison: self.comparison.clone(),
             form: request.form.map(|form| form.name().to_string()),
             stride: request.stride,
+            road: request.road,
+            ego_axes: request.axes.map(|axes| axes.name().to_string()),
+            measures: request.measures.map(|measures| measures.to_string()),
+            pack: (request.pack != Pack::default()).then(|| request.pack.name().to_string()),
             seed: request.seed,
             axes: WrittenAxes {
                 form: words(&matrix.axes.forms, |form| form.name()),
@@ -157,6 +170,10 @@ impl Spec {
             serde_json::from_str(json).map_err(|e| SpecError::Unreadable(e.to_string()))?;
         let effort = written.effort.map(|word| known(&word, Effort::parse));
         let form = written.form.map(|word| known(&word, Form::parse));
+        let ego_axes = written.ego_axes.map(|word| known(&word, EgoAxes::parse));
+        let measures = written.measures;
+        let measures = measures.map(|word| known(&word, |w| MeasureList::parse(w).ok()));
+        let pack = written.pack.map(|word| known(&word, Pack::parse));
         let lead = written.lead.map(|word| known(&word, |w| w.parse().ok()));
         let matrix = Matrix {
             tasks: each(&written.tasks, Task::parse)?,
@@ -189,6 +206,10 @@ impl Spec {
                 log_probabilities: written.log_probabilities,
                 form: form.transpose()?,
                 stride: written.stride,
+                road: written.road,
+                axes: ego_axes.transpose()?,
+                measures: measures.transpose()?,
+                pack: pack.transpose()?.unwrap_or_default(),
                 seed: written.seed,
             },
         };

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::*;
-use crate::description::{Form, Frame};
+use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::{Label, Lead, PromptConfig, Protocol};
 use crate::formats::{EgoSelection, Entry};
 use crate::judge;
 use crate::llm::Effort;
-use crate::prompts::Techniques;
+use crate::metrics::MeasureList;
+use crate::prompts::{Pack, Techniques};
 use crate::scenario::Transform;
 use crate::verdict::Task;
 
@@ -166,6 +167,10 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
         log_probabilities: true,
         form: Some(Form::Prose),
         stride: Some(2),
+        road: Some(true),
+        axes: Some(EgoAxes::Lane),
+        measures: MeasureList::parse("thw,ttc").ok(),
+        pack: Pack::Paper,
         seed: Some(7),
     };
     for truth in [

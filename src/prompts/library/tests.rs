@@ -19,6 +19,38 @@ fn every_shipped_file_is_read_and_every_file_is_shipped() {
 }
 
 #[test]
+fn a_pack_has_its_own_templates_and_no_others() {
+    let library = Library::load(None);
+    let file = |library: &Library, task, frame| {
+        library.find(task, frame).map(|(file, _)| file.to_string())
+    };
+    assert_eq!(
+        file(&library, "collision", "ego").as_deref(),
+        Some("collision-ego.md")
+    );
+    let mut paper = library.clone().with_pack(Pack::Paper);
+    for (task, frame) in [
+        ("collision", "ego"),
+        ("collision", "cartesian"),
+        ("safety", "ego"),
+        ("safety", "cartesian"),
+    ] {
+        let found = file(&paper, task, frame);
+        assert_eq!(found, Some(format!("paper-{task}-{frame}.md")));
+    }
+    assert_eq!(file(&paper, "attacker", "ego"), None);
+    // Without a pack on the command line a choice made for good holds.
+    paper
+        .chosen
+        .set("collision", "ego", Some("paper-collision-ego.md"));
+    let chosen = paper.with_pack(Pack::Standard);
+    assert_eq!(
+        file(&chosen, "collision", "ego").as_deref(),
+        Some("paper-collision-ego.md")
+    );
+}
+
+#[test]
 fn the_users_file_overrides_and_a_broken_one_does_not() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
@@ -104,7 +136,15 @@ fn of_several_templates_the_chosen_one_is_used() {
         .candidates("collision", "ego")
         .map(|c| c.0)
         .collect();
-    assert_eq!(all, ["collision-ego.md", "long.md", "short.md"]);
+    assert_eq!(
+        all,
+        [
+            "collision-ego.md",
+            "long.md",
+            "paper-collision-ego.md",
+            "short.md"
+        ]
+    );
     crate::prompts::choose_template(folder.path(), "collision", "ego", "collision-ego.md").unwrap();
     assert_eq!(used(&load()), "collision-ego.md");
     assert!(load().problems.is_empty());

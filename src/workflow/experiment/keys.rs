@@ -2,10 +2,11 @@
 
 use serde_json::{Value, json};
 
-use crate::description::{Form, Frame};
+use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::Protocol;
 use crate::evaluation::report::{Axis, Measure};
 use crate::llm::Effort;
+use crate::prompts::Pack;
 use crate::verdict::Task;
 
 /// A key of the file.
@@ -81,11 +82,19 @@ fn protocols() -> Vec<&'static str> {
     Protocol::ALL.map(Protocol::name).to_vec()
 }
 
+fn ego_axes() -> Vec<&'static str> {
+    EgoAxes::ALL.map(EgoAxes::name).to_vec()
+}
+
+fn packs() -> Vec<&'static str> {
+    Pack::ALL.map(Pack::name).to_vec()
+}
+
 /// The smallest number above 0 that anything is measured in.
 const ABOVE_ZERO: f64 = 1e-6;
 
 /// Every key, in the order in which a file is written.
-pub const KEYS: [ExperimentKey; 30] = [
+pub const KEYS: [ExperimentKey; 34] = [
     key(
         "title",
         Values::Text,
@@ -188,6 +197,27 @@ pub const KEYS: [ExperimentKey; 30] = [
         "stride",
         Values::OneOrMoreWhole(1, 1000),
         "Every so many steps are described, or several numbers; by default those of the template, else 1.",
+    ),
+    key(
+        "road",
+        Values::Boolean,
+        "Whether the Cartesian frame describes the road near the ego; by default as the template says, else not.",
+    ),
+    key(
+        "axes",
+        Values::Word(ego_axes),
+        "What the ego frame measures along: the ego's `heading` or its `lane`; by default as the template says, else \
+         heading.",
+    ),
+    key(
+        "measures",
+        Values::Texts,
+        "The measures of the metrics frame, such as `[\"ttc\", \"thw\"]`; by default those of the template.",
+    ),
+    key(
+        "pack",
+        Values::Word(packs),
+        "The templates: `paper` asks as \"From Words to Collisions\" does; by default `standard`.",
     ),
     key(
         "seed",

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 
 use super::file::Reading;
 use super::{Experiment, HASH_DIGITS, each_once};
-use crate::description::{Form, Frame};
+use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::batch::{Matrix, RequestSettings, Split, Subset, TruthSource};
 use crate::evaluation::report::Comparison;
 use crate::evaluation::windows::WITHIN;
 use crate::evaluation::{Axes, Lead, Protocol, default_frame};
 use crate::formats::{Entry, EntryLocation};
 use crate::llm::Effort;
-use crate::prompts::{Library, Techniques};
+use crate::metrics::MeasureList;
+use crate::prompts::{Library, Pack, Techniques};
 use crate::system::unknown;
 use crate::verdict::Task;
 use crate::workflow::Selector;
@@ -67,6 +68,20 @@ impl Experiment {
         let strides = reading.wholes("stride").into_iter().map(steps);
         let (stride, strides) = Axes::one_or_several(strides.collect());
         let (seed, seeds) = Axes::one_or_several(reading.wholes("seed"));
+        let ego_axes = word(
+            &mut reading,
+            "axes",
+            EgoAxes::parse,
+            &EgoAxes::ALL.map(EgoAxes::name),
+        );
+        let pack = word(
+            &mut reading,
+            "pack",
+            Pack::parse,
+            &Pack::ALL.map(Pack::name),
+        );
+        let pack = pack.unwrap_or_default();
+        let measures = measures(&mut reading);
         let select = reading.text("select");
         if let Some(Err(why)) = select.as_deref().map(Selector::read) {
             reading.mistake("select", &why);
@@ -112,6 +127,10 @@ impl Experiment {
                     log_probabilities: reading.boolean("log_probabilities").unwrap_or(false),
                     form,
                     stride,
+                    road: reading.boolean("road"),
+                    axes: ego_axes,
+                    measures,
+                    pack,
                     seed,
                 }
                 .drawn(&tasks),
@@ -137,6 +156,10 @@ impl Experiment {
             hashes,
             paths,
         };
+        let asked = &experiment.matrix;
+        if let Some(why) = asked.request.settings(None).misplaced(&asked.frames, "") {
+            reading.mistake("frames", &why);
+        }
         if let Some(name) = unknown_name(&experiment) {
             let key = match experiment.comparison.baseline.as_ref() == Some(&name) {
                 true => "baseline",
@@ -173,6 +196,31 @@ fn protocol(reading: &mut Reading<'_>, leads: bool, within: bool) -> Protocol {
         }
     }
     protocol
+}
+
+/// The value of a key that takes one of some words.
+fn word<T>(
+    reading: &mut Reading<'_>,
+    key: &'static str,
+    parse: fn(&str) -> Option<T>,
+    known: &[&str],
+) -> Option<T> {
+    let word = reading.text(key)?;
+    let read = parse(&word);
+    if read.is_none() {
+        reading.mistake(key, &unknown(key, &word, known.iter().copied()));
+    }
+    read
+}
+
+/// The measures of the metrics frame.
+fn measures(reading: &mut Reading<'_>) -> Option<MeasureList> {
+    let ids = reading.list("measures", |id| Ok(id.to_string()));
+    if ids.is_empty() {
+        return None;
+    }
+    let list = MeasureList::of(ids.iter().map(String::as_str));
+    list.map_err(|why| reading.mistake("measures", &why)).ok()
 }
 
 /// The first of `leads` that is longer than the horizon of the truth, seconds.

@@ -45,6 +45,9 @@ select = "tag:cut_in risk<3"
 split = { test = 0.3, seed = 7 }
 form = ["prose", "compact"]
 stride = 2
+road = true
+axes = "lane"
+pack = "paper"
 seed = [1, 2]
 
 [[tables]]
@@ -163,6 +166,33 @@ fn every_mistake_is_told_with_its_line_and_key() {
     assert!(missing.contains("scenarios is missing") && missing.contains("models is missing"));
     let broken = read("scenarios = [").unwrap_err();
     assert!(broken.starts_with("/lab/e.toml:1: "), "{broken}");
+}
+
+#[test]
+fn options_of_one_frame_need_that_frame_and_known_words() {
+    let start = "scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n";
+    let file = |rest: &str| read(&format!("{start}{rest}"));
+    let read_ok = file("frames = [\"metrics\"]\nmeasures = [\"thw\", \"ttc\"]\n").unwrap();
+    let measures = read_ok.matrix.request.measures.unwrap();
+    assert_eq!(measures.ids(), ["thw", "ttc"]);
+    let again = Experiment::from_toml(
+        &read_ok.to_toml(Path::new("/lab")).unwrap(),
+        Path::new("/lab/e.toml"),
+        &Library::load(None),
+    );
+    assert_eq!(again.unwrap().matrix.request.measures, Some(measures));
+    for (rest, wrong) in [
+        ("measures = [\"darc\"]\n", "did you mean `drac`"),
+        (
+            "frames = [\"ego\"]\nmeasures = [\"ttc\"]\n",
+            "measures is an option of the metrics frame",
+        ),
+        ("axes = \"lain\"\n", "unknown axes `lain`"),
+        ("pack = \"papr\"\n", "unknown pack `papr`"),
+    ] {
+        let error = file(rest).unwrap_err();
+        assert!(error.contains(wrong), "{error}");
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use super::{Experiment, HASH_DIGITS};
 use crate::evaluation::batch::{Split, TruthSource};
 use crate::evaluation::report::{Axis, PivotRequest};
 use crate::evaluation::{Lead, Protocol};
+use crate::prompts::Pack;
 
 impl Experiment {
     /// The same as a file in a folder: paths below the folder are written relative to it, all others absolute.
@@ -101,6 +102,15 @@ impl Experiment {
         set(
             "stride",
             one_or_each(request.stride, &axes.strides, integer),
+        );
+        set("road", request.road.map(Value::Boolean));
+        set("axes", request.axes.map(|axes| axes.name().into()));
+        let ids = request.measures.map_or(Vec::new(), |all| all.ids());
+        set("measures", texts(words(&ids, |id| *id)));
+        let pack = request.pack;
+        set(
+            "pack",
+            (pack != Pack::default()).then(|| pack.name().into()),
         );
         set("seed", one_or_each(request.seed, &axes.seeds, integer));
         set(

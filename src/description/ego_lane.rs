@@ -1,0 +1,220 @@
+//! The ego-centric description along the ego's lane: s and d of all participants.
+
+use super::ego_centric::{OWN, own, turned};
+use super::lanes::Lanes;
+use super::options::{Form, Moment, Options, everyone};
+use super::parts::{NO_EGO, ego_moves, heading, name_and_place, no_obstacles, sizes};
+use super::seen::Seen;
+use super::table::{self, Cell, Column, column};
+use super::writer::{Subject, Writer};
+use crate::geometry::{Point, Pose, Vector};
+use crate::metrics::Encounter;
+use crate::scenario::{LaneGraph, Motion, Route, Scene, Window};
+
+/// The relation of each obstacle to the ego.
+const RELATION: &[Column] = &[
+    column("direction", "direction"),
+    column("distance [m]", "distance"),
+    column("s [m]", "s"),
+    column("d [m]", "d"),
+    column("heading [°]", "heading_rel"),
+    column("v rel s [m/s]", "v_rel_s"),
+    column("v rel d [m/s]", "v_rel_d"),
+];
+
+/// What s and d are measured along at one step.
+enum Axes {
+    /// The centre line of the ego's lane and of those that it leads to, straight on where it forks.
+    Lane(Box<Route>),
+    /// The ego's heading: it is on no lane.
+    Heading(Pose),
+}
+
+/// A place and a velocity along and across the axes: metres and m/s.
+struct Along {
+    s: f64,
+    d: f64,
+    velocity: Vector,
+}
+
+impl Axes {
+    /// Those of the ego at a pose; the lane is looked at `reach` metres ahead.
+    fn of(graph: &LaneGraph<'_>, ego: &Pose, reach: f64) -> Self {
+        // Off the lanelets there is no lane, however near one is.
+        let on_a_lane = !graph.network().lanelets_at(&ego.position).is_empty();
+        match graph.road_ahead(ego, reach) {
+            Ok(route) if on_a_lane => Self::Lane(Box::new(route)),
+            _ => Self::Heading(*ego),
+        }
+    }
+
+    /// Where a motion is; `None` where no part of the lane is beside it.
+    ///
+    /// The velocity is split along the direction of the lane beside the participant.
+    fn along(&self, motion: &Motion) -> Option<Along> {
+        let (sin, cos) = motion.pose.heading.sin_cos();
+        let velocity = Vector::new(cos, sin) * motion.velocity;
+        match self {
+            Self::Lane(route) => {
+                let place = route.path.project_point(&motion.pose.position);
+                let (at, point) = place.ok()?;
+                Some(Along {
+                    s: at.s,
+                    d: at.d,
+                    velocity: Vector::new(
+                        velocity.dot(&point.tangent()),
+                        velocity.dot(&point.normal()),
+                    ),
+                })
+            }
+            Self::Heading(ego) => {
+                let turned = |v: Vector| {
+                    let (sin, cos) = ego.heading.sin_cos();
+                    Vector::new(v.x * cos + v.y * sin, v.y * cos - v.x * sin)
+                };
+                let offset = |p: Point| turned(p - ego.position);
+                let place = offset(motion.pose.position);
+                Some(Along {
+                    s: place.x,
+                    d: place.y,
+                    velocity: turned(velocity),
+                })
+            }
+        }
+    }
+}
+
+pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
+    w.relative_to(window.last());
+    let described = options.described(scene, window);
+    sizes(w, scene, &everyone(&described));
+    let graph = scene.scenario.network.lane_graph(None);
+    let axes = described.into_iter().map(|moment| {
+        let ego = scene.ego.track.at(moment.step);
+        let axes = ego.map(|ego| Axes::of(&graph, &ego.pose, options.radius));
+        (moment, ego.zip(axes))
+    });
+    let axes: Vec<_> = axes.collect();
+    match options.form {
+        Form::Prose => prose(w, scene, &axes, options),
+        Form::Compact => compact(w, scene, &axes, options),
+    }
+}
+
+/// A described step with the ego and what is measured along.
+type Described<'s> = (Moment<'s>, Option<(&'s Motion, Axes)>);
+
+/// The words for a step without a lane.
+const NO_LANE: &str = "The ego is on no lane: s and d are along and across its heading.";
+
+fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &Options) {
+    let lanes = Lanes::new(scene);
+    for (moment, there) in described {
+        let step = moment.step;
+        heading(w, scene, step);
+        let Some((ego, axes)) = there else {
+            w.words(NO_EGO);
+            continue;
+        };
+        ego_moves(w, &lanes, ego, step);
+        let own = axes.along(ego);
+        match (axes, &own) {
+            (Axes::Heading(_), _) => {
+                w.words("  ").words(NO_LANE).words("\n");
+            }
+            (Axes::Lane(_), Some(own)) => {
+                w.words("  The ego: d ").number("d", own.d).words(" m.\n");
+            }
+            (Axes::Lane(_), None) => {}
+        }
+        if moment.near.is_empty() && !moment.left_out {
+            no_obstacles(w, options.radius);
+        }
+        for (participant, motion) in &moment.near {
+            let Some(encounter) = Encounter::at(scene, participant, step) else {
+                continue;
+            };
+            let seen = Seen::new(&encounter, options);
+            name_and_place(w, participant, step, &seen, lanes.of(ego, motion));
+            w.words("distance ")
+                .number("distance", seen.distance)
+                .words(" m; ");
+            match own.as_ref().zip(axes.along(motion)) {
+                Some((own, other)) => {
+                    w.words("s ")
+                        .number("s", other.s - own.s)
+                        .words(" m, d ")
+                        .number("d", other.d)
+                        .words(" m; relative velocity along ")
+                        .number("v_rel_s", other.velocity.x - own.velocity.x)
+                        .words(" m/s, across ")
+                        .number("v_rel_d", other.velocity.y - own.velocity.y)
+                        .words(" m/s; ");
+                }
+                None => {
+                    w.words("no s and d, since the lane is not beside it; ");
+                }
+            }
+            turned(w, seen.heading);
+            w.words(".\n");
+        }
+    }
+}
+
+fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &Options) {
+    let lanes = Lanes::new(scene);
+    for (moment, there) in described {
+        if let Some((_, Axes::Heading(_))) = there {
+            w.about(Subject::Scene, Some(moment.step))
+                .words("t = ")
+                .time(moment.step, scene.scenario.dt())
+                .words(" s: ")
+                .words(NO_LANE)
+                .words("\n");
+        }
+    }
+    table::titles(w, &[OWN, RELATION]);
+    for (moment, there) in described {
+        let step = moment.step;
+        table::begin(w, scene, step, None);
+        let Some((ego, axes)) = there else {
+            table::cells(w, OWN, &[]);
+            table::cells(w, RELATION, &[]);
+            w.words("\n");
+            continue;
+        };
+        let mine = axes.along(ego);
+        table::cells(w, OWN, &own(&lanes, ego));
+        let d = Cell::number(mine.as_ref().map(|mine| mine.d));
+        table::cells(
+            w,
+            RELATION,
+            &[Cell::Nothing, Cell::Nothing, Cell::Nothing, d],
+        );
+        w.words("\n");
+        for (participant, motion) in &moment.near {
+            let Some(encounter) = Encounter::at(scene, participant, step) else {
+                continue;
+            };
+            let seen = Seen::new(&encounter, options);
+            table::begin(w, scene, step, Some(participant));
+            table::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
+            let both = mine.as_ref().zip(axes.along(motion));
+            let both = both.as_ref();
+            let of = |value: fn(&Along, &Along) -> f64| {
+                Cell::number(both.map(|(mine, other)| value(mine, other)))
+            };
+            let cells = [
+                Cell::Words(seen.direction.name()),
+                Cell::Real(seen.distance),
+                of(|mine, other| other.s - mine.s),
+                of(|_, other| other.d),
+                Cell::Degrees(seen.heading),
+                of(|mine, other| other.velocity.x - mine.velocity.x),
+                of(|mine, other| other.velocity.y - mine.velocity.y),
+            ];
+            table::cells(w, RELATION, &cells);
+            w.words("\n");
+        }
+    }
+}
