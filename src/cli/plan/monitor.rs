@@ -35,6 +35,9 @@ pub struct MonitorOptions {
     /// Seconds of the drive between two questions, 0.05 to 60; to the nearest time step.
     #[arg(long, value_name = "SECONDS", default_value_t = EVERY, value_parser = interval, requires = "monitor")]
     monitor_every: f64,
+    /// Seconds until an answer counts, in place of its measured latency, 0 to 60: the same every time.
+    #[arg(long, value_name = "SECONDS", value_parser = latency, requires = "monitor")]
+    monitor_latency: Option<f64>,
     /// Brake fully, instead of following the plan, while the newest answer says critical.
     #[arg(long, value_name = "VERDICT", value_parser = ["critical"], requires = "monitor")]
     brake_on: Option<String>,
@@ -48,7 +51,7 @@ pub struct MonitorOptions {
     /// Ask the model even if the store has its answer.
     #[arg(long, requires = "monitor")]
     fresh: bool,
-    /// Say how many questions the monitor would have and what they cost at most; nothing is sent and written.
+    /// Say how many questions the monitor would have and what they cost at most; nothing is sent or written.
     #[arg(long, requires = "monitor")]
     dry_run: bool,
 }
@@ -62,6 +65,12 @@ fn interval(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "expected 0.05 to 60 seconds".into())
 }
 
+fn latency(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|s| (0.0..=60.0).contains(s));
+    seconds.ok_or_else(|| "expected 0 to 60 seconds".into())
+}
+
 /// A judge, ready to watch drives.
 pub struct MonitorSetup {
     judge: Judge,
@@ -71,6 +80,7 @@ pub struct MonitorSetup {
     runtime: Runtime,
     settings: crate::evaluation::Settings,
     every: f64,
+    latency: Option<f64>,
     brake: bool,
     fresh: bool,
     budget: Option<f64>,
@@ -152,6 +162,7 @@ impl MonitorOptions {
                 ..Default::default()
             },
             every: self.monitor_every,
+            latency: self.monitor_latency,
             brake: self.brake_on.is_some(),
             fresh: self.fresh,
             budget,
@@ -170,6 +181,7 @@ impl MonitorSetup {
             store: self.store.clone(),
             runtime: self.runtime.handle(),
             every: self.every,
+            latency: self.latency,
             brake: self.brake,
             fresh: self.fresh,
         }

@@ -15,7 +15,8 @@ use super::{AskRequest, PlanError, PlanEvent, PlanOutcome, PreparedPlan, ask};
 use crate::description::Frame;
 use crate::evaluation::batch::{Price, Size};
 use crate::evaluation::{
-    Case, Judge, JudgeOutcome, Question, RunOptions, Settings, default_frame, prepare, template,
+    Case, Event, Judge, JudgeOutcome, Question, RunOptions, Settings, default_frame, prepare,
+    template,
 };
 use crate::judge::Judgement;
 use crate::metrics::Thresholds;
@@ -43,6 +44,9 @@ pub struct Monitor<'a> {
     pub runtime: &'a Handle,
     /// Seconds of the drive between two questions; to the nearest time step, at least one.
     pub every: f64,
+    /// Seconds until an answer counts, in place of its own latency: measured times are not the same every time, and
+    /// neither is then the drive.
+    pub latency: Option<f64>,
     /// Whether the ego brakes fully while a warning is in force.
     pub brake: bool,
     /// Ask a model even where the store has its answer.
@@ -104,7 +108,7 @@ impl Monitor<'_> {
             step,
             dangerous,
             latency,
-            from: step.saturating_add((latency / so_far.dt).ceil() as i64),
+            from: counts_from(step, self.latency.unwrap_or(latency), so_far.dt),
             run: None,
             stored: false,
             usd: None,
@@ -124,15 +128,22 @@ impl Monitor<'_> {
                 ..RunOptions::default()
             },
         };
+        let mut barred = false;
         let asked = self.runtime.block_on(async {
             tokio::select! {
                 biased;
                 () = asked_to_end(cancel) => None,
-                asked = ask(request, |_| {}) => Some(asked),
+                asked = ask(request, |event| barred |= matches!(event, Event::Barred(_))) => Some(asked),
             }
         });
         let Some(asked) = asked else { return Ok(None) };
         let said = asked.map_err(|error| prepared.mismatch(&error))?.answer;
+        let dangerous = match &said.judged {
+            // The next questions would fail like it.
+            JudgeOutcome::Missing(why) if barred => return Err(prepared.mismatch(why)),
+            JudgeOutcome::Verdict(parsed) => Some(parsed.verdict.dangerous),
+            JudgeOutcome::Other(_) | JudgeOutcome::Missing(_) => None,
+        };
         let Some(ms) = said.consumed.duration_ms else {
             let run = said
                 .run
@@ -141,10 +152,6 @@ impl Monitor<'_> {
                 "the stored answer to the question at step {step}{run} has no latency; --fresh asks again"
             )));
         };
-        let dangerous = match &said.judged {
-            JudgeOutcome::Verdict(parsed) => Some(parsed.verdict.dangerous),
-            JudgeOutcome::Other(_) | JudgeOutcome::Missing(_) => None,
-        };
         Ok(Some(MonitorAnswer {
             run: said.run,
             stored: said.past.is_some(),
@@ -152,6 +159,12 @@ impl Monitor<'_> {
             ..answer(dangerous, ms as f64 / 1e3)
         }))
     }
+}
+
+/// The first time step at or after the arrival of an answer to a question of a step; latency and time step in seconds.
+fn counts_from(step: i64, latency: f64, dt: f64) -> i64 {
+    // 0.3 s are 3 steps of 0.1 s, although the quotient is a little larger.
+    step.saturating_add((latency / dt - 1e-9).ceil() as i64)
 }
 
 async fn asked_to_end(cancel: &Cancel) {
@@ -311,6 +324,18 @@ impl MonitorCost {
             questions: self.questions + other.questions,
             tokens: self.tokens + other.tokens,
             most_usd: self.most_usd.zip(other.most_usd).map(|(a, b)| a + b),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::counts_from;
+
+    #[test]
+    fn answers_count_from_the_step_at_which_they_are_there() {
+        for (latency, from) in [(0.0, 20), (0.001, 21), (0.1, 21), (0.3, 23), (0.31, 24)] {
+            assert_eq!(counts_from(20, latency, 0.1), from, "{latency}");
         }
     }
 }
