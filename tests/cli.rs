@@ -72,6 +72,8 @@ mod metrics;
 mod models;
 #[path = "cli/models_and_costs.rs"]
 mod models_and_costs;
+#[path = "cli/monitor.rs"]
+mod monitor;
 #[path = "cli/older_store.rs"]
 mod older_store;
 #[path = "cli/piped.rs"]

@@ -84,7 +84,7 @@ pub struct Effect {
 }
 
 /// At this risk score or below it was a near miss.
-pub(super) const NEAR_MISS: u8 = 1;
+pub const NEAR_MISS: u8 = 1;
 
 impl ClosedLoop {
     /// Drives the baseline of a problem of `scenario`. `watch` receives each cycle with its planner, and returns whether

@@ -41,7 +41,7 @@ pub use certificate::{
     Unavoidable,
 };
 pub use change::{Change, ChangeError};
-pub use closed_loop_screening::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
+pub use closed_loop_screening::{Baseline, ClosedLoop, Consequence, Effect, NEAR_MISS, RiskCurve};
 pub use evasive_manoeuvre::EvasiveManoeuvre;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
 pub use plausibility::{MotionQuantity, MotionSamples, Plausibility, RecordedMotions};

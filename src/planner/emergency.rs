@@ -2,6 +2,7 @@
 
 use super::brake::brake;
 use super::candidate::{Candidate, Rejection};
+use super::place::place;
 use super::traffic::EgoBox;
 use super::{Limits, Plan, Planner, Traffic, VehicleState};
 
@@ -73,6 +74,18 @@ impl Planner<'_> {
                 ..self.summary(wanted, refinements, Some(Emergency::Braking))
             },
         }
+    }
+
+    /// The state after one step of full braking along the path: what the friction circle leaves beside steering,
+    /// 98 % of the vehicle's largest acceleration where it drives straight. The next cycle plans afresh from there.
+    #[must_use]
+    pub fn full_braking(&mut self, now: &VehicleState) -> VehicleState {
+        self.last = None;
+        // Before the first cycle the place on the path is not known yet.
+        let place = place(self.guide, now, self.hint);
+        self.hint = place.map(|(along, _)| along[0]).or(self.hint);
+        let states = brake(now, self.guide, self.hint, &self.limits, 1.0, self.dt, 1);
+        states.last().copied().unwrap_or(*now)
     }
 
     /// The states of a candidate up to `step`, beyond which it was not looked at, and full braking from there on.

@@ -212,28 +212,7 @@ impl<'a> Figure<'a> {
             };
             let area = area.grown(-0.25);
             let view = View::new(look.seen, look.ego_up, &self.subject, step, area);
-            let request = MapRequest {
-                subject: self.subject,
-                basemap: &self.basemap,
-                step,
-                viewport: view.viewport(),
-                highlighted: emphasised,
-                series: None,
-                variation: self.variation,
-                trails: [TRAIL, TrailSpan::WHOLE],
-            };
-            let dt = self.subject.scenario.dt();
-            let attacker = self.variation.map(|both| both.changed.id);
-            let map = Map {
-                scene: MapScene::new(&request),
-                seconds: step as f64 * dt,
-                dt,
-                attacker: attacker.and_then(|id| emphasised.iter().position(|&e| e == id)),
-                palette: &look.palette,
-                view,
-                letters,
-            };
-            map.draw(&mut picture);
+            self.draw_map(&mut picture, step, view, letters, true);
         }
         if let Some(series) = self.series.as_ref().filter(|_| plot_height > 0.0) {
             let space = if map_height > 0.0 { 4.0 } else { 0.0 };
@@ -257,6 +236,56 @@ impl<'a> Figure<'a> {
             plot.draw(&mut picture);
         }
         picture
+    }
+
+    /// Draws the map at a step into a part of a picture, with letters of this size, points, and a scale bar or not.
+    pub(super) fn draw_map(
+        &self,
+        picture: &mut Picture,
+        step: i64,
+        view: View,
+        letters: f64,
+        scale_bar: bool,
+    ) {
+        let emphasised = &self.look.obstacles;
+        let request = MapRequest {
+            subject: self.subject,
+            basemap: &self.basemap,
+            step,
+            viewport: view.viewport(),
+            highlighted: emphasised,
+            series: None,
+            variation: self.variation,
+            trails: [TRAIL, TrailSpan::WHOLE],
+        };
+        let dt = self.subject.scenario.dt();
+        let attacker = self.variation.map(|both| both.changed.id);
+        let map = Map {
+            scene: MapScene::new(&request),
+            seconds: step as f64 * dt,
+            dt,
+            attacker: attacker.and_then(|id| emphasised.iter().position(|&e| e == id)),
+            palette: &self.look.palette,
+            view,
+            letters,
+            scale_bar,
+        };
+        map.draw(picture);
+    }
+
+    /// What is drawn.
+    pub(super) fn subject(&self) -> Subject<'a> {
+        self.subject
+    }
+
+    /// How it looks.
+    pub(super) fn look(&self) -> &Look {
+        &self.look
+    }
+
+    /// The name of its scenario.
+    pub(super) fn name(&self) -> &'a str {
+        self.name
     }
 
     /// The window that plots shade at a step.

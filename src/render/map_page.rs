@@ -76,6 +76,7 @@ impl MapPage {
             palette,
             view,
             letters: LETTERS,
+            scale_bar: true,
         };
         let mut picture = Picture::new((view.area.width, view.area.height), palette.background);
         map.draw(&mut picture);

@@ -88,11 +88,19 @@ impl View {
         step: i64,
         area: Area,
     ) -> Self {
+        let up = subject.up(ego_up, step);
+        Self::turned(seen, up, subject, step, area)
+    }
+
+    /// The same with a direction that is up, radians.
+    pub(super) fn turned(
+        seen: MapExtent,
+        up: f64,
+        subject: &Subject<'_>,
+        step: i64,
+        area: Area,
+    ) -> Self {
         let ego = subject.scene.and_then(|scene| scene.ego.track.at(step));
-        let up = match ego {
-            Some(motion) if ego_up => motion.pose.heading,
-            _ => std::f64::consts::FRAC_PI_2,
-        };
         let around = |center: Point, width: f64| Self {
             frame: Pose {
                 position: center,
@@ -195,6 +203,15 @@ impl<'a> Subject<'a> {
         match self.scene {
             Some(scene) => scene.steps(),
             None => self.scenario.steps(),
+        }
+    }
+
+    /// The direction that is up on a map, radians: north, or the heading of the ego at a step.
+    pub(super) fn up(&self, ego_up: bool, step: i64) -> f64 {
+        let ego = self.scene.and_then(|scene| scene.ego.track.at(step));
+        match ego {
+            Some(motion) if ego_up => motion.pose.heading,
+            _ => std::f64::consts::FRAC_PI_2,
         }
     }
 

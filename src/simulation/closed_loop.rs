@@ -5,8 +5,7 @@ use std::time::Instant;
 
 use super::collision::touches_between;
 use super::rollout::start;
-use super::{Collision, Cycle, DriveError, Outcome, Rollout, Settings};
-use crate::geometry::Pose;
+use super::{Control, Cycle, DriveError, Look, Outcome, Rollout, Settings};
 use crate::planner::{
     Cancel, Forecaster, Limits, Memory, Plan, Planner, ReferenceTrack, Road, VehicleState,
 };
@@ -176,7 +175,10 @@ impl Driver {
         stretch: &DriveSpan,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Rollout {
-        self.run(scenario, stretch, None, Some(watch)).drive
+        self.run(scenario, stretch, None, Some(watch), &mut |_| {
+            Control::Follow
+        })
+        .drive
     }
 
     /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`;
@@ -196,16 +198,31 @@ impl Driver {
         found.map(|(step, _)| step)
     }
 
+    /// Drives the whole problem under a control, which is asked at every step before it, perhaps more than once, and
+    /// sees the drive until then.
+    pub fn drive_controlled(
+        &self,
+        scenario: &Scenario,
+        control: &mut dyn FnMut(&Rollout) -> Control,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Rollout {
+        self.run(scenario, &self.whole(), None, Some(watch), control)
+            .drive
+    }
+
     /// Drives a stretch.
     #[must_use]
     pub fn drive(&self, scenario: &Scenario, stretch: &DriveSpan) -> Rollout {
-        self.run(scenario, stretch, None, None).drive
+        self.run(scenario, stretch, None, None, &mut |_| Control::Follow)
+            .drive
     }
 
     /// Drives the whole problem, so that other drives can take over its first cycles.
     #[must_use]
     pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> ResumableRollout {
-        self.run(scenario, &self.until(until), None, None)
+        self.run(scenario, &self.until(until), None, None, &mut |_| {
+            Control::Follow
+        })
     }
 
     /// The same; `watch` sees each cycle with its planner; where that says no, the drive is a time-out there.
@@ -216,7 +233,9 @@ impl Driver {
         until: i64,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> ResumableRollout {
-        self.run(scenario, &self.until(until), None, Some(watch))
+        self.run(scenario, &self.until(until), None, Some(watch), &mut |_| {
+            Control::Follow
+        })
     }
 
     /// Drives the whole problem in traffic of which the planner is told the same as in the drive `before` in every
@@ -233,7 +252,13 @@ impl Driver {
         same: i64,
         until: i64,
     ) -> ResumableRollout {
-        self.run(scenario, &self.until(until), Some((before, same)), None)
+        self.run(
+            scenario,
+            &self.until(until),
+            Some((before, same)),
+            None,
+            &mut |_| Control::Follow,
+        )
     }
 
     /// The whole drive, but no farther than to step `until`.
@@ -251,6 +276,7 @@ impl Driver {
         stretch: &DriveSpan,
         known: Option<(&ResumableRollout, i64)>,
         mut watch: Option<&mut WatchCycle<'_>>,
+        control: &mut dyn FnMut(&Rollout) -> Control,
     ) -> ResumableRollout {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
         let forecaster = Forecaster::new(scenario, forecast, without);
@@ -278,6 +304,20 @@ impl Driver {
             return noted;
         }
         while step < last {
+            match control(&noted.drive) {
+                Control::Follow => {}
+                Control::Stop => return noted,
+                Control::Brake => {
+                    step += 1;
+                    state = planner.full_braking(&state);
+                    noted.drive.states.push((step, state));
+                    if let Some(outcome) = look.at(step, &state) {
+                        noted.drive.outcome = outcome;
+                        return noted;
+                    }
+                    continue;
+                }
+            }
             let place = noted.drive.cycles.len();
             let cycle = match known.and_then(|(before, same)| before.cycle(place, step, same)) {
                 Some((cycle, memory)) => {
@@ -318,7 +358,8 @@ impl Driver {
                     noted.drive.outcome = outcome;
                     return noted;
                 }
-                if step >= last {
+                // The control is asked again above.
+                if step >= last || control(&noted.drive) != Control::Follow {
                     break;
                 }
             }
@@ -339,59 +380,5 @@ impl ResumableRollout {
         let cycle = self.drive.cycles.get(place)?;
         let usable = cycle.step == step && step <= same;
         usable.then(|| self.memories.get(place).map(|memory| (cycle, memory)))?
-    }
-}
-
-/// What ends a drive, state by state.
-#[derive(Debug, Clone)]
-pub struct Look<'a> {
-    driver: &'a Driver,
-    scenario: &'a Scenario,
-    goal_from: i64,
-    /// An ego that starts off the road may first get onto it.
-    was_on: bool,
-    /// A goal that was reached before it may end the drive.
-    reached: Option<usize>,
-    /// Where the ego was a step before.
-    before: Option<(i64, Pose)>,
-}
-
-impl<'a> Look<'a> {
-    /// A look at the states of one drive through `scenario`, in order; goals end it from step `goal_from` on.
-    #[must_use]
-    pub fn new(driver: &'a Driver, scenario: &'a Scenario, goal_from: i64) -> Self {
-        Self {
-            driver,
-            scenario,
-            goal_from,
-            was_on: false,
-            reached: None,
-            before: None,
-        }
-    }
-
-    /// How the drive ends with this state, if it does.
-    pub fn at(&mut self, step: i64, state: &VehicleState) -> Option<Outcome> {
-        let driver = self.driver;
-        let motion = state.centre(&driver.limits);
-        let body = driver.road.body().at(motion.pose);
-        let without = driver.settings.without;
-        let before = self.before.replace((step, motion.pose));
-        let before = before.filter(|(earlier, _)| earlier + 1 == step);
-        let before = before.map(|(_, pose)| pose);
-        if let Some(collision) = Collision::first(self.scenario, &body, before, step, without) {
-            return Some(Outcome::Collision(collision));
-        }
-        let on = driver.road.holds(state, &driver.limits);
-        if self.was_on && !on {
-            return Some(Outcome::OffRoad);
-        }
-        self.was_on |= on;
-        if self.reached.is_none() {
-            let network = &self.scenario.network;
-            self.reached = driver.problem.reached(step, &motion, network);
-        }
-        let reached = self.reached.filter(|_| step >= self.goal_from);
-        reached.map(Outcome::Goal)
     }
 }

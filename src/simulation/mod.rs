@@ -2,13 +2,17 @@
 
 mod closed_loop;
 mod collision;
+mod control;
 mod ego;
+mod look;
 mod outcome;
 mod rollout;
 mod solution;
 
-pub use closed_loop::{DriveSpan, Driver, Look, MOST_DRIVEN, ResumableRollout};
+pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN, ResumableRollout};
 pub use collision::{Collision, ContactSide};
+pub use control::Control;
+pub use look::Look;
 pub use outcome::Outcome;
 pub use rollout::{Cycle, DriveError, Rollout, Settings};
 

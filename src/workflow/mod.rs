@@ -8,6 +8,7 @@
 //! - [`Selector`]: the scenarios that a filter of the list lets through
 //! - [`compare_versions`]: the stored answers to two versions of a prompt, scenario by scenario
 //! - [`prepare`]: the planner drives the ego of a planning problem
+//! - [`Monitor`]: a judge beside the planner, whose warnings may brake
 //! - [`VariantOrigin`]: the original of a saved variant
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
@@ -29,6 +30,7 @@ mod corpus_index;
 mod experiment;
 mod generate;
 pub mod journal;
+mod monitor;
 mod open;
 mod original;
 mod plan;
@@ -52,6 +54,9 @@ pub use experiment::{
 };
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
+};
+pub use monitor::{
+    Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
 pub use original::VariantOrigin;

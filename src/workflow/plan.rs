@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{OpenError, OpenRequest, open};
 use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
-use crate::scenario::{PlanningProblem, Scenario, Scene};
+use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
 use crate::simulation::{Cycle, DriveError, Driver, Rollout, Settings};
 
 /// Whose ego is planned, and how.
@@ -59,6 +59,8 @@ pub struct PreparedPlan {
     pub recorded: Option<Arc<Scene>>,
     /// How is planned.
     pub settings: Settings,
+    /// The scenario's name.
+    pub name: String,
     /// The scenario, as errors name it.
     shown: String,
     /// Its place among the scenario's problems.
@@ -96,6 +98,7 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         scenario,
         recorded,
         settings: *request.settings,
+        name: entry.name.clone(),
         shown: entry.display(),
         problem,
     };
@@ -156,6 +159,14 @@ fn within_horizon(
         entry.display(),
         settings.replan
     )))
+}
+
+/// The ego of a drive, without a word on how the drive ends: that may not be over.
+pub(super) fn prepared_ego(prepared: &PreparedPlan, drive: &Rollout) -> Ego {
+    Ego {
+        diagnostics: Vec::new(),
+        ..drive.ego(prepared.problem(), &prepared.settings)
+    }
 }
 
 impl PreparedPlan {

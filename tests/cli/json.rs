@@ -130,6 +130,21 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         ("metrics-list", vec!["metrics", "--list", "--json"]),
         ("models", vec!["models", "--offline", "--json"]),
         ("plan", vec!["plan", CUT_IN, "--json"]),
+        (
+            "plan",
+            vec!["plan", CUT_IN, "--monitor", "reference/geometry", "--json"],
+        ),
+        (
+            "plan-dry-run",
+            vec![
+                "plan",
+                CUT_IN,
+                "--monitor",
+                "reference/geometry",
+                "--dry-run",
+                "--json",
+            ],
+        ),
         ("prompt", vec!["prompt", CUT_IN, "--json"]),
         ("prompts", vec!["prompts", "--json"]),
         ("rating", vec!["ratings", "export"]),

@@ -241,3 +241,86 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
         .status(2)
         .says(&["has no manifest", "NAME.json"]);
 }
+
+#[test]
+fn several_moments_in_one_picture() {
+    let home = Home::new();
+    let scenario = "ZAM_RedLight-1_1_T-1";
+    let grid = |at: &str, shape: &str, status: i32| {
+        let all = ["render", scenario, "--at", at, "--grid", shape];
+        home.run(&all).status(status)
+    };
+    let svg = grid("10,2s,30,40,50,worst", "2x3", 0).stdout;
+    // 170 mm.
+    assert!(svg.contains(r#"width="481.89pt""#), "{}", &svg[..300]);
+    assert_eq!(svg.matches(r#"<g class="map""#).count(), 6);
+    for time in ["t = 1.0 s", "t = 2.0 s", "t = 5.0 s"] {
+        assert!(svg.contains(time), "{time}");
+    }
+    assert_eq!(svg.matches(" m</text>").count(), 1, "one scale bar");
+    assert_eq!(svg, grid("10,2s,30,40,50,worst", "2x3", 0).stdout);
+
+    grid("10,20", "2x3", 2).says(&["6 panels", "6 moments", "there are 2"]);
+    grid("10,20,30", "1x2", 2).says(&["2 panels", "there are 3"]);
+    grid("10,999", "1x2", 2).says(&["--at 999"]);
+    grid("10,20", "2", 2).says(&["ROWSxCOLUMNS", "2x3"]);
+    let with = |more: &[&str]| {
+        let all = ["render", scenario, "--at", "10,20", "--grid", "2x2"];
+        home.run(&[&all[..], more].concat()).status(2)
+    };
+    with(&["--with-original"]).says(&["no original", "NAME.json"]);
+    with(&["--what", "both"]).says(&["need --what map"]);
+    with(&["-o", "film.gif"]).says(&["one picture", ".svg"]);
+    let case = home.run(&["render", scenario, "--case-study"]).status(2);
+    case.says(&["no original", "NAME.json"]);
+}
+
+#[test]
+fn a_case_study_has_the_original_above_the_variant() {
+    let home = Home::new();
+    let name = "ZAM_RedLight-1_1_T-1";
+    let text = super::bundled_xml(name);
+    let original = nearmiss::formats::commonroad::read(text.as_bytes(), name).unwrap();
+    home.write("v.xml", &text);
+    home.write("v.ego_trajectory.csv", super::bundled_ego(name));
+    let papers = |sha256: &str| {
+        let papers = serde_json::json!({
+            "variant": "v.xml",
+            "attacker": 301,
+            "change": { "from_step": 19 },
+            "original": { "benchmark_id": name, "sha256": sha256 },
+        });
+        home.write("v.json", papers.to_string());
+    };
+    papers(&original.hash.to_string());
+    let render = |more: &[&str], status: i32| {
+        let all = ["render", "v.xml"];
+        home.run(&[&all[..], more].concat()).status(status)
+    };
+    let svg = render(&["--case-study"], 0).stdout;
+    for row in [">original<", ">variant<"] {
+        assert!(svg.contains(row), "{row}");
+    }
+    // From the first changed step to the contact, the last at the contact.
+    let steps = svg.split("steps=\"").nth(1).unwrap();
+    let steps = steps.split('"').next().unwrap();
+    let (above, below) = steps.split_once("; ").unwrap();
+    assert_eq!(above, below);
+    assert!(above.starts_with("20, "), "{above}");
+    assert_eq!(above.split(", ").count(), 4);
+    assert_eq!(
+        svg.matches(">contact<").count() / 2,
+        2,
+        "one a row, with its halo"
+    );
+
+    let both = render(&["--at", "10,20", "--grid", "2x2", "--with-original"], 0);
+    assert!(both.stdout.contains(r#"steps="10, 20; 10, 20""#));
+    let rows = ["--at", "10", "--grid", "1x2", "--with-original"];
+    render(&rows, 2).says(&["even number of rows"]);
+    render(&["--case-study", "--grid", "3x2"], 2).says(&["two rows"]);
+    let many = ["--at", "10,20,30", "--grid", "2x2", "--with-original"];
+    render(&many, 2).says(&["4 panels", "half of them", "2 moments", "there are 3"]);
+    papers("0000");
+    render(&["--case-study"], 2).says(&["the original", "0000", "--original FILE"]);
+}

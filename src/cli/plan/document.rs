@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::driven::DrivenScenario;
+use super::monitor;
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
@@ -43,6 +44,9 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "largest_deceleration": thousandths(driven.largest_deceleration()),
         "note": driven.note(),
     });
+    if let Some(report) = &driven.monitor {
+        value["monitor"] = monitor::document(report);
+    }
     json::with_old_names(&mut value, &[("collided_with", "collision_with")]);
     value
 }

@@ -7,7 +7,9 @@ use crate::formats::{EgoSelection, Entry};
 use crate::planner::{Cancel, Emergency};
 use crate::scenario::Scenario;
 use crate::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
-use crate::workflow::{OpenRequest, PlanError, PlanOutcome, PlanRequest, prepare};
+use crate::workflow::{
+    Monitor, MonitorReport, OpenRequest, PlanError, PlanOutcome, PlanRequest, PreparedPlan, prepare,
+};
 
 /// A drive, and of what.
 pub struct DrivenScenario {
@@ -20,16 +22,17 @@ pub struct DrivenScenario {
     pub problem: i64,
     pub settings: Settings,
     pub drive: Rollout,
+    /// What a judge beside the planner said.
+    pub monitor: Option<MonitorReport>,
 }
 
-/// Drives the ego of a scenario; nothing where `cancel` asked for an end.
-pub fn drive(
+/// Opens a scenario to drive its ego.
+pub fn request(
     entry: &Entry,
     problem: Option<i64>,
     settings: &Settings,
-    cancel: &Cancel,
-) -> Option<Result<DrivenScenario, PlanError>> {
-    let request = PlanRequest {
+) -> Result<PreparedPlan, PlanError> {
+    prepare(&PlanRequest {
         open: OpenRequest {
             entry,
             ego: &EgoSelection::Beside,
@@ -38,15 +41,35 @@ pub fn drive(
         },
         problem,
         settings,
-    };
-    let planned = prepare(&request).and_then(|prepared| prepared.run(cancel, &mut |_| {}));
-    let driven = |PlanOutcome { prepared, drive }: PlanOutcome| DrivenScenario {
+    })
+}
+
+/// Drives the ego of a scenario, perhaps beside a monitor; nothing where `cancel` asked for an end.
+pub fn drive(
+    entry: &Entry,
+    problem: Option<i64>,
+    settings: &Settings,
+    monitor: Option<&Monitor<'_>>,
+    cancel: &Cancel,
+) -> Option<Result<DrivenScenario, PlanError>> {
+    let planned = request(entry, problem, settings).and_then(|prepared| match monitor {
+        None => {
+            let outcome = prepared.run(cancel, &mut |_| {})?;
+            Ok(outcome.map(|outcome| (outcome, None)))
+        }
+        Some(monitor) => {
+            let outcome = prepared.run_monitored(monitor, cancel, &mut |_| {})?;
+            Ok(outcome.map(|(outcome, report)| (outcome, Some(report))))
+        }
+    });
+    let driven = |(PlanOutcome { prepared, drive }, monitor)| DrivenScenario {
         name: output::visible(&entry.name),
         file: entry.display(),
         problem: prepared.problem().id,
         settings: prepared.settings,
         drive,
         scenario: prepared.scenario,
+        monitor,
     };
     planned.map(|outcome| outcome.map(driven)).transpose()
 }

@@ -3,6 +3,7 @@
 mod document;
 mod driven;
 mod files;
+mod monitor;
 mod options;
 mod places;
 mod table;
@@ -27,6 +28,7 @@ use crate::workflow::PlanError;
 pub use document::missing;
 use driven::DrivenScenario;
 use files::{Files, Targets};
+use monitor::MonitorOptions;
 pub use options::PlanOptions;
 use table::Table;
 
@@ -42,6 +44,8 @@ pub struct PlanArguments {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: options::PlanOptions,
+    #[command(flatten)]
+    monitor: MonitorOptions,
     /// Print JSON lines: one object per scenario; `error` if it could not be planned.
     #[arg(long)]
     json: bool,
@@ -56,13 +60,19 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
             "-o - and --json both write to standard output; name a file for -o",
         ));
     }
-    let (_, config) = configuration()?;
+    let (folders, config) = configuration()?;
     let settings = arguments.how.settings(&config)?;
     let entries = arguments.files.part_of(found(&arguments.paths)?);
     if entries.is_empty() {
         return Ok(());
     }
-    let said = format!("{settings:?} {:?}", arguments.how.planning_problem);
+    let problem = arguments.how.planning_problem;
+    let setup = arguments.monitor.setup(&folders, &config)?;
+    let stop = interrupted(true);
+    if let Some(setup) = setup.as_ref().filter(|_| arguments.monitor.is_dry_run()) {
+        return setup.dry_run(&entries, problem, &settings, &stop, arguments.json);
+    }
+    let said = format!("{settings:?} {problem:?} {:?}", arguments.monitor);
     let targets = arguments.files.begin(&arguments.paths, &entries, &said)?;
     let finished = targets.finished();
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
@@ -73,7 +83,10 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
             settings.planner.vehicle.name()
         ));
     }
-    let stop = interrupted(true);
+    if let Some(setup) = &setup {
+        setup.announce(&entries, problem, &settings, &stop)?;
+    }
+    let monitor = setup.as_ref().map(|setup| setup.monitor());
     let cancel = Cancel::from_flag(&stop);
     let names = entries
         .iter()
@@ -82,7 +95,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         arguments,
         entries: &entries,
         targets,
-        table: Table::new(names.max().unwrap_or(0)),
+        table: Table::new(names.max().unwrap_or(0), monitor.is_some()),
         begun: false,
         gone: false,
         next: 0,
@@ -91,7 +104,6 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         missed: Missing::default(),
     };
     let progress = Progress::new(entries.len(), "scenarios", true);
-    let problem = arguments.how.planning_problem;
     let mut failure = None;
     in_order(
         entries.len(),
@@ -101,7 +113,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
             if let Some(notes) = known.as_ref().and_then(|known| known.finished.clone()) {
                 return Some(Work::Kept(notes));
             }
-            let driven = driven::drive(&entries[i], problem, &settings, &cancel)?;
+            let driven = driven::drive(&entries[i], problem, &settings, monitor.as_ref(), &cancel)?;
             Some(Work::Driven(driven.map(Box::new), known))
         },
         |work| {
@@ -259,7 +271,7 @@ impl Job<'_> {
     fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
         if !self.arguments.json && self.next > 0 && (all > 1 || self.begun) {
-            let sum = std::mem::replace(&mut self.table, Table::new(0)).sum(missed);
+            let sum = std::mem::replace(&mut self.table, Table::new(0, false)).sum(missed);
             self.show(&sum)?;
         }
         if self.kept > 0 {

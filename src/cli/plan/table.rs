@@ -1,6 +1,7 @@
 //! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
 
 use super::driven::{DrivenScenario, median};
+use super::monitor;
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::line;
 use crate::planner::Emergency;
@@ -32,21 +33,29 @@ pub struct Table {
     by_front: usize,
     /// Milliseconds of every scenario's middle cycle.
     ms: Vec<f64>,
+    /// Whether it has the columns of a monitor.
+    monitored: bool,
 }
 
 impl Table {
     /// A table of scenarios with names at most `longest` characters long.
-    pub fn new(longest: usize) -> Self {
+    pub fn new(longest: usize, monitored: bool) -> Self {
         Self {
             width: longest.clamp("scenario".len(), WIDEST),
             counts: [0; OUTCOMES.len()],
             by_front: 0,
             ms: Vec::new(),
+            monitored,
         }
     }
 
     pub fn header(&self) -> String {
-        self.line("scenario", &HEADER)
+        let more: &[&str] = if self.monitored {
+            &monitor::HEADER
+        } else {
+            &[]
+        };
+        self.line("scenario", &HEADER, more)
     }
 
     /// Counts a drive, and shows it as a line.
@@ -85,11 +94,14 @@ impl Table {
             &ms.map_or("-".into(), |ms| format!("{ms:.1}")),
             &emergency,
         ];
-        self.line(&driven.name, &cells)
+        let more = driven.monitor.as_ref().map(monitor::cells);
+        let more: Vec<&str> = more.iter().flatten().map(String::as_str).collect();
+        self.line(&driven.name, &cells, &more)
     }
 
-    fn line(&self, scenario: &str, cells: &[&str; 7]) -> String {
-        let columns = [
+    /// The columns of a monitor stand before the last one, which may be long.
+    fn line(&self, scenario: &str, cells: &[&str; 7], more: &[&str]) -> String {
+        let mut columns = vec![
             Left(self.width),
             Left(10),
             Right(8),
@@ -98,10 +110,10 @@ impl Table {
             Right(6),
             Right(8),
         ];
-        let cells: Vec<&str> = std::iter::once(scenario)
-            .chain(cells.iter().copied())
-            .collect();
-        line("  ", &columns, &cells)
+        columns.extend(more.iter().map(|_| Right(9)));
+        let (last, first) = (&cells[6..], &cells[..6]);
+        let all: Vec<&str> = [&[scenario], first, more, last].concat();
+        line("  ", &columns, &all)
     }
 
     /// How many ended how, on one line; `missed` were not driven.

@@ -36,6 +36,17 @@ pub struct Render {
     /// Draw every time step: an animation as GIF, numbered files as SVG or PNG.
     #[arg(long)]
     pub all: bool,
+    /// One picture of several moments: rows x columns of maps with one scale, filled row by row with the moments of
+    /// --at; 170 mm wide.
+    #[arg(long, value_name = "ROWSxCOLUMNS", value_parser = grid_shape, conflicts_with = "all")]
+    pub grid: Option<GridShape>,
+    /// In --grid, above each row of a variant its original at the same moments: half of the rows are the original's.
+    #[arg(long, requires = "grid")]
+    pub with_original: bool,
+    /// Case study of a variant of `nearmiss generate`: the original above the variant, from the first changed step to
+    /// the contact with the attacker or the nearest approach, at equal intervals; --grid 2xN sets how many [default: 4].
+    #[arg(long, conflicts_with_all = ["at", "all", "with_original"])]
+    pub case_study: bool,
     /// What is drawn.
     #[arg(long, value_enum, default_value = "map")]
     pub what: RenderContent,
@@ -103,6 +114,37 @@ pub enum RenderContent {
     Both,
     /// The workbench in the terminal.
     Screen,
+}
+
+/// Rows and columns of a grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GridShape {
+    pub rows: usize,
+    pub columns: usize,
+}
+
+/// Rows or columns of a grid, at most.
+const MOST_PANELS: usize = 12;
+
+fn grid_shape(text: &str) -> Result<GridShape, String> {
+    let count = |word: &str| {
+        let count = word.trim().parse().ok();
+        count.filter(|n| (1..=MOST_PANELS).contains(n))
+    };
+    let both = text.split_once(['x', '×']);
+    both.and_then(|(rows, columns)| {
+        Some(GridShape {
+            rows: count(rows)?,
+            columns: count(columns)?,
+        })
+    })
+    .ok_or_else(|| format!("expected ROWSxCOLUMNS, such as 2x3, each from 1 to {MOST_PANELS}"))
+}
+
+impl std::fmt::Display for GridShape {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.rows, self.columns)
+    }
 }
 
 /// A size as it was said.
@@ -187,7 +229,13 @@ impl Render {
         let shown = (&self.original, self.rotate, &self.obstacle, &self.task);
         let plots: Vec<&str> = self.plot.iter().map(|measure| measure.id).collect();
         let form = (plots, self.history, self.size, self.dpi, self.format);
-        format!("{which:?} {shown:?} {form:?}")
+        let grid = (self.grid, self.with_original, self.case_study);
+        format!("{which:?} {shown:?} {form:?} {grid:?}")
+    }
+
+    /// Whether several moments are in one picture.
+    pub fn is_grid(&self) -> bool {
+        self.grid.is_some() || self.case_study
     }
 
     /// Refuses what does not go together.
@@ -195,7 +243,13 @@ impl Render {
         let screen = self.what == RenderContent::Screen;
         let unit = self.size.map(|s| s.unit);
         let no_map = matches!(self.what, RenderContent::Plot | RenderContent::Screen);
-        let wrong = if screen && matches!(unit, Some(Unit::Millimetres | Unit::Pixels)) {
+        let wrong = if self.is_grid() && self.what != RenderContent::Map {
+            "--grid and --case-study need --what map"
+        } else if self.case_study && self.grid.is_some_and(|grid| grid.rows != 2) {
+            "--case-study has two rows, the original and the variant: --grid 2xCOLUMNS"
+        } else if self.with_original && self.grid.is_some_and(|grid| grid.rows % 2 == 1) {
+            "--with-original needs an even number of rows: half of them are the original's"
+        } else if screen && matches!(unit, Some(Unit::Millimetres | Unit::Pixels)) {
             "--what screen takes columns and rows: --size 160x45"
         } else if screen && self.size.is_some_and(|s| !s.is_cells()) {
             "--what screen takes whole columns and rows, 80x24 to 1000x1000"
@@ -313,6 +367,20 @@ impl Size {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn grids_are_rows_by_columns() {
+        assert_eq!(
+            grid_shape("2x3"),
+            Ok(GridShape {
+                rows: 2,
+                columns: 3
+            })
+        );
+        for wrong in ["", "2", "0x3", "2x13", "2x3x4", "-1x2"] {
+            assert!(grid_shape(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn sizes_are_read_and_nonsense_is_refused() {

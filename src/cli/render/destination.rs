@@ -33,6 +33,7 @@ impl Destination {
     /// The one that was asked for.
     pub fn new(arguments: &Render, entries: &[Entry]) -> Result<Self, Failure> {
         let steps = match (arguments.all, arguments.at.len()) {
+            _ if arguments.is_grid() => 1,
             (true, _) => 2,
             (false, at) => at,
         };
@@ -73,6 +74,11 @@ impl Destination {
             }
             (asked, named, _) => asked.or(named).unwrap_or(Format::Svg),
         };
+        if format == Format::Gif && arguments.is_grid() {
+            return Err(Failure::input(
+                "a grid is one picture, not a film: use .svg or .png",
+            ));
+        }
         if format == Format::Gif && steps < 2 {
             return Err(Failure::input(
                 "GIF needs several pictures: use --all, or several moments with --at",

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod destination;
+mod grid;
 mod original;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -146,6 +147,9 @@ impl Job<'_> {
         }
         if self.arguments.what == RenderContent::Screen {
             return self.screens(entry, theme);
+        }
+        if self.arguments.is_grid() {
+            return self.grid(entry);
         }
         let opened = self.open(entry)?;
         let scenario;

@@ -12,8 +12,12 @@ use crate::workflow::VariantOrigin;
 
 /// A variant's original, and how the two differ.
 pub struct Original {
-    scenario: Arc<Scenario>,
-    origin: VariantOrigin,
+    /// Where it is.
+    pub entry: Entry,
+    /// The original.
+    pub scenario: Arc<Scenario>,
+    /// What the manifest says of the variant.
+    pub origin: VariantOrigin,
 }
 
 impl Original {
@@ -26,7 +30,11 @@ impl Original {
             return Ok(None);
         };
         match origin.original() {
-            Some((_, scenario)) => Ok(Some(Self { scenario, origin })),
+            Some((entry, scenario)) => Ok(Some(Self {
+                entry,
+                scenario,
+                origin,
+            })),
             None => Err(format!(
                 "{}; name it with --original FILE",
                 origin.missing()
@@ -45,9 +53,14 @@ impl Original {
                 variant.display()
             ))
         })?;
-        let scenario = entry(original)?.read().map_err(Failure::input)?;
+        let entry = entry(original)?;
+        let scenario = entry.read().map_err(Failure::input)?;
         match origin.is_of(&scenario) {
-            true => Ok(Self { scenario, origin }),
+            true => Ok(Self {
+                entry,
+                scenario,
+                origin,
+            }),
             false => Err(Failure::input(format!(
                 "--original {}: its SHA-256 is {}, but {} was generated from {} with {}",
                 original.display(),

@@ -8,7 +8,8 @@ const MARGIN: f64 = 4.0;
 
 /// Draws it; gives what it covers.
 pub fn draw(map: &Map<'_>, picture: &mut Picture) -> Vec<Area> {
-    let mut taken = vec![scale(map, picture), time(map, picture)];
+    let mut taken = vec![time(map, picture)];
+    taken.extend(map.scale_bar.then(|| scale(map, picture)));
     taken.extend(north(map, picture));
     taken
 }

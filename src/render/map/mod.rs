@@ -32,6 +32,8 @@ pub struct Map<'a> {
     pub view: View,
     /// Size of the letters, points.
     pub letters: f64,
+    /// Whether it has a scale bar.
+    pub scale_bar: bool,
 }
 
 impl Map<'_> {

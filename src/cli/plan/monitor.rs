@@ -1,0 +1,347 @@
+//! `plan --monitor`: which judge watches the drives, and what its questions cost.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json};
+use tokio::runtime::{Builder, Runtime};
+
+use crate::cli::ask::budget;
+use crate::cli::interrupt::INTERRUPTED;
+use crate::cli::open::user_thresholds;
+use crate::cli::parallel::in_order;
+use crate::cli::{Failure, Outcome, output};
+use crate::evaluation::{Judge, validate};
+use crate::formats::Entry;
+use crate::llm::{Effort, Environment, Parameters, Registry};
+use crate::metrics::Thresholds;
+use crate::planner::Cancel;
+use crate::prompts::Library;
+use crate::settings::{Config, Folders};
+use crate::simulation::Settings;
+use crate::store::Store;
+use crate::workflow::{Models, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Server};
+
+use super::driven::request;
+
+/// A judge beside the planner.
+#[derive(Debug, clap::Args)]
+pub struct MonitorOptions {
+    /// Ask this judge the safety question while the ego drives: reference/geometry or provider/model. Answers count
+    /// from when they arrive; those of models are stored.
+    #[arg(long, value_name = "MODEL")]
+    monitor: Option<String>,
+    /// Seconds of the drive between two questions, 0.05 to 60; to the nearest time step.
+    #[arg(long, value_name = "SECONDS", default_value_t = EVERY, value_parser = interval, requires = "monitor")]
+    monitor_every: f64,
+    /// Seconds until an answer counts, in place of its measured latency, 0 to 60: the same every time.
+    #[arg(long, value_name = "SECONDS", value_parser = latency, requires = "monitor")]
+    monitor_latency: Option<f64>,
+    /// Brake fully, instead of following the plan, while the newest answer says critical.
+    #[arg(long, value_name = "VERDICT", value_parser = ["critical"], requires = "monitor")]
+    brake_on: Option<String>,
+    /// Address of the monitor's server, in place of the provider's own.
+    #[arg(long, value_name = "URL", requires = "monitor")]
+    base_url: Option<String>,
+    /// Maximum total cost of the monitor's answers in US dollars; needs a known price and a token limit [default:
+    /// `budget` in config.toml, else none].
+    #[arg(long, value_name = "USD", requires = "monitor", allow_negative_numbers = true, value_parser = budget)]
+    budget: Option<f64>,
+    /// Ask the model even if the store has its answer.
+    #[arg(long, requires = "monitor")]
+    fresh: bool,
+    /// Say how many questions the monitor would have and what they cost at most; nothing is sent or written.
+    #[arg(long, requires = "monitor")]
+    dry_run: bool,
+}
+
+/// Seconds between two questions.
+const EVERY: f64 = 1.0;
+
+fn interval(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|s| (0.05..=60.0).contains(s));
+    seconds.ok_or_else(|| "expected 0.05 to 60 seconds".into())
+}
+
+fn latency(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|s| (0.0..=60.0).contains(s));
+    seconds.ok_or_else(|| "expected 0 to 60 seconds".into())
+}
+
+/// A judge, ready to watch drives.
+pub struct MonitorSetup {
+    judge: Judge,
+    library: Library,
+    thresholds: Arc<Thresholds>,
+    store: Option<Arc<Store>>,
+    runtime: Runtime,
+    settings: crate::evaluation::Settings,
+    every: f64,
+    latency: Option<f64>,
+    brake: bool,
+    fresh: bool,
+    budget: Option<f64>,
+}
+
+impl MonitorOptions {
+    /// Whether the drives are only counted.
+    pub fn is_dry_run(&self) -> bool {
+        self.dry_run
+    }
+
+    /// The judge, if one is named.
+    pub fn setup(
+        &self,
+        folders: &Folders,
+        config: &Config,
+    ) -> Result<Option<MonitorSetup>, Failure> {
+        let Some(model) = &self.monitor else {
+            return Ok(None);
+        };
+        let mut providers = config.providers.clone();
+        if let Some(url) = &self.base_url {
+            let named = model
+                .split_once('/')
+                .filter(|(name, _)| *name != "reference");
+            let (name, _) = named.ok_or_else(|| {
+                Failure::input(
+                    "--base-url needs --monitor provider/model with any provider name, e.g. local/default",
+                )
+            })?;
+            let server = Server {
+                url,
+                ..Server::default()
+            };
+            server.overlay(&mut providers, name);
+        }
+        let parameters = Parameters {
+            temperature: config.temperature,
+            max_tokens: config.max_tokens,
+            seed: None,
+            effort: config.effort.as_deref().and_then(Effort::parse),
+            log_probabilities: false,
+        };
+        let budget = self.budget.or(config.budget);
+        let models = Models::new(
+            Registry::lenient(&providers, &folders.config_file()),
+            Environment::with_files(&[Path::new("."), &folders.config]),
+            parameters,
+            budget,
+        );
+        let judge = models.judge(model).map_err(Failure::input)?;
+        if matches!(judge, Judge::Recorded(_)) {
+            return Err(Failure::input(format!(
+                "--monitor {model}: recorded answers are about recorded drives; name reference/geometry or a model that can be asked"
+            )));
+        }
+        let library = validate(Library::load(Some(&folders.prompts())));
+        for problem in &library.problems {
+            output::say(&format!("nearmiss: {problem}"));
+        }
+        let store = match judge {
+            Judge::Model(_) => Some(Arc::new(
+                Store::open(&folders.store()).map_err(Failure::input)?,
+            )),
+            _ => None,
+        };
+        Ok(Some(MonitorSetup {
+            judge,
+            library,
+            thresholds: Arc::new(user_thresholds(folders)?),
+            store,
+            runtime: Builder::new_multi_thread()
+                .worker_threads(1)
+                .enable_all()
+                .build()
+                .map_err(Failure::input)?,
+            settings: crate::evaluation::Settings {
+                history: config.history,
+                ..Default::default()
+            },
+            every: self.monitor_every,
+            latency: self.monitor_latency,
+            brake: self.brake_on.is_some(),
+            fresh: self.fresh,
+            budget,
+        }))
+    }
+}
+
+impl MonitorSetup {
+    /// What watches one drive.
+    pub fn monitor(&self) -> Monitor<'_> {
+        Monitor {
+            judge: &self.judge,
+            library: &self.library,
+            settings: self.settings,
+            thresholds: Arc::clone(&self.thresholds),
+            store: self.store.clone(),
+            runtime: self.runtime.handle(),
+            every: self.every,
+            latency: self.latency,
+            brake: self.brake,
+            fresh: self.fresh,
+        }
+    }
+
+    /// Says what the questions cost before any is sent; nothing of the built-in judge, which is free.
+    pub fn announce(
+        &self,
+        entries: &[Entry],
+        problem: Option<i64>,
+        settings: &Settings,
+        stop: &Arc<AtomicBool>,
+    ) -> Outcome {
+        if matches!(self.judge, Judge::Model(_)) {
+            let cost = self.cost(entries, problem, settings, stop)?;
+            output::say(&format!("nearmiss: {}", self.words(&cost)));
+        }
+        Ok(())
+    }
+
+    /// Writes what the questions cost; nothing is sent.
+    pub fn dry_run(
+        &self,
+        entries: &[Entry],
+        problem: Option<i64>,
+        settings: &Settings,
+        stop: &Arc<AtomicBool>,
+        as_json: bool,
+    ) -> Outcome {
+        let cost = self.cost(entries, problem, settings, stop)?;
+        if as_json {
+            return output::json(&json!({
+                "model": self.judge.id(),
+                "scenarios": entries.len(),
+                "questions": cost.questions,
+                "input_tokens": cost.tokens,
+                "most_usd": cost.most_usd,
+                "budget_usd": self.budget,
+            }));
+        }
+        output::text(&format!("{}\n", self.words(&cost)))
+    }
+
+    /// The questions of all drives, as if no warning braked; of scenarios that cannot be planned none.
+    fn cost(
+        &self,
+        entries: &[Entry],
+        problem: Option<i64>,
+        settings: &Settings,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<MonitorCost, Failure> {
+        let cancel = Cancel::from_flag(stop);
+        let mut all = MonitorCost {
+            most_usd: Some(0.0),
+            ..MonitorCost::default()
+        };
+        let mut counted = 0;
+        let one = |i: usize| {
+            let prepared = request(&entries[i], problem, settings);
+            let cost = prepared.map(|prepared| prepared.monitor_cost(&self.monitor(), &cancel));
+            match cost {
+                Ok(Ok(Some(cost))) => Some(cost),
+                Ok(Ok(None)) => None,
+                // The drive itself says why.
+                Ok(Err(_)) | Err(_) => Some(MonitorCost {
+                    most_usd: Some(0.0),
+                    ..MonitorCost::default()
+                }),
+            }
+        };
+        in_order(entries.len(), stop, one, |cost| {
+            if let Some(cost) = cost {
+                all = all.and(cost);
+                counted += 1;
+            }
+            std::ops::ControlFlow::Continue(())
+        });
+        match counted == entries.len() {
+            true => Ok(all),
+            false => Err(Failure {
+                message: "interrupted before anything was sent".into(),
+                status: INTERRUPTED,
+            }),
+        }
+    }
+
+    fn words(&self, cost: &MonitorCost) -> String {
+        let braking = if self.brake {
+            ", counted without braking"
+        } else {
+            ""
+        };
+        let price = match (cost.most_usd, &self.judge) {
+            (_, Judge::Reference) => "free: the built-in judge".into(),
+            (Some(usd), _) => format!("at most ${usd:.4}, less what the store has"),
+            (None, _) => {
+                "cost not bounded: no price or no token limit (max_tokens in config.toml)".into()
+            }
+        };
+        let budget = self
+            .budget
+            .map_or(String::new(), |usd| format!("; budget ${usd}"));
+        format!(
+            "{}: {}, about {} tokens{braking}; {price}{budget}",
+            self.judge.id(),
+            output::counted(cost.questions, "question"),
+            cost.tokens,
+        )
+    }
+}
+
+/// What a monitor said of a drive, as JSON.
+pub fn document(report: &MonitorReport) -> Value {
+    let answer = |answer: &MonitorAnswer| {
+        json!({
+            "step": answer.step,
+            "dangerous": answer.dangerous,
+            "latency_seconds": answer.latency,
+            "counts_from_step": answer.from,
+            "run": answer.run.map(|run| run.0),
+            "stored": answer.stored,
+            "cost_usd": answer.usd,
+        })
+    };
+    let warnings = report.warnings.iter();
+    json!({
+        "model": report.judge,
+        "every_seconds": report.every,
+        "warnings": warnings.map(|w| json!([w.first, w.last])).collect::<Vec<_>>(),
+        "first_warning_seconds": report.first_warning(),
+        "incident": report.incident.map(|incident| incident.name()),
+        "incident_step": report.incident.map(|incident| incident.step()),
+        "lead_seconds": report.lead,
+        "false_alarms": report.false_alarms,
+        "false_alarms_per_minute": report.false_alarms_per_minute(),
+        "median_latency_seconds": report.latency(),
+        "questions": report.answers.len(),
+        "without_verdict": report.without_verdict(),
+        "braked_steps": report.braked,
+        "answers": report.answers.iter().map(answer).collect::<Vec<_>>(),
+    })
+}
+
+/// Names of the columns of a monitor in the table.
+pub const HEADER: [&str; 5] = ["warnings", "first s", "lead s", "false/min", "latency s"];
+
+/// The cells of these columns.
+pub fn cells(report: &MonitorReport) -> [String; 5] {
+    let number = |value: Option<f64>, decimals: usize| {
+        value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+    };
+    let warnings = match report.without_verdict() {
+        0 => report.warnings.len().to_string(),
+        n => format!("{} ({n} unanswered)", report.warnings.len()),
+    };
+    [
+        warnings,
+        number(report.first_warning(), 1),
+        number(report.lead, 1),
+        number(report.false_alarms_per_minute(), 1),
+        number(report.latency(), 3),
+    ]
+}
