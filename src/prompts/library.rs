@@ -273,15 +273,19 @@ impl Library {
             let user = matches!(origin, Origin::User(_));
             (chosen == Some(file), user, Self::shipped(file).is_some())
         };
-        let in_pack = |file: &str, t: &Template| {
-            t.front.pack == self.pack || self.pack == Pack::Standard && chosen == Some(file)
-        };
         let fits = |file: &str, t: &Template| {
-            t.front.task == task && t.front.frame == frame && in_pack(file, t)
+            t.front.task == task && t.front.frame == frame && self.in_pack(file, t)
         };
         let all = self.templates.iter().filter(|(file, (t, _))| fits(file, t));
         all.max_by_key(|(file, (_, origin))| rank(file, origin))
             .map(|(file, (template, _))| (file.as_str(), template))
+    }
+
+    /// Whether a template is of the pack that is asked with, or chosen where no pack is asked for.
+    fn in_pack(&self, file: &str, template: &Template) -> bool {
+        let front = &template.front;
+        let chosen = || self.chosen.get(&front.task, &front.frame) == Some(file);
+        front.pack == self.pack || self.pack == Pack::Standard && chosen()
     }
 
     /// The templates for a task and a frame, of which [`Self::find`] takes one.
@@ -292,6 +296,7 @@ impl Library {
     ) -> impl Iterator<Item = (&'l str, &'l Template, &'l Origin)> {
         self.templates()
             .filter(move |(_, t, _)| t.front.task == task && t.front.frame == frame)
+            .filter(|(file, t, _)| self.in_pack(file, t))
     }
 
     /// Whether a template is the one that is used for its task and frame.

@@ -136,15 +136,7 @@ fn of_several_templates_the_chosen_one_is_used() {
         .candidates("collision", "ego")
         .map(|c| c.0)
         .collect();
-    assert_eq!(
-        all,
-        [
-            "collision-ego.md",
-            "long.md",
-            "paper-collision-ego.md",
-            "short.md"
-        ]
-    );
+    assert_eq!(all, ["collision-ego.md", "long.md", "short.md"]);
     crate::prompts::choose_template(folder.path(), "collision", "ego", "collision-ego.md").unwrap();
     assert_eq!(used(&load()), "collision-ego.md");
     assert!(load().problems.is_empty());
