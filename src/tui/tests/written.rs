@@ -289,7 +289,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     bench.send(events::generated(id, written(&wish)));
     assert_eq!(made(&bench).by, "lab/small");
     assert!(bench.model.variant().unwrap().changed);
-    assert!(said(&bench.model).starts_with("variant: 305 given a new motion, collision"));
+    assert!(said(&bench.model).starts_with("variant: 306 given a new motion, collision"));
     assert!(matches!(job(&bench).state, JobState::Done(_)));
     assert_eq!(bench.model.jobs.asking(), 0);
     // It is shown again, and then asked anew.
