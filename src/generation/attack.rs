@@ -16,7 +16,7 @@ pub struct Attack {
     pub change: Change,
     /// How near that comes to an ego that only brakes.
     pub rehearsal: OpenLoopScreening,
-    /// How far it is from what road users were recorded to do; see [`RecordedMotions::deficit`].
+    /// How far it is from what road users were recorded to do; see [`RecordedMotions::deficit`](super::RecordedMotions::deficit).
     pub implausibility: f64,
     /// Its effect on the ego, if it was driven.
     pub effect: Option<Effect>,
