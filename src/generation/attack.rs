@@ -16,7 +16,7 @@ pub struct Attack {
     pub change: Change,
     /// How near that comes to an ego that only brakes.
     pub rehearsal: OpenLoopScreening,
-    /// How far it is from what road users were recorded to do; see [`RecordedMotions::deficit`](super::RecordedMotions::deficit).
+    /// How far it is from recorded motions, 0 where that does not matter; see [`RecordedMotions::deficit`](super::RecordedMotions::deficit).
     pub implausibility: f64,
     /// Its effect on the ego, if it was driven.
     pub effect: Option<Effect>,
@@ -76,7 +76,7 @@ impl AttackSetup<'_> {
         if is_as_recorded(obstacle, &change) {
             return Err(Refusal::whole_motion(Reason::Unchanged));
         }
-        let recorded = self.stage.recorded.as_ref();
+        let recorded = self.stage.recorded.as_deref();
         Ok(Attack {
             asked,
             implausibility: recorded.map_or(0.0, |recorded| recorded.deficit(&change.motions)),
@@ -131,7 +131,7 @@ impl AttackSetup<'_> {
     }
 }
 
-/// Whether an obstacle moves as recorded, but for what nobody sees.
+/// Whether an obstacle moves as recorded, but for what cannot be seen.
 fn is_as_recorded(obstacle: &Obstacle, change: &Change) -> bool {
     let track = obstacle.track();
     change.motions.iter().all(|(step, motion)| {
@@ -159,7 +159,7 @@ impl Attack {
         UNTRIED + self.rehearsal.cost() + self.strangeness()
     }
 
-    /// What is added to the cost of a motion that nobody was recorded to drive: less than a collision is better than a
+    /// What is added to the cost of a motion unlike recorded ones: less than a collision is better than a
     /// near miss.
     fn strangeness(&self) -> f64 {
         STRANGE * (1.0 - (-self.implausibility).exp())

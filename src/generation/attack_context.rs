@@ -1,5 +1,7 @@
 //! Context of an attack: the ego's motion in the original scenario, and the paths open to other participants.
 
+use std::sync::Arc;
+
 use super::{AttackStyle, RecordedMotions};
 use crate::geometry::{Footprint, Point, Polyline, Pose};
 use crate::scenario::prediction::{Model, ObservedHistory, Predictor};
@@ -20,8 +22,8 @@ pub struct AttackContext<'a> {
     pub steps: std::ops::RangeInclusive<i64>,
     /// How attackers move.
     pub style: AttackStyle,
-    /// What the road users of the scenario were recorded to do; `None` where nobody moves.
-    pub recorded: Option<RecordedMotions>,
+    /// Recorded motions that attacks are to be like; `None` where that does not matter.
+    pub recorded: Option<Arc<RecordedMotions>>,
 }
 
 /// Points of a way are at least this far apart, metres: an obstacle that stands has no direction.
@@ -58,7 +60,7 @@ impl<'a> AttackContext<'a> {
             line: Polyline::new(points)?,
             steps: range.start..=range.end - 1,
             style: AttackStyle::Limit,
-            recorded: RecordedMotions::of_scenario(scenario),
+            recorded: None,
         })
     }
 

@@ -1,6 +1,6 @@
 //! How plausible an attack is: its motion held against those that were recorded.
 //!
-//! Four quantities of each step count, of whoever moves: acceleration, jerk, yaw rate and the offset from the middle of
+//! Four quantities of each step count, of moving bodies: acceleration, jerk, yaw rate and the offset from the middle of
 //! the lane. Recordings give a histogram of each; its density, smoothed over neighbouring bins, is the likelihood of a
 //! step. The quantities are taken as independent of each other, and steps of each other: good enough to compare motions
 //! of the same scenario, no probability of the attack.
@@ -221,7 +221,7 @@ const EVENLY: f64 = 0.01;
 const SMOOTHED: f64 = 2.0;
 
 impl RecordedMotions {
-    /// Those of a scenario; nothing where nobody moves in it.
+    /// Those of a scenario; nothing where no obstacle moves in it.
     #[must_use]
     pub fn of_scenario(scenario: &Scenario) -> Option<Self> {
         let samples = MotionSamples::recorded(scenario);
@@ -367,7 +367,7 @@ mod tests {
         let apart = one.wasserstein(&three, MotionQuantity::Acceleration);
         assert!((apart.unwrap() - 2.0).abs() < 1e-9, "{apart:?}");
         assert_eq!(one.wasserstein(&one, MotionQuantity::Jerk), Some(0.0));
-        // Nobody is on a lane here.
+        // There is no lane here.
         assert_eq!(one.wasserstein(&three, MotionQuantity::LaneOffset), None);
     }
 

@@ -122,7 +122,7 @@ impl HumanLimits {
         }
     }
 
-    /// What is left of a vehicle's capability to somebody who keeps these limits.
+    /// What is left of a vehicle's capability to a person who keeps these limits.
     #[must_use]
     pub fn within(&self, able: Capability) -> Capability {
         let limits = &able.limits;

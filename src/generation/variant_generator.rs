@@ -1,5 +1,7 @@
 //! Generates a scenario's dangerous variant without a language model.
 
+use std::sync::Arc;
+
 use super::attack::AttackSetup;
 use super::closed_loop_screening::NEAR_MISS;
 use super::{
@@ -17,6 +19,8 @@ pub struct VariantGenerator {
     /// The ego of that drive.
     pub ego: Ego,
     style: AttackStyle,
+    /// Recorded motions of its scenario; `None` where no obstacle moves in it.
+    recorded: Option<Arc<RecordedMotions>>,
 }
 
 /// The generated attacks and the chosen one.
@@ -54,7 +58,9 @@ impl VariantGenerator {
         let driver = closed.driver();
         let baseline = closed.baseline().drive();
         let ego = baseline.ego(driver.problem(), driver.settings());
+        let recorded = RecordedMotions::of_scenario(closed.scenario()).map(Arc::new);
         let workshop = Self {
+            recorded,
             closed,
             ego,
             style: AttackStyle::default(),
@@ -78,7 +84,14 @@ impl VariantGenerator {
     fn stage(&self) -> Option<AttackContext<'_>> {
         let scenario = self.closed.scenario();
         let stage = AttackContext::new(scenario, &self.ego.footprint, &self.ego.track)?;
-        Some(stage.of_style(self.style))
+        Some(AttackContext {
+            // Who goes to the limits of a vehicle is not meant to drive like others.
+            recorded: match self.style {
+                AttackStyle::Human => self.recorded.clone(),
+                AttackStyle::Limit => None,
+            },
+            ..stage.of_style(self.style)
+        })
     }
 
     /// Gives the ground for attacks to `work`.
@@ -95,11 +108,11 @@ impl VariantGenerator {
         }))
     }
 
-    /// How plausible a change is beside the recorded motions of the scenario; `None` where nobody moves in those.
+    /// How plausible a change is beside the recorded motions of the scenario; `None` where no obstacle moves in those.
     #[must_use]
-    pub fn plausibility(&self, change: &Change) -> Option<(Plausibility, RecordedMotions)> {
+    pub fn plausibility(&self, change: &Change) -> Option<(Plausibility, &RecordedMotions)> {
         let scenario = self.closed.scenario();
-        let recorded = RecordedMotions::of_scenario(scenario)?;
+        let recorded = self.recorded.as_deref()?;
         let plausibility = recorded.plausibility(&change.motions, &scenario.network);
         Some((plausibility, recorded))
     }

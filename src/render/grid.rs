@@ -183,8 +183,8 @@ impl FigureGrid<'_> {
         }
     }
 
-    /// The middle of the common extent, and its width and height in the turned frame, metres; `None` where nobody is
-    /// in it, or something else is wanted.
+    /// The middle of the common extent, and its width and height in the turned frame, metres; `None` where it is
+    /// empty, or something else is wanted.
     fn common(&self, up: f64) -> Option<(Point, Point)> {
         if self.seen.is_some() {
             return None;

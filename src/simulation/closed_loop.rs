@@ -283,7 +283,7 @@ impl Driver {
         let planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
         let mut planner = planner.cancelled_by(&self.cancel);
         if watch.is_none() {
-            // Nobody looks at the other candidates.
+            // The other candidates are not shown.
             planner = planner.only_best();
         }
         let (mut step, mut state, last) = (stretch.step, stretch.state, stretch.last);

@@ -65,6 +65,9 @@ proptest! {
                 // Between the line that says what times are relative to and the worst values.
                 let text = &described.text;
                 let first = if frame == Frame::Trajectory { 0 } else { text.find('\n').unwrap() };
+                // A table along the lane first says at which times there is none.
+                let notes = text.rfind("along and across its heading.\n");
+                let first = notes.filter(|_| options.form == Form::Compact).unwrap_or(first);
                 let end = text.find("\nWorst").unwrap_or(text.len());
                 let mut told: Vec<i64> = described
                     .spans

@@ -21,7 +21,7 @@ fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
         let change = braking(&closed, from, 7.0);
         let effect = closed.effect(&change).unwrap();
         let last = closed.driver().whole().last;
-        // Whoever looks at all candidates plans the same as who only looks for the best one.
+        // A planner that follows all candidates plans the same as one that gives them up early.
         let driver = closed.driver();
         let anew = driver.drive_noted_watched(&effect.scenario, last, &mut |_, _| true);
         // The oracle knows of the change a horizon of 40 steps earlier.

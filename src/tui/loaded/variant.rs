@@ -77,7 +77,7 @@ pub struct GeneratedVariant {
     pub passed: GateEvidence,
     /// How its attacker moves.
     pub style: AttackStyle,
-    /// How plausible its motion is; `None` where nobody moves in the recording.
+    /// How plausible its motion is; `None` where no obstacle moves in the recording.
     pub plausibility: Option<Plausibility>,
     /// Refusals on the way.
     pub refused: Vec<Refusal>,

@@ -103,7 +103,7 @@ fn tell(bench: &mut Bench, update: Update<ExperimentNews, Box<CountedExperiment>
 /// A workbench with an experiment that has been read.
 fn opened(batch: Option<BatchId>) -> Bench {
     let mut bench = Bench::bundled();
-    bench.model.recall.here = PathBuf::from("/work");
+    bench.model.recall.here = PathBuf::from("/labs");
     bench.model.experiment.chosen = Some("study.toml".into());
     bench.press("space o e");
     let text = "title = \"Does contextual prompting help?\"\nmodels = []\n".to_string();
@@ -196,7 +196,7 @@ fn progress_is_followed_by_way_of_asking() {
     // Esc leaves it running; x stops it.
     bench.press("esc");
     assert!(bench.model.screens.is_empty() && bench.model.experiment.asking == Some(id));
-    bench.model.experiment.chosen = Some("/work/study.toml".into());
+    bench.model.experiment.chosen = Some("/labs/study.toml".into());
     bench.press("space o e x");
     let stopped = bench
         .effects
@@ -246,11 +246,11 @@ fn the_file_goes_to_the_editor_where_it_is_and_is_read_again() {
         _ => None,
     });
     let sent = sent.unwrap();
-    assert_eq!(sent.place.as_deref(), Some(Path::new("/work/study.toml")));
+    assert_eq!(sent.place.as_deref(), Some(Path::new("/labs/study.toml")));
     bench.send(Msg::EditedOutside(sent.clone(), Ok("models = 3".into())));
     tell(
         &mut bench,
-        Update::Ended(Err("/work/study.toml:1: wrong".into())),
+        Update::Ended(Err("/labs/study.toml:1: wrong".into())),
     );
     assert_eq!(
         bench.model.experiment.problem.as_deref(),
@@ -279,7 +279,7 @@ fn listing() -> FolderOfExperiments {
 #[test]
 fn the_chooser_lists_completes_and_opens() {
     let mut bench = Bench::bundled();
-    bench.model.recall.here = PathBuf::from("/work");
+    bench.model.recall.here = PathBuf::from("/labs");
     bench.model.experiment.recent = vec!["/elsewhere/old.toml".into()];
     bench.press("space o e");
     let asks = |bench: &Bench, wanted: &str| {
@@ -331,7 +331,7 @@ fn the_chooser_lists_completes_and_opens() {
     assert!(bench.model.screens.is_top::<ExperimentScreen>());
     assert_eq!(
         bench.model.experiment.file,
-        Some("/work/more/b.toml".into())
+        Some("/labs/more/b.toml".into())
     );
     // A folder that cannot be read is said in its place.
     bench.press("esc space o e");
@@ -347,7 +347,7 @@ fn the_chooser_lists_completes_and_opens() {
 fn a_session_remembers_experiments_and_older_ones_still_load() {
     let mut bench = opened(None);
     let session = restore::capture(&bench.model);
-    assert_eq!(session.experiments, [PathBuf::from("/work/study.toml")]);
+    assert_eq!(session.experiments, [PathBuf::from("/labs/study.toml")]);
     let text = session.text().unwrap();
     let read = Session::parse(&text, &session.paths).unwrap();
     let mut again = Bench::empty();
@@ -364,12 +364,12 @@ fn a_session_remembers_experiments_and_older_ones_still_load() {
             .is_empty()
     );
     for i in 0..20 {
-        let file = PathBuf::from(format!("/work/{i}.toml"));
+        let file = PathBuf::from(format!("/labs/{i}.toml"));
         bench.model.experiment.remember(&file);
     }
     let recent = &bench.model.experiment.recent;
     assert_eq!(
         (recent.len(), recent[0].as_path()),
-        (10, Path::new("/work/19.toml"))
+        (10, Path::new("/labs/19.toml"))
     );
 }
