@@ -23,7 +23,7 @@ use crate::verdict::Task;
 pub struct QuestionArguments {
     #[command(flatten)]
     which: ScenarioArguments,
-    /// Task: collision, safety, attacker or trajectory.
+    /// Task: collision, safety, recording, attacker or trajectory.
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
     /// Frame of the description: ego, cartesian, metrics or trajectory [default: ego; metrics for attacker; trajectory

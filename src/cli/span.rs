@@ -105,6 +105,14 @@ impl Span {
         task: Option<Task>,
         history: usize,
     ) -> Result<Window, Failure> {
+        if task == Some(Task::Recording) {
+            return match self.chosen() {
+                Some(chosen) => Err(Failure::input(format!(
+                    "--task recording asks about the whole recording; remove {chosen}"
+                ))),
+                None => Ok(Window::whole(scene)),
+            };
+        }
         let steps = scene.steps();
         let worst = || worst_step(scene, thresholds);
         let at = self

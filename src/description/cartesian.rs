@@ -35,7 +35,7 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
     w.relative_to(window.last());
     let described = options.described(scene, window);
     let steps: Vec<i64> = described.iter().map(|moment| moment.step).collect();
-    sizes(w, scene, &everyone(&described));
+    sizes(w, scene, &everyone(scene, window, options, &described));
     match options.form {
         Form::Prose => prose(w, scene, described),
         Form::Compact => compact(w, scene, described),

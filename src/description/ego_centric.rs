@@ -2,6 +2,7 @@
 
 use super::lanes::Lanes;
 use super::motion_words;
+use super::overview;
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{NO_EGO, ego_moves, heading, name_and_place, no_obstacles, sizes};
 use super::seen::Seen;
@@ -42,10 +43,17 @@ pub(super) fn own(lanes: &Lanes<'_>, ego: &Motion) -> [Cell; 3] {
 pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
     w.relative_to(window.last());
     let described = options.described(scene, window);
-    sizes(w, scene, &everyone(&described));
-    match options.form {
-        Form::Prose => prose(w, scene, described, options),
-        Form::Compact => compact(w, scene, described, options),
+    let everyone = everyone(scene, window, options, &described);
+    sizes(w, scene, &everyone);
+    let write = match options.form {
+        Form::Prose => prose,
+        Form::Compact => compact,
+    };
+    write(w, scene, described, options);
+    if options.nearest && !everyone.is_empty() {
+        overview::heading(w, scene, window);
+        let moments = overview::nearest_moments(scene, window, &everyone);
+        write(w, scene, moments, options);
     }
 }
 

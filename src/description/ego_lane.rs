@@ -3,6 +3,7 @@
 use super::ego_centric::{OWN, own, turned};
 use super::lanes::Lanes;
 use super::options::{Form, Moment, Options, everyone};
+use super::overview;
 use super::parts::{NO_EGO, ego_moves, heading, name_and_place, no_obstacles, sizes};
 use super::seen::Seen;
 use super::table::{self, Cell, Column, column};
@@ -87,17 +88,25 @@ impl Axes {
 pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
     w.relative_to(window.last());
     let described = options.described(scene, window);
-    sizes(w, scene, &everyone(&described));
+    let everyone = everyone(scene, window, options, &described);
+    sizes(w, scene, &everyone);
     let graph = scene.scenario.network.lane_graph(None);
-    let axes = described.into_iter().map(|moment| {
-        let ego = scene.ego.track.at(moment.step);
-        let axes = ego.map(|ego| Axes::of(&graph, &ego.pose, options.radius));
-        (moment, ego.zip(axes))
-    });
-    let axes: Vec<_> = axes.collect();
-    match options.form {
-        Form::Prose => prose(w, scene, &axes, options),
-        Form::Compact => compact(w, scene, &axes, options),
+    let write = |w: &mut Writer, moments: Vec<Moment<'_>>| {
+        let axes = moments.into_iter().map(|moment| {
+            let ego = scene.ego.track.at(moment.step);
+            let axes = ego.map(|ego| Axes::of(&graph, &ego.pose, options.radius));
+            (moment, ego.zip(axes))
+        });
+        let axes: Vec<_> = axes.collect();
+        match options.form {
+            Form::Prose => prose(w, scene, &axes, options),
+            Form::Compact => compact(w, scene, &axes, options),
+        }
+    };
+    write(w, described);
+    if options.nearest && !everyone.is_empty() {
+        overview::heading(w, scene, window);
+        write(w, overview::nearest_moments(scene, window, &everyone));
     }
 }
 

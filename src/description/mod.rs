@@ -8,6 +8,7 @@ mod lanes;
 mod measure_columns;
 mod motion_words;
 mod options;
+mod overview;
 mod parts;
 mod road;
 mod safety_metrics;

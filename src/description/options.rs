@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::Frame;
+use super::{Frame, overview};
 use super::writer::written;
 use crate::metrics::MeasureList;
 use crate::scenario::{Motion, Participant, Scene, Window};
@@ -31,6 +31,11 @@ pub struct Options {
     pub precision: usize,
     /// Every so many steps, counted back from the last one, which is always described; 0 is taken as 1.
     pub stride: usize,
+    /// At most so many times are described: in a longer window the stride grows. `None` for as many as there are.
+    pub most_times: Option<usize>,
+    /// Whether everyone is told that comes near at any step of the window, described or not, and in the ego frame the
+    /// nearest moment of each.
+    pub nearest: bool,
     /// Sentences or a table.
     pub form: Form,
     /// Whether it is said that bodies touch, as direction and in words; the distance tells it in any case.
@@ -118,6 +123,8 @@ impl Default for Options {
             radius: 30.0,
             precision: 2,
             stride: 1,
+            most_times: None,
+            nearest: false,
             form: Form::default(),
             contact: false,
             road: false,
@@ -129,10 +136,18 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Steps between two described ones of a window: the stride, or more where that would describe too many times.
+    #[must_use]
+    pub fn spacing(&self, window: &Window) -> usize {
+        let between = usize::try_from(window.last() - window.first()).unwrap_or(usize::MAX);
+        let least = self.most_times.map_or(1, |most| between / most.max(1) + 1);
+        self.stride.max(1).max(least)
+    }
+
     /// The steps of a window that are described, in order.
     #[must_use]
     pub fn steps(&self, window: &Window) -> Vec<i64> {
-        let stride = self.stride.max(1);
+        let stride = self.spacing(window);
         let mut steps: Vec<i64> = window.steps().rev().step_by(stride).collect();
         steps.reverse();
         steps
@@ -192,7 +207,15 @@ impl Options {
 }
 
 /// The obstacles that are described, in the order in which they come near.
-pub(super) fn everyone<'a>(described: &[Moment<'a>]) -> Vec<Participant<'a>> {
+pub(super) fn everyone<'a>(
+    scene: &'a Scene,
+    window: &Window,
+    options: &Options,
+    described: &[Moment<'a>],
+) -> Vec<Participant<'a>> {
+    if options.nearest {
+        return overview::came_near(scene, window, options);
+    }
     let mut seen = std::collections::HashSet::new();
     let all = described.iter().flat_map(|moment| &moment.near);
     let first = all.filter(|(participant, _)| seen.insert(participant.obstacle.id));

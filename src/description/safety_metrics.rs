@@ -39,7 +39,7 @@ pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, o
     let scene = context.scene();
     w.relative_to(window.last());
     let described = options.described(scene, window);
-    let everyone = everyone(&described);
+    let everyone = everyone(scene, window, options, &described);
     let measured = Measured {
         scene,
         context: &context.during(window),

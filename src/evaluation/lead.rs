@@ -1,6 +1,6 @@
 //! Where the windows of the safety task end: a lead before the collision of a labelled scenario.
 
-use super::Label;
+use super::{CriticalMoments, Label};
 use crate::judge::judge_collision;
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
@@ -49,6 +49,16 @@ impl<'a> Labelled<'a> {
         }
     }
 
+    /// A scene whose dangerous moments are not contacts: its label is from the first of them.
+    #[must_use]
+    pub fn by_moments(scene: &'a Scene, moments: &CriticalMoments) -> Self {
+        Self {
+            scene,
+            label: moments.of_recording().0,
+            contact: moments.first_step(),
+        }
+    }
+
     /// Where the label and the bodies do not agree.
     #[must_use]
     pub fn doubt(&self) -> Option<&'static str> {
@@ -92,6 +102,7 @@ impl<'a> Labelled<'a> {
                 history,
             )),
             (Task::Collision | Task::Safety, _) => self.window(Lead::Paper, history),
+            (Task::Recording, _) => Some(Window::whole(self.scene)),
             (Task::Attacker | Task::Trajectory, _) => None,
         }
     }

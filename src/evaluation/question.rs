@@ -48,12 +48,13 @@ impl Case {
     }
 }
 
-/// Where the window of a task's question ends: of the collision task with the recording, of the others at the present
-/// step, whose past they look at.
+/// Where the window of a task's question ends: of the collision task with the recording, of the recording task it is
+/// the whole recording, of the others it ends at the present step, whose past they look at.
 #[must_use]
 pub fn window_end(task: Task) -> WindowEnd {
     match task {
         Task::Collision => WindowEnd::Recording,
+        Task::Recording => WindowEnd::Whole,
         Task::Safety | Task::Attacker | Task::Trajectory => WindowEnd::Present,
     }
 }
@@ -127,10 +128,13 @@ fn of_pack(pack: Pack) -> String {
 /// # Errors
 /// The template is missing, or it cannot be filled.
 pub fn prepare(
-    case: Case,
+    mut case: Case,
     library: &Library,
     draft: Option<(&str, &str)>,
 ) -> Result<Question, CaseError> {
+    if case.task == Task::Recording {
+        case.window = Window::whole(&case.scene);
+    }
     let read;
     let is_draft = draft.is_some();
     let (file, template) = match draft {

@@ -172,7 +172,10 @@ async fn ready(question: &Question, judge: &Judge) -> Result<(), AskError> {
     match judge {
         Judge::Reference if Task::VERDICTS.contains(&question.case.task) => Ok(()),
         Judge::Reference => Err(AskError::Refused(
-            "the built-in judge answers collision and safety only; choose a model".into(),
+            format!(
+                "the built-in judge answers {} only; choose a model",
+                Task::names(&Task::VERDICTS)
+            ),
         )),
         // Each question has its answer or not.
         Judge::Recorded(_) => Ok(()),

@@ -95,6 +95,12 @@ impl Settings {
                     .stride
                     .or(template.stride.map(usize::from))
                     .unwrap_or(usual.stride),
+                // Who asks for a stride gets it.
+                most_times: template
+                    .times
+                    .filter(|_| self.stride.is_none())
+                    .map(usize::from),
+                nearest: template.nearest.unwrap_or(usual.nearest),
                 form: self.form.or(form).unwrap_or(usual.form),
                 contact: self.contact.or(template.contact).unwrap_or(usual.contact),
                 road: self.road.or(template.road).unwrap_or(usual.road),

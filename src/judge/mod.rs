@@ -3,10 +3,12 @@
 mod collision;
 mod collision_prediction;
 mod reasoning;
+mod recording;
 mod safety;
 
 pub use collision::judge as judge_collision;
 pub use collision_prediction::{CollisionPrediction, Criterion};
+pub use recording::judge as judge_recording;
 pub use safety::verdict_by;
 
 use crate::metrics::Thresholds;
@@ -25,11 +27,11 @@ pub fn how(model: &str) -> Option<&'static str> {
     (model == MODEL).then_some("exact geometry")
 }
 
-/// What an answer of this model looks at, where that is not the window of the question: the collision task is judged
-/// from all recorded steps.
+/// What an answer of this model looks at, where that is not the window of the question: the collision and the recording
+/// task are judged from all recorded steps.
 #[must_use]
 pub fn looks_at(model: &str, task: Task) -> Option<&'static str> {
-    (model == MODEL && task == Task::Collision).then_some("all recorded steps")
+    (model == MODEL && task.is_about_all_steps()).then_some("all recorded steps")
 }
 
 /// The judge's verdict, and its reasoning.
@@ -39,9 +41,9 @@ pub struct Judgement {
     pub verdict: Verdict,
     /// The way to it, with steps and numbers, as Markdown.
     pub reasoning: String,
-    /// The step that decided: first contact, or the present of a prediction.
+    /// The step that decided: first contact, first step of the lowest score, or the present of a prediction.
     pub decisive_step: Option<i64>,
-    /// What was predicted about the obstacles of the verdict, in its order; nothing for the collision task.
+    /// What was predicted about the obstacles of the verdict, in its order; nothing for tasks about all steps.
     pub prospects: Vec<CollisionPrediction>,
 }
 
@@ -70,9 +72,9 @@ pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
 
 /// Judges a scene.
 ///
-/// Whether it is dangerous does not depend on the thresholds; the risk scores do.
+/// Whether a recording is of high risk depends on the thresholds, as the risk scores do; the other decisions do not.
 ///
-/// The collision task looks at every recorded step of the ego, whatever the window. The safety task predicts from
+/// The collision and the recording task look at every recorded step of the ego, whatever the window. The safety task predicts from
 /// `window` alone, never from anything beyond it: see [`Criterion::REFERENCE`].
 /// The tasks without a yes or no start from the same prediction: for them this is the judgement of safety, and says so.
 #[must_use]
@@ -84,6 +86,7 @@ pub fn judge_under(
 ) -> Judgement {
     match task {
         Task::Collision => judge_collision(scene, thresholds),
+        Task::Recording => judge_recording(scene, thresholds),
         Task::Safety | Task::Attacker | Task::Trajectory => {
             safety::judge(scene, window, thresholds)
         }

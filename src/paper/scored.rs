@@ -115,7 +115,8 @@ impl Reference {
     fn of(&self, task: Task) -> Option<&Verdict> {
         match task {
             Task::Collision => self.collision.as_ref(),
-            _ => self.safety.as_ref(),
+            Task::Safety => self.safety.as_ref(),
+            Task::Recording | Task::Attacker | Task::Trajectory => None,
         }
     }
 }

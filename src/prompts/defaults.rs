@@ -14,6 +14,10 @@ pub struct Defaults {
     pub history: Option<NonZeroUsize>,
     /// Every so many steps are described.
     pub stride: Option<NonZeroUsize>,
+    /// At most so many times are described: in a longer window the stride grows.
+    pub times: Option<NonZeroUsize>,
+    /// Whether everyone is told that comes near at any step, and in the ego frame the nearest moment of each.
+    pub nearest: Option<bool>,
     /// Obstacles farther from the ego are left out, metres.
     #[serde(deserialize_with = "radius")]
     pub radius: Option<f64>,

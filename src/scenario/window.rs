@@ -11,6 +11,8 @@ pub enum WindowEnd {
     Recording,
     /// At the present step.
     Present,
+    /// With the recording, and it begins with it.
+    Whole,
 }
 
 /// How the window of a question is chosen.
@@ -27,6 +29,7 @@ impl WindowRule {
     #[must_use]
     pub fn at(&self, scene: &Scene, present: i64) -> Window {
         let last = match self.end {
+            WindowEnd::Whole => return Window::whole(scene),
             WindowEnd::Recording => scene.last_step(),
             WindowEnd::Present => present,
         };
@@ -49,6 +52,12 @@ impl Window {
     #[must_use]
     pub fn ending_at(scene: &Scene, last: i64, history: usize) -> Self {
         Self::within(&scene.steps(), last, history)
+    }
+
+    /// Every step of the ego's recording.
+    #[must_use]
+    pub fn whole(scene: &Scene) -> Self {
+        Self::ending_at(scene, scene.last_step(), usize::MAX)
     }
 
     /// The same, cut to these steps.

@@ -5,7 +5,7 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 9] = [
+const MIGRATIONS: [&str; 10] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
     include_str!("migrations/3.sql"),
@@ -15,6 +15,7 @@ const MIGRATIONS: [&str; 9] = [
     include_str!("migrations/7.sql"),
     include_str!("migrations/8.sql"),
     include_str!("migrations/9.sql"),
+    include_str!("migrations/10.sql"),
 ];
 
 /// The version of a file that this program writes.
@@ -271,5 +272,39 @@ mod tests {
         );
         assert_eq!(items[1].asked, more);
         assert_eq!(store.looks(batch).unwrap().len(), 1);
+    }
+
+    #[test]
+    fn a_store_of_version_9_keeps_its_decisions_and_knows_those_of_recordings() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..9] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 9).unwrap();
+        let decided = |connection: &rusqlite::Connection| {
+            let mut rows = connection
+                .prepare("SELECT is_dangerous FROM answers ORDER BY run")
+                .unwrap();
+            let found = rows.query_map([], |row| row.get(0)).unwrap();
+            found.map(Result::unwrap).collect::<Vec<Option<i64>>>()
+        };
+        let before = decided(&connection);
+        drop(connection);
+        drop(Store::open(&path).unwrap());
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        assert_eq!(decided(&connection), before);
+        let set = "UPDATE runs SET verdict = ?1 WHERE id = (SELECT min(id) FROM runs)";
+        for (verdict, wanted) in [
+            (r#"{"task": "recording", "high_risk": true}"#, Some(1)),
+            (r#"{"task": "recording", "high_risk": false}"#, Some(0)),
+            (r#"{"task": "safety", "safety_critical": true}"#, Some(1)),
+            (r#"{"task": "trajectory"}"#, None),
+        ] {
+            connection.execute(set, [verdict]).unwrap();
+            assert_eq!(decided(&connection)[0], wanted, "{verdict}");
+        }
     }
 }

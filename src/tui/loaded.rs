@@ -26,7 +26,7 @@ pub use variant::{
 };
 
 use crate::formats::{EgoSelection, Entry};
-use crate::judge::{Judgement, judge_collision};
+use crate::judge::{Judgement, judge_collision, judge_recording};
 use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
 };
@@ -59,6 +59,8 @@ pub struct Opened {
     pub headline: Option<Headline>,
     /// The built-in judge on the collision task.
     pub collision: Option<Judgement>,
+    /// The built-in judge on the recording task.
+    pub recording: Option<Judgement>,
     /// Obstacles, the most dangerous first.
     pub ranking: Vec<i64>,
     /// How the ego was planned, where it was.
@@ -136,8 +138,10 @@ impl Opened {
         };
         let series = scene.as_deref().map(|scene| series(scene, thresholds));
         let headline = series.as_ref().map(Headline::from_series);
-        let collision = scene.as_deref();
-        let collision = collision.map(|scene| judge_collision(scene, thresholds));
+        let judged = |judge: fn(&Scene, &Thresholds) -> Judgement| {
+            scene.as_deref().map(|scene| judge(scene, thresholds))
+        };
+        let (collision, recording) = (judged(judge_collision), judged(judge_recording));
         Self {
             name: change.map_or_else(|| entry.name.clone(), |c| c.name(&entry.name)),
             change,
@@ -151,6 +155,7 @@ impl Opened {
             series,
             headline,
             collision,
+            recording,
             planned: None,
             variant: None,
             saved: None,

@@ -50,6 +50,40 @@ pub struct SafetyAnswer {
     pub safety_critical: bool,
 }
 
+/// The answer to the recording task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct RecordingAnswer {
+    /// Why, with times and numbers, before you decide.
+    pub justification: String,
+    /// The obstacles that matter, each with its worst risk score, most dangerous first.
+    pub obstacles: Vec<ObstacleRisk>,
+    /// The obstacles of extreme risk or in contact at some time, the first one first; empty if there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Vec<CriticalObstacle>")]
+    pub critical_obstacles: Option<Vec<CriticalObstacle>>,
+    /// The probability that the recording is of high risk, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64", range(min = 0.0, max = 1.0))]
+    pub probability: Option<f64>,
+    /// Whether the recording is of high risk; if not, it is safe.
+    pub high_risk: bool,
+}
+
+impl From<RecordingAnswer> for Verdict {
+    fn from(answer: RecordingAnswer) -> Self {
+        Self {
+            task: Task::Recording,
+            dangerous: answer.high_risk,
+            obstacles: answer.obstacles,
+            justification: answer.justification,
+            critical: answer.critical_obstacles,
+            probability: answer.probability,
+            token_probability: None,
+        }
+    }
+}
+
 impl From<CollisionAnswer> for Verdict {
     fn from(answer: CollisionAnswer) -> Self {
         Self {
@@ -89,6 +123,7 @@ pub fn schema(task: Task) -> serde_json::Value {
     let schema = match task {
         Task::Collision => generator.into_root_schema_for::<CollisionAnswer>(),
         Task::Safety => generator.into_root_schema_for::<SafetyAnswer>(),
+        Task::Recording => generator.into_root_schema_for::<RecordingAnswer>(),
         Task::Attacker => generator.into_root_schema_for::<AttackerChoice>(),
         Task::Trajectory => generator.into_root_schema_for::<TrajectoryAnswer>(),
     };

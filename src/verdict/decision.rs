@@ -38,21 +38,51 @@ const SAFETY: [&str; 7] = [
     "iscritical",
 ];
 
+const RECORDING: [&str; 6] = [
+    "highrisk",
+    "ishighrisk",
+    "highriskrecording",
+    "ishighriskrecording",
+    "highriskscenario",
+    "ishighriskscenario",
+];
+/// Keys whose value says in words which of the two a recording is.
+const CLASSES: [&str; 3] = ["classification", "class", "label"];
+
+/// Yes or no in the value of a key of a task.
+fn said(task: Task, key: &str, value: &serde_json::Value) -> Option<bool> {
+    let key = values::plain(key);
+    let names = match task {
+        Task::Collision => &COLLISION[..],
+        Task::Safety => &SAFETY,
+        Task::Recording => &RECORDING,
+        Task::Attacker | Task::Trajectory => return None,
+    };
+    if names.contains(&key.as_str()) {
+        return values::truth(value);
+    }
+    if task != Task::Recording || !CLASSES.contains(&key.as_str()) {
+        return None;
+    }
+    match values::plain(value.as_str()?).as_str() {
+        "highrisk" | "unsafe" => Some(true),
+        "safe" | "lowrisk" => Some(false),
+        _ => None,
+    }
+}
+
 /// The decision in an object, the nearest level first; `None` without one.
 ///
 /// # Errors
 /// Two keys of one level contradict each other.
 pub(super) fn read_decision(task: Task, object: &Object) -> Result<Option<Decision>, NoVerdict> {
-    let names = match task {
-        Task::Collision => COLLISION,
-        Task::Safety => SAFETY,
-        Task::Attacker | Task::Trajectory => return Ok(None),
-    };
+    if !Task::VERDICTS.contains(&task) {
+        return Ok(None);
+    }
     for (depth, level) in values::levels(object).into_iter().enumerate() {
         let pairs = level.iter().flat_map(|o| o.iter());
         let mut said = pairs
-            .filter(|(key, _)| names.contains(&values::plain(key).as_str()))
-            .filter_map(|(key, value)| Some((key, value.is_boolean(), values::truth(value)?)));
+            .filter_map(|(key, value)| Some((key, value.is_boolean(), said(task, key, value)?)));
         let Some((key, plainly, dangerous)) = said.next() else {
             continue;
         };

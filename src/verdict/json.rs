@@ -31,6 +31,7 @@ struct Form {
     task: Task,
     collision: Option<bool>,
     safety_critical: Option<bool>,
+    high_risk: Option<bool>,
     obstacles: Vec<ObstacleRisk>,
     justification: String,
     critical_obstacles: Option<Vec<CriticalObstacle>>,
@@ -44,6 +45,7 @@ impl<'de> Deserialize<'de> for Verdict {
         let dangerous = match form.task {
             Task::Collision => form.collision,
             Task::Safety => form.safety_critical,
+            Task::Recording => form.high_risk,
             Task::Attacker | Task::Trajectory => {
                 return Err(serde::de::Error::custom("the task has no yes or no"));
             }
@@ -87,6 +89,11 @@ mod tests {
         );
         assert!(!text.contains("probability"), "{text}");
         assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
+        verdict.task = Task::Recording;
+        let text = serde_json::to_string(&verdict).unwrap();
+        assert!(text.starts_with(r#"{"task":"recording","high_risk":true,"#));
+        assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
+        verdict.task = Task::Safety;
         verdict.critical = Some(vec![CriticalObstacle::new(7)]);
         verdict.probability = Some(0.9);
         verdict.token_probability = Some(0.97);

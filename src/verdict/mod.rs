@@ -17,7 +17,7 @@ mod values;
 
 use serde::{Deserialize, Serialize};
 
-pub use answer_schema::{CollisionAnswer, SafetyAnswer, schema};
+pub use answer_schema::{CollisionAnswer, RecordingAnswer, SafetyAnswer, schema};
 pub use attacker::AttackerChoice;
 pub use critical::CriticalObstacle;
 pub use lenient::{ReasonedAnswer, reasons_first};
@@ -35,6 +35,8 @@ pub enum Task {
     Collision,
     /// Will the ego's body touch another body within a horizon?
     Safety,
+    /// Is the whole recording safe or of high risk?
+    Recording,
     /// Whose motion could be changed so that it endangers the ego?
     Attacker,
     /// How would that obstacle have to move?
@@ -43,15 +45,20 @@ pub enum Task {
 
 impl Task {
     /// Every task.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 5] = [
         Self::Collision,
         Self::Safety,
+        Self::Recording,
         Self::Attacker,
         Self::Trajectory,
     ];
 
     /// Those that are answered with yes or no.
-    pub const VERDICTS: [Self; 2] = [Self::Collision, Self::Safety];
+    pub const VERDICTS: [Self; 3] = [Self::Collision, Self::Safety, Self::Recording];
+
+    /// The highest risk score that makes a recording one of high risk: extreme. It is that of the paper, which takes
+    /// obstacles of score 0 and 1 for dangerous.
+    pub const HIGH_RISK: u8 = 1;
 
     /// The word for it, on the command line and in the store.
     #[must_use]
@@ -59,6 +66,7 @@ impl Task {
         match self {
             Self::Collision => "collision",
             Self::Safety => "safety",
+            Self::Recording => "recording",
             Self::Attacker => "attacker",
             Self::Trajectory => "trajectory",
         }
@@ -70,12 +78,30 @@ impl Task {
         Self::ALL.into_iter().find(|t| t.name() == name)
     }
 
+    /// The names of some tasks, for help and errors: `collision, safety or recording`.
+    #[must_use]
+    pub fn names(tasks: &[Self]) -> String {
+        let names: Vec<&str> = tasks.iter().map(|task| task.name()).collect();
+        match names.split_last() {
+            Some((last, [])) => (*last).to_string(),
+            Some((last, first)) => format!("{} or {last}", first.join(", ")),
+            None => String::new(),
+        }
+    }
+
+    /// Whether what is true about its question is the same whatever the window: it is about all recorded steps.
+    #[must_use]
+    pub fn is_about_all_steps(self) -> bool {
+        matches!(self, Self::Collision | Self::Recording)
+    }
+
     /// The key of an answer that holds the decision: yes or no, or which obstacle.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
             Self::Collision => "collision",
             Self::Safety => "safety_critical",
+            Self::Recording => "high_risk",
             Self::Attacker => "attacker",
             Self::Trajectory => "obstacle",
         }
@@ -114,14 +140,14 @@ impl ObstacleRisk {
 pub struct Verdict {
     /// The task: one of [`Task::VERDICTS`].
     pub task: Task,
-    /// Yes: a collision, or safety-critical.
+    /// Yes: a collision, safety-critical, or of high risk.
     pub dangerous: bool,
     /// The obstacles that matter, most dangerous first as far as the judge says.
     pub obstacles: Vec<ObstacleRisk>,
     /// Why, in a few sentences.
     pub justification: String,
     /// The critical obstacles, most critical first: in the safety task those expected to touch the ego within the
-    /// horizon, in the collision task those that touch it. `None` where the answer has no such list, as the paper's.
+    /// horizon, in the collision task those that touch it, in the recording task those of extreme risk at some time. `None` where the answer has no such list, as the paper's.
     pub critical: Option<Vec<CriticalObstacle>>,
     /// The stated probability that the answer to the question is yes, 0 to 1.
     pub probability: Option<f64>,
@@ -155,6 +181,8 @@ impl Verdict {
         match (self.task, self.dangerous) {
             (Task::Collision, true) => "collision",
             (Task::Collision, false) => "no collision",
+            (Task::Recording, true) => "high risk",
+            (Task::Recording, false) => "safe",
             (_, true) => "safety-critical",
             (_, false) => "not critical",
         }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use serde_json::Value;
 
-use super::answer_schema::{self, CollisionAnswer, SafetyAnswer};
+use super::answer_schema::{self, CollisionAnswer, RecordingAnswer, SafetyAnswer};
 use super::lenient::{self, End, JsonPiece};
 use super::notes::Notes;
 use super::trajectory::TrajectoryAnswer;
@@ -97,7 +97,7 @@ pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
     let pieces = lenient::read(answer);
     let found = AnswerObjects::new(&pieces);
     let reading = match task {
-        Task::Collision | Task::Safety => found.verdict(task)?,
+        Task::Collision | Task::Safety | Task::Recording => found.verdict(task)?,
         Task::Attacker => found.attacker(),
         Task::Trajectory => found.trajectory()?,
     };
@@ -313,6 +313,7 @@ fn strict_verdict(task: Task, object: &Object) -> Option<Verdict> {
     match task {
         Task::Collision => strict::<CollisionAnswer>(task, object).map(Verdict::from),
         Task::Safety => strict::<SafetyAnswer>(task, object).map(Verdict::from),
+        Task::Recording => strict::<RecordingAnswer>(task, object).map(Verdict::from),
         Task::Attacker | Task::Trajectory => None,
     }
 }

@@ -9,7 +9,7 @@ use super::{AttackerChoice, NewMotion, ObstacleRisk, Task, TrajectoryAnswer, Ver
 /// A parsed answer, by the kind of its task.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParsedAnswer {
-    /// Yes or no, to the collision or the safety task.
+    /// Yes or no, to the collision, the safety or the recording task.
     Verdict(Verdict),
     /// The obstacles that could attack the ego.
     Attacker(AttackerChoice),
@@ -132,7 +132,7 @@ impl<'de> Deserialize<'de> for ParsedAnswer {
         }
         let form = Value::Object(form);
         match task {
-            Task::Collision | Task::Safety => serde_json::from_value(form)
+            Task::Collision | Task::Safety | Task::Recording => serde_json::from_value(form)
                 .map(Self::Verdict)
                 .map_err(Error::custom),
             Task::Attacker => serde_json::from_value(form)

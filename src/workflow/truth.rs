@@ -347,8 +347,8 @@ impl StoredQuestion<'_> {
     pub fn judged(&self, scene: &Scene, thresholds: &Thresholds) -> Option<Verdict> {
         let (first, last) = match (self.window, self.task) {
             (Some(window), _) => window,
-            // A collision is one whatever the window.
-            (None, Task::Collision) => (scene.last_step(), scene.last_step()),
+            // What is true of these does not depend on the window.
+            (None, task) if task.is_about_all_steps() => (scene.last_step(), scene.last_step()),
             (None, _) => return None,
         };
         let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);

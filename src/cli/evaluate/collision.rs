@@ -1,27 +1,46 @@
-//! The collision task: the judge's verdicts on whole recordings, compared with labels.
+//! The tasks about whole recordings: the judge's verdicts, compared with labels.
 
 use serde_json::json;
 
 use super::{Evaluate, Format, Truth, built_in, number, outcome, share};
+use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::{AnswerStatus, Confusion, Label, Scored};
 use crate::formats::Entry;
-use crate::judge::{self, judge_collision};
-use crate::metrics::Thresholds;
+use crate::judge::{self, Judgement, judge_collision, judge_recording};
+use crate::metrics::{RiskConvention, Thresholds};
+use crate::scenario::Scene;
+use crate::verdict::Task;
 use crate::workflow::batch::BuiltInAnswers;
 
-pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
-    if truth.is_geometry() {
-        return Err(Failure::input(
-            "--task collision needs --truth CSV or layout: the built-in judge itself answers from the exact geometry",
-        ));
+pub(super) fn run(
+    arguments: &Evaluate,
+    task: Task,
+    truth: &Truth,
+    entries: &[Entry],
+) -> Outcome {
+    let (judge, others): (fn(&Scene, &Thresholds) -> Judgement, _) = match task {
+        Task::Recording => (judge_recording, "CSV, layout or score:paper"),
+        _ => (judge_collision, "CSV or layout"),
+    };
+    let is_its_own = match truth.known.convention() {
+        Some(convention) => task == Task::Collision || convention == RiskConvention::Exact,
+        None => truth.is_geometry(),
+    };
+    if is_its_own {
+        return Err(Failure::input(format!(
+            "--task {} needs --truth {others}: the built-in judge itself answers from the exact geometry",
+            task.name()
+        )));
     }
-    let answers = built_in(truth, entries, |entry, case| {
-        let verdict = judge_collision(case.scene, Thresholds::shipped()).verdict;
+    let (folders, _) = configuration()?;
+    let thresholds = user_thresholds(&folders)?;
+    let answers = built_in((task, &thresholds), truth, entries, |entry, case| {
+        let verdict = judge(case.scene, &thresholds).verdict;
         Scored::built_in(&entry.name, judge::MODEL, Some(case.label), verdict)
     })?;
     if !answers.judged.is_empty() {
-        write(arguments, truth, &answers)?;
+        write(arguments, task, truth, &answers)?;
     }
     outcome(&answers)
 }
@@ -56,7 +75,12 @@ impl<'a> Row<'a> {
     }
 }
 
-fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) -> Outcome {
+fn write(
+    arguments: &Evaluate,
+    task: Task,
+    truth: &Truth,
+    answers: &BuiltInAnswers<Scored>,
+) -> Outcome {
     let c = Confusion::from_scored(answers.judged.iter().map(|(_, one)| one), Scored::positive);
     let rows: Vec<Row<'_>> = answers.judged.iter().map(Row::of).collect();
     // Of the collisions that were found and have an obstacle in their label.
@@ -71,9 +95,10 @@ fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) 
     match arguments.format() {
         Format::Table => {
             let mut text = format!(
-                "collision task: {}, {}\ntruth: {}\n\n{:<20} precision {}  recall {}  F1 {}  \
+                "{} task: {}, {}\ntruth: {}\n\n{:<20} precision {}  recall {}  F1 {}  \
                  the labelled obstacle {who} of {named}\n",
-                number(c.positives() as usize, "collision"),
+                task.name(),
+                number(c.positives() as usize, dangerous(task)),
                 number(c.negatives() as usize, "safe scenario"),
                 truth.words(),
                 judge::MODEL,
@@ -85,8 +110,8 @@ fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) 
                 let line = format!(
                     "  {:<28} label: {:<18} judge: {}\n",
                     row.name,
-                    words(row.label),
-                    words(row.judge)
+                    words(task, row.label),
+                    words(task, row.judge)
                 );
                 text.push_str(&output::visible(&line));
             }
@@ -97,8 +122,8 @@ fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) 
             let rows = rows.iter().map(|row| {
                 [
                     row.name.to_string(),
-                    words(row.label),
-                    words(row.judge),
+                    words(task, row.label),
+                    words(task, row.judge),
                     (!row.differs()).to_string(),
                 ]
             });
@@ -106,10 +131,10 @@ fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) 
         }
         Format::Json => {
             let other = other.map(
-                |row| json!({ "scenario": row.name, "label": words(row.label), "judge": words(row.judge) }),
+                |row| json!({ "scenario": row.name, "label": words(task, row.label), "judge": words(task, row.judge) }),
             );
             output::json(&json!({
-                "task": "collision",
+                "task": task.name(),
                 "truth": truth.json(),
                 "model": judge::MODEL,
                 "tp": c.true_positives,
@@ -130,10 +155,22 @@ fn write(arguments: &Evaluate, truth: &Truth, answers: &BuiltInAnswers<Scored>) 
     }
 }
 
-fn words(label: Label) -> String {
+/// What a yes is called.
+fn dangerous(task: Task) -> &'static str {
+    match task {
+        Task::Recording => "high-risk recording",
+        _ => "collision",
+    }
+}
+
+fn words(task: Task, label: Label) -> String {
+    let yes = match task {
+        Task::Recording => "high risk",
+        _ => "collision",
+    };
     match label {
         Label::Safe => "safe".into(),
-        Label::Collision(None) => "collision".into(),
-        Label::Collision(Some(id)) => format!("collision {id}"),
+        Label::Collision(None) => yes.into(),
+        Label::Collision(Some(id)) => format!("{yes} {id}"),
     }
 }

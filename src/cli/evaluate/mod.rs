@@ -32,6 +32,7 @@ use crate::evaluation::windows::WITHIN;
 use crate::evaluation::{Candidate, Labelled, Lead};
 use crate::formats::Entry;
 use crate::judge;
+use crate::metrics::Thresholds;
 use crate::verdict::Task;
 use crate::workflow::batch::{BatchError, BuiltInAnswers, BuiltInEvent, BuiltInRequest};
 use crate::workflow::experiment_among;
@@ -49,7 +50,8 @@ pub struct Evaluate {
     /// task].
     #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     model: Vec<String>,
-    /// Task: safety or collision; language models take both, separated by commas [default: safety].
+    /// Task: safety, collision or recording (is it safe or of high risk as a whole); language models take several,
+    /// separated by commas [default: safety].
     #[arg(long, value_delimiter = ',', value_parser = task)]
     task: Vec<Task>,
     /// Ground truth: `auto` is the exact geometry of the recordings; `layout` reads the folders collision_scenarios and
@@ -197,15 +199,18 @@ pub fn run(arguments: &Evaluate) -> Outcome {
     let truth = truth(&arguments.truth, &entries)?;
     match task {
         Task::Safety => safety::run(arguments, candidates, &truth, &entries),
-        Task::Collision => collision::run(arguments, &truth, &entries),
+        task @ (Task::Collision | Task::Recording) => {
+            collision::run(arguments, task, &truth, &entries)
+        }
         task @ (Task::Attacker | Task::Trajectory) => Err(no_verdicts(task)),
     }
 }
 
 fn no_verdicts(task: Task) -> Failure {
     Failure::input(format!(
-        "--task {} cannot be evaluated: it has no yes or no; use collision or safety",
-        task.name()
+        "--task {} cannot be evaluated: it has no yes or no; use {}",
+        task.name(),
+        Task::names(&Task::VERDICTS)
     ))
 }
 
@@ -243,13 +248,20 @@ fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failur
 /// Judges every scenario with `judge`; what cannot be opened or has no label is said and counted. A label that cannot
 /// be of its scenario is refused.
 fn built_in<T: Send>(
+    (task, thresholds): (Task, &Thresholds),
     truth: &Truth,
     entries: &[Entry],
     judge: impl Fn(&Entry, &Labelled<'_>) -> T + Sync,
 ) -> Result<BuiltInAnswers<T>, Failure> {
     let truth = &truth.known;
     let progress = Progress::new(entries.len(), "scenarios", true);
-    let answers = BuiltInRequest { entries, truth }.run(judge, |event| {
+    let request = BuiltInRequest {
+        entries,
+        truth,
+        task,
+        thresholds,
+    };
+    let answers = request.run(judge, |event| {
         progress.step();
         progress.suspend(|| match event {
             BuiltInEvent::Judged {

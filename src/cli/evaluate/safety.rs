@@ -11,9 +11,10 @@ use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::path_of;
 use crate::evaluation::windows::{MATCHED_ON, Recording, SampledWindow};
 use crate::evaluation::{
-    Alarms, Candidate, Confusion, Labelled, Lead, Naming, Predictions, Scored, Setting,
+    Alarms, Candidate, Confusion, CriticalMoments, Labelled, Lead, Naming, Predictions, Scored, Setting,
 };
 use crate::formats::Entry;
+use crate::verdict::Task;
 use crate::workflow::batch::{BuiltInAnswers, BuiltInRequest};
 
 pub(super) fn run(
@@ -50,11 +51,14 @@ pub(super) fn run(
 
 /// Draws the windows of all scenarios, then judges them: each scenario is opened twice, so that not all are in memory.
 fn judged(setting: &Setting, truth: &Truth, entries: &[Entry]) -> Result<Judged, Failure> {
-    let known = built_in(truth, entries, |entry, case| {
-        (
-            path_of(entry),
-            Recording::new(&entry.name, case, setting.radius),
-        )
+    let thresholds = &*setting.thresholds;
+    let known = built_in((Task::Safety, thresholds), truth, entries, |entry, case| {
+        let recording = match truth.known.convention() {
+            Some(convention) => CriticalMoments::new(convention, case.scene, thresholds)
+                .recording(&entry.name, case.scene, setting.radius),
+            None => Recording::new(&entry.name, case, setting.radius),
+        };
+        (path_of(entry), recording)
     })?;
     let (paths, recordings): (Vec<String>, Vec<Recording>) =
         known.judged.iter().map(|(_, of)| of.clone()).unzip();
@@ -66,6 +70,8 @@ fn judged(setting: &Setting, truth: &Truth, entries: &[Entry]) -> Result<Judged,
     let request = BuiltInRequest {
         entries,
         truth: &truth.known,
+        task: Task::Safety,
+        thresholds,
     };
     let judge = |entry: &Entry, case: &Labelled<'_>| {
         let windows = windows.get(&path_of(entry)).unwrap_or(&none);

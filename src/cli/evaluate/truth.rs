@@ -40,6 +40,7 @@ impl Truth {
         match &self.source {
             TruthSource::Geometry => "geometry".into(),
             TruthSource::Layout => "layout".into(),
+            TruthSource::Score(convention) => TruthSource::word_of_score(*convention).into(),
             files @ TruthSource::Files(_) => {
                 let files = files.sources();
                 files.iter().map(|file| output::visible(file)).collect()
@@ -60,7 +61,12 @@ fn source(
     path: impl Fn(&Path) -> Result<PathBuf, Failure>,
 ) -> Result<Option<TruthSource>, Failure> {
     let word = |word: &str| said.iter().any(|path| path.as_os_str() == word);
+    let score = match said {
+        [one] => one.to_str().and_then(TruthSource::score),
+        _ => None,
+    };
     Ok(match said {
+        _ if score.is_some() => score.map(TruthSource::Score),
         [] => None,
         [_] if word("auto") => Some(TruthSource::Geometry),
         [_] if word("layout") => Some(TruthSource::Layout),

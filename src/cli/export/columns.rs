@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use crate::cli::output::{Cell, Column, Kind, Row, Table};
+use crate::verdict::Task;
 
 /// Every column, in order, those of a kind together; the store's own schema says what they mean.
 const COLUMNS: &[(Kind, &str)] = &[
@@ -61,10 +62,12 @@ pub fn cells(record: &Value) -> Row {
         let value = match &*column.name {
             "window_first" => &record["window"][0],
             "window_last" => &record["window"][1],
-            "dangerous" => match &verdict["collision"] {
-                said if said.is_boolean() => said,
-                _ => &verdict["safety_critical"],
-            },
+            "dangerous" => {
+                let said = Task::VERDICTS.map(|task| &verdict[task.key()]);
+                said.into_iter()
+                    .find(|said| said.is_boolean())
+                    .unwrap_or(&Value::Null)
+            }
             name @ ("justification" | "probability" | "token_probability") => &verdict[name],
             name => &record[name],
         };

@@ -78,11 +78,13 @@ fn row(run: &Summary) -> [String; 10] {
 /// off, which does not count.
 fn said(run: &Summary) -> String {
     let has_verdicts = Task::parse(&run.task).is_some_and(|task| Task::VERDICTS.contains(&task));
-    let verdict = match (run.dangerous, run.task == Task::Collision.name()) {
-        (Some(true), true) => "collision",
-        (Some(false), true) => "no collision",
-        (Some(true), false) => "critical",
-        (Some(false), false) => "not critical",
+    let verdict = match (run.dangerous, Task::parse(&run.task)) {
+        (Some(true), Some(Task::Collision)) => "collision",
+        (Some(false), Some(Task::Collision)) => "no collision",
+        (Some(true), Some(Task::Recording)) => "high risk",
+        (Some(false), Some(Task::Recording)) => "safe",
+        (Some(true), _) => "critical",
+        (Some(false), _) => "not critical",
         (None, _) => "",
     };
     match (answer_state(run), verdict) {

@@ -162,7 +162,7 @@ fn about(asked: &NewItem) -> VerdictKey<'_> {
     let (frame, techniques) = (asked.frame.as_deref(), asked.techniques.as_deref());
     match asked.task {
         // The judge looks at the whole recording.
-        Task::Collision => (asked.task, None, None, None, None),
+        task if task.is_about_all_steps() => (task, None, None, None, None),
         _ => (
             asked.task,
             frame,

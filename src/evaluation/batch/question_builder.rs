@@ -100,6 +100,17 @@ impl QuestionBuilder {
         }
     }
 
+    /// Thresholds of the risk scores.
+    #[must_use]
+    pub fn thresholds(&self) -> &Thresholds {
+        &self.thresholds
+    }
+
+    /// How far after a window its truth looks, seconds.
+    pub(super) fn horizon(&self) -> f64 {
+        self.request.within.unwrap_or(Case::HORIZON)
+    }
+
     /// The scenario of an entry with its ego.
     ///
     /// # Errors
@@ -183,7 +194,7 @@ impl QuestionBuilder {
             window,
             options: decided.options,
             thresholds: Arc::clone(&self.thresholds),
-            horizon: self.request.within.unwrap_or(Case::HORIZON),
+            horizon: self.horizon(),
         };
         prepare(case, &self.library, None).map_err(|e| e.to_string())
     }
@@ -321,10 +332,22 @@ impl QuestionBuilder {
                 Err(_) => (None, None),
             };
             let (lead, transform) = ask.variant.words();
+            let told = match (&ask.truth, &question) {
+                (Some(truth), _) => Some((truth.label, truth.critical.clone())),
+                (None, Ok(question)) => truth.of_question(
+                    ask.way.task,
+                    (entry, scene),
+                    (&question.case.window, self.horizon()),
+                    &self.thresholds,
+                ),
+                (None, Err(_)) => label.map(|label| (label, label.critical())),
+            };
+            let (label, critical) = told.unzip();
+            let critical = critical.unwrap_or_default();
             let facts = question
                 .as_ref()
                 .ok()
-                .map(|question| facts(question, ask, label));
+                .map(|question| facts(question, critical));
             for &sample in &ask.samples {
                 let known = match &question {
                     Ok(question) => has_answer(question, (judge, key.as_ref()), sample, store)?,

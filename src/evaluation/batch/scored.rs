@@ -19,7 +19,7 @@ use crate::evaluation::{
 use crate::formats::Entry;
 use crate::judge;
 use crate::prompts::Techniques;
-use crate::scenario::Transform;
+use crate::scenario::{Transform, Window};
 use crate::store::{
     BatchId, ClaimCounts, Consumed, Item, ItemState, NewItem, NewestAnswer, QuestionRun, SplitPart,
     Store, StoreError,
@@ -304,8 +304,10 @@ pub fn retold(
         .par_iter()
         .map(|item| {
             let entry = Entry::of_argument(std::path::Path::new(&item.asked.path));
+            let task = item.asked.task;
             let scene = match truth {
-                Truth::Geometry => builder.open(&entry).ok(),
+                Truth::Geometry | Truth::Score(_) => builder.open(&entry).ok(),
+                Truth::Layout(_) if task == Task::Recording => builder.open(&entry).ok(),
                 Truth::Labels(labels) if labels.names_an_obstacle(&entry.name) => {
                     builder.open(&entry).ok()
                 }
@@ -313,9 +315,21 @@ pub fn retold(
             };
             let scene = scene.as_ref().map(|reading| &*reading.scene);
             truth.fits(&entry, scene)?;
-            let label = truth.label(&entry, scene);
+            let by_score = task == Task::Safety && truth.convention().is_some();
+            let label = match (scene, asked_steps(item)) {
+                (Some(scene), Some((first, last))) if by_score || task == Task::Recording => {
+                    let steps = usize::try_from(last - first + 1).unwrap_or(1);
+                    let window = Window::ending_at(scene, last, steps);
+                    let about = (&entry, Some(scene));
+                    let horizon = builder.horizon();
+                    let told =
+                        truth.of_question(task, about, (&window, horizon), builder.thresholds());
+                    told.map(|(label, _)| label)
+                }
+                _ => truth.label(&entry, scene),
+            };
             let label = match (label, item.asked.window) {
-                (Some(label), Some(steps)) => {
+                (Some(label), Some(steps)) if !by_score => {
                     Some(builder.window_truth(&entry, item, label, steps))
                 }
                 _ => label,
@@ -323,6 +337,12 @@ pub fn retold(
             Ok((item.place, label.map(Label::collides), obstacle(label)))
         })
         .collect()
+}
+
+/// The steps that a question is about, as far as they are known.
+fn asked_steps(item: &Item) -> Option<(i64, i64)> {
+    let facts = item.asked.facts.as_ref();
+    item.asked.window.or(facts.map(|facts| facts.steps))
 }
 
 /// How a question was asked.

@@ -83,6 +83,9 @@ impl Spec {
         let words = self.truth.words();
         match (self.matrix.request.within, &self.truth) {
             (None, _) => words,
+            (Some(horizon), TruthSource::Score(_)) => {
+                format!("{words}; of windows, within the {horizon} s after them")
+            }
             (Some(horizon), TruthSource::Geometry) => {
                 format!("exact geometry of each matched window and the {horizon} s after it")
             }

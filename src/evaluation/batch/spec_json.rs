@@ -109,6 +109,7 @@ impl Spec {
         let (truth, truth_files) = match &self.truth {
             TruthSource::Geometry => ("geometry", Vec::new()),
             TruthSource::Layout => ("layout", Vec::new()),
+            TruthSource::Score(convention) => (TruthSource::word_of_score(*convention), Vec::new()),
             TruthSource::Files(files) => ("files", files.clone()),
         };
         let written = Written {
@@ -217,7 +218,10 @@ impl Spec {
             "geometry" => TruthSource::Geometry,
             "layout" => TruthSource::Layout,
             "files" => TruthSource::Files(written.truth_files),
-            other => return Err(unknown(other)),
+            other => match TruthSource::score(other) {
+                Some(convention) => TruthSource::Score(convention),
+                None => return Err(unknown(other)),
+            },
         };
         Ok(Self {
             title: written.title,

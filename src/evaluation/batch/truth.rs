@@ -1,13 +1,15 @@
-//! Ground truth of a batch: exact geometry, label files, or the scenarios' folders.
+//! Ground truth of a batch: exact geometry, risk scores, label files, or the scenarios' folders.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::evaluation::{Label, LabelError, Labelled, Labels, annotations};
+use crate::evaluation::{CriticalMoments, Label, LabelError, Labelled, Labels, annotations};
 use crate::formats::{Entry, EntryLocation};
-use crate::scenario::Scene;
+use crate::metrics::{RiskConvention, Thresholds};
+use crate::scenario::{Scene, Window};
 use crate::store::Item;
 use crate::system;
+use crate::verdict::Task;
 
 use super::question_builder::path_of;
 use super::scored::label_of;
@@ -20,9 +22,17 @@ pub enum TruthSource {
     /// The folders `collision_scenarios` and `normal_scenarios`, and the annotations of the repository that they are
     /// in.
     Layout,
+    /// Risk scores from time and distance to a collision: what is of extreme risk is critical.
+    Score(RiskConvention),
     /// CSV files.
     Files(Vec<PathBuf>),
 }
+
+/// Words of `--truth` for risk scores.
+const SCORES: [(&str, RiskConvention); 2] = [
+    ("score", RiskConvention::Exact),
+    ("score:paper", RiskConvention::Paper),
+];
 
 /// Ground truth of a batch's scenarios.
 #[derive(Debug)]
@@ -33,8 +43,11 @@ pub enum Truth {
     Layout(BTreeMap<PathBuf, Labels>),
     /// Labels.
     Labels(Labels),
-    /// Labels stored by a batch, by the scenario's file, or the name of a bundled one.
-    Known(BTreeMap<String, Option<Label>>),
+    /// Risk scores.
+    Score(RiskConvention),
+    /// Labels stored by a batch, by the scenario's file, or the name of a bundled one; of the recording task, which
+    /// says more than that of collisions, by themselves.
+    Known(BTreeMap<(bool, String), Option<Label>>),
 }
 
 /// Why there is no ground truth.
@@ -42,7 +55,7 @@ pub enum Truth {
 pub enum TruthError {
     /// A file cannot be read.
     #[error(
-        "--truth {file}: {}; use CSV files, or auto (exact geometry) or layout (folders) alone",
+        "--truth {file}: {}; use CSV files, or auto (exact geometry), score (risk score) or layout (folders) alone",
         system::words(source)
     )]
     File {
@@ -69,12 +82,40 @@ impl TruthSource {
         }
     }
 
-    /// The same as words of `--truth`: `auto`, `layout`, or files.
+    /// The risk score that a word of `--truth` means.
+    #[must_use]
+    pub fn score(word: &str) -> Option<RiskConvention> {
+        let found = SCORES.iter().find(|(known, _)| *known == word);
+        found.map(|(_, convention)| *convention)
+    }
+
+    /// The word of `--truth` for a risk score.
+    #[must_use]
+    pub fn word_of_score(convention: RiskConvention) -> &'static str {
+        let found = SCORES.iter().find(|(_, known)| *known == convention);
+        found.map_or("score", |(word, _)| word)
+    }
+
+    /// What such a truth is, in words for people.
+    #[must_use]
+    pub fn words_of_score(convention: RiskConvention) -> String {
+        let by = match convention {
+            RiskConvention::Exact => "by exact geometry",
+            RiskConvention::Paper => "by the paper's convention",
+        };
+        format!(
+            "risk score of TTC and MDC {by}, critical up to {}",
+            Task::HIGH_RISK
+        )
+    }
+
+    /// The same as words of `--truth`: `auto`, `layout`, `score`, or files.
     #[must_use]
     pub fn sources(&self) -> Vec<String> {
         match self {
             Self::Geometry => vec!["auto".into()],
             Self::Layout => vec!["layout".into()],
+            Self::Score(convention) => vec![Self::word_of_score(*convention).into()],
             Self::Files(files) => files.iter().map(|f| f.display().to_string()).collect(),
         }
     }
@@ -85,6 +126,7 @@ impl TruthSource {
         match self {
             Self::Geometry => "exact geometry of the whole recordings".into(),
             Self::Layout => "the scenarios' folders and their annotations".into(),
+            Self::Score(convention) => Self::words_of_score(*convention),
             Self::Files(files) => {
                 let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
                 format!("labels from {}", names.join(", "))
@@ -105,6 +147,7 @@ impl Truth {
         let mut doubts = Vec::new();
         let truth = match source {
             TruthSource::Geometry => Self::Geometry,
+            TruthSource::Score(convention) => Self::Score(*convention),
             TruthSource::Files(files) => {
                 let mut labels = Labels::default();
                 for path in files {
@@ -157,10 +200,12 @@ impl Truth {
     /// The truth as the questions of a batch have it: a scenario with a dangerous window is a collision.
     #[must_use]
     pub fn known(items: &[Item]) -> Self {
-        let mut known: BTreeMap<String, Option<Label>> = BTreeMap::new();
+        let mut known: BTreeMap<(bool, String), Option<Label>> = BTreeMap::new();
         for item in items {
             let label = label_of(&item.asked);
-            let before = known.entry(item.asked.path.clone()).or_insert(label);
+            let whole = item.asked.task == Task::Recording;
+            let path = item.asked.path.clone();
+            let before = known.entry((whole, path)).or_insert(label);
             if !before.is_some_and(Label::collides) {
                 *before = label.or(*before);
             }
@@ -179,13 +224,57 @@ impl Truth {
         }
     }
 
-    /// The label of a scenario; `None` if unknown. Exact geometry needs the scene.
+    /// What is true about a task's question about this window, and the critical obstacles; `None` if unknown.
+    ///
+    /// Whether a recording is of high risk is told by risk scores, but for labels; a folder tells of collisions alone.
+    #[must_use]
+    pub fn of_question(
+        &self,
+        task: Task,
+        (entry, scene): (&Entry, Option<&Scene>),
+        (window, horizon): (&Window, f64),
+        thresholds: &Thresholds,
+    ) -> Option<(Label, Vec<i64>)> {
+        let moments = |convention: RiskConvention| {
+            scene.map(|scene| CriticalMoments::new(convention, scene, thresholds))
+        };
+        let whole = |convention| Some(moments(convention)?.of_recording());
+        let alone = |label: Label| (label, label.critical());
+        match (self, task) {
+            (Self::Score(convention), Task::Recording) => whole(*convention),
+            (Self::Score(convention), Task::Safety) => {
+                let dt = scene?.scenario.dt();
+                Some(moments(*convention)?.after(window, horizon, dt))
+            }
+            (Self::Geometry, Task::Recording) => whole(RiskConvention::Exact),
+            (Self::Layout(_), Task::Recording) => match self.label(entry, None)? {
+                Label::Safe => whole(RiskConvention::Exact),
+                collision => Some(alone(collision)),
+            },
+            (Self::Known(known), Task::Recording) => {
+                known.get(&(true, path_of(entry))).copied()?.map(alone)
+            }
+            _ => self.label(entry, scene).map(alone),
+        }
+    }
+
+    /// The risk score that it is, if it is one.
+    #[must_use]
+    pub fn convention(&self) -> Option<RiskConvention> {
+        match self {
+            Self::Score(convention) => Some(*convention),
+            _ => None,
+        }
+    }
+
+    /// Whether a scenario collides; `None` if unknown. Exact geometry and risk scores, of which contact is the lowest,
+    /// need the scene.
     #[must_use]
     pub fn label(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
         match self {
-            Self::Geometry => scene.map(|scene| Labelled::new(scene, None).label),
+            Self::Geometry | Self::Score(_) => scene.map(|scene| Labelled::new(scene, None).label),
             Self::Labels(labels) => labels.get(&entry.name),
-            Self::Known(known) => known.get(&path_of(entry)).copied().flatten(),
+            Self::Known(known) => known.get(&(false, path_of(entry))).copied().flatten(),
             Self::Layout(annotated) => {
                 let (collides, root) = half(entry)?;
                 if !collides {

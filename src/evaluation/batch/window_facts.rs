@@ -1,18 +1,13 @@
 //! What is known of a question's window beside its label: whom the ego touches, traffic, speed and length.
 
-use super::question_builder::{Ask, obstacle};
+use crate::evaluation::Question;
 use crate::evaluation::windows::Traffic;
-use crate::evaluation::{Label, Question};
 use crate::store::WindowFacts;
 
 /// What is known of a question's window.
-pub(super) fn facts(question: &Question, ask: &Ask, label: Option<Label>) -> WindowFacts {
+pub(super) fn facts(question: &Question, critical: Vec<i64>) -> WindowFacts {
     let case = &question.case;
     let traffic = Traffic::in_window(&case.scene, &case.window, case.options.radius);
-    let critical = match (&ask.truth, label) {
-        (Some(truth), _) => truth.critical.clone(),
-        (None, label) => obstacle(label).into_iter().collect(),
-    };
     WindowFacts {
         steps: (case.window.first(), case.window.last()),
         critical,

@@ -11,8 +11,9 @@ use super::split::Split;
 use super::truth::Truth;
 use crate::description::Frame;
 use crate::evaluation::windows::{Moment, Recording, Sampling};
-use crate::evaluation::{Label, Labelled, Lead, PromptConfig};
+use crate::evaluation::{CriticalMoments, Label, Labelled, Lead, PromptConfig};
 use crate::formats::Entry;
+use crate::metrics::RiskConvention;
 use crate::planner::Cancel;
 use crate::scenario::{Scene, Window};
 use crate::store::{Item, SplitPart, WindowFacts};
@@ -25,7 +26,7 @@ pub struct AskedWindow {
     pub steps: (i64, i64),
     /// Whether it is dangerous.
     pub label: Label,
-    /// Obstacles that the ego touches in it or within the horizon after it.
+    /// Obstacles that the ego touches in it or within the horizon after it, or those of extreme risk.
     pub critical: Vec<i64>,
 }
 
@@ -73,8 +74,7 @@ impl BatchWindows {
         on_read: &mut dyn FnMut(usize, usize),
     ) -> Option<(Self, Option<String>)> {
         let mut drawn = Self::default();
-        let label = |entry: &Entry, scene: &Scene| truth.label(entry, Some(scene));
-        let left_out = drawn.add(source, &label, on_read)?;
+        let left_out = drawn.add(source, truth, on_read)?;
         Some((drawn, left_out))
     }
 
@@ -103,21 +103,22 @@ impl BatchWindows {
     pub fn add(
         &mut self,
         source: &WindowSource<'_>,
-        label: &(dyn Fn(&Entry, &Scene) -> Option<Label> + Sync),
+        truth: &Truth,
         on_read: &mut dyn FnMut(usize, usize),
     ) -> Option<Option<String>> {
         let request = &source.matrix.request;
         let Some(horizon) = request.within else {
             return Some(None);
         };
-        let wanted = self.wanted(source);
+        let wanted = self.wanted(source, truth.convention());
         let of = wanted.len() * source.entries.len();
         let mut without: BTreeSet<String> = BTreeSet::new();
-        for (round, ((history, radius), slots)) in wanted.into_iter().enumerate() {
+        for (round, ((history, radius, by_score), slots)) in wanted.into_iter().enumerate() {
             let before = round * source.entries.len();
             let radius = f64::from_bits(radius);
-            let recordings =
-                source.recordings(radius, label, &mut |done| on_read(before + done, of))?;
+            let moments = truth.convention().filter(|_| by_score);
+            let reading = (truth, moments, radius);
+            let recordings = source.recordings(reading, &mut |done| on_read(before + done, of))?;
             let parts = source.parts(recordings);
             for (slot, moment) in slots {
                 if source.cancel.is_asked() {
@@ -160,15 +161,22 @@ impl BatchWindows {
         Some(left_out(without.len(), request))
     }
 
-    /// The slots without windows, by number of steps and radius.
-    fn wanted(&self, source: &WindowSource<'_>) -> BTreeMap<(usize, u64), Vec<(Slot, Moment)>> {
-        let mut wanted: BTreeMap<(usize, u64), Vec<(Slot, Moment)>> = BTreeMap::new();
+    /// The slots without windows, by number of steps, radius, and whether a risk score tells what is dangerous.
+    fn wanted(
+        &self,
+        source: &WindowSource<'_>,
+        score: Option<RiskConvention>,
+    ) -> BTreeMap<(usize, u64, bool), Vec<(Slot, Moment)>> {
+        let mut wanted: BTreeMap<(usize, u64, bool), Vec<(Slot, Moment)>> = BTreeMap::new();
         for way in source.matrix.ways() {
             let Ok((history, radius)) = source.builder.span(&way) else {
                 continue;
             };
             for (slot, moment) in slots(source.matrix, &way) {
-                let of_span = wanted.entry((history, radius.to_bits())).or_default();
+                // Contact is contact by any score.
+                let by_score = score.is_some() && moment != Moment::Contact;
+                let span = (history, radius.to_bits(), by_score);
+                let of_span = wanted.entry(span).or_default();
                 if !self.0.contains_key(&slot) && of_span.iter().all(|(other, _)| *other != slot) {
                     of_span.push((slot, moment));
                 }
@@ -201,7 +209,8 @@ fn slots(matrix: &Matrix, way: &PromptConfig) -> Vec<(Slot, Moment)> {
             leads.map(slot).collect()
         }
         Task::Collision => vec![((way.task, way.frame, None), Moment::Contact)],
-        Task::Attacker | Task::Trajectory => Vec::new(),
+        // The window is the whole recording.
+        Task::Recording | Task::Attacker | Task::Trajectory => Vec::new(),
     }
 }
 
@@ -248,15 +257,23 @@ impl WindowSource<'_> {
     /// The recordings with a label, by path; those that cannot be opened are left out. Nothing where it is cancelled.
     fn recordings(
         &self,
-        radius: f64,
-        label: &(dyn Fn(&Entry, &Scene) -> Option<Label> + Sync),
+        (truth, score, radius): (&Truth, Option<RiskConvention>, f64),
         on_read: &mut dyn FnMut(usize),
     ) -> Option<Vec<(String, Recording)>> {
         let of = |entry: &Entry| {
             let scene = self.builder.open(entry).ok()?.scene;
-            let label = label(entry, &scene)?;
-            let case = Labelled::new(&scene, Some(label));
-            Some((path_of(entry), Recording::new(&entry.name, &case, radius)))
+            let recording = match score {
+                Some(convention) => {
+                    let moments = CriticalMoments::new(convention, &scene, self.builder.thresholds());
+                    moments.recording(&entry.name, &scene, radius)
+                }
+                None => {
+                    let label = truth.label(entry, Some(&scene))?;
+                    let case = Labelled::new(&scene, Some(label));
+                    Recording::new(&entry.name, &case, radius)
+                }
+            };
+            Some((path_of(entry), recording))
         };
         let mut found = Vec::with_capacity(self.entries.len());
         let mut done = 0;
@@ -287,6 +304,7 @@ pub fn critical_of(label: Label, facts: Option<&WindowFacts>) -> Vec<i64> {
 /// [`Window::AFTER_SAFETY`] steps before it.
 pub(super) fn default_window(task: Task, scene: &Scene, history: usize) -> Window {
     let last = match task {
+        Task::Recording => return Window::whole(scene),
         Task::Collision => scene.last_step(),
         Task::Safety | Task::Attacker | Task::Trajectory => {
             scene.last_step() - Window::AFTER_SAFETY

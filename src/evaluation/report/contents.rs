@@ -110,6 +110,7 @@ impl Report {
 fn heading(task: Task) -> &'static str {
     match task {
         Task::Collision => "Collision evaluation",
+        Task::Recording => "Recordings, safe or of high risk",
         _ => "Safety inference",
     }
 }

@@ -61,7 +61,7 @@ pub struct QuestionKey {
     pub ego: String,
     /// The task.
     pub task: Task,
-    /// First and last time step; `None` for a collision, about which the judge looks at the whole recording.
+    /// First and last time step; `None` where the judge looks at the whole recording.
     pub window: Option<(i64, i64)>,
 }
 
@@ -78,10 +78,10 @@ impl From<&Outcome> for QuestionKey {
 }
 
 impl QuestionKey {
-    /// The window as far as it tells questions apart: the question about collisions is one about the whole recording.
+    /// The window as far as it tells questions apart: what is true of some tasks does not depend on it.
     #[must_use]
     pub fn window(task: Task, window: Option<(i64, i64)>) -> Option<(i64, i64)> {
-        window.filter(|_| task != Task::Collision)
+        window.filter(|_| !task.is_about_all_steps())
     }
 }
 

@@ -22,7 +22,8 @@ pub struct Recording {
     steps: std::ops::Range<i64>,
     /// The first contact of the label: the exact one, else the last recorded step of what is labelled a collision.
     contact: Option<i64>,
-    /// Steps at which the ego touches an obstacle, with its id, in order.
+    /// Steps at which the ego touches an obstacle, with its id, in order; where a risk score is the truth, steps of
+    /// extreme risk.
     touches: Vec<(i64, i64)>,
     /// By step: ids of the obstacles whose centre is near the ego's.
     near: Vec<Vec<i64>>,
@@ -37,27 +38,47 @@ impl Recording {
         let scene = case.scene;
         let steps = scene.steps();
         let everyone: Vec<Participant<'_>> = scene.participants().collect();
-        let mut touches = Vec::new();
-        let (mut traffic, mut speed) = (Vec::new(), Vec::new());
-        for step in steps.clone() {
-            speed.push(speed_at(scene, step));
-            traffic.push(near(scene, &everyone, step, radius));
-            let touched = everyone.iter().filter(|other| touch(scene, other, step));
-            touches.extend(touched.map(|other| (step, other.obstacle.id)));
-        }
+        let touched = |step: i64| {
+            let touched = everyone.iter().filter(move |other| touch(scene, other, step));
+            touched.map(move |other| (step, other.obstacle.id))
+        };
+        let touches = steps.clone().flat_map(touched).collect();
         let contact = match case.label {
             Label::Collision(_) => case.contact.or(Some(steps.end - 1)),
             Label::Safe => None,
         };
+        Self::with(name, scene, (case.label, contact, touches), radius)
+    }
+
+    /// Of a scene in which other moments than contacts are dangerous: steps and ids of obstacles, by step.
+    #[must_use]
+    pub fn of_moments(name: &str, scene: &Scene, moments: Vec<(i64, i64)>, radius: f64) -> Self {
+        let first = moments.first().copied();
+        let label = first.map_or(Label::Safe, |(_, id)| Label::Collision(Some(id)));
+        let first = first.map(|(step, _)| step);
+        Self::with(name, scene, (label, first, moments), radius)
+    }
+
+    fn with(
+        name: &str,
+        scene: &Scene,
+        (label, contact, touches): (Label, Option<i64>, Vec<(i64, i64)>),
+        radius: f64,
+    ) -> Self {
+        let everyone: Vec<Participant<'_>> = scene.participants().collect();
+        let steps = scene.steps();
         Self {
             name: name.into(),
-            label: case.label,
+            label,
             dt: scene.scenario.dt(),
-            steps,
             contact,
             touches,
-            near: traffic,
-            speed,
+            near: steps
+                .clone()
+                .map(|step| near(scene, &everyone, step, radius))
+                .collect(),
+            speed: steps.clone().map(|step| speed_at(scene, step)).collect(),
+            steps,
         }
     }
 

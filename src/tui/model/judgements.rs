@@ -83,6 +83,7 @@ impl Model {
         let (scene, window) = (opened.scene.as_ref()?, self.window()?);
         match self.task {
             Task::Collision => opened.collision.clone(),
+            Task::Recording => opened.recording.clone(),
             Task::Safety => {
                 let window = (window.first(), window.last());
                 let known = self.judgements.get(scene, &self.thresholds, window);

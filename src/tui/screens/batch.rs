@@ -108,6 +108,9 @@ fn begin(model: &mut Model) -> Step {
 
 /// Which windows are asked about.
 fn windows(batch: &Batch) -> String {
+    if batch.task == Task::Recording {
+        return "each recording as a whole".to_string();
+    }
     let steps = batch.history;
     match (batch.request.within, batch.request.lead, batch.task) {
         (Some(_), Some(Lead::Seconds(lead)), _) => {

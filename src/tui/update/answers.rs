@@ -22,10 +22,11 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     }
     let asked = model.model.clone();
-    if asked == judge::MODEL && matches!(model.task, Task::Attacker | Task::Trajectory) {
+    if asked == judge::MODEL && !Task::VERDICTS.contains(&model.task) {
         let key = model.look.key(Action::ChooseModel);
         model.say(format!(
-            "the built-in judge answers collision and safety only; {key} chooses a model"
+            "the built-in judge answers {} only; {key} chooses a model",
+            Task::names(&Task::VERDICTS)
         ));
         return Vec::new();
     }

@@ -86,13 +86,13 @@ pub fn to_window(model: &mut Model) {
         return;
     }
     model.placed = None;
-    if model.task == Task::Collision {
+    if model.task.is_about_all_steps() {
         return model.clock.go(first);
     }
     if let Some(last) = model.scene().map(crate::scenario::Scene::last_step) {
         let back = match model.task {
             Task::Safety => crate::scenario::Window::AFTER_SAFETY,
-            Task::Collision | Task::Attacker | Task::Trajectory => 0,
+            _ => 0,
         };
         model.clock.go(last - back);
         model.placed = Some(model.clock.step());
@@ -102,8 +102,8 @@ pub fn to_window(model: &mut Model) {
 /// The clock moved: recomputes what depends on the step.
 pub fn stepped(model: &mut Model) {
     model.placed = None;
-    // The collision task is about the whole recording, every other one about a window that ends here.
-    if model.task != Task::Collision {
+    // Some tasks are about the whole recording, the others about a window that ends here.
+    if !model.task.is_about_all_steps() {
         model.refresh();
     }
 }

@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use super::parts;
 use crate::evaluation::batch::Truth;
-use crate::evaluation::{Label, LabelError, Labelled};
+use crate::evaluation::{CriticalMoments, Label, LabelError, Labelled};
 use crate::formats::{EgoSelection, Entry};
-use crate::scenario::Scene;
+use crate::metrics::Thresholds;
+use crate::scenario::{Scene, Window};
+use crate::verdict::Task;
 use crate::workflow::{OpenError, OpenRequest, open};
 
 /// Scenarios and what is true about them.
@@ -17,6 +19,10 @@ pub struct BuiltInRequest<'a> {
     pub entries: &'a [Entry],
     /// What is true about them.
     pub truth: &'a Truth,
+    /// The task that is judged: what is true of a scenario depends on it.
+    pub task: Task,
+    /// Thresholds of risk scores.
+    pub thresholds: &'a Thresholds,
 }
 
 /// The answers, and the scenarios without one.
@@ -123,10 +129,33 @@ impl BuiltInRequest<'_> {
         if let Err(wrong) = self.truth.fits(entry, Some(&scene)) {
             return Ok(One::Mislabelled(wrong));
         }
-        let case = Labelled::new(&scene, label);
+        let case = self.labelled(entry, &scene, label);
         let answer = (case.label, judge(entry, &case));
-        let doubt = case.doubt();
+        // What is of high risk need not be a collision.
+        let doubt = case.doubt().filter(|_| self.task != Task::Recording);
         Ok(One::Judged(scene, doubt, answer))
+    }
+
+    /// A scene with what is true about it for the task; `label` says whether it is a collision.
+    fn labelled<'s>(&self, entry: &Entry, scene: &'s Scene, label: Option<Label>) -> Labelled<'s> {
+        match (self.task, self.truth.convention()) {
+            (Task::Safety, Some(convention)) => {
+                let moments = CriticalMoments::new(convention, scene, self.thresholds);
+                Labelled::by_moments(scene, &moments)
+            }
+            (Task::Recording, _) => {
+                let about = (entry, Some(scene));
+                let window = (&Window::whole(scene), 0.0);
+                let told = self.truth.of_question(self.task, about, window, self.thresholds);
+                let label = told.map_or(Label::Safe, |(label, _)| label);
+                Labelled {
+                    scene,
+                    label,
+                    contact: None,
+                }
+            }
+            _ => Labelled::new(scene, label),
+        }
     }
 }
 

@@ -15,7 +15,6 @@ use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::prompts::Library;
-use crate::scenario::Scene;
 use crate::store::{Batch, BatchId, Identity, Item, NewItem, Store, StoreError};
 use crate::verdict::Task;
 
@@ -131,9 +130,8 @@ impl ResumeRequest {
                 split: spec.subset.split,
                 cancel,
             };
-            let label = |entry: &Entry, scene: &Scene| truth.label(entry, Some(scene));
             let on_read = &mut |done, of| on_event(PlanningEvent::Read { done, of });
-            match windows.add(&source, &label, on_read) {
+            match windows.add(&source, &truth, on_read) {
                 Some(words) => left_out = words,
                 None => return Ok(None),
             }
@@ -150,6 +148,7 @@ impl ResumeRequest {
             truth: match spec.truth {
                 // Of files that could not be read before.
                 TruthSource::Geometry => Truth::Geometry,
+                TruthSource::Score(convention) => Truth::Score(convention),
                 TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
             },
             scenarios,

@@ -243,6 +243,9 @@ fn truth_of(words: &[String], folder: &Path) -> Option<TruthSource> {
         [] => None,
         [one] if one == "auto" => Some(TruthSource::Geometry),
         [one] if one == "layout" => Some(TruthSource::Layout),
+        [one] if TruthSource::score(one).is_some() => {
+            TruthSource::score(one).map(TruthSource::Score)
+        }
         // Absolute as the scenarios of a batch, so that it asks the same wherever it is gone on with.
         files => Some(TruthSource::Files(
             files

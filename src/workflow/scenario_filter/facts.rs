@@ -29,6 +29,8 @@ pub struct Facts {
     pub collision: Tally,
     /// Stored answers to the safety task.
     pub safety: Tally,
+    /// Stored answers to the recording task.
+    pub recording: Tally,
 }
 
 /// Stored answers with a yes or no: all of a task, without those in whose place another one counts.
@@ -142,12 +144,12 @@ impl Facts {
         }
     }
 
-    /// Both tallies together.
+    /// All tallies together.
     #[must_use]
     pub fn tally(&self) -> Tally {
         Tally {
-            agree: self.collision.agree + self.safety.agree,
-            differ: self.collision.differ + self.safety.differ,
+            agree: self.collision.agree + self.safety.agree + self.recording.agree,
+            differ: self.collision.differ + self.safety.differ + self.recording.differ,
         }
     }
 
@@ -157,6 +159,7 @@ impl Facts {
         match task {
             Task::Collision => self.collision,
             Task::Safety => self.safety,
+            Task::Recording => self.recording,
             Task::Attacker | Task::Trajectory => Tally::default(),
         }
     }
@@ -181,6 +184,7 @@ impl Facts {
             };
             let (tally, window) = match (one.task, one.window) {
                 (Task::Collision, _) => (&mut self.collision, None),
+                (Task::Recording, _) => (&mut self.recording, None),
                 (Task::Safety, Some(window)) => (&mut self.safety, Some(window)),
                 _ => continue,
             };

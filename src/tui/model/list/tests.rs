@@ -37,6 +37,7 @@ fn facts(risk: f64, tags: &[&str], differ: u32, agree: u32) -> Facts {
         }),
         collision: Tally { agree, differ },
         safety: Tally::default(),
+        recording: Tally::default(),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::store::Choice;
 use crate::tui::model::{Model, Progress, ShownAnswer};
 use crate::tui::widgets::claimed;
 use crate::tui::widgets::words::{duration, pad, thousands};
-use crate::verdict::{Task, Verdict};
+use crate::verdict::Verdict;
 
 /// A row: its name, its value, and how that is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +42,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         ShownAnswer::Reference => {
             let window = match model.task {
                 // It looks at the whole recording.
-                Task::Collision => model.scene().map(|_| model.clock.range()),
+                task if task.is_about_all_steps() => model.scene().map(|_| model.clock.range()),
                 _ => model.window().map(|w| (w.first(), w.last())),
             };
             (

@@ -12,7 +12,7 @@ use crate::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
 /// The label of the table's second row.
 pub fn second_label(task: Task) -> &'static str {
     match task {
-        Task::Collision | Task::Safety => "who",
+        Task::Collision | Task::Safety | Task::Recording => "who",
         Task::Attacker => "others",
         Task::Trajectory => "motion",
     }

@@ -81,7 +81,12 @@ impl Row {
             Self::Frame => "frame",
             Self::How => "how",
             Self::Prompt => "prompt",
-            Self::Says => return task.key().replace("safety_critical", "critical"),
+            Self::Says => {
+                return task
+                    .key()
+                    .replace("safety_critical", "critical")
+                    .replace('_', " ");
+            }
             Self::Who => return super::other::second_label(task).into(),
             Self::Probability => "P(yes)",
             Self::TokenProbability => "by tokens",
@@ -190,7 +195,7 @@ impl<'a> Table<'a> {
         self.cell(Row::Risk, &risk(verdict), base);
         let window = self.model.window().map(|w| (w.first(), w.last()));
         let steps = match verdict.task {
-            Task::Collision => "all".into(),
+            task if task.is_about_all_steps() => "all".into(),
             _ => window.map_or("–".into(), |told| steps(Some(told))),
         };
         self.cell(Row::Steps, &steps, base);

@@ -1,0 +1,97 @@
+//! Truth by the risk score from time and distance to a collision (TTC and MDC): what is of extreme risk is critical.
+//!
+//! So does the paper: obstacles of score 0 (collision) and 1 (extreme) endanger the ego. The score is the same quantity
+//! that the metrics frame prints; [`says_the_score`] tells whether a question holds it.
+
+use super::windows::Recording;
+use super::{Label, PromptConfig};
+use crate::description::Frame;
+use crate::metrics::{MeasureList, RiskConvention, ScoreAt, Thresholds};
+use crate::scenario::{Scene, Window};
+use crate::verdict::Task;
+
+/// When which obstacles are of extreme risk in a recording, by step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CriticalMoments(Vec<ScoreAt>);
+
+impl CriticalMoments {
+    /// Those of a scene; the thresholds count for the exact convention alone.
+    #[must_use]
+    pub fn new(convention: RiskConvention, scene: &Scene, thresholds: &Thresholds) -> Self {
+        Self(convention.scores_up_to(Task::HIGH_RISK, scene, thresholds))
+    }
+
+    /// What windows of the safety task are drawn from: dangerous ones come before the first of these moments.
+    #[must_use]
+    pub fn recording(&self, name: &str, scene: &Scene, radius: f64) -> Recording {
+        let moments = self.0.iter().map(|at| (at.step, at.obstacle));
+        Recording::of_moments(name, scene, moments.collect(), radius)
+    }
+
+    /// The first of them.
+    #[must_use]
+    pub fn first_step(&self) -> Option<i64> {
+        self.0.first().map(|at| at.step)
+    }
+
+    /// Whether the whole recording is of high risk, and the obstacles that make it so, the first one first.
+    #[must_use]
+    pub fn of_recording(&self) -> (Label, Vec<i64>) {
+        self.within(i64::MIN..=i64::MAX)
+    }
+
+    /// Whether one of these moments is within the horizon after a window, seconds, and whose.
+    #[must_use]
+    pub fn after(&self, window: &Window, horizon: f64, dt: f64) -> (Label, Vec<i64>) {
+        let after = (horizon / dt).round() as i64;
+        self.within(window.last() + 1..=window.last().saturating_add(after))
+    }
+
+    fn within(&self, steps: std::ops::RangeInclusive<i64>) -> (Label, Vec<i64>) {
+        let mut critical = Vec::new();
+        for at in self.0.iter().filter(|at| steps.contains(&at.step)) {
+            if !critical.contains(&at.obstacle) {
+                critical.push(at.obstacle);
+            }
+        }
+        match critical.first() {
+            Some(first) => (Label::Collision(Some(*first)), critical),
+            None => (Label::Safe, critical),
+        }
+    }
+}
+
+/// Whether the description of a way's questions prints risk scores: those of the described steps, and the lowest of the
+/// window. `measures` are those chosen for the metrics frame, if any.
+#[must_use]
+pub fn says_the_score(way: &PromptConfig, measures: Option<&MeasureList>) -> bool {
+    let printed = match measures {
+        Some(chosen) => chosen.ids().contains(&"risk"),
+        // The templates of the recording task choose measures without it.
+        None => way.task != Task::Recording,
+    };
+    way.frame == Some(Frame::Metrics) && printed
+}
+
+/// The note of a report whose truth is a risk score, on answers to questions whose description prints it.
+#[must_use]
+pub fn note_on_score<'a>(
+    ways: impl IntoIterator<Item = &'a PromptConfig>,
+    measures: Option<&MeasureList>,
+) -> Option<String> {
+    let mut tasks: Vec<Task> = Vec::new();
+    for way in ways {
+        if says_the_score(way, measures) && !tasks.contains(&way.task) {
+            tasks.push(way.task);
+        }
+    }
+    tasks.sort_unstable();
+    tasks.retain(|task| *task != Task::Collision);
+    (!tasks.is_empty()).then(|| {
+        format!(
+            "The truth is a risk score, and the metrics frame of the {} task prints risk scores: these answers can read \
+             off what answers in other frames have to work out. Do not compare them.",
+            Task::names(&tasks).replace(" or ", " and ")
+        )
+    })
+}
