@@ -34,8 +34,6 @@ pub(super) struct Values<'a> {
     dt: f64,
     /// Seconds between two described steps.
     spacing: f64,
-    /// Whether everyone is told that comes near at any step, and when each is nearest.
-    nearest: bool,
     radius: f64,
     /// Metres beyond which what always stands is described once.
     far: f64,
@@ -181,7 +179,6 @@ impl<'a> Values<'a> {
             horizon: plain(case.horizon),
             dt,
             spacing: plain(dt * case.options.spacing(&case.window) as f64),
-            nearest: case.options.nearest,
             radius: case.options.radius,
             far: STANDS_FAR,
             ego: case.scene.ego.id,

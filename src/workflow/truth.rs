@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use super::{OpenRequest, open};
 use crate::evaluation::batch::{self, Spec, TruthSource};
 use crate::evaluation::report::{BatchTruth, QuestionKey, RecordedScene, Truth};
-use crate::evaluation::{Label, Labelled};
+use crate::evaluation::{Case, CriticalMoments, Label, Labelled};
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{self, judge_under};
-use crate::metrics::Thresholds;
+use crate::metrics::{RiskConvention, Thresholds};
 use crate::scenario::{Scene, Transform, Window, obstacle_taken};
 use crate::store::{Outcome, RunId, Store, StoreError};
 use crate::verdict::{Task, Verdict};
@@ -27,6 +27,8 @@ pub enum TruthChoice {
     Labels,
     /// The exact geometry of whole recordings alone.
     Recorded,
+    /// The risk score of time and distance to a collision: what is of extreme risk is critical.
+    Score(RiskConvention),
     /// The built-in judge's verdict on the same question: for the safety task a prediction.
     Judge,
 }
@@ -36,6 +38,8 @@ impl TruthChoice {
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
+            Self::Score(RiskConvention::Exact) => "risk score of TTC and MDC, exact",
+            Self::Score(RiskConvention::Paper) => "risk score of TTC and MDC, the paper's",
             Self::Usual => "labels, else recordings",
             Self::Labels => "labels",
             Self::Recorded => "recordings (exact geometry)",
@@ -84,7 +88,9 @@ pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
         .into_iter()
         .filter(|(batch, _)| {
             let spec = Spec::from_json(&batch.spec);
-            spec.is_ok_and(|spec| spec.truth == TruthSource::Geometry)
+            spec.is_ok_and(|spec| {
+                matches!(spec.truth, TruthSource::Geometry | TruthSource::Score(_))
+            })
         })
         .map(|(batch, _)| batch.id.to_string())
         .collect();
@@ -121,15 +127,16 @@ impl TruthSearch<'_> {
         store: &Store,
         choice: TruthChoice,
     ) -> Result<(Truth, Vec<TruthChoice>), StoreError> {
-        use TruthChoice::{Judge, Labels, Recorded, Usual};
+        use TruthChoice::{Judge, Labels, Recorded, Score, Usual};
         let BatchLabels { windows, all, told } = batch_labels(store)?;
         let layout = self.layout();
         let labelled =
             !layout.is_empty() || self.outcomes.iter().any(|one| told.contains_key(&one.run));
-        let choices = match labelled {
+        let mut choices = match labelled {
             true => vec![Usual, Labels, Recorded],
             false => vec![Usual, Recorded, Judge],
         };
+        choices.extend([RiskConvention::Exact, RiskConvention::Paper].map(Score));
         let mut truth = Truth {
             windows,
             ..Truth::default()
@@ -139,6 +146,7 @@ impl TruthSearch<'_> {
             Labels => (truth.of_batches, truth.layout) = (told, layout),
             Recorded => {}
             Judge => truth.judge = Some(self.judged()),
+            Score(_) => truth.scores = Some(HashMap::new()),
         }
         if matches!(choice, Usual | Recorded) {
             truth.add_stored_geometry(self.outcomes);
@@ -193,22 +201,30 @@ impl TruthSearch<'_> {
             .flat_map_iter(|(files, asked)| {
                 let found = match stop.load(Ordering::Relaxed) {
                     true => Vec::new(),
-                    false if choice == TruthChoice::Judge => self.verdicts(&files, &asked),
-                    false => self.recorded(&files, &asked),
+                    false => match choice {
+                        TruthChoice::Judge => self.verdicts(&files, &asked),
+                        TruthChoice::Score(convention) => self.scores(convention, &files, &asked),
+                        _ => self.recorded(&files, &asked),
+                    },
                 };
                 on_progress(done.fetch_add(1, Ordering::Relaxed) + 1, of);
                 found
             })
             .collect();
         for one in found {
-            match (one, &mut truth.judge) {
-                (Found::Scene(name, scene), _) => {
+            match one {
+                Found::Scene(Task::Recording, name, scene) => {
+                    truth.risks.entry(name).or_default().push(scene);
+                }
+                Found::Scene(_, name, scene) => {
                     truth.recorded.entry(name).or_default().push(scene);
                 }
-                (Found::Verdict(key, verdict), Some(verdicts)) => {
-                    verdicts.insert(key, verdict);
+                Found::Verdict(key, verdict) => {
+                    truth.judge.get_or_insert_default().insert(key, verdict);
                 }
-                (Found::Verdict(..), None) => {}
+                Found::Score(key, told) => {
+                    truth.scores.get_or_insert_default().insert(key, told);
+                }
             }
         }
         !stop.load(Ordering::Relaxed)
@@ -231,8 +247,10 @@ impl TruthSearch<'_> {
                 continue;
             };
             let hash = one.scenario_hash.as_deref();
-            let question = truth.judge.as_ref().map(|_| (one.task.name(), one.window));
-            if seen.insert((&one.scenario, hash, &one.ego, question)) {
+            let each = truth.judge.is_some() || truth.scores.is_some();
+            let question = each.then_some((one.task.name(), one.window));
+            let whole = one.task == Task::Recording;
+            if seen.insert((&one.scenario, hash, &one.ego, whole, question)) {
                 let scene = scenes.entry((&one.scenario, &one.ego));
                 let (_, asked) = scene.or_insert_with(|| (files.clone(), Vec::new()));
                 asked.push(one);
@@ -253,15 +271,56 @@ impl TruthSearch<'_> {
                 .iter()
                 .filter_map(|entry| unchanged.scene(entry, self.ego));
             if let Some(scene) = scenes.next() {
+                let exact = RiskConvention::Exact;
+                let (label, critical) = match one.task {
+                    Task::Recording => {
+                        CriticalMoments::new(exact, &scene, self.thresholds).of_recording()
+                    }
+                    _ => alone(Labelled::new(&scene, None).label),
+                };
                 let known = RecordedScene {
                     scenario_hash: Some(scene.scenario.hash.to_string()),
                     ego: scene.ego.to_string(),
-                    label: Labelled::new(&scene, None).label,
+                    label,
+                    critical,
                 };
-                found.push(Found::Scene(name_of(one).into(), known));
+                found.push(Found::Scene(one.task, name_of(one).into(), known));
             }
         }
         found
+    }
+
+    /// What risk scores say about questions about one scene, changed as it was; empty if no file holds it.
+    fn scores(
+        &self,
+        convention: RiskConvention,
+        files: &[&Entry],
+        asked: &[&Outcome],
+    ) -> Vec<Found> {
+        let Some(first) = asked.first().map(|one| StoredQuestion::from(*one)) else {
+            return Vec::new();
+        };
+        let mut scenes = files
+            .iter()
+            .filter_map(|entry| first.scene(entry, self.ego));
+        let Some(scene) = scenes.next() else {
+            return Vec::new();
+        };
+        let moments = CriticalMoments::new(convention, &scene, self.thresholds);
+        let told = |one: &&Outcome| {
+            let told = match (one.task, one.window) {
+                (Task::Recording, _) => moments.of_recording(),
+                (Task::Safety, Some((_, last))) => {
+                    let window = Window::ending_at(&scene, last, 1);
+                    moments.after(&window, Case::HORIZON, scene.scenario.dt())
+                }
+                // Contact is the lowest score by exact geometry.
+                (Task::Collision, _) => alone(Labelled::new(&scene, None).label),
+                _ => return None,
+            };
+            Some(Found::Score(QuestionKey::from(*one), told))
+        };
+        asked.iter().filter_map(told).collect()
     }
 
     /// The built-in judge's answers to questions about one scene; empty if no file holds it.
@@ -285,8 +344,15 @@ impl TruthSearch<'_> {
 
 /// What was found out about a scene.
 enum Found {
-    Scene(String, RecordedScene),
+    /// For which task, and the scenario's name.
+    Scene(Task, String, RecordedScene),
     Verdict(QuestionKey, Verdict),
+    Score(QuestionKey, (Label, Vec<i64>)),
+}
+
+/// A label with the obstacle that it tells.
+fn alone(label: Label) -> (Label, Vec<i64>) {
+    (label, label.critical())
 }
 
 /// The name of an answer's scenario without a change of the scene.

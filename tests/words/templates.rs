@@ -77,6 +77,7 @@ fn the_tasks_have_the_frames_they_need() {
     for (task, frames) in [
         ("collision", &["ego", "cartesian", "metrics"][..]),
         ("safety", &["ego", "cartesian", "metrics"]),
+        ("recording", &["ego", "metrics"]),
         ("attacker", &["metrics", "ego"]),
         ("trajectory", &["trajectory"]),
     ] {
@@ -121,7 +122,7 @@ fn a_trial_fills_what_the_program_can_ask() {
         dry_render(&library, file).unwrap();
         tried += usize::from(Task::parse(&template.front.task).is_some());
     }
-    assert_eq!(tried, 13);
+    assert_eq!(tried, 15);
 }
 
 #[test]
@@ -176,7 +177,7 @@ fn examples_answer_as_the_schema_asks_and_are_balanced() {
             ParsedAnswer::Trajectory(_) => true,
         });
         let expected = match task {
-            Task::Collision | Task::Safety => (1, 3),
+            Task::Collision | Task::Safety | Task::Recording => (1, 3),
             Task::Attacker => (2, 3),
             Task::Trajectory => (1, 1),
         };

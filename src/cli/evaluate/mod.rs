@@ -55,10 +55,11 @@ pub struct Evaluate {
     #[arg(long, value_delimiter = ',', value_parser = task)]
     task: Vec<Task>,
     /// Ground truth: `auto` is the exact geometry of the recordings; `layout` reads the folders collision_scenarios and
-    /// normal_scenarios with their annotations; CSV files have the columns `scenario` and `label` (or `obstacle_id`,
+    /// normal_scenarios with their annotations; `score` is the risk score of TTC and MDC, critical up to 1 (exact, or
+    /// by the paper's convention as `score:paper`); CSV files have the columns `scenario` and `label` (or `obstacle_id`,
     /// with `none` for no collision), separated by commas [default: auto; for language models layout if these folders
     /// exist].
-    #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout")]
+    #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout|score")]
     truth: Vec<PathBuf>,
     /// End of the dangerous windows: seconds before the first overlap of the bodies, or `end` for two steps before the
     /// last recorded step, as in the paper. Each gets a safe window that is like it in position, length, traffic and

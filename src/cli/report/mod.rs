@@ -43,12 +43,13 @@ pub struct ReportArguments {
     filters: Filters,
     /// Ground truth, separated by commas: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch`
     /// for the truth of each batch; folders with scenarios and recorded egos, or with annotations; `auto` for the exact
-    /// geometry of bundled scenarios and the stored verdicts of the built-in judge on collisions. CSV files count
-    /// first, then `batch`, then folders and `auto` in their order. [default: batch,auto]
+    /// geometry of bundled scenarios and the stored verdicts of the built-in judge on whole recordings. CSV files count
+    /// first, then `batch`, then folders and `auto` in their order. `score` or `score:paper`, alone or with folders, is
+    /// the risk score of TTC and MDC: critical up to 1 [default: batch,auto].
     #[arg(
         long,
         value_delimiter = ',',
-        value_name = "CSV|batch|auto|FOLDER",
+        value_name = "CSV|batch|auto|score|FOLDER",
         conflicts_with_all = ["folder", "paper"]
     )]
     truth: Vec<PathBuf>,

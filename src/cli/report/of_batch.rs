@@ -7,12 +7,12 @@ use super::{AnyReport, Format, ReportArguments, answers as answers_page, claims,
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{
     self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit,
-    UnjudgedScenario, beside_the_judge,
+    TruthSource, UnjudgedScenario, beside_the_judge,
 };
 use crate::evaluation::report::{
     AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, Varied,
 };
-use crate::evaluation::{AnswerPage, AnswerStatus, Provenance, leaks, validate};
+use crate::evaluation::{AnswerPage, AnswerStatus, Provenance, leaks, note_on_score, validate};
 use crate::prompts::Library;
 use crate::store::{BatchId, Filter, Item, RunId, SplitPart, Store};
 use crate::system::without_folders;
@@ -171,6 +171,10 @@ fn read(
         output::counted(scored.len(), "question")
     )];
     notes.extend(more.iter().cloned());
+    if matches!(spec.truth, TruthSource::Score(_)) {
+        let measures = spec.matrix.request.measures;
+        notes.extend(note_on_score(scored.iter().map(|one| &one.way), measures.as_ref()));
+    }
     let described = described(spec);
     notes.push(output::visible(&spec.asked_words(described.as_ref())));
     if answers.others > 0 {

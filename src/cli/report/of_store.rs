@@ -7,7 +7,9 @@ use crate::cli::filters::store_to_read;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
 use crate::evaluation::report::{self, Comparison, ReportSubject, Stored};
-use crate::evaluation::{AnswerCase, AnswerPage, Provenance, with_token_probability};
+use crate::evaluation::{
+    AnswerCase, AnswerPage, Provenance, note_on_score, with_token_probability,
+};
 use crate::store::{Filter, Outcome as Run, Store};
 use crate::verdict::{self, ParsedAnswer};
 
@@ -83,6 +85,9 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     )];
     notes.extend(notices);
     notes.extend(unchecked);
+    if truth.scores.is_some() {
+        notes.extend(note_on_score(stored.scored.iter().map(|one| &one.way), None));
+    }
     if !stored.scored.iter().any(|one| one.reference.is_some()) {
         notes.push(
             "No agreement with the built-in judge: no run of reference/geometry has the same question; \

@@ -1,5 +1,6 @@
-//! Ground truth for a report: labels, folders, or exact geometry.
+//! Ground truth for a report: labels, folders, exact geometry, or risk scores.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
@@ -7,10 +8,10 @@ use std::sync::{Mutex, PoisonError};
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
 use crate::evaluation::annotations;
-use crate::evaluation::batch::Spec;
+use crate::evaluation::batch::{Spec, TruthSource};
 use crate::evaluation::report::{Stored, Truth};
 use crate::formats::{EgoSelection, Entry, bundled, find};
-use crate::metrics::Thresholds;
+use crate::metrics::{RiskConvention, Thresholds};
 use crate::store::{Outcome as Run, Store};
 use crate::system;
 use crate::workflow::{TruthChoice, TruthSearch, batch_labels};
@@ -36,8 +37,12 @@ pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, 
         ..Truth::default()
     };
     let mut entries: Vec<Entry> = Vec::new();
+    let score = score(sources)?;
     for source in sources {
-        if source.as_os_str() == BATCH {
+        if score_of(source).is_some() {
+            truth.scores = Some(HashMap::new());
+            entries.extend(bundled());
+        } else if source.as_os_str() == BATCH {
             truth.of_batches.clone_from(&of_batches.all);
         } else if source.as_os_str() == AUTO {
             truth.add_stored_geometry(runs);
@@ -60,8 +65,34 @@ pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, 
     };
     let never = AtomicBool::new(false);
     // Nothing stops it.
-    let _ = search.complete(TruthChoice::Usual, &mut truth, &never, &shown);
+    let choice = score.map_or(TruthChoice::Usual, TruthChoice::Score);
+    let _ = search.complete(choice, &mut truth, &never, &shown);
     Ok(truth)
+}
+
+/// The risk score that a word of `--truth` means.
+fn score_of(source: &Path) -> Option<RiskConvention> {
+    TruthSource::score(source.to_str()?)
+}
+
+/// The risk score that is the truth, if one is: it says something about every question, so only folders of scenarios
+/// can stand beside it.
+pub fn score(sources: &[PathBuf]) -> Result<Option<RiskConvention>, Failure> {
+    let mut scores = sources.iter().filter_map(|source| score_of(source));
+    let Some(score) = scores.next() else {
+        return Ok(None);
+    };
+    let other = |source: &&PathBuf| score_of(source).is_none() && !source.is_dir();
+    match sources.iter().find(other) {
+        _ if scores.next().is_some() => Err(Failure::input(
+            "--truth: use one of score and score:paper",
+        )),
+        Some(other) => Err(Failure::input(format!(
+            "--truth score stands alone or with folders of scenarios; remove {}",
+            other.display()
+        ))),
+        None => Ok(Some(score)),
+    }
 }
 
 /// The same as a description for the report: for batches, how many answers are compared with which ground truth.
@@ -72,7 +103,9 @@ pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<Stri
         words.push(format!("of drawn windows {batches}"));
     }
     for source in sources {
-        if source.as_os_str() == BATCH {
+        if let Some(convention) = score_of(source) {
+            words.push(TruthSource::words_of_score(convention));
+        } else if source.as_os_str() == BATCH {
             words.extend(of_batches(stored, store)?);
         } else if source.as_os_str() == AUTO {
             words.push("the exact geometry of recordings".into());
@@ -118,7 +151,7 @@ fn labels(file: &Path, truth: &mut Truth) -> Result<(), Failure> {
     let shown = file.display().to_string();
     let bytes = system::read_file(file, system::LARGEST).map_err(|e| {
         Failure::input(format!(
-            "--truth {shown}: {}; use CSV files, folders, `batch` for the truth of the batches, or `auto` for the exact geometry",
+            "--truth {shown}: {}; use CSV files, folders, `batch` for the truth of the batches, `auto` for the exact geometry, or `score` for the risk score",
             system::words(&e)
         ))
     })?;

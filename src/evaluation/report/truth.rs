@@ -1,4 +1,4 @@
-//! What is true about a stored answer: labels, recordings, or the built-in judge.
+//! What is true about a stored answer: labels, recordings, risk scores, or the built-in judge.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -22,8 +22,12 @@ pub struct Truth {
     pub of_batches: HashMap<RunId, BatchTruth>,
     /// Labels of the folders that scenarios lie in, by scenario.
     pub layout: BTreeMap<String, Label>,
-    /// The exact geometry of whole recordings, by scenario.
+    /// The exact geometry of whole recordings, by scenario: whether they collide.
     pub recorded: BTreeMap<String, Vec<RecordedScene>>,
+    /// Whether whole recordings are of high risk, by scenario.
+    pub risks: BTreeMap<String, Vec<RecordedScene>>,
+    /// What risk scores say about questions, where these are the truth.
+    pub scores: Option<HashMap<QuestionKey, (Label, Vec<i64>)>>,
     /// The built-in judge's verdicts on the same questions, where these are the truth, prediction included.
     pub judge: Option<HashMap<QuestionKey, Verdict>>,
 }
@@ -46,8 +50,10 @@ pub struct RecordedScene {
     pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
-    /// Whether it collides, and with whom.
+    /// Whether it collides, or is of high risk, and who it is.
     pub label: Label,
+    /// Every obstacle that makes it so.
+    pub critical: Vec<i64>,
 }
 
 /// A question as far as it decides what the built-in judge says to it.
@@ -101,12 +107,12 @@ impl RecordedScene {
 }
 
 impl Truth {
-    /// Adds the built-in judge's stored verdicts on the collision task: the exact geometry of whole recordings. Of
-    /// several on the same recording the newest counts; `outcomes` are in the order in which they were asked.
+    /// Adds the built-in judge's stored verdicts on whole recordings: their exact geometry. Of several on the same
+    /// recording the newest counts; `outcomes` are in the order in which they were asked.
     pub fn add_stored_geometry(&mut self, outcomes: &[Outcome]) {
         let judged = |outcome: &&Outcome| {
             outcome.model == judge::MODEL
-                && outcome.task == Task::Collision
+                && outcome.task.is_about_all_steps()
                 && Transform::of_name(&outcome.scenario).1.is_none()
         };
         for outcome in outcomes.iter().filter(judged).rev() {
@@ -119,11 +125,16 @@ impl Truth {
                 true => Label::Collision(verdict.obstacles.first().map(|o| o.id)),
                 false => Label::Safe,
             };
-            let scenes = self.recorded.entry(outcome.scenario.clone()).or_default();
+            let (known, critical) = match outcome.task {
+                Task::Recording => (&mut self.risks, verdict.danger()),
+                _ => (&mut self.recorded, label.critical()),
+            };
+            let scenes = known.entry(outcome.scenario.clone()).or_default();
             scenes.push(RecordedScene {
                 scenario_hash: outcome.scenario_hash.clone(),
                 ego: outcome.ego.clone(),
                 label,
+                critical,
             });
         }
     }
@@ -131,20 +142,17 @@ impl Truth {
     /// What is true about an answer, and which obstacles are truly critical; `None` where it is not known.
     #[must_use]
     pub fn known(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>)> {
-        match &self.judge {
-            Some(verdicts) => Some(judged(verdicts.get(&QuestionKey::from(outcome))?)),
-            None => self.told(outcome),
+        match (&self.judge, &self.scores) {
+            (Some(verdicts), _) => Some(judged(verdicts.get(&QuestionKey::from(outcome))?)),
+            (None, Some(scores)) => scores.get(&QuestionKey::from(outcome)).cloned(),
+            (None, None) => self.told(outcome),
         }
     }
 
     /// What is true about an answer; `None` where it is not known.
     #[must_use]
     pub fn label(&self, outcome: &Outcome) -> Option<Label> {
-        if let Some(verdicts) = &self.judge {
-            let verdict = verdicts.get(&QuestionKey::from(outcome))?;
-            return Some(judged(verdict).0);
-        }
-        self.told(outcome).map(|(label, _)| label)
+        self.known(outcome).map(|(label, _)| label)
     }
 
     /// What labels and recordings say is true about an answer, and which obstacles are truly critical.
@@ -156,9 +164,12 @@ impl Truth {
         let (name, _) = Transform::of_name(&outcome.scenario);
         let of_batch = || self.of_batches.get(&outcome.run).map(of);
         let alone = |label: Label| (label, label.critical());
+        let whole = outcome.task == Task::Recording;
+        let known = if whole { &self.risks } else { &self.recorded };
         let recorded = || {
-            let mut scenes = self.recorded.get(name)?.iter();
-            Some(scenes.find(|scene| scene.fits(outcome))?.label)
+            let mut scenes = known.get(name)?.iter();
+            let scene = scenes.find(|scene| scene.fits(outcome))?;
+            Some((scene.label, scene.critical.clone()))
         };
         let label = self.labels.get(name).map(alone);
         label
@@ -166,12 +177,13 @@ impl Truth {
             // A folder speaks of the recorded ego.
             .or_else(|| {
                 let own = obstacle_taken(&outcome.ego).is_none();
+                // That it tells of no collision does not make a recording safe.
                 self.layout
                     .get(name)
-                    .filter(|_| own)
+                    .filter(|label| own && (!whole || label.collides()))
                     .map(|label| alone(*label))
             })
-            .or_else(|| recorded().map(alone))
+            .or_else(recorded)
     }
 
     /// The batch whose truth counts for an answer.
@@ -179,7 +191,7 @@ impl Truth {
     pub fn batch_of(&self, outcome: &Outcome) -> Option<&str> {
         let labelled = || self.labels.get(&outcome.scenario).is_some();
         let found = match self.windows.get(&outcome.run) {
-            _ if self.judge.is_some() => None,
+            _ if self.judge.is_some() || self.scores.is_some() => None,
             Some(window) => Some(window),
             None if labelled() => None,
             None => self.of_batches.get(&outcome.run),
