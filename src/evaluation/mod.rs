@@ -56,6 +56,7 @@ mod stream_recorder;
 #[cfg(test)]
 pub(crate) mod tests_scored;
 mod token_probability;
+mod training;
 mod validate;
 mod values;
 /// Windows that are asked about: dangerous ones, and safe ones like them.
@@ -98,4 +99,5 @@ pub use share::Share;
 pub use spending::{Attempt, Spending};
 pub use standings::{Standing, Standings, StandingsBy};
 pub use token_probability::{token_probability, with_token_probability};
+pub use training::{Example, ExampleRules, Examples, NoExample, ReasoningForm};
 pub use validate::validate;

@@ -11,8 +11,8 @@ use super::support::program::Home;
 
 const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 
-/// Outputs that need what a test here has not: a provider with batches.
-const ELSEWHERE: [&str; 1] = ["batches"];
+/// Outputs that need what a test here has not: a provider with batches, right answers of a model.
+const ELSEWHERE: [&str; 2] = ["batches", "export-chat"];
 
 /// A home with a few runs, ratings, a variant, a solution and a log.
 fn furnished() -> Home {

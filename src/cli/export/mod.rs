@@ -1,7 +1,10 @@
 //! `nearmiss export`: writes stored runs, and batches with their questions, to a file.
 
 mod batches;
+mod chat;
 mod columns;
+
+pub use chat::ChatManifest;
 
 use std::sync::atomic::Ordering;
 
@@ -31,6 +34,8 @@ pub struct Export {
     output: OutputFile,
     #[command(flatten)]
     unlock: Unlock,
+    #[command(flatten)]
+    chat: chat::ChatOptions,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -42,6 +47,9 @@ enum Format {
     Csv,
     /// Apache Parquet; needs a file.
     Parquet,
+    /// Examples for fine-tuning: right answers with checked claims as chats (system, user, assistant), in the folder
+    /// -o: train.jsonl, validation.jsonl, and manifest.json with their origin. See `nearmiss help fine-tuning`.
+    Chat,
 }
 
 /// What the endings of names ask for.
@@ -56,11 +64,19 @@ const ENDINGS: &[(&str, Format)] = &[
 /// Runs `export`.
 pub fn run(arguments: &Export) -> Outcome {
     let file = arguments.output.file();
+    if arguments.format == Some(Format::Chat) {
+        return chats(arguments);
+    }
+    if let Some(option) = arguments.chat.given() {
+        return Err(Failure::input(format!(
+            "{option} is an option of --format chat"
+        )));
+    }
     let known = ".jsonl, .ndjson, .json, .csv and .parquet";
     let format = match format_of(arguments.format, file, Format::Jsonl, (ENDINGS, known))? {
         Format::Jsonl => output::Format::Json,
         Format::Csv => output::Format::Csv,
-        Format::Parquet => output::Format::Parquet,
+        Format::Parquet | Format::Chat => output::Format::Parquet,
     };
     format.check(file)?;
     let store = match arguments.unlock.is_given() {
@@ -145,6 +161,20 @@ pub fn run(arguments: &Export) -> Outcome {
         output::say(&format!("{} runs{batches} exported", numbers.len()));
     }
     Ok(())
+}
+
+/// Writes examples for fine-tuning.
+fn chats(arguments: &Export) -> Outcome {
+    let store = match arguments.unlock.is_given() {
+        true => store()?,
+        false => store_to_read()?,
+    };
+    let filter = arguments.filters.filter(arguments.words.clone());
+    let runs = store.outcomes(&filter).map_err(Failure::input)?;
+    let numbers = runs.iter().map(|run| run.run);
+    let locked = arguments.unlock.locked(&store, numbers)?;
+    let place = (arguments.output.file(), arguments.output.overwrite());
+    chat::run(&arguments.chat, place, &store, runs, &locked)
 }
 
 /// A run as it is exported: what the store has of it, and the state of its answer as reports count it.

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::with_old_names;
 use crate::cli::{
-    batches, describe, doctor, evaluate, experiment, generate, import, inspect, metrics, prompt,
+    batches, describe, doctor, evaluate, experiment, export, generate, import, inspect, metrics, prompt,
 };
 use crate::cli::{index, prompts, runs, sample, themes_and_keys};
 use crate::evaluation::Standing;
@@ -64,6 +64,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<evaluate::DryRunDocument<'static>>(),
     derived::<evaluate::ListedDocument>(),
     derived::<experiment::Document>(),
+    derived::<export::ChatManifest>(),
     derived::<import::Counts>(),
     derived::<index::ShowDocument>(),
     derived::<inspect::FolderLine>(),

@@ -1,14 +1,14 @@
 //! `nearmiss report`: accuracy of stored or recorded answers, as tables for papers.
 
 mod answers;
-mod claims;
+pub mod claims;
 mod figure;
 mod of_batch;
 mod of_folder;
 mod of_store;
 mod parquet;
 mod pivot;
-mod truth;
+pub mod truth;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;

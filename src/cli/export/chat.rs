@@ -1,0 +1,324 @@
+//! Examples for fine-tuning: right answers as chats, in a file for training, one for validation, and a manifest.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use crate::cli::interrupt::{INTERRUPTED, interrupted};
+use crate::cli::locked::LockedAnswers;
+use crate::cli::output::refused;
+use crate::cli::progress::Progress;
+use crate::cli::report::{claims, truth};
+use crate::cli::{Failure, Outcome, json, output};
+use crate::description::escaped_json;
+use crate::evaluation::batch::Split;
+use crate::evaluation::report::stored;
+use crate::evaluation::{ExampleRules, Examples, Provenance, ReasoningForm, note_on_score};
+use crate::store::{Outcome as Run, RunId, SplitPart, Store};
+use crate::system::NewFile;
+
+/// Options of `--format chat`.
+#[derive(Debug, clap::Args)]
+pub struct ChatOptions {
+    /// Chat: what answers are compared with, as `report --truth` takes it [default: batch,auto].
+    #[arg(long, value_delimiter = ',', value_name = "CSV|batch|auto|score|FOLDER")]
+    truth: Vec<PathBuf>,
+    /// Chat: keep answers with up to so many wrong claims [default: 0].
+    #[arg(long, value_name = "N")]
+    allow_wrong_claims: Option<u32>,
+    /// Chat: share of the maps whose answers are for validation, 0 to below 1 [default: 0.1].
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    validation: Option<f64>,
+    /// Chat: seed of that split, as in an experiment's `split` [default: 1].
+    #[arg(long, value_name = "N")]
+    split_seed: Option<u64>,
+    /// Chat: where the reasoning of models stands: in <think> before the answer, in the field reasoning_content, or
+    /// nowhere [default: think].
+    #[arg(long, value_enum, value_name = "FORM")]
+    reasoning: Option<ReasoningForm>,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..1.0).contains(&share) => Ok(share),
+        _ => Err("expected a share from 0 to below 1".into()),
+    }
+}
+
+impl ChatOptions {
+    /// An option that is given, which other formats do not have.
+    pub fn given(&self) -> Option<&'static str> {
+        let given = [
+            (!self.truth.is_empty(), "--truth"),
+            (self.allow_wrong_claims.is_some(), "--allow-wrong-claims"),
+            (self.validation.is_some(), "--validation"),
+            (self.split_seed.is_some(), "--split-seed"),
+            (self.reasoning.is_some(), "--reasoning"),
+        ];
+        let mut given = given.into_iter().filter(|(is_given, _)| *is_given);
+        given.next().map(|(_, name)| name)
+    }
+
+    fn rules(&self) -> ExampleRules {
+        ExampleRules {
+            wrong_claims: self.allow_wrong_claims.unwrap_or(0),
+            reasoning: self.reasoning.unwrap_or_default(),
+            split: Split {
+                test: self.validation.unwrap_or(0.1),
+                seed: self.split_seed.unwrap_or(Split::SEED),
+            },
+        }
+    }
+}
+
+/// What stands beside the examples, whose files hold nothing but chats.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ChatManifest {
+    schema_version: u32,
+    /// What the answers were compared with, in words.
+    truth: String,
+    /// The most wrong claims of an example.
+    allowed_wrong_claims: u32,
+    /// Where the reasoning stands: think, field or none.
+    reasoning_form: &'static str,
+    /// Share of the maps whose examples are for validation.
+    validation_share: f64,
+    /// Seed of the split by map.
+    split_seed: u64,
+    /// The files of examples.
+    files: Vec<ChatFile>,
+    /// Answers that are no example, by reason.
+    left_out: BTreeMap<&'static str, usize>,
+    /// What to know before numbers are compared.
+    notes: Vec<String>,
+    /// Program, models, templates and scenarios behind the examples.
+    provenance: Provenance,
+}
+
+/// One file of examples.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ChatFile {
+    /// Its name.
+    file: String,
+    /// SHA-256 of its bytes.
+    sha256: String,
+    /// The stored run of each line, in order.
+    run_ids: Vec<i64>,
+    /// Names of the scenarios.
+    scenario_names: Vec<String>,
+}
+
+impl json::Output for ChatManifest {
+    const NAME: &'static str = "export-chat";
+    const TITLE: &'static str = "`export --format chat`: manifest.json beside the examples";
+}
+
+/// A part of the examples while it is written.
+struct Part {
+    path: PathBuf,
+    file: BufWriter<NewFile>,
+    hash: Sha256,
+    runs: Vec<RunId>,
+    scenarios: std::collections::BTreeSet<String>,
+}
+
+/// Writes the examples among these runs into a folder.
+pub fn run(
+    options: &ChatOptions,
+    (folder, overwrite): (Option<&Path>, bool),
+    store: &Store,
+    mut runs: Vec<Run>,
+    locked: &LockedAnswers,
+) -> Outcome {
+    let Some(folder) = folder else {
+        return Err(Failure::input(
+            "--format chat writes train.jsonl, validation.jsonl and manifest.json: name a folder with -o FOLDER",
+        ));
+    };
+    if folder.exists() && !folder.is_dir() {
+        return Err(Failure::input(format!(
+            "{}: is a file; --format chat writes into a folder",
+            folder.display()
+        )));
+    }
+    let rules = options.rules();
+    runs.retain(|run| !locked.has(run.run));
+    let sources = match options.truth.is_empty() {
+        true => [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec(),
+        false => options.truth.clone(),
+    };
+    let unchecked = claims::complete(store, &mut runs, claims::files(&sources))?;
+    let known = truth::truth(&sources, store, &runs)?;
+    let mut examples = Examples::default();
+    let mut chosen = Vec::new();
+    for run in &runs {
+        match rules.refuses(run, &known) {
+            Some(why) => examples.leave_out(why),
+            None => chosen.push(run),
+        }
+    }
+    chosen.sort_by_key(|run| run.run);
+    if chosen.is_empty() {
+        say_left_out(&examples, unchecked.as_deref());
+        return Err(Failure::finding(
+            "no answer can be an example; nothing was written",
+        ));
+    }
+    let asides = store.asides().map_err(Failure::input)?;
+    let words = truth::words(&sources, &stored(&runs, &known, &asides), store)?;
+    fs::create_dir_all(folder).map_err(|error| Failure::system(folder.display(), &error))?;
+    let stop = interrupted(true);
+    let mut parts = [
+        Part::begin(folder, "train.jsonl", overwrite)?,
+        Part::begin(folder, "validation.jsonl", overwrite)?,
+    ];
+    let manifest = folder.join("manifest.json");
+    let manifest = NewFile::begin(&manifest, overwrite).map_err(|error| refused(&error))?;
+    let progress = Progress::new(chosen.len(), "answers", true);
+    for outcome in &chosen {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure {
+                message: "interrupted; no file was written".into(),
+                status: INTERRUPTED,
+            });
+        }
+        progress.step();
+        let Some(run) = store.run(outcome.run).map_err(Failure::input)? else {
+            // It is gone meanwhile.
+            continue;
+        };
+        let line = examples.line(&rules, &run).map_err(Failure::input)?;
+        if let Some(line) = line {
+            let part = match rules.part(&outcome.scenario) {
+                SplitPart::Dev => &mut parts[0],
+                SplitPart::Test => &mut parts[1],
+            };
+            part.write(&line, outcome)?;
+        }
+    }
+    drop(progress);
+    let lines = parts.iter().map(|part| part.runs.len());
+    let [train, validation] = [lines.clone().next(), lines.clone().nth(1)].map(Option::unwrap_or_default);
+    let written = parts.iter().flat_map(|part| part.runs.iter().copied());
+    let provenance = Provenance::of_runs(store, &written.collect()).map_err(Failure::input)?;
+    let score_note = known
+        .scores
+        .is_some()
+        .then(|| note_on_score(&ways(&chosen), None))
+        .flatten();
+    let document = ChatManifest {
+        schema_version: json::SCHEMA_VERSION,
+        truth: words,
+        allowed_wrong_claims: rules.wrong_claims,
+        reasoning_form: rules.reasoning.name(),
+        validation_share: rules.split.test,
+        split_seed: rules.split.seed,
+        left_out: examples
+            .left_out
+            .iter()
+            .map(|(why, count)| (why.name(), *count))
+            .collect(),
+        notes: score_note.into_iter().chain(unchecked.clone()).collect(),
+        provenance,
+        files: parts
+            .into_iter()
+            .map(Part::finish)
+            .collect::<Result<_, _>>()?,
+    };
+    save_manifest(manifest, &document)?;
+    locked.say("exports");
+    say_left_out(&examples, unchecked.as_deref());
+    output::say(&format!(
+        "{} for training and {} for validation in {}",
+        output::counted(train, "example"),
+        validation,
+        folder.display()
+    ));
+    Ok(())
+}
+
+/// How these were asked, as far as their descriptions matter.
+fn ways(runs: &[&Run]) -> Vec<crate::evaluation::PromptConfig> {
+    let way = |run: &&Run| crate::evaluation::PromptConfig {
+        task: run.task,
+        frame: crate::description::Frame::parse(&run.frame),
+        techniques: None,
+        model: run.model.clone(),
+        settings: crate::evaluation::AxisValues::default(),
+        template: None,
+    };
+    runs.iter().map(way).collect()
+}
+
+fn save_manifest(file: NewFile, document: &ChatManifest) -> Outcome {
+    let text = serde_json::to_string_pretty(document).map_err(Failure::input)?;
+    let mut file = file;
+    let done = file.write_all(format!("{}\n", escaped_json_lines(&text)).as_bytes());
+    done.map_err(|error| Failure::system("manifest.json", &error))?;
+    file.finish().map_err(Failure::input)
+}
+
+/// Escaped line by line: the line breaks between keys stay.
+fn escaped_json_lines(text: &str) -> String {
+    let lines: Vec<String> = text.lines().map(escaped_json).collect();
+    lines.join("\n")
+}
+
+/// Says how many answers were left out, and why.
+fn say_left_out(examples: &Examples, unchecked: Option<&str>) {
+    for (why, count) in &examples.left_out {
+        let answers = output::counted(*count, "answer");
+        output::say(&format!("nearmiss: left out {answers} {}", why.words()));
+    }
+    if let Some(words) = unchecked {
+        output::say(&format!("nearmiss: {words}"));
+    }
+}
+
+impl Part {
+    fn begin(folder: &Path, name: &str, overwrite: bool) -> Result<Self, Failure> {
+        let path = folder.join(name);
+        let file = NewFile::begin(&path, overwrite).map_err(|error| refused(&error))?;
+        Ok(Self {
+            path,
+            file: BufWriter::new(file),
+            hash: Sha256::new(),
+            runs: Vec::new(),
+            scenarios: std::collections::BTreeSet::new(),
+        })
+    }
+
+    fn write(&mut self, line: &str, outcome: &Run) -> Outcome {
+        let line = format!("{}\n", escaped_json(line));
+        self.hash.update(&line);
+        self.runs.push(outcome.run);
+        self.scenarios.insert(outcome.scenario.clone());
+        let done = self.file.write_all(line.as_bytes());
+        done.map_err(|error| Failure::system(self.path.display(), &error))
+    }
+
+    fn finish(self) -> Result<ChatFile, Failure> {
+        let whole = self.file.into_inner();
+        let whole = whole
+            .map_err(|error| Failure::system(self.path.display(), &error.into_error()))?;
+        whole.finish().map_err(Failure::input)?;
+        let name = self.path.file_name().unwrap_or_default();
+        Ok(ChatFile {
+            file: name.to_string_lossy().into_owned(),
+            sha256: self
+                .hash
+                .finalize()
+                .iter()
+                .map(|byte| format!("{byte:02x}"))
+                .collect(),
+            run_ids: self.runs.iter().map(|run| run.0).collect(),
+            scenario_names: self.scenarios.into_iter().collect(),
+        })
+    }
+}

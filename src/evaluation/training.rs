@@ -1,0 +1,229 @@
+//! Answers to learn from: which stored answers are right, and how one becomes an example of a chat.
+
+use std::collections::{BTreeMap, HashSet};
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::batch::Split;
+use super::report::Truth;
+use crate::judge;
+use crate::llm::{Message, Role};
+use crate::scenario::Transform;
+use crate::store::{Outcome, Run, RunState, SplitPart};
+use crate::verdict::{Task, Verdict};
+
+/// Why an answer is no example.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum NoExample {
+    /// It answers a task without a yes or no, whose answers nobody can check against a truth.
+    OtherTask,
+    /// The built-in judge gave it, which is asked without words.
+    BuiltIn,
+    /// It is not whole, or has no verdict.
+    NoVerdict,
+    /// The messages that it answers are not known, as of answers recorded with the paper.
+    NoMessages,
+    /// Nothing is known to compare it with.
+    NoTruth,
+    /// Its verdict is wrong.
+    Wrong,
+    /// It says yes, and names none of the obstacles that are truly critical.
+    WrongObstacle,
+    /// Its claims were not checked.
+    Unchecked,
+    /// It makes more wrong claims than are allowed.
+    WrongClaims,
+    /// The same question with the same answer is there already.
+    Duplicate,
+}
+
+impl NoExample {
+    /// In words, for a number of answers.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::OtherTask => "to tasks without a yes or no",
+            Self::BuiltIn => "of the built-in judge",
+            Self::NoVerdict => "without a whole answer or a verdict",
+            Self::NoMessages => "without stored messages",
+            Self::NoTruth => "without a known truth",
+            Self::Wrong => "with a wrong verdict",
+            Self::WrongObstacle => "that name none of the critical obstacles",
+            Self::Unchecked => "with unchecked claims",
+            Self::WrongClaims => "with wrong claims",
+            Self::Duplicate => "that repeat another one",
+        }
+    }
+
+    /// The word for it in a manifest.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OtherTask => "other_task",
+            Self::BuiltIn => "built_in",
+            Self::NoVerdict => "no_verdict",
+            Self::NoMessages => "no_messages",
+            Self::NoTruth => "no_truth",
+            Self::Wrong => "wrong_verdict",
+            Self::WrongObstacle => "wrong_obstacle",
+            Self::Unchecked => "unchecked_claims",
+            Self::WrongClaims => "wrong_claims",
+            Self::Duplicate => "duplicate",
+        }
+    }
+}
+
+/// Where the reasoning of a model stands in an example.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum ReasoningForm {
+    /// Between `<think>` and `</think>` before the answer.
+    #[default]
+    Think,
+    /// Beside the answer, as `reasoning_content`.
+    Field,
+    /// Left out.
+    None,
+}
+
+impl ReasoningForm {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Think => "think",
+            Self::Field => "field",
+            Self::None => "none",
+        }
+    }
+}
+
+/// What makes an answer an example, and how it is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExampleRules {
+    /// So many wrong claims are allowed.
+    pub wrong_claims: u32,
+    /// Where the reasoning stands.
+    pub reasoning: ReasoningForm,
+    /// Which part a scenario's examples are in: its test part is for validation.
+    pub split: Split,
+}
+
+/// One turn of an example.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+struct Turn {
+    role: Role,
+    content: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reasoning_content: Option<String>,
+}
+
+/// A conversation that ends with a right answer.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Example {
+    messages: Vec<Turn>,
+}
+
+/// The examples so far, and what was left out.
+#[derive(Debug, Default)]
+pub struct Examples {
+    seen: HashSet<[u8; 32]>,
+    /// How many answers were left out, by the first reason.
+    pub left_out: BTreeMap<NoExample, usize>,
+}
+
+impl ExampleRules {
+    /// Why an answer is no example, as far as can be told without its texts.
+    #[must_use]
+    pub fn refuses(&self, outcome: &Outcome, truth: &Truth) -> Option<NoExample> {
+        if !Task::VERDICTS.contains(&outcome.task) {
+            return Some(NoExample::OtherTask);
+        }
+        if outcome.model == judge::MODEL {
+            return Some(NoExample::BuiltIn);
+        }
+        let verdict = outcome.verdict.as_deref();
+        let verdict = verdict.and_then(|json| serde_json::from_str::<Verdict>(json).ok());
+        let Some(verdict) = verdict.filter(|_| outcome.state == RunState::Answered) else {
+            return Some(NoExample::NoVerdict);
+        };
+        let Some((label, critical)) = truth.known(outcome) else {
+            return Some(NoExample::NoTruth);
+        };
+        if verdict.dangerous != label.collides() {
+            return Some(NoExample::Wrong);
+        }
+        let names_one = || verdict.danger().iter().any(|id| critical.contains(id));
+        if verdict.dangerous && !critical.is_empty() && !names_one() {
+            return Some(NoExample::WrongObstacle);
+        }
+        match outcome.claims.known() {
+            None => Some(NoExample::Unchecked),
+            Some([_, wrong, _]) if wrong > self.wrong_claims => Some(NoExample::WrongClaims),
+            Some(_) => None,
+        }
+    }
+
+    /// The part that the examples of a scenario are in, changed or not.
+    #[must_use]
+    pub fn part(&self, scenario: &str) -> SplitPart {
+        self.split.part(Transform::of_name(scenario).0)
+    }
+
+    fn example(&self, run: &Run) -> Option<Example> {
+        let asked: Vec<Message> = serde_json::from_str(&run.question.messages).ok()?;
+        if !asked.iter().any(|message| message.role == Role::User) {
+            return None;
+        }
+        let reasoning = run.reasoning.trim();
+        let answer = run.answer.trim();
+        let content = match self.reasoning {
+            ReasoningForm::Think if !reasoning.is_empty() => {
+                format!("<think>\n{reasoning}\n</think>\n\n{answer}")
+            }
+            _ => answer.to_string(),
+        };
+        let beside = self.reasoning == ReasoningForm::Field && !reasoning.is_empty();
+        let mut messages: Vec<Turn> = asked.into_iter().map(Turn::from).collect();
+        messages.push(Turn {
+            role: Role::Assistant,
+            content,
+            reasoning_content: beside.then(|| reasoning.to_string()),
+        });
+        Some(Example { messages })
+    }
+}
+
+impl From<Message> for Turn {
+    fn from(message: Message) -> Self {
+        Self {
+            role: message.role,
+            content: message.content,
+            reasoning_content: None,
+        }
+    }
+}
+
+impl Examples {
+    /// Counts an answer that is left out.
+    pub fn leave_out(&mut self, why: NoExample) {
+        *self.left_out.entry(why).or_default() += 1;
+    }
+
+    /// The example that a run is, as one line of JSON; nothing, and counted, where it is none or repeats another one.
+    ///
+    /// # Errors
+    /// It cannot be written as JSON.
+    pub fn line(&mut self, rules: &ExampleRules, run: &Run) -> serde_json::Result<Option<String>> {
+        let Some(example) = rules.example(run) else {
+            self.leave_out(NoExample::NoMessages);
+            return Ok(None);
+        };
+        let line = serde_json::to_string(&example)?;
+        if !self.seen.insert(Sha256::digest(&line).into()) {
+            self.leave_out(NoExample::Duplicate);
+            return Ok(None);
+        }
+        Ok(Some(line))
+    }
+}
