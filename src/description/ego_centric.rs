@@ -2,8 +2,8 @@
 
 use super::lanes::Lanes;
 use super::motion_words;
-use super::overview;
 use super::options::{Form, Moment, Options, everyone};
+use super::overview;
 use super::parts::{NO_EGO, ego_moves, heading, name_and_place, no_obstacles, sizes};
 use super::seen::Seen;
 use super::table::{self, Cell, Column, column};

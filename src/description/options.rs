@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::{Frame, overview};
 use super::writer::written;
+use super::{Frame, overview};
 use crate::metrics::MeasureList;
 use crate::scenario::{Motion, Participant, Scene, Window};
 
@@ -220,4 +220,35 @@ pub(super) fn everyone<'a>(
     let all = described.iter().flat_map(|moment| &moment.near);
     let first = all.filter(|(participant, _)| seen.insert(participant.obstacle.id));
     first.map(|(participant, _)| *participant).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_window_has_no_more_times_than_wanted_and_always_its_last() {
+        for (steps, stride, most, wanted) in [
+            (150, 1, None, 150),
+            (150, 1, Some(30), 30),
+            (151, 1, Some(30), 26),
+            (30, 1, Some(30), 30),
+            (10, 1, Some(30), 10),
+            (150, 10, Some(30), 15),
+            (150, 1, Some(1), 1),
+            (1, 1, Some(30), 1),
+        ] {
+            let options = Options {
+                stride,
+                most_times: most,
+                ..Options::default()
+            };
+            let window = Window::within(&(0..1000), 500, steps);
+            let described = options.steps(&window);
+            assert_eq!(described.len(), wanted, "{steps} {stride} {most:?}");
+            assert_eq!(described.last(), Some(&500));
+            let spacing = options.spacing(&window) as i64;
+            assert!(described.windows(2).all(|two| two[1] - two[0] == spacing));
+        }
+    }
 }

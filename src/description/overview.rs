@@ -27,7 +27,10 @@ pub(super) fn came_near<'a>(
     let everyone = scene.participants().filter(wanted);
     let mut found: Vec<_> = everyone.filter_map(|p| Some((first(&p)?, p))).collect();
     found.sort_by_key(|(step, _)| *step);
-    found.into_iter().map(|(_, participant)| participant).collect()
+    found
+        .into_iter()
+        .map(|(_, participant)| participant)
+        .collect()
 }
 
 /// The steps at which these obstacles are nearest to the ego in a window, body to body, in order, each with those that

@@ -171,12 +171,10 @@ pub enum AskError {
 async fn ready(question: &Question, judge: &Judge) -> Result<(), AskError> {
     match judge {
         Judge::Reference if Task::VERDICTS.contains(&question.case.task) => Ok(()),
-        Judge::Reference => Err(AskError::Refused(
-            format!(
-                "the built-in judge answers {} only; choose a model",
-                Task::names(&Task::VERDICTS)
-            ),
-        )),
+        Judge::Reference => Err(AskError::Refused(format!(
+            "the built-in judge answers {} only; choose a model",
+            Task::names(&Task::VERDICTS)
+        ))),
         // Each question has its answer or not.
         Judge::Recorded(_) => Ok(()),
         Judge::Model(model) => {

@@ -95,3 +95,58 @@ pub fn note_on_score<'a>(
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn moments(all: &[(i64, u8, i64)]) -> CriticalMoments {
+        let at = |&(step, score, obstacle): &(i64, u8, i64)| ScoreAt {
+            step,
+            score,
+            obstacle,
+        };
+        CriticalMoments(all.iter().map(at).collect())
+    }
+
+    #[test]
+    fn a_window_is_critical_if_an_extreme_moment_follows_within_the_horizon() {
+        let found = moments(&[(30, 1, 7), (31, 0, 8), (31, 1, 7), (60, 1, 9)]);
+        let hit = |id, critical: &[i64]| (Label::Collision(Some(id)), critical.to_vec());
+        assert_eq!(found.of_recording(), hit(7, &[7, 8, 9]));
+        assert_eq!(found.first_step(), Some(30));
+        let after = |last| found.after(&Window::within(&(0..100), last, 10), 1.0, 0.1);
+        assert_eq!(after(19), (Label::Safe, vec![]), "eleven steps before");
+        assert_eq!(after(20), hit(7, &[7]));
+        assert_eq!(after(25), hit(7, &[7, 8]));
+        assert_eq!(after(31), (Label::Safe, vec![]), "the present is past");
+        assert_eq!(after(55), hit(9, &[9]));
+        assert_eq!(moments(&[]).of_recording(), (Label::Safe, vec![]));
+    }
+
+    #[test]
+    fn only_the_metrics_frame_with_the_risk_score_tells_the_truth() {
+        let way = |task, frame| PromptConfig {
+            task,
+            frame: Some(frame),
+            techniques: None,
+            model: "lab/a".into(),
+            settings: crate::evaluation::AxisValues::default(),
+            template: None,
+        };
+        let metrics = way(Task::Safety, Frame::Metrics);
+        let with = MeasureList::parse("ttc,risk").unwrap();
+        let without = MeasureList::parse("ttc").unwrap();
+        assert!(says_the_score(&metrics, None));
+        assert!(says_the_score(&metrics, Some(&with)));
+        assert!(!says_the_score(&metrics, Some(&without)));
+        assert!(!says_the_score(&way(Task::Safety, Frame::Ego), None));
+        let recording = way(Task::Recording, Frame::Metrics);
+        assert!(!says_the_score(&recording, None));
+        assert!(says_the_score(&recording, Some(&with)));
+        assert_eq!(note_on_score([&recording], None), None);
+        let note = note_on_score([&recording, &metrics], Some(&with)).unwrap();
+        assert!(note.contains("safety and recording task"), "{note}");
+    }
+}

@@ -75,7 +75,7 @@ impl NoExample {
 }
 
 /// Where the reasoning of a model stands in an example.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ReasoningForm {
     /// Between `<think>` and `</think>` before the answer.
     #[default]
@@ -87,6 +87,9 @@ pub enum ReasoningForm {
 }
 
 impl ReasoningForm {
+    /// Every form.
+    pub const ALL: [Self; 3] = [Self::Think, Self::Field, Self::None];
+
     /// The word for it.
     #[must_use]
     pub fn name(self) -> &'static str {

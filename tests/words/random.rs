@@ -28,6 +28,8 @@ fn options() -> impl Strategy<Value = Options> {
             radius,
             precision,
             stride,
+            most_times: None,
+            nearest: false,
             form: if compact { Form::Compact } else { Form::Prose },
             obstacle: obstacle.map(|n| n as i64),
         })

@@ -13,12 +13,7 @@ use crate::scenario::Scene;
 use crate::verdict::Task;
 use crate::workflow::batch::BuiltInAnswers;
 
-pub(super) fn run(
-    arguments: &Evaluate,
-    task: Task,
-    truth: &Truth,
-    entries: &[Entry],
-) -> Outcome {
+pub(super) fn run(arguments: &Evaluate, task: Task, truth: &Truth, entries: &[Entry]) -> Outcome {
     let (judge, others): (fn(&Scene, &Thresholds) -> Judgement, _) = match task {
         Task::Recording => (judge_recording, "CSV, layout or score:paper"),
         _ => (judge_collision, "CSV or layout"),

@@ -11,7 +11,8 @@ use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::path_of;
 use crate::evaluation::windows::{MATCHED_ON, Recording, SampledWindow};
 use crate::evaluation::{
-    Alarms, Candidate, Confusion, CriticalMoments, Labelled, Lead, Naming, Predictions, Scored, Setting,
+    Alarms, Candidate, Confusion, CriticalMoments, Labelled, Lead, Naming, Predictions, Scored,
+    Setting,
 };
 use crate::formats::Entry;
 use crate::verdict::Task;
@@ -53,11 +54,12 @@ pub(super) fn run(
 fn judged(setting: &Setting, truth: &Truth, entries: &[Entry]) -> Result<Judged, Failure> {
     let thresholds = &*setting.thresholds;
     let known = built_in((Task::Safety, thresholds), truth, entries, |entry, case| {
-        let recording = match truth.known.convention() {
-            Some(convention) => CriticalMoments::new(convention, case.scene, thresholds)
-                .recording(&entry.name, case.scene, setting.radius),
-            None => Recording::new(&entry.name, case, setting.radius),
-        };
+        let recording =
+            match truth.known.convention() {
+                Some(convention) => CriticalMoments::new(convention, case.scene, thresholds)
+                    .recording(&entry.name, case.scene, setting.radius),
+                None => Recording::new(&entry.name, case, setting.radius),
+            };
         (path_of(entry), recording)
     })?;
     let (paths, recordings): (Vec<String>, Vec<Recording>) =

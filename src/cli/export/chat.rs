@@ -1,6 +1,6 @@
 //! Examples for fine-tuning: right answers as chats, in a file for training, one for validation, and a manifest.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -16,18 +16,24 @@ use crate::cli::output::refused;
 use crate::cli::progress::Progress;
 use crate::cli::report::{claims, truth};
 use crate::cli::{Failure, Outcome, json, output};
-use crate::description::escaped_json;
+use crate::description::{Frame, escaped_json};
 use crate::evaluation::batch::Split;
 use crate::evaluation::report::stored;
-use crate::evaluation::{ExampleRules, Examples, Provenance, ReasoningForm, note_on_score};
+use crate::evaluation::{
+    AxisValues, ExampleRules, Examples, PromptConfig, Provenance, ReasoningForm, note_on_score,
+};
 use crate::store::{Outcome as Run, RunId, SplitPart, Store};
-use crate::system::NewFile;
+use crate::system::{NewFile, unknown};
 
 /// Options of `--format chat`.
 #[derive(Debug, clap::Args)]
 pub struct ChatOptions {
     /// Chat: what answers are compared with, as `report --truth` takes it [default: batch,auto].
-    #[arg(long, value_delimiter = ',', value_name = "CSV|batch|auto|score|FOLDER")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "CSV|batch|auto|score|FOLDER"
+    )]
     truth: Vec<PathBuf>,
     /// Chat: keep answers with up to so many wrong claims [default: 0].
     #[arg(long, value_name = "N")]
@@ -40,7 +46,7 @@ pub struct ChatOptions {
     split_seed: Option<u64>,
     /// Chat: where the reasoning of models stands: in <think> before the answer, in the field reasoning_content, or
     /// nowhere [default: think].
-    #[arg(long, value_enum, value_name = "FORM")]
+    #[arg(long, value_name = "think|field|none", value_parser = form)]
     reasoning: Option<ReasoningForm>,
 }
 
@@ -49,6 +55,12 @@ fn share(text: &str) -> Result<f64, String> {
         Ok(share) if (0.0..1.0).contains(&share) => Ok(share),
         _ => Err("expected a share from 0 to below 1".into()),
     }
+}
+
+fn form(word: &str) -> Result<ReasoningForm, String> {
+    let all = ReasoningForm::ALL;
+    let found = all.into_iter().find(|form| form.name() == word);
+    found.ok_or_else(|| unknown("form", word, all.map(ReasoningForm::name)))
 }
 
 impl ChatOptions {
@@ -125,7 +137,7 @@ struct Part {
     file: BufWriter<NewFile>,
     hash: Sha256,
     runs: Vec<RunId>,
-    scenarios: std::collections::BTreeSet<String>,
+    scenarios: BTreeSet<String>,
 }
 
 /// Writes the examples among these runs into a folder.
@@ -203,8 +215,7 @@ pub fn run(
         }
     }
     drop(progress);
-    let lines = parts.iter().map(|part| part.runs.len());
-    let [train, validation] = [lines.clone().next(), lines.clone().nth(1)].map(Option::unwrap_or_default);
+    let [train, validation] = [parts[0].runs.len(), parts[1].runs.len()];
     let written = parts.iter().flat_map(|part| part.runs.iter().copied());
     let provenance = Provenance::of_runs(store, &written.collect()).map_err(Failure::input)?;
     let score_note = known
@@ -244,21 +255,20 @@ pub fn run(
 }
 
 /// How these were asked, as far as their descriptions matter.
-fn ways(runs: &[&Run]) -> Vec<crate::evaluation::PromptConfig> {
-    let way = |run: &&Run| crate::evaluation::PromptConfig {
+fn ways(runs: &[&Run]) -> Vec<PromptConfig> {
+    let way = |run: &&Run| PromptConfig {
         task: run.task,
-        frame: crate::description::Frame::parse(&run.frame),
+        frame: Frame::parse(&run.frame),
         techniques: None,
         model: run.model.clone(),
-        settings: crate::evaluation::AxisValues::default(),
+        settings: AxisValues::default(),
         template: None,
     };
     runs.iter().map(way).collect()
 }
 
-fn save_manifest(file: NewFile, document: &ChatManifest) -> Outcome {
+fn save_manifest(mut file: NewFile, document: &ChatManifest) -> Outcome {
     let text = serde_json::to_string_pretty(document).map_err(Failure::input)?;
-    let mut file = file;
     let done = file.write_all(format!("{}\n", escaped_json_lines(&text)).as_bytes());
     done.map_err(|error| Failure::system("manifest.json", &error))?;
     file.finish().map_err(Failure::input)
@@ -290,7 +300,7 @@ impl Part {
             file: BufWriter::new(file),
             hash: Sha256::new(),
             runs: Vec::new(),
-            scenarios: std::collections::BTreeSet::new(),
+            scenarios: BTreeSet::new(),
         })
     }
 
@@ -305,8 +315,8 @@ impl Part {
 
     fn finish(self) -> Result<ChatFile, Failure> {
         let whole = self.file.into_inner();
-        let whole = whole
-            .map_err(|error| Failure::system(self.path.display(), &error.into_error()))?;
+        let whole =
+            whole.map_err(|error| Failure::system(self.path.display(), &error.into_error()))?;
         whole.finish().map_err(Failure::input)?;
         let name = self.path.file_name().unwrap_or_default();
         Ok(ChatFile {

@@ -17,7 +17,7 @@ use super::output::{self, Encoded, OutputFile, TableWriter, format_of, written};
 use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::evaluation::{AnswerState, Provenance};
-use crate::store::Run;
+use crate::store::{Filter, Outcome as StoredAnswer, Run};
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
@@ -170,7 +170,19 @@ fn chats(arguments: &Export) -> Outcome {
         false => store_to_read()?,
     };
     let filter = arguments.filters.filter(arguments.words.clone());
-    let runs = store.outcomes(&filter).map_err(Failure::input)?;
+    let runs = match &filter.batch {
+        None => store.outcomes(&filter).map_err(Failure::input)?,
+        // With answers that were asked for elsewhere.
+        Some(_) => {
+            let mut numbers = store.numbers(&filter).map_err(Failure::input)?;
+            let batches = batches::chosen(&store, &filter)?;
+            batches::add_answers(&store, &batches, &mut numbers)?;
+            numbers.sort_unstable();
+            let all = store.outcomes(&Filter::default()).map_err(Failure::input)?;
+            let chosen = |run: &StoredAnswer| numbers.binary_search(&run.run).is_ok();
+            all.into_iter().filter(chosen).collect()
+        }
+    };
     let numbers = runs.iter().map(|run| run.run);
     let locked = arguments.unlock.locked(&store, numbers)?;
     let place = (arguments.output.file(), arguments.output.overwrite());

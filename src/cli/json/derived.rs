@@ -7,7 +7,8 @@ use serde_json::Value;
 
 use super::with_old_names;
 use crate::cli::{
-    batches, describe, doctor, evaluate, experiment, export, generate, import, inspect, metrics, prompt,
+    batches, describe, doctor, evaluate, experiment, export, generate, import, inspect, metrics,
+    prompt,
 };
 use crate::cli::{index, prompts, runs, sample, themes_and_keys};
 use crate::evaluation::Standing;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::{AnyReport, Format, ReportArguments, answers as answers_page, claims, pivot};
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{
-    self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit,
-    TruthSource, UnjudgedScenario, beside_the_judge,
+    self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit, TruthSource,
+    UnjudgedScenario, beside_the_judge,
 };
 use crate::evaluation::report::{
     AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, Varied,
@@ -173,7 +173,10 @@ fn read(
     notes.extend(more.iter().cloned());
     if matches!(spec.truth, TruthSource::Score(_)) {
         let measures = spec.matrix.request.measures;
-        notes.extend(note_on_score(scored.iter().map(|one| &one.way), measures.as_ref()));
+        notes.extend(note_on_score(
+            scored.iter().map(|one| &one.way),
+            measures.as_ref(),
+        ));
     }
     let described = described(spec);
     notes.push(output::visible(&spec.asked_words(described.as_ref())));

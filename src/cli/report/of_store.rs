@@ -86,7 +86,10 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     notes.extend(notices);
     notes.extend(unchecked);
     if truth.scores.is_some() {
-        notes.extend(note_on_score(stored.scored.iter().map(|one| &one.way), None));
+        notes.extend(note_on_score(
+            stored.scored.iter().map(|one| &one.way),
+            None,
+        ));
     }
     if !stored.scored.iter().any(|one| one.reference.is_some()) {
         notes.push(

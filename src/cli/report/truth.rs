@@ -84,9 +84,9 @@ pub fn score(sources: &[PathBuf]) -> Result<Option<RiskConvention>, Failure> {
     };
     let other = |source: &&PathBuf| score_of(source).is_none() && !source.is_dir();
     match sources.iter().find(other) {
-        _ if scores.next().is_some() => Err(Failure::input(
-            "--truth: use one of score and score:paper",
-        )),
+        _ if scores.next().is_some() => {
+            Err(Failure::input("--truth: use one of score and score:paper"))
+        }
         Some(other) => Err(Failure::input(format!(
             "--truth score stands alone or with folders of scenarios; remove {}",
             other.display()

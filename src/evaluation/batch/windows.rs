@@ -264,7 +264,8 @@ impl WindowSource<'_> {
             let scene = self.builder.open(entry).ok()?.scene;
             let recording = match score {
                 Some(convention) => {
-                    let moments = CriticalMoments::new(convention, &scene, self.builder.thresholds());
+                    let moments =
+                        CriticalMoments::new(convention, &scene, self.builder.thresholds());
                     moments.recording(&entry.name, &scene, radius)
                 }
                 None => {

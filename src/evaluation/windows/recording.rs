@@ -39,7 +39,9 @@ impl Recording {
         let steps = scene.steps();
         let everyone: Vec<Participant<'_>> = scene.participants().collect();
         let touched = |step: i64| {
-            let touched = everyone.iter().filter(move |other| touch(scene, other, step));
+            let touched = everyone
+                .iter()
+                .filter(move |other| touch(scene, other, step));
             touched.map(move |other| (step, other.obstacle.id))
         };
         let touches = steps.clone().flat_map(touched).collect();

@@ -212,14 +212,14 @@ fn what_may_have_been_sent_is_not_called_unsent() {
 }
 
 #[test]
-fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
+fn the_task_goes_round_all_five_and_answers_to_each_are_shown() {
     use crate::verdict::{
         AttackerChoice, Manoeuvre, ManoeuvreKind, Motion, NewMotion, ObstacleRisk, ParseQuality,
         ParsedAnswer, Reading, Task,
     };
     let mut bench = Bench::bundled();
     let mut tasks = Vec::new();
-    for _ in 0..4 {
+    for _ in Task::ALL {
         bench.press("space a t");
         tasks.push(bench.model.task);
         assert!(
@@ -236,18 +236,32 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
         tasks,
         [
             Task::Safety,
+            Task::Recording,
             Task::Attacker,
             Task::Trajectory,
             Task::Collision
         ]
     );
-    bench.press("space a t space a t r");
+    bench.press("space a t space a t");
+    let frame = bench.frame(200, 60);
+    // The built-in judge looks at every step, wherever the clock stands.
+    for words in ["high risk", "all"] {
+        assert!(frame.contains(words), "{words}\n{frame}");
+    }
+    let asked = bench.model.prompt.question.as_ref().unwrap();
+    let scene = bench.model.scene().unwrap();
+    let window = asked.case.window;
+    assert_eq!(
+        (window.first(), window.last()),
+        (scene.steps().start, scene.last_step())
+    );
+    bench.press("space a t r");
     assert!(
         bench
             .model
             .toasts
             .iter()
-            .any(|t| t.text.contains("collision and safety only"))
+            .any(|t| t.text.contains("collision, safety or recording only"))
     );
     bench.frame(120, 40);
     bench.model.model = "lab/small".into();

@@ -204,7 +204,10 @@ fn what_is_counted_can_be_chosen() {
     press(&mut kept, "t");
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Recorded);
     assert_eq!(counts(&kept, 0)[4], 2, "two scenarios are not in the list");
-    press(&mut kept, "t b shift-g enter");
+    press(&mut kept, "t");
+    let score = TruthChoice::Score(crate::metrics::RiskConvention::Exact);
+    assert_eq!(kept.bench.model.results.truth, score);
+    press(&mut kept, "t t b shift-g enter");
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Usual);
     press(&mut kept, "esc space o r");
     assert_eq!(

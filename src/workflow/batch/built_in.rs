@@ -146,7 +146,9 @@ impl BuiltInRequest<'_> {
             (Task::Recording, _) => {
                 let about = (entry, Some(scene));
                 let window = (&Window::whole(scene), 0.0);
-                let told = self.truth.of_question(self.task, about, window, self.thresholds);
+                let told = self
+                    .truth
+                    .of_question(self.task, about, window, self.thresholds);
                 let label = told.map_or(Label::Safe, |(label, _)| label);
                 Labelled {
                     scene,
