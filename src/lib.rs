@@ -75,6 +75,8 @@
 //! | page of answers in HTML reports | `evaluation/answer_page/`; its texts and pictures: `workflow/answer_page.rs` |
 //! | tables over axes | `evaluation/report/pivot/` |
 //! | figures of reports | `evaluation/report/charts.rs`, drawn by `render/chart/` |
+//! | whole recordings: safe or of high risk | `judge/recording.rs`; truth by risk score: `evaluation/score.rs` |
+//! | chats for fine-tuning | which answers: `evaluation/training.rs`; files: `cli/export/chat.rs` |
 //! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/update/experiment.rs` |
 //! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts/` |
 //! | gate: may a changed motion be written | [`generation::Gate`] |

@@ -16,6 +16,8 @@ mod bundled_parts;
 mod bundles;
 #[path = "cli/bundles_refused.rs"]
 mod bundles_refused;
+#[path = "cli/chats.rs"]
+mod chats;
 #[path = "cli/claims.rs"]
 mod claims;
 #[path = "cli/convert.rs"]
@@ -88,6 +90,8 @@ mod protobuf;
 mod ratings;
 #[path = "cli/reading.rs"]
 mod reading;
+#[path = "cli/recordings.rs"]
+mod recordings;
 #[path = "cli/refused.rs"]
 mod refused;
 #[path = "cli/remote.rs"]

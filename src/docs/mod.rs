@@ -67,6 +67,8 @@ topics! {
         "Slurm job arrays, and parts of an experiment asked by several persons";
     store, "store", "store.md", ["runs", "ratings", "export", "import"],
         "Every run: nothing is paid for twice; search, export, SQL";
+    fine_tuning, "fine-tuning", "fine-tuning.md", [],
+        "Right answers with checked claims as chats for training";
     configuration, "configuration", "configuration.md", ["doctor"],
         "Configuration and data folders, every key of config.toml, keys and keymaps";
     command_line, "command-line", "command-line.md", ["completions", "man"],

@@ -35,6 +35,7 @@ mod open;
 mod original;
 mod plan;
 mod scenario_filter;
+mod stored_question;
 mod truth;
 mod versions;
 
@@ -65,7 +66,8 @@ pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
 };
-pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, batch_labels};
+pub use stored_question::StoredQuestion;
+pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
 
 pub use versions::{
     ComparedAnswers, SideTotals, VersionChange, VersionComparison, VersionSource, VersionTotals,

@@ -1,6 +1,6 @@
 //! The matrix of a batch: every combination of task, frame, techniques, model and sample, in one fixed order.
 
-use super::question_builder::Ask;
+use super::prepared::Ask;
 use super::variant::Variant;
 use super::windows::BatchWindows;
 use crate::description::{EgoAxes, Form, Frame};

@@ -7,6 +7,7 @@ mod answer_set;
 mod estimate;
 mod matrix;
 mod portable;
+mod prepared;
 mod question_builder;
 mod question_line;
 mod recent;
@@ -29,9 +30,8 @@ pub use answer_set::{
 pub use estimate::{Estimate, Price, Size};
 pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
 pub use portable::numbered;
-pub use question_builder::{
-    Ask, PreparedQuestions, QuestionBuilder, Reading, path_of, question_key,
-};
+pub use prepared::{Ask, PreparedQuestions};
+pub use question_builder::{QuestionBuilder, Reading, path_of, question_key};
 pub use question_line::QuestionLine;
 pub use request_summary::SceneDescriptions;
 pub use scored::{Answers, Relabelled, answers, answers_of_part, label_of, retold, way_of};

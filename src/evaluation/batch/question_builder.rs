@@ -2,26 +2,22 @@
 
 use std::sync::Arc;
 
-use super::estimate::Size;
 use super::matrix::RequestSettings;
 use super::recent::Recent;
-use super::truth::Truth;
 use super::variant::Variant;
-use super::window_facts::facts;
-use super::windows::{AskedWindow, default_window, too_short};
-use crate::evaluation::recorded_answer::has_answer;
+use super::windows::{default_window, too_short};
 use crate::evaluation::request::record;
 use crate::evaluation::windows::{Moment, Recording};
 use crate::evaluation::{
-    AxisValues, Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled, Lead,
-    PromptConfig, Protocol, Question, RunOptions, default_frame, prepare, template,
+    AxisValues, Case, EffectiveSettings, Judge, Label, Labelled, Lead, PromptConfig, Protocol,
+    Question, RunOptions, default_frame, prepare, template,
 };
 use crate::formats::{EgoSelection, Entry, EntryLocation};
 use crate::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Severity, Window};
-use crate::store::{Item, Key, NewItem, Store, StoreError};
+use crate::store::{Item, Key, StoreError};
 use crate::verdict::{Task, Verdict};
 
 /// Shared inputs of all questions in a batch.
@@ -29,9 +25,9 @@ pub struct QuestionBuilder {
     /// The templates.
     library: Library,
     /// Thresholds of the risk scores.
-    thresholds: Arc<Thresholds>,
+    pub(super) thresholds: Arc<Thresholds>,
     /// How all are asked.
-    request: RequestSettings,
+    pub(super) request: RequestSettings,
     /// The ego of scenarios.
     ego: EgoSelection,
     scenes: Recent<String, Result<Reading, String>>,
@@ -48,34 +44,6 @@ pub struct Reading {
     pub scene: Arc<Scene>,
     /// Warnings about its ego.
     pub doubts: Vec<String>,
-}
-
-/// A way of asking and the answers that are wanted of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ask {
-    /// How it is asked.
-    pub way: PromptConfig,
-    /// With which lead, and about which change of the scene.
-    pub variant: Variant,
-    /// What is true about its window, where that was drawn; else the label of the scenario counts.
-    pub truth: Option<AskedWindow>,
-    /// Which of several answers.
-    pub samples: Vec<u32>,
-}
-
-/// The questions about a scenario.
-#[derive(Debug, Default)]
-pub struct PreparedQuestions {
-    /// The questions about it, and what asking them takes; `None` for those that cannot be asked.
-    pub items: Vec<(NewItem, Option<Size>)>,
-    /// Whether its truth is unknown; nothing is asked then.
-    pub unlabelled: bool,
-    /// A label that cannot be of this scenario; nothing is asked then.
-    pub wrong: Option<LabelError>,
-    /// Warnings about it.
-    pub doubts: Vec<String>,
-    /// For each model and values of axes the first question that would be sent to it.
-    pub first: Vec<(String, AxisValues, Arc<Question>)>,
 }
 
 /// Scenes that are kept in memory at once, and questions.
@@ -283,113 +251,6 @@ impl QuestionBuilder {
     ) -> Result<Verdict, String> {
         let window = self.window(entry, scene, way, variant, label)?;
         Ok(judge::judge_under(scene, way.task, &window, &self.thresholds).verdict)
-    }
-
-    /// Makes the questions about a scenario, and sees which answers the store has.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn prepare(
-        &self,
-        entry: &Entry,
-        asks: &[Ask],
-        truth: &Truth,
-        judges: &Judges,
-        store: &Store,
-    ) -> Result<PreparedQuestions, StoreError> {
-        let mut prepared = PreparedQuestions::default();
-        let opened = self.open(entry);
-        let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
-        if let Err(wrong) = truth.fits(entry, scene) {
-            prepared.wrong = Some(wrong);
-            return Ok(prepared);
-        }
-        let label = truth.label(entry, scene);
-        if label.is_none() && truth.leaves_out() {
-            prepared.unlabelled = true;
-            return Ok(prepared);
-        }
-        if let Ok(reading) = &opened {
-            prepared.doubts.clone_from(&reading.doubts);
-        }
-        for ask in asks {
-            let label = ask.truth.as_ref().map_or(label, |truth| Some(truth.label));
-            // Windows of safe scenarios are the same at every lead: one is enough.
-            let another = ask.variant.transform.is_none()
-                && ask.variant.window.is_none()
-                && ask.variant.lead.is_some()
-                && ask.variant.lead != self.request.lead;
-            if another && label == Some(Label::Safe) {
-                continue;
-            }
-            let question = self.question(entry, &ask.way, &ask.variant, label);
-            let judge = &*judges[&ask.way.model].under(&ask.way.settings);
-            let (key, size) = match &question {
-                Ok(question) => (
-                    question_key(question, judge)?,
-                    Some(Size::estimate(question, judge)),
-                ),
-                Err(_) => (None, None),
-            };
-            let (lead, transform) = ask.variant.words();
-            let told = match (&ask.truth, &question) {
-                (Some(truth), _) => Some((truth.label, truth.critical.clone())),
-                (None, Ok(question)) => truth.of_question(
-                    ask.way.task,
-                    (entry, scene),
-                    (&question.case.window, self.horizon()),
-                    &self.thresholds,
-                ),
-                (None, Err(_)) => label.map(|label| (label, label.critical())),
-            };
-            let (label, critical) = told.unzip();
-            let critical = critical.unwrap_or_default();
-            let facts = question
-                .as_ref()
-                .ok()
-                .map(|question| facts(question, critical));
-            for &sample in &ask.samples {
-                let known = match &question {
-                    Ok(question) => has_answer(question, (judge, key.as_ref()), sample, store)?,
-                    Err(why) => Err(why.clone()),
-                };
-                let (stored, unaskable) = (known == Ok(true), known.err());
-                if let (Ok(question), false, None) = (&question, stored, &unaskable)
-                    && !prepared.first.iter().any(|(model, settings, _)| {
-                        *model == ask.way.model && *settings == ask.way.settings
-                    })
-                {
-                    let (model, settings) = (ask.way.model.clone(), ask.way.settings);
-                    prepared.first.push((model, settings, Arc::clone(question)));
-                }
-                let item = NewItem {
-                    path: path_of(entry),
-                    scenario: entry.name.clone(),
-                    scenario_hash: scene.map(|scene| scene.scenario.hash.to_string()),
-                    ego: scene.map(|scene| scene.ego.to_string()),
-                    task: ask.way.task,
-                    frame: ask.way.frame.map(|frame| frame.name().to_string()),
-                    techniques: ask.way.techniques.map(|techniques| techniques.to_string()),
-                    model: ask.way.model.clone(),
-                    sample,
-                    lead: lead.clone(),
-                    transform: transform.clone(),
-                    window: ask.variant.window,
-                    facts: facts.clone(),
-                    scene: None,
-                    key: key.clone(),
-                    collides: label.map(Label::collides),
-                    obstacle: obstacle(label),
-                    unaskable: unaskable.clone(),
-                    settings: ask.way.settings.words(),
-                    split: None,
-                };
-                let size = size.clone().filter(|_| unaskable.is_none());
-                let size = size.map(|size| Size { stored, ..size });
-                prepared.items.push((item, size));
-            }
-        }
-        Ok(prepared)
     }
 }
 

@@ -13,6 +13,7 @@ use crate::evaluation::{default_frame, template};
 use crate::formats::EgoSelection;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Origin};
+use crate::verdict::Task;
 
 /// Everything that determines what a batch asks.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +81,22 @@ impl Spec {
     /// What the truth of its questions is, in words for people.
     #[must_use]
     pub fn truth_words(&self) -> String {
+        let tasks = &self.matrix.tasks;
+        if tasks.iter().all(|task| *task == Task::Recording) {
+            return self.truth.words_of_recordings();
+        }
+        let words = self.words_of_windows();
+        let more = match tasks.contains(&Task::Recording) {
+            true => format!(
+                "; of recordings as a whole, {}",
+                self.truth.words_of_recordings()
+            ),
+            false => String::new(),
+        };
+        format!("{words}{more}")
+    }
+
+    fn words_of_windows(&self) -> String {
         let words = self.truth.words();
         match (self.matrix.request.within, &self.truth) {
             (None, _) => words,

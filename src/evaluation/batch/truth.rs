@@ -120,6 +120,17 @@ impl TruthSource {
         }
     }
 
+    /// What is true of the recording task, in words for people.
+    #[must_use]
+    pub fn words_of_recordings(&self) -> String {
+        let exact = Self::words_of_score(RiskConvention::Exact);
+        match self {
+            Self::Geometry => exact,
+            Self::Layout => format!("collisions by folder, else {exact}"),
+            Self::Score(_) | Self::Files(_) => self.words(),
+        }
+    }
+
     /// In words for people.
     #[must_use]
     pub fn words(&self) -> String {

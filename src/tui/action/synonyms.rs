@@ -50,7 +50,7 @@ pub fn synonyms_of(action: Action) -> &'static str {
         OutsideEditor => "vim helix vscode editor external",
         ChooseTemplate => "prompt version library",
         PromptView => "description diff rendered tokens",
-        ToggleTask => "question collision safety",
+        ToggleTask => "question collision safety recording",
         ToggleFrame => "cartesian ego coordinates",
         ToggleCp => "contextual prompting technique",
         ToggleCot => "chain of thought reasoning technique",
