@@ -2,6 +2,7 @@
 
 use super::ego_centric::{OWN, own, turned};
 use super::lanes::Lanes;
+use super::motion_words::describe_along_lane;
 use super::options::{Form, Moment, Options, everyone};
 use super::overview;
 use super::parts::{NO_EGO, ego_moves, heading, name_and_place, no_obstacles, sizes};
@@ -148,8 +149,19 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
             w.words("distance ")
                 .number("distance", seen.distance)
                 .words(" m; ");
+            let mut moves = String::new();
             match own.as_ref().zip(axes.along(motion)) {
                 Some((own, other)) => {
+                    // Of the numbers as they are written; both d are.
+                    let place = [
+                        w.written("s", other.s - own.s),
+                        w.written("d", other.d) - w.written("d", own.d),
+                    ];
+                    let velocity = [
+                        w.written("v_rel_s", other.velocity.x - own.velocity.x),
+                        w.written("v_rel_d", other.velocity.y - own.velocity.y),
+                    ];
+                    moves = format!(" {}", describe_along_lane(place, velocity));
                     w.words("s ")
                         .number("s", other.s - own.s)
                         .words(" m, d ")
@@ -165,7 +177,7 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
                 }
             }
             turned(w, seen.heading);
-            w.words(".\n");
+            w.words(".").words(&moves).words("\n");
         }
     }
 }

@@ -47,6 +47,34 @@ pub(super) fn describe_motion(w: &Writer, seen: &Seen, contact: bool) -> String 
     format!("{long}; {lat}.")
 }
 
+/// The same along and across the ego's lane, from what is written of it: how far the other is ahead and to the left, and
+/// its relative velocity there.
+pub(super) fn describe_along_lane([s, d]: [f64; 2], [v_s, v_d]: [f64; 2]) -> String {
+    let long = match (sign(s), sign(v_s)) {
+        (0, 0) => "Along the lane it is level with the ego and stays so",
+        (0, 1) => "Along the lane it is level with the ego and moves forward",
+        (0, _) => "Along the lane it is level with the ego and moves backward",
+        (1, -1) => "Ahead along the lane, it comes nearer",
+        (1, 1) => "Ahead along the lane, it draws away",
+        (1, _) => "Ahead along the lane, it stays as far away",
+        (_, 1) => "Behind along the lane, it comes nearer",
+        (_, -1) => "Behind along the lane, it draws away",
+        _ => "Behind along the lane, it stays as far away",
+    };
+    let lat = match (sign(d), sign(v_d)) {
+        (0, 0) => "its centre is in line with the ego's and stays so",
+        (0, 1) => "its centre is in line with the ego's and moves to the left",
+        (0, _) => "its centre is in line with the ego's and moves to the right",
+        (1, -1) => "on the left it comes nearer sideways",
+        (1, 1) => "on the left it moves away sideways",
+        (1, _) => "on the left it keeps its sideways distance",
+        (_, 1) => "on the right it comes nearer sideways",
+        (_, -1) => "on the right it moves away sideways",
+        _ => "on the right it keeps its sideways distance",
+    };
+    format!("{long}; {lat}.")
+}
+
 /// How it moves, without a word of where it is.
 fn moves(v_long: i8, v_lat: i8) -> String {
     let long = match v_long {

@@ -110,7 +110,7 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     let (described, nearest) = ego
         .split_once("The nearest moment of each obstacle")
         .unwrap();
-    assert!((15..=30).contains(&times(described).len()), "{described}");
+    assert!((10..=20).contains(&times(described).len()), "{described}");
     // The bus passes at -3.50 s, between two described times: its nearest moment is told all the same.
     assert!(!times(described).contains(&"-3.50".to_string()));
     assert!(nearest.contains("-3.50,bus 304,"), "{nearest}");

@@ -70,6 +70,8 @@ fn along_the_lane_s_and_d_agree_with_the_gaps() {
             !text.contains("on no lane") && !text.contains("gap lo"),
             "{text}"
         );
+        let moves = "Ahead along the lane, it comes nearer; on the right";
+        assert_eq!(text.contains(moves), form == Form::Prose, "{text}");
         let of = |quantity: &str, id: i64| {
             let mut all = spans.iter();
             let found = all.find(|s| {

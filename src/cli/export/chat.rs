@@ -160,6 +160,7 @@ pub fn run(
         )));
     }
     let rules = options.rules();
+    locked.say("exports");
     runs.retain(|run| !locked.has(run.run));
     let sources = match options.truth.is_empty() {
         true => [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec(),
@@ -243,7 +244,6 @@ pub fn run(
             .collect::<Result<_, _>>()?,
     };
     save_manifest(manifest, &document)?;
-    locked.say("exports");
     say_left_out(&examples, unchecked.as_deref());
     output::say(&format!(
         "{} for training and {} for validation in {}",

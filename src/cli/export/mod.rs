@@ -76,6 +76,7 @@ pub fn run(arguments: &Export) -> Outcome {
     let format = match format_of(arguments.format, file, Format::Jsonl, (ENDINGS, known))? {
         Format::Jsonl => output::Format::Json,
         Format::Csv => output::Format::Csv,
+        // Chats are written above.
         Format::Parquet | Format::Chat => output::Format::Parquet,
     };
     format.check(file)?;
