@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use nearmiss::verdict::{
-    CollisionAnswer, CriticalObstacle, ObstacleRisk, ParseQuality, SafetyAnswer, Task, Verdict,
-    parse, read,
+    CollisionAnswer, CriticalObstacle, ObstacleRisk, ParseQuality, RecordingAnswer, SafetyAnswer,
+    Task, Verdict, parse, read,
 };
 use proptest::prelude::*;
 
@@ -67,6 +67,13 @@ fn written(verdict: &Verdict) -> String {
             critical_obstacles,
             probability,
             collision: dangerous,
+        }),
+        Task::Recording => serde_json::to_string_pretty(&RecordingAnswer {
+            justification,
+            obstacles,
+            critical_obstacles,
+            probability,
+            high_risk: dangerous,
         }),
         _ => serde_json::to_string_pretty(&SafetyAnswer {
             justification,

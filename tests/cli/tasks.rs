@@ -107,13 +107,13 @@ fn the_built_in_judge_says_what_it_does_not_answer() {
     let arguments = ["ask", CUT_IN, "--task", "attacker"];
     home.run(&arguments)
         .status(2)
-        .says(&["built-in judge", "collision and safety only"]);
+        .says(&["built-in judge", "collision, safety or recording only"]);
     assert!(home.runs().is_empty());
     let arguments = ["evaluate", CUT_IN, "--task", "attacker"];
     home.run(&arguments)
         .status(2)
-        .says(&["--task attacker", "use collision or safety"]);
+        .says(&["--task attacker", "use collision, safety or recording"]);
     home.run(&["ask", CUT_IN, "--task", "flight"])
         .status(2)
-        .says(&["collision, safety, attacker, trajectory"]);
+        .says(&["collision, safety, recording, attacker, trajectory"]);
 }

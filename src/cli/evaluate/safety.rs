@@ -152,13 +152,18 @@ const BLOCKS: [Block; 5] = [
 ];
 
 fn table(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> String {
+    // What is dangerous: the scenario, its moment, and what follows a dangerous window.
+    let [scenario, moment, follows] = match truth.known.convention() {
+        Some(_) => ["critical scenario", "extreme risk", "extreme risk"],
+        None => ["collision", "overlap", "contact"],
+    };
     let mut text = format!(
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; dangerous ones end the given seconds before \
-         the first\noverlap (end: two steps before the last recorded step), each beside a safe one like it in \
-         position,\ntraffic and speed; dangerous: contact within {} s after the window\nobstacle named: share of \
-         dangerous windows whose obstacle is named\nnames right: share of the named obstacles that collide\ns: horizon in \
+         the first\n{moment} (end: two steps before the last recorded step), each beside a safe one like it in \
+         position,\ntraffic and speed; dangerous: {follows} within {} s after the window\nobstacle named: share of \
+         dangerous windows whose obstacle is named\nnames right: share of the named obstacles that are critical\ns: horizon in \
          seconds; p ≥: probability of contact from which on a window is critical\n",
-        number(answers.collisions(), "collision"),
+        number(answers.collisions(), scenario),
         number(answers.safe(), "safe scenario"),
         truth.words(),
         number(setting.history, "step"),

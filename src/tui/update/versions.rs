@@ -49,7 +49,8 @@ fn unfit(model: &Model) -> Option<String> {
     if !Task::VERDICTS.contains(&model.task) || model.frame == Frame::Trajectory {
         let (task, frame) = (key(Action::ToggleTask), key(Action::ToggleFrame));
         return Some(format!(
-            "prompts are compared for collision and safety only: {task} switches the task, {frame} the frame"
+            "prompts are compared for {} only: {task} switches the task, {frame} the frame",
+            Task::names(&Task::VERDICTS)
         ));
     }
     if model.prompt.file().is_empty() {
