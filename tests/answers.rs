@@ -130,6 +130,7 @@ const SLIPS: [Slip; 15] = [
         [
             "collision",
             "safety_critical",
+            "high_risk",
             "obstacles",
             "id",
             "risk_score",

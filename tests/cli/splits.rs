@@ -358,6 +358,9 @@ fn single_answers_are_left_out(home: &Home) {
             .status(0)
             .says(&["left out 2 answers", "2 runs"]);
     }
+    // Whatever of the others can be an example.
+    run(home, &["export", "--format", "chat", "-o", "chats"])
+        .says(&["left out 2 answers of test splits", "exports them"]);
     assert!(home.rows("SELECT * FROM looks").is_empty());
     // A copy of the store is looked at.
     let copy = Home::new();
