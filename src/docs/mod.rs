@@ -45,6 +45,8 @@ topics! {
         "Language models: keys, addresses, prices, what is refused, what fails";
     evaluation, "evaluation", "evaluation.md", ["evaluate", "batches"],
         "Many scenarios and models: truth, leads, changed scenes, tables";
+    recordings, "recordings", "recordings.md", [],
+        "The task about a whole recording, and risk scores as the truth";
     reports, "reports", "reports.md", ["report"],
         "Tables over any axes, a page to read answers in, figures, LaTeX";
     experiments, "experiments", "experiments.md", [],

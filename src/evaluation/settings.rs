@@ -95,7 +95,7 @@ impl Settings {
                     .stride
                     .or(template.stride.map(usize::from))
                     .unwrap_or(usual.stride),
-                // Who asks for a stride gets it.
+                // An explicit stride holds.
                 most_times: template
                     .times
                     .filter(|_| self.stride.is_none())

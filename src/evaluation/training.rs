@@ -16,7 +16,7 @@ use crate::verdict::{Task, Verdict};
 /// Why an answer is no example.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum NoExample {
-    /// It answers a task without a yes or no, whose answers nobody can check against a truth.
+    /// It answers a task without a yes or no: there is no truth to compare it with.
     OtherTask,
     /// The built-in judge gave it, which is asked without words.
     BuiltIn,

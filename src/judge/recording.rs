@@ -12,7 +12,7 @@ use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 /// Obstacles listed beside those of high risk.
 const MOST_LISTED: usize = 5;
 
-/// The score of no influence, which is said of nobody.
+/// The score of no influence; obstacles that never have a lower one are not listed.
 const NEGLIGIBLE: u8 = 5;
 
 /// Judges the recording task: whether the lowest risk score of all obstacles at all recorded steps of the ego is at

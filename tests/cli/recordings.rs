@@ -114,7 +114,7 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     // The bus passes at -3.50 s, between two described times: its nearest moment is told all the same.
     assert!(!times(described).contains(&"-3.50".to_string()));
     assert!(nearest.contains("-3.50,bus 304,"), "{nearest}");
-    // Whoever asks for a stride gets it.
+    // An explicit stride holds.
     let every = user(&prompt(&["--frame", "ego", "--stride", "1"]));
     assert_eq!(times(every.split_once("The nearest").unwrap().0).len(), 61);
     let metrics = user(&prompt(&["--frame", "metrics"]));
