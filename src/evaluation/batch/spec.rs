@@ -82,7 +82,7 @@ impl Spec {
     #[must_use]
     pub fn truth_words(&self) -> String {
         let tasks = &self.matrix.tasks;
-        if tasks.iter().all(|task| *task == Task::Recording) {
+        if matches!(tasks[..], [Task::Recording]) {
             return self.truth.words_of_recordings();
         }
         let words = self.words_of_windows();
