@@ -13,7 +13,7 @@ use crate::evaluation::recorded_answer::has_answer;
 use crate::evaluation::request::record;
 use crate::evaluation::windows::{Moment, Recording};
 use crate::evaluation::{
-    AxisValues, Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled, Lead,
+    AttackTerms, AxisValues, Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled, Lead,
     PromptConfig, Protocol, Question, RunOptions, default_frame, prepare, template,
 };
 use crate::formats::{EgoSelection, Entry, EntryLocation};
@@ -184,6 +184,7 @@ impl QuestionBuilder {
             options: decided.options,
             thresholds: Arc::clone(&self.thresholds),
             horizon: self.request.within.unwrap_or(Case::HORIZON),
+            attack: AttackTerms::default(),
         };
         prepare(case, &self.library, None).map_err(|e| e.to_string())
     }
