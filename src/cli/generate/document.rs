@@ -127,7 +127,12 @@ pub fn said(authored: &Authored) -> Vec<String> {
         };
         format!("votes for the attacker: {}{tie}", votes.join(", "))
     });
-    let void = authored.choice.votes.iter().filter(|v| v.refused.is_some()).count();
+    let void = authored
+        .choice
+        .votes
+        .iter()
+        .filter(|v| v.refused.is_some())
+        .count();
     let void = (void > 0 && void < authored.choice.votes.len())
         .then(|| format!("{void} of {} votes rejected", authored.choice.votes.len()));
     let differ = authored.agreement().filter(|agreement| !agreement.agrees);

@@ -132,12 +132,14 @@ mod tests {
         let mut document = json!({});
         figures.add_to(&mut document);
         assert_eq!(document["tries"]["first_effective"], 2);
-        let agreement =
-            json!({"compared": 2, "agreed": 1, "share": 0.5, "by_chance": 0.75});
+        let agreement = json!({"compared": 2, "agreed": 1, "share": 0.5, "by_chance": 0.75});
         assert_eq!(document["agreement"], agreement);
         let words = figures.words();
         assert!(words.contains("the same in 1 of 2 scenarios"), "{words}");
-        assert!(words.contains("of 4 conversations, first answers: 4 pass"), "{words}");
+        assert!(
+            words.contains("of 4 conversations, first answers: 4 pass"),
+            "{words}"
+        );
         assert!(words.ends_with("9 requests, 3 answers from the store (counted here, paid before); 99 tokens, 1.5000 USD\n"));
     }
 }

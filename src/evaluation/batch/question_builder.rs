@@ -13,8 +13,8 @@ use crate::evaluation::recorded_answer::has_answer;
 use crate::evaluation::request::record;
 use crate::evaluation::windows::{Moment, Recording};
 use crate::evaluation::{
-    AttackTerms, AxisValues, Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled, Lead,
-    PromptConfig, Protocol, Question, RunOptions, default_frame, prepare, template,
+    AttackTerms, AxisValues, Case, EffectiveSettings, Judge, Judges, Label, LabelError, Labelled,
+    Lead, PromptConfig, Protocol, Question, RunOptions, default_frame, prepare, template,
 };
 use crate::formats::{EgoSelection, Entry, EntryLocation};
 use crate::judge;

@@ -144,7 +144,9 @@ impl AuthorSession<'_> {
         let near = choice.ranked.iter().find(near).copied();
         choice.within = near.map(|_| within);
         let aim = near.unwrap_or(first);
-        choice.votes = self.poll(&aim, choice.within, &choice.ranked, spent).await?;
+        choice.votes = self
+            .poll(&aim, choice.within, &choice.ranked, spent)
+            .await?;
         let counts = choice.tally();
         match counts.first() {
             Some(&(winner, most)) => {
@@ -159,7 +161,8 @@ impl AuthorSession<'_> {
             }
             None => {}
         }
-        let decided = |vote: &&Proposal| choice.by != ChosenBy::Model || vote.taken() == choice.attacker;
+        let decided =
+            |vote: &&Proposal| choice.by != ChosenBy::Model || vote.taken() == choice.attacker;
         choice.proposal = choice.votes.iter().find(decided).cloned();
         Ok(choice)
     }
@@ -270,7 +273,11 @@ impl AuthorSession<'_> {
         let Some(within) = field.within else {
             return Ok(());
         };
-        match field.steps.iter().any(|step| self.is_near(id, *step, within)) {
+        match field
+            .steps
+            .iter()
+            .any(|step| self.is_near(id, *step, within))
+        {
             true => Ok(()),
             false => Err(Refusal::answer(format!(
                 "obstacle {id} is not within {within} m ahead of the ego or beside it at any described time"

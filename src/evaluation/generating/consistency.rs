@@ -82,7 +82,9 @@ impl AuthorSession<'_> {
                 .boxed()
             })
             .collect();
-        let mut asks = stream::iter(asks).buffered(self.author.at_once.max(1)).enumerate();
+        let mut asks = stream::iter(asks)
+            .buffered(self.author.at_once.max(1))
+            .enumerate();
         while let Some((place, answer)) = asks.next().await {
             match answer {
                 Some(Ok(answer)) => {
@@ -126,7 +128,12 @@ impl AuthorSession<'_> {
         scenario.hash = ContentHash::of_parts(parts);
         let scene = Scene::new(Arc::new(scenario), self.scene.ego.clone());
         let from = change.from().unwrap_or(*stage.steps.start());
-        let near = nearest(&scene.scenario, change.obstacle, (stage.footprint, stage.ego), from);
+        let near = nearest(
+            &scene.scenario,
+            change.obstacle,
+            (stage.footprint, stage.ego),
+            from,
+        );
         let before = (BEFORE / stage.dt()).round() as i64;
         let end = near.map_or(attack.rehearsal.step, |near| near.step - before);
         let (task, frame) = (Task::Safety, Frame::Metrics);
@@ -178,7 +185,8 @@ impl Authored {
     /// were both graded and driven against.
     #[must_use]
     pub fn agreement(&self) -> Option<Agreement> {
-        let both = |one: &&AuthoredAttack| one.score().is_some() && one.admitted.attack.effect.is_some();
+        let both =
+            |one: &&AuthoredAttack| one.score().is_some() && one.admitted.attack.effect.is_some();
         let compared: Vec<&AuthoredAttack> = self.attacks.iter().filter(both).collect();
         let cost = |one: &&&AuthoredAttack| one.admitted.attack.cost();
         let order = |one: &AuthoredAttack| (one.source.sample, one.source.retry);
@@ -186,7 +194,9 @@ impl Authored {
             let costs = cost(a).total_cmp(&cost(b));
             costs.then_with(|| order(a).cmp(&order(b)))
         })?;
-        let model = compared.iter().min_by_key(|one| (one.score(), order(one)))?;
+        let model = compared
+            .iter()
+            .min_by_key(|one| (one.score(), order(one)))?;
         (compared.len() > 1).then(|| Agreement {
             model: model.source,
             exact: exact.source,

@@ -76,7 +76,12 @@ fn motion(one: &AuthoredAttack, taken: Option<&AuthoredAttack>) -> Value {
     let effect = attack.effect.as_ref();
     let near = effect.and_then(|effect| {
         let (track, body) = (effect.drive.track(), Road::body_of(&effect.drive.limits));
-        nearest(&effect.scenario, effect.attacker, (&body, &track), effect.from)
+        nearest(
+            &effect.scenario,
+            effect.attacker,
+            (&body, &track),
+            effect.from,
+        )
     });
     let grade = one.grade.as_ref();
     json!({

@@ -109,7 +109,9 @@ fn reaction(track: &Track, before: &Track, from: i64, at: &dyn Fn(i64) -> String
     let slower = pairs
         .iter()
         .max_by(|a, b| (a.2.velocity - a.1.velocity).total_cmp(&(b.2.velocity - b.1.velocity)));
-    if let Some((step, now, then)) = slower.filter(|(_, now, then)| then.velocity - now.velocity > FASTER) {
+    if let Some((step, now, then)) =
+        slower.filter(|(_, now, then)| then.velocity - now.velocity > FASTER)
+    {
         let _ = write!(
             said,
             "; it slowed down to {:.2} m/s at {} (without the attack {:.2} m/s)",
@@ -191,7 +193,9 @@ fn table(track: &Track, from: i64, near: Option<Nearest>, dt: f64) -> String {
     if kept.is_empty() {
         return String::new();
     }
-    let mut text = String::from("\nThe ego's drive against this motion:\nstep,t [s],x [m],y [m],heading [rad],v [m/s]\n");
+    let mut text = String::from(
+        "\nThe ego's drive against this motion:\nstep,t [s],x [m],y [m],heading [rad],v [m/s]\n",
+    );
     for (step, motion) in kept {
         let place = motion.pose.position;
         let _ = writeln!(

@@ -25,7 +25,11 @@ pub(super) fn refused(attacker: i64, refusals: &[Refusal], start: Option<(i64, M
 
 /// What came of the drive, and the renewed request.
 pub(super) fn not_wanted(attacker: i64, drive: &str, start: Option<(i64, Motion)>) -> String {
-    let again = again(attacker, "that is better and still keeps every limit", start);
+    let again = again(
+        attacker,
+        "that is better and still keeps every limit",
+        start,
+    );
     format!("{drive}{again}")
 }
 

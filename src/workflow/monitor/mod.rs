@@ -15,8 +15,8 @@ use super::{AskRequest, PlanError, PlanEvent, PlanOutcome, PreparedPlan, ask};
 use crate::description::Frame;
 use crate::evaluation::batch::{Price, Size};
 use crate::evaluation::{
-    AttackTerms, Case, Event, Judge, JudgeOutcome, Question, RunOptions, Settings, default_frame, prepare,
-    template,
+    AttackTerms, Case, Event, Judge, JudgeOutcome, Question, RunOptions, Settings, default_frame,
+    prepare, template,
 };
 use crate::judge::Judgement;
 use crate::metrics::Thresholds;

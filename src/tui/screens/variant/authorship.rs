@@ -98,7 +98,11 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
 fn votes(choice: &Choice) -> String {
     let counts = choice.tally().into_iter();
     let mut words: Vec<String> = counts.map(|(id, votes)| format!("{id} ×{votes}")).collect();
-    let void = choice.votes.iter().filter(|vote| vote.refused.is_some()).count();
+    let void = choice
+        .votes
+        .iter()
+        .filter(|vote| vote.refused.is_some())
+        .count();
     if void > 0 {
         words.push(format!("{void} rejected"));
     }
@@ -182,7 +186,7 @@ pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: O
         // What goes wrong is often the same every time.
         let again = words == before;
         let said = if again {
-            "x the same".into()
+            format!("{} the same", words.get(..1).unwrap_or("x")).into()
         } else {
             visible(&words)
         };

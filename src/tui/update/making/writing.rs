@@ -77,7 +77,11 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
             asked,
             task,
             requests: requests.len(),
-            counts: (method.votes_for(only), method.motions(), method.most_grades()),
+            counts: (
+                method.votes_for(only),
+                method.motions(),
+                method.most_grades(),
+            ),
             tokens: requests.iter().map(|one| one.question).sum(),
             price,
             reply,
