@@ -2,6 +2,7 @@
 
 mod check;
 mod document;
+mod dry_run;
 mod inputs;
 mod job;
 mod line;
@@ -84,6 +85,9 @@ pub struct GenerateArguments {
     /// Ask the model even if the store has its answer.
     #[arg(long)]
     fresh: bool,
+    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost.
+    #[arg(long, conflicts_with_all = ["output", "report", "check", "json"])]
+    dry_run: bool,
     /// Maximum total cost of all answers in US dollars.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
@@ -228,6 +232,9 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         only: arguments.attacker,
         past,
     };
+    if arguments.dry_run {
+        return dry_run::run(&entries, &wanted);
+    }
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
     let mut job = Job {

@@ -5,6 +5,7 @@ use futures_util::{FutureExt, StreamExt, stream};
 
 use super::super::answer::{Answer, JudgeOutcome};
 use super::super::defaults::default_frame;
+use super::super::question::{CaseError, Question};
 use super::super::settings::Settings;
 use super::{AuthorError, AuthorSession, AuthoringUsage, Progress};
 use crate::generation::attacker::{self, Candidate};
@@ -135,15 +136,10 @@ impl AuthorSession<'_> {
             choice.by = ChosenBy::User;
             return Ok(choice);
         }
-        let within = self.author.method.within;
-        let near = |c: &&Candidate| !c.behind && self.is_near(c.obstacle, c.step, within);
-        let Some(first) = choice.ranked.first().copied() else {
+        let Some((aim, within)) = self.aim(&choice.ranked) else {
             return Ok(choice);
         };
-        // Where none comes near, the choice is among all.
-        let near = choice.ranked.iter().find(near).copied();
-        choice.within = near.map(|_| within);
-        let aim = near.unwrap_or(first);
+        choice.within = within;
         choice.votes = self
             .poll(&aim, choice.within, &choice.ranked, spent)
             .await?;
@@ -167,15 +163,23 @@ impl AuthorSession<'_> {
         Ok(choice)
     }
 
-    /// Asks the model for every vote, about the steps that end where the aim would reach the ego. An error ends the
-    /// poll; it counts only where there is no vote before it.
-    async fn poll(
+    /// The first of a ranking that comes near, ahead of the ego or beside it, and how near; where none does, the choice
+    /// is among all.
+    pub(super) fn aim(&self, ranked: &[Candidate]) -> Option<(Candidate, Option<f64>)> {
+        let within = self.author.method.within;
+        let near = |c: &&Candidate| !c.behind && self.is_near(c.obstacle, c.step, within);
+        match ranked.iter().find(near) {
+            Some(near) => Some((*near, Some(within))),
+            None => ranked.first().map(|first| (*first, None)),
+        }
+    }
+
+    /// The question who attacks, about the steps that end where the aim would reach the ego.
+    pub(super) fn choice_question(
         &self,
         aim: &Candidate,
         within: Option<f64>,
-        ranked: &[Candidate],
-        spent: &mut AuthoringUsage,
-    ) -> Result<Vec<Proposal>, AuthorError> {
+    ) -> Result<Question, CaseError> {
         let task = Task::Attacker;
         let usual = || default_frame(&self.author.library, task);
         let frame = self.author.frame.unwrap_or_else(usual);
@@ -185,7 +189,19 @@ impl AuthorSession<'_> {
             radius: within.or(self.author.settings.radius),
             ..self.author.settings
         };
-        let question = self.question((task, frame), window, settings)?;
+        self.question((task, frame), window, settings)
+    }
+
+    /// Asks the model for every vote. An error counts only where there is no vote.
+    async fn poll(
+        &self,
+        aim: &Candidate,
+        within: Option<f64>,
+        ranked: &[Candidate],
+        spent: &mut AuthoringUsage,
+    ) -> Result<Vec<Proposal>, AuthorError> {
+        let question = self.choice_question(aim, within)?;
+        let window = question.case.window;
         let field = Field {
             steps: question.case.options.steps(&window),
             window,

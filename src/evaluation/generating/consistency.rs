@@ -136,16 +136,23 @@ impl AuthorSession<'_> {
         );
         let before = (BEFORE / stage.dt()).round() as i64;
         let end = near.map_or(attack.rehearsal.step, |near| near.step - before);
+        self.grade_question_about(Arc::new(scene), end.max(from))
+    }
+
+    /// The question about the attacker's risk in a scene, until a step.
+    pub(super) fn grade_question_about(
+        &self,
+        scene: Arc<Scene>,
+        end: i64,
+    ) -> Result<Question, CaseError> {
         let (task, frame) = (Task::Safety, Frame::Metrics);
-        let history = self.history(task, frame)?;
-        let window = Window::ending_at(&scene, end.max(from), history);
+        let window = Window::ending_at(&scene, end, self.history(task, frame)?);
         let settings = Settings {
             obstacle: None,
-            measures: None,
             ..self.author.settings
         };
         let name = format!("{}{CANDIDATE}", self.author.name);
-        self.question_about((name, Arc::new(scene)), (task, frame), window, settings)
+        self.question_about((name, scene), (task, frame), window, settings)
     }
 }
 

@@ -5,6 +5,7 @@
 //! and a stored one is not paid for again. A model's answer becomes an attack only through
 //! [`crate::generation::admit`]; nothing else passes the gate.
 
+mod bound;
 mod choosing;
 mod consistency;
 mod document;
@@ -19,6 +20,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+pub use bound::{Bound, bound};
 pub use choosing::{Choice, ChosenBy, Proposal};
 pub use consistency::{Agreement, Grade, unchanged_name};
 pub use feedback::{Nearest, nearest};

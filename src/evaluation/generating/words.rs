@@ -7,7 +7,7 @@ use crate::scenario::Motion;
 const MOST: usize = 12;
 
 /// Most characters of an answer that are sent back with the reasons: who rambled is not to pay for it twice.
-const ANSWER: usize = 8000;
+pub(super) const ANSWER: usize = 8000;
 
 /// The reasons, and the renewed request. `start` is the recorded state of the obstacle at a step.
 pub(super) fn refused(attacker: i64, refusals: &[Refusal], start: Option<(i64, Motion)>) -> String {

@@ -11,6 +11,7 @@ use super::super::settings::Settings;
 use super::choosing::other_task;
 use super::outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
 use super::{AuthorError, AuthorSession, AuthoringUsage, Progress, feedback, words};
+use crate::generation::attacker::Candidate;
 use crate::generation::{AdmittedAttack, Refusal, admit};
 use crate::scenario::{Motion, Window};
 use crate::verdict::{NewMotion, ParsedAnswer, Task};
@@ -34,7 +35,7 @@ impl AuthorSession<'_> {
         attacker: i64,
         authored: &mut Authored,
     ) -> Result<(), AuthorError> {
-        let question = self.motion_question(attacker, authored)?;
+        let question = self.motion_question(attacker, &authored.choice.ranked)?;
         let samples = 0..self.author.method.samples;
         let talks: Vec<BoxFuture<'_, Conversation>> = samples
             .map(|sample| self.converse(&question, attacker, sample).boxed())
@@ -62,13 +63,16 @@ impl AuthorSession<'_> {
 
     /// The question for a motion, about steps at all of which the attacker is there, until a little after it could be
     /// at the ego.
-    fn motion_question(&self, attacker: i64, authored: &Authored) -> Result<Question, AuthorError> {
+    pub(super) fn motion_question(
+        &self,
+        attacker: i64,
+        ranked: &[Candidate],
+    ) -> Result<Question, AuthorError> {
         let task = Task::Trajectory;
         let frame = default_frame(&self.author.library, task);
         let stage = self.ground.stage;
         let obstacle = self.ground.obstacle(attacker);
         let track = obstacle.map_err(AuthorError::Attacker)?.track().steps();
-        let ranked = &authored.choice.ranked;
         let met = ranked.iter().find(|c| c.obstacle == attacker);
         let met = met.map_or(*stage.steps.end(), |candidate| candidate.step);
         let last = met + (AFTER / stage.dt()).ceil() as i64;
