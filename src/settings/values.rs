@@ -123,7 +123,7 @@ pub(super) const KEYS: [Key; 23] = [
     key(
         "attack_within",
         "expected a number of metres above 0",
-        "30 m, as in the paper",
+        "",
         |config| Some(Value::Float(config.attack_within)),
     ),
     key(
