@@ -6,6 +6,8 @@
 mod bench;
 #[path = "generating/choosing.rs"]
 mod choosing;
+#[path = "generating/driving.rs"]
+mod driving;
 mod support;
 #[path = "generating/writing.rs"]
 mod writing;

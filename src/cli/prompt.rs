@@ -12,7 +12,9 @@ use super::open::{
 use super::span::Span;
 use super::{Failure, Outcome, json, output};
 use crate::description::Frame;
-use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
+use crate::evaluation::{
+    AttackTerms, Case, CaseError, Question, default_frame, prepare, template, validate,
+};
 use crate::llm::Message;
 use crate::prompts::{Fallback, Library, Pack, Problem, Techniques};
 use crate::settings::{Config, Folders};
@@ -76,6 +78,7 @@ impl QuestionArguments {
             thresholds: Arc::new(thresholds),
             scene,
             horizon: Case::HORIZON,
+            attack: AttackTerms::of_style(config.attack_style.as_deref()),
         };
         prepare(case, &library, None).map_err(|error| match &error {
             CaseError::Text(text) => Failure::input(advised(text)),

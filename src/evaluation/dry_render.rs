@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::question::{Case, CaseError, prepare};
+use super::question::{AttackTerms, Case, CaseError, prepare};
 use super::settings::Settings;
 use crate::description::Frame;
 use crate::formats::bundled;
@@ -62,6 +62,7 @@ pub fn dry_render(library: &Library, file: &str) -> Result<(), RenderError> {
             options: decided.options,
             thresholds: Arc::new(Thresholds::shipped().clone()),
             horizon: Case::HORIZON,
+            attack: AttackTerms::default(),
         };
         let draft = Some((file, template.source.as_str()));
         prepare(case, library, draft).map_err(|error| match error {

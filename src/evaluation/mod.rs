@@ -7,6 +7,7 @@ mod answer_case;
 mod answer_outcome;
 mod answer_page;
 mod answer_state;
+mod attacker_values;
 mod axes;
 /// Questions in bulk, resumable, in the store.
 pub mod batch;
@@ -86,7 +87,7 @@ pub use probability::{ProbabilitySource, probability};
 pub use prompt_summary::{TemplateVersion, how};
 pub use protocol::Protocol;
 pub use provenance::Provenance;
-pub use question::{Case, CaseError, Question, prepare, template, window_end};
+pub use question::{AttackTerms, Case, CaseError, Question, prepare, template, window_end};
 pub use rater_agreement::{PersonPair, RaterAgreement};
 pub use regression::{Regression, regressions};
 pub use requirement::{Check, Requirement};

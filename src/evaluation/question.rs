@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::settings::measures_of;
 use super::values::Values;
 use crate::description::{self, Frame, Options};
+use crate::generation::{AttackStyle, Effort};
 use crate::judge::{Criterion, Judgement, judge_under};
 use crate::llm::{Message, Role};
 use crate::metrics::{Context, Thresholds};
@@ -35,6 +36,37 @@ pub struct Case {
     pub thresholds: Arc<Thresholds>,
     /// The horizon of the safety task: a contact within so many seconds after the window is critical.
     pub horizon: f64,
+    /// What an attack has to keep to, as the trajectory task's prompt says it.
+    pub attack: AttackTerms,
+}
+
+/// What an attack has to keep to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AttackTerms {
+    /// How attackers move.
+    pub style: AttackStyle,
+    /// Reaction time of the good driver who has to avoid it, seconds.
+    pub delay: f64,
+}
+
+impl AttackTerms {
+    /// Those of a style by its name; the usual ones where there is no such style.
+    #[must_use]
+    pub fn of_style(name: Option<&str>) -> Self {
+        Self {
+            style: name.and_then(AttackStyle::parse).unwrap_or_default(),
+            ..Self::default()
+        }
+    }
+}
+
+impl Default for AttackTerms {
+    fn default() -> Self {
+        Self {
+            style: AttackStyle::default(),
+            delay: Effort::default().delay,
+        }
+    }
 }
 
 impl Case {

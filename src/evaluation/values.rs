@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::attacker_values::{AttackerValues, LimitValues};
+use super::generating::unchanged_name;
 use super::question::Case;
 use crate::description::{Form, STANDS_FAR, measure_column};
-use crate::generation::{AttackStyle, Capability};
 use crate::metrics::{Danger, MEASURES, Measure, RiskLevel, Thresholds};
 use crate::prompts;
 use crate::scenario::Transform;
@@ -50,6 +51,8 @@ pub(super) struct Values<'a> {
     limits: LimitValues,
     /// What the obstacle that is described can do; none where all are described, or where it does not move by itself.
     attacker: Option<AttackerValues>,
+    /// Reaction time of the good driver who has to avoid the attack, seconds.
+    reaction: f64,
     /// The answer's form in readable JSON, and a line for each of its keys, both told from its schema.
     answer_form: String,
     answer_keys: String,
@@ -117,41 +120,6 @@ struct ThresholdValues {
     source: String,
 }
 
-/// Vehicle capabilities, m/s² and 1/m.
-#[derive(Debug, Serialize)]
-struct LimitValues {
-    acceleration: f64,
-    deceleration: f64,
-    lateral: f64,
-    curvature: f64,
-}
-
-/// What one road user can do, as the gate of changed motions asks it.
-#[derive(Debug, Serialize)]
-struct AttackerValues {
-    /// Between the axles, m.
-    wheelbase: f64,
-    /// Change of the steering angle, rad/s.
-    steering_rate: f64,
-    /// Acceleration along and across together, m/s².
-    friction: f64,
-    /// Change of the acceleration along the heading, m/s³.
-    jerk: f64,
-}
-
-impl AttackerValues {
-    fn of(case: &Case) -> Option<Self> {
-        let obstacle = case.scene.scenario.obstacle(case.options.obstacle?)?;
-        let able = Capability::for_obstacle(obstacle, AttackStyle::default())?;
-        Some(Self {
-            wheelbase: plain(able.limits.wheelbase),
-            steering_rate: plain(able.limits.steering_rate),
-            friction: plain(able.limits.acceleration),
-            jerk: plain(able.jerk),
-        })
-    }
-}
-
 impl<'a> Values<'a> {
     pub fn new(case: &'a Case, description: &'a str, schema: &serde_json::Value) -> Self {
         let (first, last) = (case.window.first(), case.window.last());
@@ -159,6 +127,7 @@ impl<'a> Values<'a> {
         let described = case.options.steps(&case.window);
         let dt = case.scene.scenario.dt();
         let limits = &case.thresholds.limits;
+        let attacker = AttackerValues::of(case);
         let chosen = case.options.measures;
         let told = chosen.map_or(USUAL_CRITICAL.to_vec(), |chosen| chosen.ids());
         let chosen = chosen.into_iter().flat_map(|chosen| chosen.iter());
@@ -184,7 +153,7 @@ impl<'a> Values<'a> {
             ego: case.scene.ego.id,
             obstacle: case.options.obstacle,
             // That a scene was changed is for the store, not for a model.
-            scenario: Transform::of_name(&case.name).0,
+            scenario: Transform::of_name(unchanged_name(&case.name)).0,
             window: WindowValues {
                 first,
                 last,
@@ -200,13 +169,17 @@ impl<'a> Values<'a> {
             risk_levels: &case.thresholds.risk.levels,
             thresholds: critical(&case.thresholds, None),
             critical: critical(&case.thresholds, Some(&told)),
-            limits: LimitValues {
-                acceleration: limits.kick_down,
-                deceleration: limits.full_braking,
-                lateral: limits.evasion,
-                curvature: limits.tightest,
+            limits: match &attacker {
+                Some(able) => able.limits(),
+                None => LimitValues {
+                    acceleration: limits.kick_down,
+                    deceleration: limits.full_braking,
+                    lateral: limits.evasion,
+                    curvature: limits.tightest,
+                },
             },
-            attacker: AttackerValues::of(case),
+            attacker,
+            reaction: plain(case.attack.delay),
             answer_form: prompts::answer_form(schema),
             answer_keys: prompts::answer_keys(schema),
             answer_schema: schema.to_string(),
@@ -236,6 +209,6 @@ fn critical(thresholds: &Thresholds, of: Option<&[&str]>) -> Vec<ThresholdValues
 }
 
 /// Without the dust of binary fractions.
-fn plain(value: f64) -> f64 {
+pub(super) fn plain(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

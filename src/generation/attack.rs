@@ -47,9 +47,12 @@ const ENOUGH: f64 = 3.0;
 /// Added cost of a motion unlike all recorded ones.
 const STRANGE: f64 = 0.8;
 
-/// A motion that is nowhere farther from the recorded one than this is that one: metres, m/s.
-const SAME_PLACE: f64 = 0.1;
-const SAME_SPEED: f64 = 0.1;
+/// A motion that is nowhere farther from the recorded one than this, metres, and no faster or slower than
+/// [`SAME_SPEED`], is that one.
+pub const SAME_PLACE: f64 = 0.1;
+
+/// The same for speeds, m/s.
+pub const SAME_SPEED: f64 = 0.1;
 
 /// Added cost of an attack that was only screened and not driven yet.
 const UNTRIED: f64 = 0.8;

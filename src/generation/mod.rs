@@ -33,7 +33,7 @@ mod variant_document;
 mod variant_generator;
 mod waypoints;
 
-pub use attack::{Attack, AttackSetup};
+pub use attack::{Attack, AttackSetup, SAME_PLACE, SAME_SPEED};
 pub use attack_context::AttackContext;
 pub use capability::Capability;
 pub use certificate::{

@@ -60,6 +60,7 @@ fn can_be_meant(config: &Config) -> bool {
         parts.is_some_and(|(provider, model)| !provider.is_empty() && !model.is_empty())
     };
     positive(config.radius)
+        && positive(Some(config.attack_within))
         && positive(config.budget)
         && config.history != Some(0)
         && config.max_tokens != Some(0)

@@ -40,8 +40,8 @@ pub enum AttackSource<'a> {
 
 /// Writes attacks.
 pub trait AttackWriter {
-    /// Writes them on some ground, about the ego's drive in a scene, which is the ground's baseline. Nothing where
-    /// `cancel` asked for an end.
+    /// Writes them on some ground, about the ego's drive in a scene, which is the ground's baseline; a good driver with
+    /// a reaction time of `delay` seconds has to survive them. Nothing where `cancel` asked for an end.
     ///
     /// # Errors
     /// Nothing could be asked.
@@ -49,6 +49,7 @@ pub trait AttackWriter {
         &self,
         ground: &AttackSetup<'_>,
         scene: &Arc<Scene>,
+        delay: f64,
         cancel: &Cancel,
         on_progress: &mut dyn FnMut(generating::Progress),
     ) -> Result<Option<Authored>, AuthorError>;
@@ -195,7 +196,7 @@ fn attack(
             let scene = Arc::new(Scene::new(scenario, workshop.ego.clone()));
             let asked = workshop.on(|ground| {
                 let mut hear = |progress| on_event(GenerateEvent::Model(progress));
-                let authored = writer.write(ground, &scene, cancel, &mut hear);
+                let authored = writer.write(ground, &scene, request.delay, cancel, &mut hear);
                 let Some(mut authored) = authored.map_err(AttackError::Author)? else {
                     return Ok(None);
                 };
@@ -223,6 +224,7 @@ impl AttackWriter for ModelWriter<'_> {
         &self,
         ground: &AttackSetup<'_>,
         scene: &Arc<Scene>,
+        delay: f64,
         cancel: &Cancel,
         on_progress: &mut dyn FnMut(generating::Progress),
     ) -> Result<Option<Authored>, AuthorError> {
@@ -232,7 +234,7 @@ impl AttackWriter for ModelWriter<'_> {
             let _ = sender.send(progress);
         };
         self.runtime.block_on(async {
-            let writing = generating::write(self.author, ground, scene, &hear);
+            let writing = generating::write(self.author, ground, scene, delay, &hear);
             tokio::pin!(writing);
             loop {
                 tokio::select! {

@@ -189,10 +189,57 @@ async fn a_model_that_answers_nonsense_exports_nothing() {
     assert_eq!(said["candidates"], 4);
     let rejected = said["rejected"].as_array().unwrap();
     assert!(rejected.len() >= 4, "{rejected:?}");
-    assert_eq!(said["model"]["requests"], 5);
+    // Three votes, and two conversations of two answers.
+    assert_eq!(said["model"]["requests"], 7);
+    assert_eq!(said["model"]["votes"].as_array().unwrap().len(), 3);
+    let tries =
+        json!({"conversations": 2, "first_admitted": 0, "first_effective": 0, "effective": 0});
+    assert_eq!(said["model"]["tries"], tries);
     assert_eq!(said["model"]["attacker_by"], "reference");
     assert_eq!(
         std::fs::read_dir(home.files().join("out")).unwrap().count(),
         0
     );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_dry_run_counts_votes_motions_and_grades_and_asks_nothing() {
+    let home = Home::new();
+    let server = Server::start(Vec::new()).await;
+    let url = server.base_url().to_owned();
+    let told = [
+        "generate",
+        CUT_IN,
+        "--model",
+        "local/any",
+        "--base-url",
+        &url,
+        "--dry-run",
+    ];
+    let run = |more: &[&str]| {
+        let told = [&told[..], &["--replan", "10"], more].concat();
+        let ended = tokio::task::block_in_place(|| home.run(&told)).status(0);
+        let row = ended.stdout.lines().nth(1).unwrap().to_string();
+        let cells: Vec<String> = row.split_whitespace().skip(1).map(str::to_string).collect();
+        cells
+    };
+    // Three votes, five conversations of three answers, and a grade of each motion.
+    assert_eq!(run(&[])[..4], ["33", "3", "15", "15"]);
+    let least = [
+        "--votes",
+        "1",
+        "--samples",
+        "2",
+        "--retries",
+        "0",
+        "--no-grades",
+    ];
+    let least = run(&least);
+    assert_eq!(least[..4], ["3", "1", "2", "0"]);
+    assert!(least[4].parse::<usize>().unwrap() > 3000);
+    let named = ["--attacker", "301", "--no-feedback"];
+    assert_eq!(run(&named)[..4], ["20", "0", "15", "5"]);
+    assert!(server.requests().is_empty() && home.runs().is_empty());
+    let search = home.run(&["generate", CUT_IN, "--dry-run"]).status(2);
+    assert!(search.stderr.contains("--model"), "{}", search.stderr);
 }

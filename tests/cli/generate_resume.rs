@@ -140,7 +140,7 @@ fn an_interrupt_keeps_and_tells_what_is_finished() {
 }
 
 /// Asks a model at `url` for one motion of an obstacle.
-const ASKED: [&str; 13] = [
+const ASKED: [&str; 14] = [
     "generate",
     CUT_IN,
     "--model",
@@ -151,6 +151,7 @@ const ASKED: [&str; 13] = [
     "1",
     "--retries",
     "0",
+    "--no-grades",
     "--json",
     "-o",
     "out",
@@ -179,8 +180,8 @@ async fn what_a_model_wrote_is_taken_over_too() {
     let again = run(&["--resume"]);
     assert_eq!(again["taken_over"], true);
     assert_eq!(again["model"], before["model"]);
-    // Another question is another matter.
-    let other = run(&["--resume", "--survive", "1.0"]);
+    // Another way of asking is another matter, though what was paid for stays.
+    let other = run(&["--resume", "--rank", "model"]);
     assert_eq!(other["taken_over"], false);
     assert_eq!(other["model"]["from_store"], 1);
 }

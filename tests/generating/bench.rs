@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, OnceLock};
 
-use nearmiss::evaluation::generating::{Author, AuthorError, Authored, Progress, write};
+use nearmiss::evaluation::generating::{Author, AuthorError, Authored, Method, Progress, write};
 use nearmiss::evaluation::{Judge, ModelJudge, Settings, default_planning};
 use nearmiss::formats::bundled;
 use nearmiss::generation::{AttackContext, AttackSetup, ClosedLoop, Gate, admit};
@@ -266,7 +266,7 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
         gate: &gate,
         closed_loop: closed_loop(),
     };
-    let writing = write(author, &ground, &scene, &hear);
+    let writing = write(author, &ground, &scene, 0.5, &hear);
     let outcome = sendable(writing).await;
     if let Ok(authored) = &outcome {
         // Whatever its author: what comes out has passed.
@@ -277,8 +277,7 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
             let recorded = recorded(change.obstacle, first.0);
             assert_eq!(first.1.pose, recorded.pose);
         }
-        let most = author.samples * (1 + author.retries) + 1;
-        assert!(authored.spent.requests <= most);
+        assert!(authored.spent.requests <= author.method.requests(author.attacker));
     }
     (outcome, progress.into_inner().unwrap())
 }
@@ -286,6 +285,17 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
 /// The workbench runs it on other threads.
 fn sendable<T>(future: impl Future<Output = T> + Send) -> impl Future<Output = T> + Send {
     future
+}
+
+/// One vote, one conversation, no news of the drive, no grades.
+fn as_before() -> Method {
+    Method {
+        votes: 1,
+        samples: 1,
+        feedback: false,
+        grades: false,
+        ..Method::default()
+    }
 }
 
 pub fn author(url: &str) -> Author {
@@ -326,8 +336,7 @@ pub fn author(url: &str) -> Author {
         thresholds: Arc::new(Thresholds::shipped().clone()),
         settings: Settings::default(),
         frame: None,
-        samples: 1,
-        retries: 2,
+        method: as_before(),
         at_once: 1,
         attacker: None,
         obey: false,

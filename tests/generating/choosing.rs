@@ -42,7 +42,7 @@ async fn a_choice_that_cannot_be_taken_is_refused_with_the_reason() {
 #[tokio::test]
 async fn the_models_choice_stands_beside_the_references() {
     let scripts = vec![chooses(json!(OTHER)), says("none")];
-    let written = written(scripts, |author| author.retries = 0).await;
+    let written = written(scripts, |author| author.method.retries = 0).await;
     let choice = &written.authored().choice;
     assert_eq!((choice.by, choice.attacker), (ChosenBy::Model, Some(OTHER)));
     assert_eq!(choice.ranked[0].obstacle, ATTACKER);
@@ -72,4 +72,166 @@ async fn an_attacker_that_the_user_names_is_not_asked_for() {
     assert!(matches!(why, AuthorError::Attacker(_)));
     assert!(why.to_string().contains("no obstacle 7"), "{why}");
     assert!(wrong.requests.is_empty());
+}
+
+#[tokio::test]
+async fn most_votes_decide_and_all_are_kept() {
+    let scripts = vec![
+        chooses(json!(OTHER)),
+        chooses(json!(ATTACKER)),
+        chooses(json!(OTHER)),
+        says("none"),
+    ];
+    let polled = written(scripts, |author| {
+        author.method.votes = 3;
+        author.method.retries = 0;
+    })
+    .await;
+    let choice = &polled.authored().choice;
+    assert_eq!((choice.by, choice.attacker), (ChosenBy::Model, Some(OTHER)));
+    assert_eq!(choice.tally(), [(OTHER, 2), (ATTACKER, 1)]);
+    assert!(choice.tied.is_empty());
+    assert_eq!(choice.within, Some(30.0));
+    // Three answers to one question, each with a run of its own.
+    let bodies = &polled.requests;
+    assert_eq!(bodies.len(), 4);
+    assert!(
+        bodies[..3]
+            .iter()
+            .all(|body| body.json() == bodies[0].json())
+    );
+    let runs: std::collections::BTreeSet<_> = choice.votes.iter().map(|v| v.run).collect();
+    assert_eq!(runs.len(), 3);
+    assert_eq!(choice.proposal.as_ref().unwrap().run, choice.votes[0].run);
+    let asked = bodies[3].json()["messages"][1]["content"].to_string();
+    assert!(asked.contains(&format!("for obstacle {OTHER} ")));
+    let document = polled.authored().document(None);
+    let tally = json!([{"attacker": OTHER, "votes": 2}, {"attacker": ATTACKER, "votes": 1}]);
+    assert_eq!(document["tally"], tally);
+    assert_eq!(document["votes"].as_array().unwrap().len(), 3);
+}
+
+#[tokio::test]
+async fn the_reference_ranking_breaks_ties() {
+    let scripts = vec![
+        chooses(json!(OTHER)),
+        chooses(json!(ATTACKER)),
+        says("none"),
+    ];
+    let tied = written(scripts, |author| {
+        author.method.votes = 2;
+        author.method.retries = 0;
+    })
+    .await;
+    let choice = &tied.authored().choice;
+    assert_eq!(
+        (choice.by, choice.attacker),
+        (ChosenBy::Model, Some(ATTACKER))
+    );
+    assert_eq!(choice.tied, [OTHER]);
+    // Its reasons are those of the vote that won.
+    assert_eq!(choice.proposal, Some(choice.votes[1].clone()));
+    assert_eq!(tied.authored().document(None)["tied_with"], json!([OTHER]));
+}
+
+#[tokio::test]
+async fn votes_that_say_nothing_do_not_count() {
+    let garbage = || {
+        vec![
+            says("I like trains."),
+            chooses(json!(PARKED)),
+            chooses(json!(null)),
+        ]
+    };
+    let scripts = [garbage(), vec![chooses(json!(OTHER)), says("none")]].concat();
+    let one = written(scripts, |author| {
+        author.method.votes = 4;
+        author.method.retries = 0;
+    })
+    .await;
+    let choice = &one.authored().choice;
+    assert_eq!((choice.by, choice.attacker), (ChosenBy::Model, Some(OTHER)));
+    assert_eq!(
+        choice.votes.iter().filter(|v| v.refused.is_some()).count(),
+        3
+    );
+
+    let scripts = [garbage(), vec![says("none")]].concat();
+    let none = written(scripts, |author| {
+        author.method.votes = 3;
+        author.method.retries = 0;
+    })
+    .await;
+    let choice = &none.authored().choice;
+    assert_eq!(
+        (choice.by, choice.attacker),
+        (ChosenBy::Reference, Some(ATTACKER))
+    );
+    assert!(
+        none.choice_refused().contains("no verdict"),
+        "{}",
+        none.choice_refused()
+    );
+    let obeyed = written(garbage(), |author| {
+        author.method.votes = 3;
+        author.obey = true;
+    })
+    .await;
+    assert_eq!(obeyed.authored().choice.by, ChosenBy::NoAttacker);
+    assert_eq!(obeyed.requests.len(), 3);
+}
+
+/// How near an obstacle's centre comes to the ego's in the steps of a window.
+fn nearest(obstacle: i64, window: (i64, i64)) -> f64 {
+    let scene = scene();
+    let steps = (window.0..=window.1).filter_map(|step| {
+        let ego = scene.ego.track.at(step)?.pose.position;
+        let other = super::bench::scenario()
+            .obstacle(obstacle)?
+            .track()
+            .at(step)?
+            .pose
+            .position;
+        Some((other - ego).norm())
+    });
+    steps.fold(f64::INFINITY, f64::min)
+}
+
+#[tokio::test]
+async fn the_attacker_is_one_that_comes_near_ahead_or_beside() {
+    let usual = written(vec![chooses(json!(ATTACKER)), says("none")], |author| {
+        author.method.retries = 0;
+    })
+    .await;
+    let window = usual.authored().choice.proposal.as_ref().unwrap().window;
+    let (near, far) = (nearest(ATTACKER, window), nearest(OTHER, window));
+    assert!(near < far - 1.0, "{near} {far}");
+    let between = f64::midpoint(near, far);
+    let scripts = vec![chooses(json!(OTHER)), says("none")];
+    let told = written(scripts, |author| {
+        author.method.within = between;
+        author.method.retries = 0;
+    })
+    .await;
+    let why = told.choice_refused();
+    assert!(
+        why.contains(&format!("not within {between} m ahead of the ego")),
+        "{why}"
+    );
+    assert_eq!(told.authored().choice.attacker, Some(ATTACKER));
+    let asked = told.requests[0].json()["messages"][0]["content"].to_string();
+    assert!(
+        asked.contains(&format!("within {between} m of the ego")),
+        "{asked}"
+    );
+
+    // Where none comes so near, the choice is among all, as it was before.
+    let scripts = vec![chooses(json!(OTHER)), says("none")];
+    let all = written(scripts, |author| {
+        author.method.within = 0.5;
+        author.method.retries = 0;
+    })
+    .await;
+    let choice = &all.authored().choice;
+    assert_eq!((choice.within, choice.attacker), (None, Some(OTHER)));
 }

@@ -27,8 +27,8 @@ fn messages(request: &Recorded) -> Vec<(String, String)> {
 async fn nonsense_makes_nothing_and_costs_no_more_than_was_agreed() {
     let scripts = vec![says("I like trains."); 9];
     let written = written(scripts, |author| {
-        author.samples = 2;
-        author.retries = 1;
+        author.method.samples = 2;
+        author.method.retries = 1;
     })
     .await;
     assert_eq!(written.requests.len(), 5);
@@ -136,7 +136,7 @@ async fn waypoints_by_times_and_places_alone_are_enough() {
         }
     }
     let scripts = vec![chooses(json!(ATTACKER)), through(ATTACKER, &points)];
-    let written = written(scripts, |author| author.retries = 0).await;
+    let written = written(scripts, |author| author.method.retries = 0).await;
     let attacks = &written.authored().attacks;
     assert_eq!(attacks.len(), 1, "{:?}", written.authored().declined);
     let change = &attacks[0].admitted.attack.change;
@@ -244,8 +244,8 @@ async fn impossible_physics_is_refused_by_name() {
     let (scripts, words): (Vec<Script>, Vec<&str>) = cases.into_iter().unzip();
     let scripts = [vec![chooses(json!(ATTACKER))], scripts].concat();
     let written = written(scripts, |author| {
-        author.samples = count as u32;
-        author.retries = 0;
+        author.method.samples = count as u32;
+        author.method.retries = 0;
     })
     .await;
     let authored = written.authored();
@@ -281,7 +281,7 @@ async fn nothing_is_paid_for_twice() {
 #[tokio::test]
 async fn a_server_that_lets_nobody_in_is_asked_once() {
     let refused = Script::json(401, r#"{"error": {"message": "no such key"}}"#);
-    let written = written(vec![refused; 9], |author| author.samples = 5).await;
+    let written = written(vec![refused; 9], |author| author.method.samples = 5).await;
     assert_eq!(written.requests.len(), 1);
     let authored = written.authored();
     assert!(
@@ -307,7 +307,7 @@ async fn several_conversations_at_once_keep_to_their_own_and_to_the_budget() {
     let scripts = vec![through(ATTACKER, &driven(1)); 4];
     let all = written(scripts, |author| {
         author.attacker = Some(ATTACKER);
-        (author.samples, author.at_once) = (4, 4);
+        (author.method.samples, author.at_once) = (4, 4);
     })
     .await;
     let samples: Vec<u32> = { all.authored().attacks.iter() }
@@ -324,7 +324,7 @@ async fn several_conversations_at_once_keep_to_their_own_and_to_the_budget() {
             panic!()
         };
         model.parameters.max_tokens = Some(1000);
-        model.endpoint.budget = Some(Budget::new(0.022));
+        model.endpoint.budget = Some(Budget::new(0.0245));
     })
     .await;
     let authored = short.authored();

@@ -117,6 +117,34 @@ pub fn said(authored: &Authored) -> Vec<String> {
             authored.choice.by.name()
         )
     });
+    let tally = authored.choice.tally();
+    let disagree = (tally.len() > 1).then(|| {
+        let votes = tally.iter().map(|(id, votes)| format!("{id} ({votes})"));
+        let votes: Vec<String> = votes.collect();
+        let tie = match authored.choice.tied.is_empty() {
+            true => "",
+            false => "; a tie, decided by the reference ranking",
+        };
+        format!("votes for the attacker: {}{tie}", votes.join(", "))
+    });
+    let void = authored
+        .choice
+        .votes
+        .iter()
+        .filter(|v| v.refused.is_some())
+        .count();
+    let void = (void > 0 && void < authored.choice.votes.len())
+        .then(|| format!("{void} of {} votes rejected", authored.choice.votes.len()));
+    let differ = authored.agreement().filter(|agreement| !agreement.agrees);
+    let differ = differ.map(|agreement| {
+        format!(
+            "best motion by the model's grades: answer {}, try {}; by the exact ranking: answer {}, try {}",
+            agreement.model.sample + 1,
+            agreement.model.retry + 1,
+            agreement.exact.sample + 1,
+            agreement.exact.retry + 1
+        )
+    });
     let refused = authored.declined.iter().map(|d| {
         let why = d.refusals.first().map(ToString::to_string);
         format!(
@@ -127,7 +155,12 @@ pub fn said(authored: &Authored) -> Vec<String> {
         )
     });
     let stopped = authored.stopped.iter().map(|why| format!("stopped: {why}"));
-    choice.into_iter().chain(refused).chain(stopped).collect()
+    let about_choice = choice.into_iter().chain(disagree).chain(void);
+    about_choice
+        .chain(refused)
+        .chain(differ)
+        .chain(stopped)
+        .collect()
 }
 
 fn avoidable(avoidability: &Avoidability) -> Value {

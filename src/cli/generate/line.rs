@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::evaluation::generating::Tries;
 use crate::generation::MotionSamples;
 
 /// The outcome of a scenario without a variant.
@@ -86,6 +87,19 @@ pub struct Consumed {
     pub unpriced: u32,
     /// Why it did not get to the end, where it did not.
     pub stopped: Option<String>,
+    /// Of versions that did not count them none.
+    #[serde(default)]
+    pub tries: Option<Tries>,
+    /// Whether its grades and the exact ranking prefer the same motion; none where there was nothing to compare.
+    #[serde(default)]
+    pub agreement: Option<Agreed>,
+}
+
+/// Whether both rankings prefer the same motion, of how many.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub struct Agreed {
+    pub agrees: bool,
+    pub of: usize,
 }
 
 impl OutcomeName {

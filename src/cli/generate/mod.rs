@@ -2,10 +2,12 @@
 
 mod check;
 mod document;
+mod dry_run;
 mod inputs;
 mod job;
 mod line;
 mod model;
+mod model_figures;
 mod resume;
 mod summary;
 mod table;
@@ -24,7 +26,7 @@ use super::parallel::in_order_and_kept;
 use super::plan::PlanOptions;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::evaluation::generating::{RETRIES, SAMPLES};
+use crate::evaluation::generating::{Method, RETRIES, Ranking, SAMPLES, VOTES};
 use crate::formats::commonroad::NewFile;
 use crate::generation::{AttackStyle, DELAYS, Effort};
 use crate::planner::Cancel;
@@ -54,18 +56,38 @@ pub struct GenerateArguments {
     /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
+    /// Votes for the attacker, each an answer to the same question; 1 asks once.
+    #[arg(long, value_name = "N", default_value_t = VOTES, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    votes: u32,
+    /// Let the model choose the attacker within this distance in metres ahead of or beside the ego [default:
+    /// `attack_within` of the configuration, else 30].
+    #[arg(long, value_name = "METRES", value_parser = metres)]
+    within: Option<f64>,
     /// Motions to request from the model, each in its own conversation.
     #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1000))]
     samples: u32,
-    /// Maximum number of times that a rejected motion goes back to the model with the reasons.
+    /// Maximum number of times that a motion goes back to the model: with the reasons of its rejection, or with what
+    /// came of the drive.
     #[arg(long, value_name = "K", default_value_t = RETRIES, value_parser = clap::value_parser!(u32).range(0..=100))]
     retries: u32,
+    /// What decides between the model's motions: the closed loop and exact risk scores, or its own grades.
+    #[arg(long, value_name = "RANKING", default_value = "exact", value_parser = ranking)]
+    rank: Ranking,
+    /// Do not ask the model to grade its motions.
+    #[arg(long)]
+    no_grades: bool,
+    /// Do not tell the model what came of the drives; a conversation ends with its first motion that passes the gate.
+    #[arg(long)]
+    no_feedback: bool,
     /// Generate nothing if the model names an attacker that is not possible; without it the nearest one attacks.
     #[arg(long)]
     obey: bool,
     /// Ask the model even if the store has its answer.
     #[arg(long)]
     fresh: bool,
+    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost.
+    #[arg(long, conflicts_with_all = ["output", "report", "check", "json"])]
+    dry_run: bool,
     /// Maximum total cost of all answers in US dollars.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
@@ -122,6 +144,17 @@ fn reaction_time(word: &str) -> Result<f64, String> {
     })
 }
 
+fn ranking(word: &str) -> Result<Ranking, String> {
+    Ranking::parse(word).ok_or_else(|| unknown("ranking", word, Ranking::ALL.map(Ranking::name)))
+}
+
+fn metres(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(metres),
+        _ => Err("expected a number of metres above 0".into()),
+    }
+}
+
 fn style(word: &str) -> Result<AttackStyle, String> {
     AttackStyle::parse(word)
         .ok_or_else(|| unknown("style", word, AttackStyle::ALL.map(AttackStyle::name)))
@@ -138,6 +171,19 @@ impl GenerateArguments {
     /// The file for a summary of all scenarios.
     pub fn report(&self) -> Option<&Path> {
         self.report.as_deref()
+    }
+
+    /// How a model is asked.
+    fn method(&self, config: &Config) -> Method {
+        Method {
+            votes: self.votes,
+            within: self.within.unwrap_or(config.attack_within),
+            samples: self.samples,
+            retries: self.retries,
+            feedback: !self.no_feedback,
+            grades: !self.no_grades,
+            rank: self.rank,
+        }
     }
 }
 
@@ -186,6 +232,9 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         only: arguments.attacker,
         past,
     };
+    if arguments.dry_run {
+        return dry_run::run(&entries, &wanted);
+    }
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
     let mut job = Job {

@@ -74,8 +74,7 @@ impl Writer {
             thresholds: Arc::new(user_thresholds(folders)?),
             settings: Settings::default(),
             frame: None,
-            samples: arguments.samples,
-            retries: arguments.retries,
+            method: arguments.method(config),
             at_once: config.concurrency.get() as usize,
             attacker: arguments.attacker,
             obey: arguments.obey,
@@ -112,8 +111,7 @@ impl Writer {
         let author = &self.author;
         json!({
             "id": self.id(),
-            "samples": author.samples,
-            "retries": author.retries,
+            "method": author.method.document(),
             "obey": author.obey,
             "parameters": self.parameters,
             "templates": author.templates(),

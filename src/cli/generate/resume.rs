@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::document;
 use super::line::{Line, OutcomeName};
@@ -137,16 +137,29 @@ fn read(path: &Path) -> Result<FileKind, String> {
     }
     Ok(FileKind::Papers(Box::new(Papers {
         original,
-        settings: with_style(made["settings"].clone()),
+        settings: with_defaults(made["settings"].clone()),
         line,
     })))
 }
 
-/// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`].
-fn with_style(mut settings: Value) -> Value {
+/// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`], and their
+/// models were asked once for the attacker, without news of drives and without grades.
+fn with_defaults(mut settings: Value) -> Value {
     if let Some(settings) = settings.as_object_mut() {
         let style = settings.entry("style");
         style.or_insert_with(|| AttackStyle::Limit.name().into());
+        if let Some(Value::Object(model)) = settings.get_mut("model")
+            && let (Some(samples), Some(retries)) =
+                (model.remove("samples"), model.remove("retries"))
+        {
+            model.insert(
+                "method".into(),
+                json!({
+                    "votes": 1, "within": null, "samples": samples, "retries": retries, "feedback": false,
+                    "grades": false, "rank": "exact",
+                }),
+            );
+        }
     }
     settings
 }

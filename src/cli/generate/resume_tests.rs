@@ -142,3 +142,34 @@ fn a_file_that_is_no_papers_is_named() {
     assert!(doubts.iter().all(|doubt| doubt.contains("not a manifest")));
     assert!(is_report(&folder.path().join("half.json")).is_err());
 }
+
+#[test]
+fn a_models_variant_of_a_version_without_votes_is_taken_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut old = papers("A_T-2", "mine");
+    let model = json!({"id": "lab/tiny", "samples": 5, "retries": 2, "obey": false});
+    old["made"]["settings"]["model"] = model;
+    // As such a version wrote it.
+    old["made"]["line"]["model"] = json!({
+        "attacker_by": "model", "requests": 7, "from_store": 0, "input_tokens": 10, "output_tokens": 5,
+        "cost_usd": 0.1, "unpriced": 0, "stopped": null,
+    });
+    lay(folder.path(), "A_T-2", &old);
+    let (past, doubts) = EarlierRun::read(folder.path()).unwrap();
+    assert_eq!(doubts, Vec::<String>::new());
+    let original = ContentHash::digest(b"original");
+    let mut wanted = settings();
+    wanted["model"] = json!({
+        "id": "lab/tiny", "obey": false,
+        "method": {
+            "votes": 1, "within": null, "samples": 5, "retries": 2, "feedback": false, "grades": false,
+            "rank": "exact",
+        },
+    });
+    let line = past.line_for(&entry("mine"), &original, &wanted).unwrap();
+    let consumed = line.figures.model.unwrap();
+    assert!(consumed.requests == 7 && consumed.tries.is_none() && consumed.agreement.is_none());
+    // With votes it is another way of asking.
+    wanted["model"]["method"]["votes"] = 3.into();
+    assert!(past.line_for(&entry("mine"), &original, &wanted).is_none());
+}

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::line::{Figures, OutcomeName};
+use super::model_figures::ModelFigures;
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
 use crate::generation::{MotionQuantity, MotionSamples};
@@ -39,12 +40,8 @@ pub struct Summary {
     /// Motions of attackers, and those recorded in their scenarios.
     attackers: MotionSamples,
     recorded: MotionSamples,
-    /// Of models: answers, and how many of them were in the store.
-    requests: u32,
-    stored: u32,
-    tokens: u64,
-    usd: f64,
-    unpriced: u32,
+    /// Of models.
+    models: ModelFigures,
 }
 
 /// How a drive ends that is no collision, and no good either.
@@ -73,11 +70,7 @@ impl Summary {
         self.candidates += figures.candidates;
         self.seconds.push(figures.seconds);
         if let Some(consumed) = &figures.model {
-            self.requests += consumed.requests;
-            self.stored += consumed.from_store;
-            self.tokens += consumed.input_tokens + consumed.output_tokens;
-            self.usd += consumed.cost_usd;
-            self.unpriced += consumed.unpriced;
+            self.models.count(consumed);
         }
         for (reason, count) in &figures.refused {
             *self.refused.entry(reason.clone()).or_default() += count;
@@ -185,9 +178,7 @@ impl Summary {
                 apart.join(", ")
             ));
         }
-        if self.requests > 0 {
-            text.push_str(&self.consumed());
-        }
+        text.push_str(&self.models.words());
         text
     }
 
@@ -221,24 +212,6 @@ impl Summary {
         )
     }
 
-    /// Formats the consumption of models.
-    fn consumed(&self) -> String {
-        let sent = self.requests.saturating_sub(self.stored);
-        let cost = match self.unpriced {
-            0 => format!("{:.4} USD", self.usd),
-            n if n >= self.requests => "price unknown".into(),
-            n => format!(
-                "{:.4} USD, plus {n} answers without a known price",
-                self.usd
-            ),
-        };
-        let stored = match self.stored {
-            0 => String::new(),
-            n => format!(", {n} answers from the store (counted here, paid before)"),
-        };
-        format!("{sent} requests{stored}; {} tokens, {cost}\n", self.tokens)
-    }
-
     fn done(&self) -> usize {
         self.generated + self.missed + self.unfit
     }
@@ -249,7 +222,7 @@ impl Summary {
         let share = |n: usize, of: usize| (of > 0).then(|| n as f64 / of as f64);
         let mut seconds = self.seconds.clone();
         seconds.sort_by(f64::total_cmp);
-        json!({
+        let mut document = json!({
             "scenarios": self.done(),
             "driven": self.generated,
             "taken_over": self.taken_over,
@@ -274,12 +247,9 @@ impl Summary {
             },
             "wasserstein_to_recorded": self.wasserstein().iter().map(|(q, apart)| (q.name(), *apart)).collect::<BTreeMap<_, _>>(),
             "median_seconds": seconds.get(seconds.len() / 2),
-            "requests": self.requests,
-            "from_store": self.stored,
-            "tokens": self.tokens,
-            "cost_usd": self.usd,
-            "unpriced": self.unpriced,
-        })
+        });
+        self.models.add_to(&mut document);
+        document
     }
 
     /// Writes the figures.

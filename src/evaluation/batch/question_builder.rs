@@ -9,8 +9,8 @@ use super::windows::{default_window, too_short};
 use crate::evaluation::request::record;
 use crate::evaluation::windows::{Moment, Recording};
 use crate::evaluation::{
-    AxisValues, Case, EffectiveSettings, Judge, Label, Labelled, Lead, PromptConfig, Protocol,
-    Question, RunOptions, default_frame, prepare, template,
+    AttackTerms, AxisValues, Case, EffectiveSettings, Judge, Label, Labelled, Lead, PromptConfig,
+    Protocol, Question, RunOptions, default_frame, prepare, template,
 };
 use crate::formats::{EgoSelection, Entry, EntryLocation};
 use crate::judge;
@@ -163,6 +163,7 @@ impl QuestionBuilder {
             options: decided.options,
             thresholds: Arc::clone(&self.thresholds),
             horizon: self.horizon(),
+            attack: AttackTerms::default(),
         };
         prepare(case, &self.library, None).map_err(|e| e.to_string())
     }

@@ -1,11 +1,16 @@
-//! A model as the author of attacks: it chooses the attacker, writes motions, and receives the gate's refusals.
+//! A model as the author of attacks: it chooses the attacker by vote, writes motions, receives the gate's refusals and
+//! what came of the drives, and grades its motions.
 //!
 //! Every request takes the path of all others, see [`crate::evaluation::run`]: an answer is stored before it is used,
 //! and a stored one is not paid for again. A model's answer becomes an attack only through
 //! [`crate::generation::admit`]; nothing else passes the gate.
 
+mod bound;
 mod choosing;
+mod consistency;
 mod document;
+mod feedback;
+mod method;
 mod outcome;
 mod usage;
 mod words;
@@ -15,14 +20,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+pub use bound::{Bound, bound};
 pub use choosing::{Choice, ChosenBy, Proposal};
-pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
+pub use consistency::{Agreement, Grade, unchanged_name};
+pub use feedback::{Nearest, nearest};
+pub use method::{Method, RETRIES, Ranking, SAMPLES, VOTES};
+pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source, Tries};
 pub use usage::AuthoringUsage;
 
 use super::answer::Answer;
 use super::defaults::default_frame;
 use super::judges::Judge;
-use super::question::{Case, CaseError, Question, prepare, template};
+use super::question::{AttackTerms, Case, CaseError, Question, prepare, template};
 use super::run_case::{self, AskError, Event, RunOptions};
 use super::settings::Settings;
 use crate::description::Frame;
@@ -50,10 +59,8 @@ pub struct Author {
     pub settings: Settings,
     /// How the choice of the attacker is described; `None` for the usual frame, which is the metrics.
     pub frame: Option<Frame>,
-    /// Number of motions requested, each in a separate conversation.
-    pub samples: u32,
-    /// How often, at most, a refused motion goes back to the model with the reasons, in each conversation.
-    pub retries: u32,
+    /// How often it is asked, and what for.
+    pub method: Method,
     /// How many conversations go on at once.
     pub at_once: usize,
     /// The attacker, where the user names it; the model is not asked to choose then.
@@ -73,11 +80,13 @@ impl Author {
     pub fn templates(&self) -> BTreeMap<String, String> {
         let usual = |task| default_frame(&self.library, task);
         let choice = self.frame.unwrap_or_else(|| usual(Task::Attacker));
+        let graded = self.method.grades.then_some((Task::Safety, Frame::Metrics));
         let asked = [
             (Task::Attacker, choice),
             (Task::Trajectory, usual(Task::Trajectory)),
         ];
-        let found = asked
+        let found = { asked.into_iter().chain(graded).collect::<Vec<_>>() };
+        let found = found
             .iter()
             .filter_map(|(task, frame)| template(&self.library, *task, *frame).ok());
         found
@@ -90,7 +99,12 @@ impl Author {
 #[derive(Debug, Clone)]
 pub enum Progress {
     /// The model is asked who is to attack.
-    Choosing,
+    Choosing {
+        /// Which vote, from 0.
+        vote: u32,
+        /// How many votes there are.
+        of: u32,
+    },
     /// It is decided who attacks.
     Chosen(Box<Choice>),
     /// A motion is asked for: the conversation, from 0, and the retry in it, 0 for the first answer.
@@ -100,16 +114,16 @@ pub enum Progress {
         /// Which answer in it.
         retry: u32,
     },
-    /// An event of a request: of a conversation, or of the choice.
+    /// An event of a request: of a conversation, of the choice, or of a grade.
     Heard {
-        /// Which conversation; `None` for the choice.
+        /// Which conversation; `None` for the choice and for grades.
         sample: Option<u32>,
         /// The event.
         event: Event,
     },
     /// An answer is complete, whatever it says.
     Answered {
-        /// Which conversation; `None` for the choice.
+        /// Which conversation; `None` for the choice and for grades.
         sample: Option<u32>,
         /// Its consumption.
         consumed: Consumed,
@@ -118,15 +132,25 @@ pub enum Progress {
     },
     /// An answer became an attack that passes the gate.
     Made(Source),
+    /// The ego is driven against an attack.
+    Driving(Source),
+    /// What came of it goes back to the model, since it is not what was wanted.
+    ToldOfDrive(Source),
     /// An answer was refused.
     Refused(Box<RefusedAnswer>),
+    /// A conversation is over.
+    Ended {
+        /// Which conversation.
+        sample: u32,
+    },
+    /// The model is asked to grade a motion.
+    Grading {
+        /// Which motion, from 0.
+        motion: usize,
+        /// How many there are.
+        of: usize,
+    },
 }
-
-/// Motions that are asked for by default.
-pub const SAMPLES: u32 = 5;
-
-/// How often a refused motion goes back to the model by default.
-pub const RETRIES: u32 = 2;
 
 /// Receives progress.
 pub type Listener<'a> = &'a (dyn Fn(Progress) + Sync);
@@ -145,9 +169,10 @@ pub enum AuthorError {
     Attacker(Refusal),
 }
 
-/// Lets a model choose the attacker and write motions for it, on the ego's drive in `scene`, which is the ground's
-/// baseline: at most `samples × (1 + retries) + 1` requests. The attacks are not driven yet, see
-/// [`Authored::drive_watched`].
+/// Lets a model choose the attacker, write motions for it and grade them, on the ego's drive in `scene`, which is the
+/// ground's baseline: at most [`Method::requests`]. With [`Method::feedback`] the ego is driven against each motion that
+/// passes the gate, and a model whose motion a good driver with a reaction time of `delay` seconds does not survive, or
+/// that has no effect, is told and asked for another one. What is not driven by then, [`Authored::drive_watched`] drives.
 ///
 /// Dropping the future cancels what is on its way and writes that down; what was answered is in the store.
 ///
@@ -157,19 +182,21 @@ pub async fn write(
     author: &Author,
     ground: &AttackSetup<'_>,
     scene: &Arc<Scene>,
+    delay: f64,
     listener: Listener<'_>,
 ) -> Result<Authored, AuthorError> {
     let session = AuthorSession {
         author,
         ground,
         scene,
+        delay,
         listener,
         barred: AtomicBool::new(false),
     };
     let mut spent = AuthoringUsage::default();
     let choice = session.choose(&mut spent).await?;
     listener(Progress::Chosen(Box::new(choice.clone())));
-    let mut authored = Authored::new(choice, spent);
+    let mut authored = Authored::new(choice, spent, author.method.rank);
     if session.is_barred() {
         let refused = authored.choice.proposal.as_ref();
         let why = refused.and_then(|p| p.refused.as_ref());
@@ -178,6 +205,9 @@ pub async fn write(
     }
     if let Some(attacker) = authored.choice.attacker {
         session.write(attacker, &mut authored).await?;
+        if author.method.grades && authored.stopped.is_none() {
+            session.grade(&mut authored).await?;
+        }
     }
     Ok(authored)
 }
@@ -187,12 +217,18 @@ struct AuthorSession<'a> {
     author: &'a Author,
     ground: &'a AttackSetup<'a>,
     scene: &'a Arc<Scene>,
+    delay: f64,
     listener: Listener<'a>,
     /// Whether a request has failed in a way in which all others would.
     barred: AtomicBool,
 }
 
 impl AuthorSession<'_> {
+    /// Nothing more is asked.
+    fn bar(&self) {
+        self.barred.store(true, Ordering::Relaxed);
+    }
+
     fn is_barred(&self) -> bool {
         self.barred.load(Ordering::Relaxed)
     }
@@ -203,23 +239,31 @@ impl AuthorSession<'_> {
         Ok(self.author.settings.with(&template.front.defaults).history)
     }
 
+    /// A question about the ego's drive as it was recorded.
     fn question(
         &self,
-        task: Task,
-        frame: Frame,
+        (task, frame): (Task, Frame),
         window: Window,
-        obstacle: Option<i64>,
+        settings: Settings,
+    ) -> Result<Question, CaseError> {
+        let about = (self.author.name.clone(), Arc::clone(self.scene));
+        self.question_about(about, (task, frame), window, settings)
+    }
+
+    /// A question about a scene of this name.
+    fn question_about(
+        &self,
+        (name, scene): (String, Arc<Scene>),
+        (task, frame): (Task, Frame),
+        window: Window,
+        settings: Settings,
     ) -> Result<Question, CaseError> {
         let author = self.author;
         let (_, template) = template(&author.library, task, frame)?;
-        let settings = Settings {
-            obstacle,
-            ..author.settings
-        };
         let decided = settings.with(&template.front.defaults);
         let case = Case {
-            name: author.name.clone(),
-            scene: Arc::clone(self.scene),
+            name,
+            scene,
             task,
             frame,
             techniques: decided.techniques,
@@ -227,14 +271,23 @@ impl AuthorSession<'_> {
             options: decided.options,
             thresholds: Arc::clone(&author.thresholds),
             horizon: Case::HORIZON,
+            attack: AttackTerms {
+                style: self.ground.stage.style,
+                delay: self.delay,
+            },
         };
         prepare(case, &author.library, None)
     }
 
-    /// Asks the model.
-    async fn ask(&self, question: &Question, sample: Option<u32>) -> Result<Answer, AskError> {
+    /// Asks the model for its answer of a number to the same request. `sample` is the conversation that it belongs to.
+    async fn ask(
+        &self,
+        question: &Question,
+        number: u32,
+        sample: Option<u32>,
+    ) -> Result<Answer, AskError> {
         let wanted = RunOptions {
-            sample: sample.unwrap_or(0),
+            sample: number,
             fresh: self.author.fresh,
             batch: self.author.batch.clone(),
         };
@@ -245,7 +298,7 @@ impl AuthorSession<'_> {
                 unstored = Some(words.clone());
             }
             if let Event::Barred(_) = event {
-                self.barred.store(true, Ordering::Relaxed);
+                self.bar();
             }
             (self.listener)(Progress::Heard { sample, event });
         });

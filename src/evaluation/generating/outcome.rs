@@ -1,6 +1,7 @@
 //! An author's output: attacks that passed the gate, and refused answers.
 
-use super::{AuthoringUsage, Choice};
+use super::feedback::is_wanted;
+use super::{AuthoringUsage, Choice, Grade, Ranking};
 use crate::generation::{
     AdmittedAttack, Attack, AttackSetup, Refusal, SearchResult, Selection, choose,
 };
@@ -12,12 +13,15 @@ use crate::verdict::NewMotion;
 pub struct Authored {
     /// The choice of attacker.
     pub choice: Choice,
-    /// Attacks, which all pass the gate; in the order of the conversations until they are driven.
+    /// Attacks, which all pass the gate; in the order of the conversations until all are driven. One conversation may
+    /// have several, where the first ones were not what was wanted.
     pub attacks: Vec<AuthoredAttack>,
     /// Answers that are none, with all reasons; also those that were mended later.
     pub declined: Vec<RefusedAnswer>,
     /// Total consumption, the choice included.
     pub spent: AuthoringUsage,
+    /// What decides between the attacks.
+    pub rank: Ranking,
     /// Why the work ended before all conversations, where it did.
     pub stopped: Option<String>,
 }
@@ -33,6 +37,10 @@ pub struct AuthoredAttack {
     pub justification: String,
     /// The model's reasoning, where that came apart from the answer.
     pub reasoning: String,
+    /// What was told to the model about the drive against it, where it went back.
+    pub told: Option<String>,
+    /// How the model grades it, where it was asked.
+    pub grade: Option<Grade>,
 }
 
 /// One answer.
@@ -58,12 +66,13 @@ pub struct RefusedAnswer {
 }
 
 impl Authored {
-    pub(super) fn new(choice: Choice, spent: AuthoringUsage) -> Self {
+    pub(super) fn new(choice: Choice, spent: AuthoringUsage, rank: Ranking) -> Self {
         Self {
             choice,
             attacks: Vec::new(),
             declined: Vec::new(),
             spent,
+            rank,
             stopped: None,
         }
     }
@@ -74,9 +83,9 @@ impl Authored {
         self.attacks.len() + self.declined.len()
     }
 
-    /// Drives the ego against every attack, looks whether a good driver survives those that have an effect with a
-    /// reaction time of `delay` seconds, and puts the best one first. Before each attack `watch` hears how many were
-    /// driven against, and says whether to go on. False where it said no: the attacks stay in their order then.
+    /// Drives the ego against every attack that it was not driven against yet, looks whether a good driver survives
+    /// those that have an effect with a reaction time of `delay` seconds, and puts the best one first. Before each
+    /// attack `watch` hears how many were driven against, and says whether to go on. False where it said no: the attacks stay in their order then.
     pub fn drive_watched(
         &mut self,
         ground: &AttackSetup<'_>,
@@ -88,8 +97,10 @@ impl Authored {
                 return false;
             }
             let attack = &mut one.admitted.attack;
-            ground.drive(attack);
-            if attack.has_effect() {
+            if attack.effect.is_none() {
+                ground.drive(attack);
+            }
+            if attack.has_effect() && attack.survivable.is_none() {
                 ground.survive(attack, delay);
             }
         }
@@ -99,12 +110,22 @@ impl Authored {
     }
 
     /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives,
-    /// too. Of each refused answer it has the first reason; [`Authored::refusals`] are all.
+    /// too; or with [`Ranking::Model`] the one that the model grades lowest, if it graded any. Of each refused answer it has the first reason; [`Authored::refusals`] are all.
     #[must_use]
     pub fn taken(&self, ground: &AttackSetup<'_>, delay: f64) -> Selection {
         let all = self.attacks.iter();
         let attacks: Vec<Attack> = all.map(|a| a.admitted.attack.clone()).collect();
-        let chosen = choose(ground.closed_loop, &attacks, delay);
+        let preferred = match self.rank {
+            Ranking::Exact => None,
+            Ranking::Model => self.by_model(),
+        };
+        let chosen = match preferred {
+            Some(one) => {
+                let only = std::slice::from_ref(&one.admitted.attack);
+                choose(ground.closed_loop, only, delay)
+            }
+            None => choose(ground.closed_loop, &attacks, delay),
+        };
         let first = |declined: &RefusedAnswer| declined.refusals.first().cloned();
         let found = SearchResult {
             attacks,
@@ -122,12 +143,47 @@ impl Authored {
         })
     }
 
-    /// All refusals of all answers, those of a choice of the attacker first.
+    /// All refusals of all answers, those of votes for the attacker first.
     #[must_use]
     pub fn refusals(&self) -> Vec<Refusal> {
-        let choice = self.choice.proposal.iter();
-        let choice = choice.filter_map(|proposal| proposal.refused.clone());
+        let votes = self.choice.votes.iter();
+        let choice = votes.filter_map(|vote| vote.refused.clone());
         let declined = self.declined.iter().flat_map(|d| d.refusals.clone());
         choice.chain(declined).collect()
     }
+
+    /// How the first answers of all conversations fared, and what the conversations came to.
+    #[must_use]
+    pub fn tries(&self) -> Tries {
+        let mut tries = Tries::default();
+        let first = |source: &Source| source.retry == 0;
+        let declined = self.declined.iter().filter(|d| first(&d.source)).count();
+        let mut effective = std::collections::BTreeSet::new();
+        for one in &self.attacks {
+            let wanted = is_wanted(&one.admitted.attack);
+            if first(&one.source) {
+                tries.first_admitted += 1;
+                tries.first_effective += usize::from(wanted);
+            }
+            if wanted {
+                effective.insert(one.source.sample);
+            }
+        }
+        tries.conversations = tries.first_admitted + declined;
+        tries.effective = effective.len();
+        tries
+    }
+}
+
+/// How a model's conversations about a motion fared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Tries {
+    /// Conversations that had an answer.
+    pub conversations: usize,
+    /// Of these, those whose first answer passed the gate.
+    pub first_admitted: usize,
+    /// Those whose first answer also had an effect that a good driver survives.
+    pub first_effective: usize,
+    /// Those that came to such an effect in the end.
+    pub effective: usize,
 }

@@ -1,4 +1,4 @@
-//! Feedback to a model on a refused answer.
+//! Feedback to a model on a refused answer, and on a motion that the ego was driven against.
 
 use crate::generation::{Refusal, summarize};
 use crate::scenario::Motion;
@@ -7,7 +7,7 @@ use crate::scenario::Motion;
 const MOST: usize = 12;
 
 /// Most characters of an answer that are sent back with the reasons: who rambled is not to pay for it twice.
-const ANSWER: usize = 8000;
+pub(super) const ANSWER: usize = 8000;
 
 /// The reasons, and the renewed request. `start` is the recorded state of the obstacle at a step.
 pub(super) fn refused(attacker: i64, refusals: &[Refusal], start: Option<(i64, Motion)>) -> String {
@@ -19,9 +19,24 @@ pub(super) fn refused(attacker: i64, refusals: &[Refusal], start: Option<(i64, M
     if all.len() > MOST {
         words.push_str(&format!("- and {} more reasons\n", all.len() - MOST));
     }
-    words.push_str(&format!(
-        "\nGive the whole answer again for obstacle {attacker}, in the same form, with a motion to which none of this applies."
-    ));
+    words.push_str(&again(attacker, "to which none of this applies", start));
+    words
+}
+
+/// What came of the drive, and the renewed request.
+pub(super) fn not_wanted(attacker: i64, drive: &str, start: Option<(i64, Motion)>) -> String {
+    let again = again(
+        attacker,
+        "that is better and still keeps every limit",
+        start,
+    );
+    format!("{drive}{again}")
+}
+
+fn again(attacker: i64, motion: &str, start: Option<(i64, Motion)>) -> String {
+    let mut words = format!(
+        "\nGive the whole answer again for obstacle {attacker}, in the same form, with a motion {motion}."
+    );
     if let Some((step, motion)) = start {
         let at = motion.pose.position;
         words.push_str(&format!(

@@ -1,4 +1,4 @@
-//! Conversations that produce motions: an answer, the gate's refusals, another answer.
+//! Conversations that produce motions: an answer, the gate's refusals or what came of the drive, another answer.
 
 use futures_util::future::BoxFuture;
 use futures_util::{FutureExt, StreamExt, stream};
@@ -7,9 +7,11 @@ use super::super::answer::{Answer, JudgeOutcome, MissingVerdict};
 use super::super::defaults::default_frame;
 use super::super::question::Question;
 use super::super::run_case::AskError;
+use super::super::settings::Settings;
 use super::choosing::other_task;
 use super::outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
-use super::{AuthorError, AuthorSession, AuthoringUsage, Progress, words};
+use super::{AuthorError, AuthorSession, AuthoringUsage, Progress, feedback, words};
+use crate::generation::attacker::Candidate;
 use crate::generation::{AdmittedAttack, Refusal, admit};
 use crate::scenario::{Motion, Window};
 use crate::verdict::{NewMotion, ParsedAnswer, Task};
@@ -20,7 +22,7 @@ const AFTER: f64 = 2.0;
 /// Result of one conversation.
 #[derive(Default)]
 struct Conversation {
-    attack: Option<AuthoredAttack>,
+    attacks: Vec<AuthoredAttack>,
     declined: Vec<RefusedAnswer>,
     spent: AuthoringUsage,
     error: Option<AskError>,
@@ -33,15 +35,15 @@ impl AuthorSession<'_> {
         attacker: i64,
         authored: &mut Authored,
     ) -> Result<(), AuthorError> {
-        let question = self.motion_question(attacker, authored)?;
-        let samples = 0..self.author.samples;
+        let question = self.motion_question(attacker, &authored.choice.ranked)?;
+        let samples = 0..self.author.method.samples;
         let talks: Vec<BoxFuture<'_, Conversation>> = samples
             .map(|sample| self.converse(&question, attacker, sample).boxed())
             .collect();
         let mut talks = stream::iter(talks).buffered(self.author.at_once.max(1));
         let mut refused = None;
         while let Some(talk) = talks.next().await {
-            authored.attacks.extend(talk.attack);
+            authored.attacks.extend(talk.attacks);
             authored.declined.extend(talk.declined);
             authored.spent.join(&talk.spent);
             refused = refused.or(talk.error);
@@ -61,13 +63,16 @@ impl AuthorSession<'_> {
 
     /// The question for a motion, about steps at all of which the attacker is there, until a little after it could be
     /// at the ego.
-    fn motion_question(&self, attacker: i64, authored: &Authored) -> Result<Question, AuthorError> {
+    pub(super) fn motion_question(
+        &self,
+        attacker: i64,
+        ranked: &[Candidate],
+    ) -> Result<Question, AuthorError> {
         let task = Task::Trajectory;
         let frame = default_frame(&self.author.library, task);
         let stage = self.ground.stage;
         let obstacle = self.ground.obstacle(attacker);
         let track = obstacle.map_err(AuthorError::Attacker)?.track().steps();
-        let ranked = &authored.choice.ranked;
         let met = ranked.iter().find(|c| c.obstacle == attacker);
         let met = met.map_or(*stage.steps.end(), |candidate| candidate.step);
         let last = met + (AFTER / stage.dt()).ceil() as i64;
@@ -76,19 +81,30 @@ impl AuthorSession<'_> {
         let room = usize::try_from(last - first + 1).unwrap_or(1);
         let history = self.history(task, frame)?.min(room);
         let window = Window::ending_at(self.scene, last, history);
-        Ok(self.question(task, frame, window, Some(attacker))?)
+        let settings = Settings {
+            obstacle: Some(attacker),
+            ..self.author.settings
+        };
+        Ok(self.question((task, frame), window, settings)?)
     }
 
-    /// One conversation, until a motion passes the gate or all retries are used up.
+    /// One conversation, until a motion passes the gate and is what is wanted, or all retries are used up.
     async fn converse(&self, question: &Question, attacker: i64, sample: u32) -> Conversation {
+        let talk = self.talk(question, attacker, sample).await;
+        (self.listener)(Progress::Ended { sample });
+        talk
+    }
+
+    async fn talk(&self, question: &Question, attacker: i64, sample: u32) -> Conversation {
         let mut talk = Conversation::default();
         let mut question = question.clone();
-        for retry in 0..=self.author.retries {
+        let retries = self.author.method.retries;
+        for retry in 0..=retries {
             if self.is_barred() {
                 break;
             }
             (self.listener)(Progress::Writing { sample, retry });
-            let answer = match self.ask(&question, Some(sample)).await {
+            let answer = match self.ask(&question, sample, Some(sample)).await {
                 Ok(answer) => answer,
                 Err(error) => {
                     talk.error = Some(error);
@@ -110,13 +126,20 @@ impl AuthorSession<'_> {
                 Ok(admitted) => {
                     (self.listener)(Progress::Made(source));
                     let justification = said.map(|said| said.justification);
-                    talk.attack = Some(AuthoredAttack {
+                    let mut made = AuthoredAttack {
                         admitted,
                         source,
                         justification: justification.unwrap_or_default(),
                         reasoning: answer.reasoning,
-                    });
-                    break;
+                        told: None,
+                        grade: None,
+                    };
+                    let better = self.better(&mut made, attacker, &question, retry < retries);
+                    let better = better.await;
+                    made.told.clone_from(&better);
+                    talk.attacks.push(made);
+                    let Some(words) = better else { break };
+                    question = question.after(&words::shortened(&answer.text), &words);
                 }
                 Err(refusals) => {
                     let mut about = (attacker, None);
@@ -143,6 +166,40 @@ impl AuthorSession<'_> {
             }
         }
         talk
+    }
+
+    /// Drives the ego against a motion where the model is to hear of it. The words for the next turn, where it is not
+    /// what is wanted and another turn may come.
+    async fn better(
+        &self,
+        made: &mut AuthoredAttack,
+        attacker: i64,
+        question: &Question,
+        goes_on: bool,
+    ) -> Option<String> {
+        if !self.author.method.feedback {
+            return None;
+        }
+        (self.listener)(Progress::Driving(made.source));
+        // Others may go on before the drive, which takes the thread for its time.
+        tokio::task::yield_now().await;
+        let attack = &mut made.admitted.attack;
+        self.ground.drive(attack);
+        if attack.has_effect() {
+            self.ground.survive(attack, self.delay);
+        }
+        if self.ground.closed_loop.driver().is_cancelled() {
+            // The drive was cut short: nothing may be told of it.
+            self.bar();
+            return None;
+        }
+        if !goes_on || feedback::is_wanted(attack) {
+            return None;
+        }
+        let drive = feedback::driven(self.ground, attack, self.delay);
+        (self.listener)(Progress::ToldOfDrive(made.source));
+        let start = self.start(question, attacker);
+        Some(words::not_wanted(attacker, &drive, start))
     }
 
     fn admitted(&self, attacker: i64, said: &NewMotion) -> Result<AdmittedAttack, Vec<Refusal>> {

@@ -1,7 +1,7 @@
 //! A generation in which a language model writes the attacks: its settings, progress and complete output.
 
 use crate::evaluation::Settings as Asked;
-use crate::evaluation::generating::{Authored, Progress, SAMPLES, Source};
+use crate::evaluation::generating::{Authored, Method, Progress, Source};
 use crate::prompts::Library;
 
 /// The model that writes attacks, and its request settings.
@@ -15,6 +15,8 @@ pub struct Writer {
     pub library: Library,
     /// The user's settings for descriptions and techniques.
     pub settings: Asked,
+    /// How often it is asked, and what for.
+    pub method: Method,
     /// Whether it is asked even where the store has its answers.
     pub fresh: bool,
 }
@@ -22,6 +24,10 @@ pub struct Writer {
 /// Progress of a model's authoring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AuthoringProgress {
+    /// Votes for the attacker that were asked for.
+    pub votes: u32,
+    /// Votes in all.
+    pub of_votes: u32,
     /// Conversations that have begun; 0 while the attacker is chosen.
     pub begun: u32,
     /// How often the last answer that was asked for had been sent back before.
@@ -30,25 +36,40 @@ pub struct AuthoringProgress {
     pub passed: u32,
     /// Answers that were refused.
     pub refused: u32,
+    /// Motions that went back to the model with what came of the drive.
+    pub told: u32,
+    /// Whether the ego is driven against a motion now.
+    pub driving: bool,
+    /// Grades that were asked for, and motions in all that are to be graded.
+    pub grades: (usize, usize),
     /// Conversations in all.
     pub of: u32,
 }
 
 impl AuthoringProgress {
     /// Takes note of what happens.
-    pub fn hear(&mut self, progress: &Progress) {
-        self.of = SAMPLES;
+    pub fn hear(&mut self, progress: &Progress, method: &Method) {
+        self.of = method.samples;
         match progress {
+            Progress::Choosing { vote, of } => {
+                self.votes = self.votes.max(vote + 1);
+                self.of_votes = *of;
+            }
             Progress::Writing { sample, retry } => {
                 self.begun = self.begun.max(sample + 1);
                 self.retry = *retry;
+                self.driving = false;
             }
             Progress::Made(_) => self.passed += 1,
             Progress::Refused(_) => self.refused += 1,
-            Progress::Choosing
-            | Progress::Chosen(_)
-            | Progress::Heard { .. }
-            | Progress::Answered { .. } => {}
+            Progress::Driving(_) => self.driving = true,
+            Progress::ToldOfDrive(_) => self.told += 1,
+            Progress::Grading { motion, of } => {
+                self.driving = false;
+                self.grades = (self.grades.0.max(motion + 1), *of);
+            }
+            Progress::Ended { .. } => self.driving = false,
+            Progress::Chosen(_) | Progress::Heard { .. } | Progress::Answered { .. } => {}
         }
     }
 }

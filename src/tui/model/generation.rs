@@ -210,14 +210,26 @@ fn driving_words(what: &str, (done, of): (usize, usize), whole: bool) -> String 
 /// Describes a model's progress.
 fn writing_words(at: &AuthoringProgress, whole: bool) -> String {
     if at.begun == 0 {
-        return "model: chooses the attacker".into();
+        return match at.of_votes {
+            0 | 1 => "model: chooses the attacker".into(),
+            of => format!("model: chooses the attacker, vote {}/{of}", at.votes),
+        };
     }
-    let mut words = format!("model: writes motion {}/{}", at.begun, at.of);
+    if at.grades.1 > 0 {
+        return format!("model: grades motion {}/{}", at.grades.0, at.grades.1);
+    }
+    let mut words = match at.driving {
+        true => format!("driving against motion {}/{}", at.begun, at.of),
+        false => format!("model: writes motion {}/{}", at.begun, at.of),
+    };
     if whole {
         if at.retry > 0 {
             words.push_str(&format!(", try {}", at.retry + 1));
         }
         words.push_str(&format!(", {} passed, {} refused", at.passed, at.refused));
+        if at.told > 0 {
+            words.push_str(&format!(", {} told what came of it", at.told));
+        }
     }
     words
 }

@@ -2,7 +2,7 @@
 
 use super::{Model, PromptView};
 use crate::description::Frame;
-use crate::evaluation::{Case, CaseError, default_frame, prepare};
+use crate::evaluation::{AttackTerms, Case, CaseError, default_frame, prepare};
 use crate::prompts::{Library, TemplateError};
 use crate::system::activity::{self, Subject, trying};
 use crate::tui::action::Action;
@@ -150,8 +150,14 @@ impl Model {
     /// Roughly how many tokens a question of another task about this moment has; `None` where it cannot be asked.
     #[must_use]
     pub fn tokens_of(&self, task: Task, obstacle: Option<i64>) -> Option<usize> {
+        self.tokens_in(task, default_frame(&self.library, task), obstacle)
+    }
+
+    /// The same in a frame.
+    #[must_use]
+    pub fn tokens_in(&self, task: Task, frame: Frame, obstacle: Option<i64>) -> Option<usize> {
         let mut case = self.case()?;
-        (case.task, case.frame) = (task, default_frame(&self.library, task));
+        (case.task, case.frame) = (task, frame);
         case.options.obstacle = obstacle;
         let question = prepare(case, &self.library, None).ok()?;
         Some(question.tokens())
@@ -170,6 +176,7 @@ impl Model {
             options: decided.options,
             thresholds: self.thresholds.clone(),
             horizon: Case::HORIZON,
+            attack: AttackTerms::of_style(self.config.attack_style.as_deref()),
         })
     }
 }

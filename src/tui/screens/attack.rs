@@ -30,6 +30,8 @@ pub struct AttackScreen {
     pub task: String,
     /// Requests at most.
     pub requests: usize,
+    /// Of these, votes for the attacker, answers about motions, and grades of motions.
+    pub counts: (u32, u32, u32),
     /// Tokens of the questions at most, estimated.
     pub tokens: usize,
     /// Their cost at most, in words.
@@ -94,8 +96,14 @@ impl AttackScreen {
     fn text(&self, model: &Model) -> Text<'static> {
         let dim = Style::new().fg(model.theme.dim);
         let bold = Style::new().add_modifier(Modifier::BOLD);
+        let (votes, motions, grades) = self.counts;
+        let votes = match votes {
+            0 => String::new(),
+            1 => "1 vote for the attacker, ".into(),
+            n => format!("{n} votes for the attacker, "),
+        };
         let requests = format!(
-            "up to {}: refused motions go back to the model",
+            "up to {}: {votes}{motions} about motions, which go back with reasons or with what came of the drive, {grades} to grade them",
             self.requests
         );
         let tokens = thousands(self.tokens as u64);

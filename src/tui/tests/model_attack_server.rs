@@ -32,6 +32,17 @@ fn chooses(attacker: i64) -> Script {
     }))
 }
 
+/// Grades an obstacle.
+fn grades(obstacle: i64) -> Script {
+    says(&serde_json::json!({
+        "justification": "It closes in.",
+        "obstacles": [{ "id": obstacle, "risk_score": 1, "reason": "near" }],
+        "critical_obstacles": [{ "id": obstacle, "probability": 0.9 }],
+        "probability": 0.9,
+        "safety_critical": true,
+    }))
+}
+
 /// Moves an obstacle as the search found it.
 fn moves(attacker: i64, motion: &Motion) -> Script {
     let asked = crate::generation::asked(motion);
@@ -71,9 +82,19 @@ impl Whole {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_server_writes_it_and_nothing_is_paid_for_twice() {
     let (id, motion) = found();
-    let scripts = [vec![chooses(id)], vec![moves(id, &motion); 5]].concat();
-    let server = Server::start(scripts).await;
-    let mut whole = Whole::start(&server, COARSE);
+    let server = Server::answering(move |_, request| {
+        let body = request.json().to_string();
+        Some(if body.contains("Which obstacle should be the attacker") {
+            chooses(id)
+        } else if body.contains("Write a new motion for obstacle") {
+            moves(id, &motion)
+        } else {
+            grades(id)
+        })
+    })
+    .await;
+    let far = format!("attack_within = 300.0\n{COARSE}");
+    let mut whole = Whole::start(&server, &far);
     whole.attack().await;
     let state = whole.end().await;
     assert!(
@@ -82,9 +103,17 @@ async fn a_server_writes_it_and_nothing_is_paid_for_twice() {
         whole.model.toasts
     );
     let job = whole.model.jobs.all.last().unwrap();
-    assert_eq!((server.requests().len(), job.tokens), (6, 6600));
-    assert!((job.cost - 6.0 * 1200e-6).abs() < 1e-9, "{}", job.cost);
-    assert_eq!(whole.states(), vec!["answered".to_string(); 6]);
+    // Three votes and at least five motions; all motions are the same, so one grade is asked for, and the rest is in the
+    // store.
+    let asked = server.requests().len();
+    assert!((9..=19).contains(&asked), "{asked}");
+    assert_eq!(job.tokens, asked as u64 * 1100);
+    assert!(
+        (job.cost - asked as f64 * 1200e-6).abs() < 1e-9,
+        "{}",
+        job.cost
+    );
+    assert_eq!(whole.states(), vec!["answered".to_string(); asked]);
     let made = whole.model.variant().unwrap().made.clone();
     let wrote = made.authorship.as_ref().unwrap();
     let papers = made.variant().author.unwrap();
@@ -94,7 +123,7 @@ async fn a_server_writes_it_and_nothing_is_paid_for_twice() {
     );
     assert_eq!(
         (made.by.as_str(), wrote.authored.attacks.len()),
-        ("lab/small", 5)
+        ("lab/small", asked - 4)
     );
     let run = wrote.taken.unwrap().run;
     assert!(run.is_some_and(|run| run > RunId(1)), "{run:?}");

@@ -102,6 +102,7 @@ fn who_cancels_is_driven_against_nothing_more() {
             name: "test".into(),
             library: Library::load(None),
             settings: evaluation::Settings::default(),
+            method: evaluation::generating::Method::default(),
             fresh: false,
         })),
         ..right_turn()

@@ -10,8 +10,8 @@ use super::stopping::right_turn;
 use super::variant_fixtures::{generated, in_12_ms};
 use crate::evaluation::Event;
 use crate::evaluation::generating::{
-    AuthorError, Authored, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Progress, Proposal,
-    RefusedAnswer, Source,
+    AuthorError, Authored, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Grade, Progress,
+    Proposal, Ranking, RefusedAnswer, Source,
 };
 use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
@@ -80,22 +80,36 @@ fn choice(attacker: i64, ranked: Vec<Candidate>, words: &str) -> Choice {
         reason: words.into(),
         written_score: None,
     };
+    let vote = |attacker| Proposal {
+        run: None,
+        window: (1, 40),
+        said: Some(AttackerChoice {
+            attacker: Some(attacker),
+            obstacles: vec![risk(attacker, 1), risk(301, 3)],
+            justification: words.into(),
+        }),
+        reasoning: words.into(),
+        refused: None,
+    };
     Choice {
         ranked,
-        proposal: Some(Proposal {
-            run: None,
-            window: (1, 40),
-            said: Some(AttackerChoice {
-                attacker: Some(attacker),
-                obstacles: vec![risk(attacker, 1), risk(301, 3)],
-                justification: words.into(),
-            }),
-            reasoning: words.into(),
-            refused: None,
-        }),
+        proposal: Some(vote(attacker)),
+        votes: vec![vote(attacker), vote(301), vote(attacker)],
+        tied: Vec::new(),
+        within: Some(30.0),
         attacker: Some(attacker),
         by: ChosenBy::Model,
     }
+}
+
+/// A grade of the model.
+fn grade(score: Option<u8>) -> Option<Grade> {
+    Some(Grade {
+        run: None,
+        window: (1, 40),
+        score,
+        problem: score.is_none().then(|| WORDS.into()),
+    })
 }
 
 fn source(sample: u32, retry: u32) -> Source {
@@ -114,18 +128,32 @@ fn declined(sample: u32, retry: u32, refusals: Vec<Refusal>) -> RefusedAnswer {
     }
 }
 
-/// Three answers, of which the second, sent back once, passes the gate.
+/// Three answers, of which the second, sent back once, passes the gate, and a fourth that does the same.
 fn authored(ground: &AttackSetup<'_>) -> Authored {
     let (id, motion) = found();
     let admitted = admit(ground, id, &motion).expect("the gate lets it through");
+    let told = AuthoredAttack {
+        admitted: admitted.clone(),
+        source: source(3, 0),
+        justification: WORDS.into(),
+        reasoning: String::new(),
+        told: Some(WORDS.into()),
+        grade: grade(Some(4)),
+    };
     Authored {
         choice: choice(id, attacker::rank(ground.stage), WORDS),
-        attacks: vec![AuthoredAttack {
-            admitted,
-            source: source(1, 1),
-            justification: WORDS.into(),
-            reasoning: WORDS.repeat(3),
-        }],
+        attacks: vec![
+            AuthoredAttack {
+                admitted,
+                source: source(1, 1),
+                justification: WORDS.into(),
+                reasoning: WORDS.repeat(3),
+                told: None,
+                grade: grade(Some(1)),
+            },
+            told,
+        ],
+        rank: Ranking::Exact,
         declined: vec![
             declined(0, 0, vec![Refusal::at(46, Reason::Jump).with(10.7, 2.5)]),
             declined(1, 0, vec![Refusal::at(30, Reason::Overlap(306))]),
@@ -153,6 +181,7 @@ impl AttackWriter for Canned {
         &self,
         ground: &AttackSetup<'_>,
         _: &Arc<Scene>,
+        _: f64,
         _: &Cancel,
         _: &mut dyn FnMut(Progress),
     ) -> Result<Option<Authored>, AuthorError> {
@@ -190,6 +219,7 @@ pub fn unwritten(words: &str) -> GenerationOutcome {
             attacks: Vec::new(),
             declined: vec![declined(0, 0, vec![Refusal::answer(words)])],
             spent: AuthoringUsage::default(),
+            rank: Ranking::Exact,
             stopped: None,
         },
         taken: None,
@@ -209,7 +239,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     assert_eq!(count(&bench), 0);
     for (columns, rows) in [(80, 24), (200, 60)] {
         let frame = bench.frame(columns, rows);
-        for words in ["up to 16", "price unknown", "lab/small"] {
+        for words in ["up to 33", "3 votes", "price unknown", "lab/small"] {
             assert!(frame.contains(words), "{words}\n{frame}");
         }
     }
@@ -237,7 +267,12 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
         let frame = bench.frame(200, 60);
         frame.lines().last().unwrap().to_string()
     };
-    assert!(hear(&mut bench, Progress::Choosing).contains("model: chooses the attacker"));
+    let (vote, of) = (1, 3);
+    let line = hear(&mut bench, Progress::Choosing { vote, of });
+    assert!(
+        line.contains("model: chooses the attacker, vote 2/3"),
+        "{line}"
+    );
     let event = Event::Chunk(Chunk::Retrying {
         attempt: 2,
         wait: Duration::from_secs(7),
@@ -275,13 +310,21 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
         &mut bench,
         Progress::Refused(Box::new(declined(0, 2, Vec::new()))),
     );
+    hear(&mut bench, Progress::Ended { sample: 0 });
     let line = hear(&mut bench, Progress::Writing { sample, retry });
     let words = "model: writes motion 2/5, try 2, 0 passed, 1 refused";
     assert!(line.contains(words), "{line}");
+    let line = hear(&mut bench, Progress::Driving(source(1, 1)));
+    assert!(line.contains("driving against motion 2/5"), "{line}");
+    hear(&mut bench, Progress::ToldOfDrive(source(1, 1)));
+    let line = hear(&mut bench, Progress::Writing { sample, retry: 2 });
+    assert!(line.contains("1 told what came of it"), "{line}");
     let header = bench.frame(200, 60);
     assert!(header.lines().next().unwrap().contains("$0.5000"));
     assert_eq!((job(&bench).done, job(&bench).of), (1, 5));
     assert!(bench.frame(80, 24).contains("model: writes motion 2/5"));
+    let line = hear(&mut bench, Progress::Grading { motion: 0, of: 2 });
+    assert!(line.contains("model: grades motion 1/2"), "{line}");
     // Who quits is asked, as something is paid for.
     bench.press("q");
     assert!(said(&bench.model).contains("1 question is running"));

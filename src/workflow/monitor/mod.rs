@@ -15,8 +15,8 @@ use super::{AskRequest, PlanError, PlanEvent, PlanOutcome, PreparedPlan, ask};
 use crate::description::Frame;
 use crate::evaluation::batch::{Price, Size};
 use crate::evaluation::{
-    Case, Event, Judge, JudgeOutcome, Question, RunOptions, Settings, default_frame, prepare,
-    template,
+    AttackTerms, Case, Event, Judge, JudgeOutcome, Question, RunOptions, Settings, default_frame,
+    prepare, template,
 };
 use crate::judge::Judgement;
 use crate::metrics::Thresholds;
@@ -91,6 +91,7 @@ impl Monitor<'_> {
             thresholds: Arc::clone(&self.thresholds),
             scene,
             horizon: Case::HORIZON,
+            attack: AttackTerms::default(),
         };
         prepare(case, self.library, None).map_err(|e| wrong(&e))
     }

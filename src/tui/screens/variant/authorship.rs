@@ -4,7 +4,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use crate::description::visible;
-use crate::evaluation::generating::{AuthoringUsage, Choice, ChosenBy, Source};
+use crate::evaluation::generating::{
+    Agreement, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Ranking, Source,
+};
 use crate::generation::attacker::Candidate;
 use crate::generation::{Attack, Refusal, summarize};
 use crate::tui::loaded::{Authorship, GeneratedVariant};
@@ -85,8 +87,30 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
         lines.row(&format!("{:>2} {}{right}", place + 1, pad(&left, SIDE)));
     }
     more(lines, its.len().max(reference.len()));
+    if choice.votes.len() > 1 {
+        lines.say("votes", &votes(choice));
+    }
     let stopped = wrote.authored.stopped.as_ref().map(ToString::to_string);
     lines.say("chosen", &visible(&chosen(choice, stopped.as_deref())));
+}
+
+/// How many votes each obstacle got, and how a tie was decided.
+fn votes(choice: &Choice) -> String {
+    let counts = choice.tally().into_iter();
+    let mut words: Vec<String> = counts.map(|(id, votes)| format!("{id} ×{votes}")).collect();
+    let void = choice
+        .votes
+        .iter()
+        .filter(|vote| vote.refused.is_some())
+        .count();
+    if void > 0 {
+        words.push(format!("{void} rejected"));
+    }
+    let tie = match choice.tied.is_empty() {
+        true => "",
+        false => "; a tie, decided by the reference",
+    };
+    format!("{}{tie}", words.join(", "))
 }
 
 /// An id, with a mark if that one attacks.
@@ -141,6 +165,10 @@ pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: O
             None => "+ passed as it is".into(),
         };
         words.push_str(&format!(": {}", effect(&attack.admitted.attack)));
+        words.push_str(&graded(attack));
+        if attack.told.is_some() {
+            words.push_str("; sent back with what came of it");
+        }
         let mut style = Style::new().fg(theme.safe);
         if wrote.taken == Some(attack.source) {
             words.push_str("; taken");
@@ -158,22 +186,55 @@ pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: O
         // What goes wrong is often the same every time.
         let again = words == before;
         let said = if again {
-            "x the same".into()
+            format!("{} the same", words.get(..1).unwrap_or("x")).into()
         } else {
             visible(&words)
         };
-        let name = match source.retry {
-            0 => format!("{}", source.sample + 1),
-            n => format!("{} try {}", source.sample + 1, n + 1),
-        };
-        lines.say_in(&name, &said, style);
+        lines.say_in(&answer(source), &said, style);
         before = words;
+    }
+    if let Some(agreement) = authored.agreement() {
+        lines.say("ranking", &rankings(&agreement, authored.rank));
     }
     if let Some(why) = &authored.stopped {
         let style = Style::new().fg(theme.danger);
         lines.say_in("stopped", &visible(why), style);
     }
     spent(lines, &authored.spent);
+}
+
+/// The model's own grade of a motion.
+fn graded(one: &AuthoredAttack) -> String {
+    match one.grade.as_ref().map(|grade| grade.score) {
+        Some(Some(score)) => format!(", graded {score}"),
+        Some(None) => ", not graded".into(),
+        None => String::new(),
+    }
+}
+
+/// Whether the model's grades and the exact ranking prefer the same motion, and which of them decided.
+fn rankings(agreement: &Agreement, rank: Ranking) -> String {
+    let decided = match rank {
+        Ranking::Exact => "the exact ranking decides",
+        Ranking::Model => "the model's grades decide",
+    };
+    if agreement.agrees {
+        return format!("the model's grades prefer the same of {}", agreement.of);
+    }
+    format!(
+        "the model's grades prefer {}, the exact ranking {}, of {}; {decided}",
+        answer(agreement.model),
+        answer(agreement.exact),
+        agreement.of
+    )
+}
+
+/// Which answer it was.
+fn answer(source: Source) -> String {
+    match source.retry {
+        0 => format!("{}", source.sample + 1),
+        n => format!("{} try {}", source.sample + 1, n + 1),
+    }
 }
 
 fn effect(attack: &Attack) -> &'static str {
@@ -284,6 +345,9 @@ mod tests {
         let choice = |refused| Choice {
             ranked: Vec::new(),
             proposal: Some(proposal(refused)),
+            votes: vec![proposal(refused)],
+            tied: Vec::new(),
+            within: None,
             attacker: Some(7),
             by: ChosenBy::Reference,
         };

@@ -6,7 +6,7 @@ use tokio::sync::oneshot;
 
 use super::super::super::loaded::Writer;
 use super::super::Tasks;
-use crate::evaluation::generating::{Author, RETRIES, SAMPLES};
+use crate::evaluation::generating::Author;
 
 impl Tasks {
     /// The author that a model is; nothing is asked yet.
@@ -26,8 +26,7 @@ impl Tasks {
             thresholds: Arc::clone(&self.thresholds),
             settings: writer.settings,
             frame: None,
-            samples: SAMPLES,
-            retries: RETRIES,
+            method: writer.method,
             at_once: usize::try_from(self.concurrency.get()).unwrap_or(1),
             attacker: only,
             obey: false,

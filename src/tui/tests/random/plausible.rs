@@ -238,7 +238,10 @@ fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
         Update::Progress(GenerationProgress::Working(GenerationStage::Searching(
             progress, 600,
         ))),
-        Update::Progress(GenerationProgress::Model(TerminationSignal::Choosing)),
+        Update::Progress(GenerationProgress::Model(TerminationSignal::Choosing {
+            vote: 0,
+            of: 3,
+        })),
         Update::Ended(ended),
     ];
     let updates = updates.into_iter().take(1 + n % 4);

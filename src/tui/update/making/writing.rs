@@ -10,7 +10,8 @@ use super::super::super::model::{Job, JobKind, JobState, Model, RequestTokens, f
 use super::super::super::screens::attack::AttackScreen;
 use super::super::list;
 use super::{ready, request, show, still_searching};
-use crate::evaluation::generating::{Progress, RETRIES, SAMPLES};
+use crate::description::Frame;
+use crate::evaluation::generating::{Method, Progress};
 use crate::evaluation::{Event, Settings};
 use crate::judge;
 use crate::llm::Chunk;
@@ -51,7 +52,8 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     let key = model.look.key(Action::Cancel);
     let anew = if fresh { " again" } else { "" };
     let reply = format!("asking {asked}{anew}… ego planned with {words}; {key} {key} cancels");
-    let requests = requests(model, only);
+    let method = method(model);
+    let requests = requests(model, &method, only);
     let price = model.prompt.prices.of_requests(&asked, &requests);
     // A variant has another name, and the question is about its original.
     let name = opened_name(model);
@@ -65,6 +67,7 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
             techniques: model.techniques_chosen.then_some(model.techniques),
             ..Settings::default()
         },
+        method,
         fresh,
     };
     if let Some((place, request)) = request(model, change, only, 1, Some(Box::new(writer))) {
@@ -74,6 +77,11 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
             asked,
             task,
             requests: requests.len(),
+            counts: (
+                method.votes_for(only),
+                method.motions(),
+                method.most_grades(),
+            ),
             tokens: requests.iter().map(|one| one.question).sum(),
             price,
             reply,
@@ -82,12 +90,20 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Tokens of what is said about a refused motion, at most.
-const REPLY: usize = 600;
+/// How the workbench asks for attacks: as `generate` does.
+fn method(model: &Model) -> Method {
+    Method {
+        within: model.config.attack_within,
+        ..Method::default()
+    }
+}
 
-/// Every request that may be sent, each as long as it can get: the choice of an attacker, and the conversations about
-/// its motion, in which all that was said before is sent again.
-fn requests(model: &Model, only: Option<i64>) -> Vec<RequestTokens> {
+/// Tokens of what is said about a refused motion, or about the drive against one, at most.
+const REPLY: usize = 900;
+
+/// Every request that may be sent, each as long as it can get: the votes for an attacker, the conversations about its
+/// motion, in which all that was said before is sent again, and the grades of motions.
+fn requests(model: &Model, method: &Method, only: Option<i64>) -> Vec<RequestTokens> {
     let answer = model.config.max_tokens;
     let request = |question| RequestTokens { question, answer };
     let choice = model.tokens_of(Task::Attacker, None);
@@ -99,11 +115,15 @@ fn requests(model: &Model, only: Option<i64>) -> Vec<RequestTokens> {
     let motion = attacker.and_then(|id| model.tokens_of(Task::Trajectory, Some(id)));
     let motion = motion.or(choice).unwrap_or(model.prompt.tokens);
     let said = answer.map_or(0, |most| most as usize) + REPLY;
-    let retries = 0..=RETRIES as usize;
+    let retries = 0..=method.retries as usize;
     let talk = retries.map(|retry| request(motion + retry * said));
-    let talks = (0..SAMPLES).flat_map(|_| talk.clone());
-    let choice = choice.filter(|_| only.is_none()).map(request);
-    choice.into_iter().chain(talks).collect()
+    let talks = (0..method.samples).flat_map(|_| talk.clone());
+    let votes = method.votes_for(only) as usize;
+    let votes = std::iter::repeat_n(request(choice.unwrap_or(motion)), votes);
+    let grade = model.tokens_in(Task::Safety, Frame::Metrics, None);
+    let grades = method.most_grades() as usize;
+    let grades = std::iter::repeat_n(request(grade.or(choice).unwrap_or(motion)), grades);
+    votes.chain(talks).chain(grades).collect()
 }
 
 /// Handles progress of the authoring model.
@@ -115,6 +135,7 @@ pub fn heard(model: &mut Model, progress: &Progress) {
     {
         model.say(format!("{}: {note}", model.model));
     }
+    let method = method(model);
     let Some(search) = &mut model.maker.under_way else {
         return;
     };
@@ -122,7 +143,7 @@ pub fn heard(model: &mut Model, progress: &Progress) {
         Some(GenerationStage::Writing(at)) => at,
         _ => AuthoringProgress::default(),
     };
-    at.hear(progress);
+    at.hear(progress, &method);
     search.at = Some(GenerationStage::Writing(at));
     search.waits = match progress {
         Progress::Heard { event, .. } => match waiting(event) {
@@ -181,9 +202,9 @@ fn opened_name(model: &Model) -> String {
 }
 
 /// Work of a model, for the list of tasks.
-pub fn job(id: JobId, name: &str, asked: &str, now: Duration) -> Job {
+pub fn job(id: JobId, name: &str, (asked, conversations): (&str, u32), now: Duration) -> Job {
     let title = format!("{name} made dangerous by {asked}");
-    let conversations = usize::try_from(SAMPLES).unwrap_or(1);
+    let conversations = usize::try_from(conversations).unwrap_or(1);
     Job::new(id, JobKind::Generate, title, conversations, now).asking()
 }
 
@@ -208,11 +229,14 @@ pub fn note(job: &mut Job, progress: &Progress) {
                 job.consumed(consumed);
             }
         }
-        Progress::Made(_) => job.done += 1,
-        Progress::Refused(declined) if declined.source.retry >= RETRIES => job.done += 1,
-        Progress::Choosing
+        Progress::Ended { .. } => job.done += 1,
+        Progress::Choosing { .. }
         | Progress::Chosen(_)
         | Progress::Writing { .. }
-        | Progress::Refused(_) => {}
+        | Progress::Made(_)
+        | Progress::Driving(_)
+        | Progress::ToldOfDrive(_)
+        | Progress::Refused(_)
+        | Progress::Grading { .. } => {}
     }
 }

@@ -1,0 +1,149 @@
+//! `generate --dry-run`: how much a model is asked at most, and what that costs at most; nothing is sent.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+use super::variant::GenerateJob;
+use crate::cli::interrupt::{INTERRUPTED, interrupted};
+use crate::cli::output::Align::{Left, Right};
+use crate::cli::{Failure, Outcome, output};
+use crate::evaluation::generating::{self, Author, AuthorError, Authored, Bound, bound};
+use crate::formats::{EgoSelection, Entry};
+use crate::generation::AttackSetup;
+use crate::planner::Cancel;
+use crate::scenario::Scene;
+use crate::workflow::{
+    AttackSource, AttackWriter, GenerateRequest, OpenRequest, PlanRequest, generate, prepare,
+};
+
+/// Counts in place of asking.
+struct Counter {
+    author: Author,
+    found: Mutex<Option<Bound>>,
+}
+
+impl AttackWriter for Counter {
+    fn write(
+        &self,
+        ground: &AttackSetup<'_>,
+        scene: &Arc<Scene>,
+        delay: f64,
+        _: &Cancel,
+        _: &mut dyn FnMut(generating::Progress),
+    ) -> Result<Option<Authored>, AuthorError> {
+        let bound = bound(&self.author, ground, scene, delay)?;
+        if let Ok(mut found) = self.found.lock() {
+            *found = Some(bound);
+        }
+        Ok(None)
+    }
+}
+
+/// Prints a line for each scenario, and the sum.
+pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
+    let Some(writer) = &job.writer else {
+        return Err(Failure::input(
+            "--dry-run counts what a model is asked; name one with --model, the search asks none",
+        ));
+    };
+    let stop: Arc<AtomicBool> = interrupted(true);
+    let cancel = Cancel::from_flag(&stop);
+    let width = entries
+        .iter()
+        .map(|e| output::visible(&e.name).chars().count());
+    let width = width.max().unwrap_or(0).clamp("scenario".len(), 48);
+    let line = |name: &str, cells: [&str; 6]| {
+        let columns = [
+            Left(width),
+            Right(8),
+            Right(6),
+            Right(8),
+            Right(7),
+            Right(9),
+            Right(10),
+        ];
+        let cells: Vec<&str> = std::iter::once(name).chain(cells).collect();
+        output::line("  ", &columns, &cells)
+    };
+    let cells = |bound: &Bound| {
+        [
+            bound.requests().to_string(),
+            bound.votes.to_string(),
+            bound.motions.to_string(),
+            bound.grades.to_string(),
+            bound.tokens.to_string(),
+            bound
+                .usd
+                .map_or("unknown".into(), |usd| format!("{usd:.4}")),
+        ]
+    };
+    let shown = |name: &str, bound: &Bound| {
+        let cells = cells(bound);
+        let [a, b, c, d, e, f] = &cells;
+        line(name, [a, b, c, d, e, f])
+    };
+    output::text(&line(
+        "scenario",
+        ["requests", "votes", "motions", "grades", "tokens", "USD"],
+    ))?;
+    let mut all = Bound {
+        usd: Some(0.0),
+        ..Bound::default()
+    };
+    let mut failed = 0;
+    for entry in entries {
+        let counter = Counter {
+            author: writer.author(&entry.name),
+            found: Mutex::new(None),
+        };
+        let prepared = prepare(&PlanRequest {
+            open: OpenRequest {
+                entry,
+                ego: &EgoSelection::Beside,
+                transform: None,
+                strict: false,
+            },
+            problem: job.problem,
+            settings: &job.settings,
+        });
+        let counted = prepared.and_then(|prepared| {
+            let request = GenerateRequest {
+                prepared: &prepared,
+                attacker: job.only,
+                delay: job.effort.delay,
+                style: job.style,
+                source: AttackSource::Model(&counter),
+            };
+            generate(&request, &cancel, &mut |_| {})
+        });
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure {
+                message: "interrupted".into(),
+                status: INTERRUPTED,
+            });
+        }
+        if let Err(error) = counted {
+            output::say(&format!("nearmiss: {error}"));
+            failed += 1;
+            continue;
+        }
+        let found = counter.found.lock().ok().and_then(|found| *found);
+        // Nothing is asked where the ego is touched already.
+        let found = found.unwrap_or(Bound {
+            usd: Some(0.0),
+            ..Bound::default()
+        });
+        output::text(&shown(&output::visible(&entry.name), &found))?;
+        all = all.and(&found);
+    }
+    if entries.len() > 1 {
+        output::text(&shown("all, at most", &all))?;
+    }
+    match failed {
+        0 => Ok(()),
+        n => Err(Failure::finding(format!(
+            "{n} of {} scenarios could not be attacked",
+            entries.len()
+        ))),
+    }
+}
