@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::collision::touches_between;
+use super::external::{ExternalPlanner, NoTrajectory, PlannerError, Session};
 use super::rollout::start;
 use super::{Control, Cycle, DriveError, Look, Outcome, Rollout, Settings};
 use crate::planner::{
-    Cancel, Forecaster, Limits, Memory, Plan, Planner, ReferenceTrack, Road, VehicleState,
+    Cancel, Forecaster, Limits, Memory, Planner, ReferenceTrack, Road, VehicleState,
 };
 use crate::scenario::{PlanningProblem, Scenario};
 
@@ -26,6 +27,8 @@ pub struct Driver {
     last: i64,
     dt: f64,
     cancel: Cancel,
+    /// The planner; the built-in one where none is named.
+    external: Option<Arc<ExternalPlanner>>,
 }
 
 /// Longest drive, steps; a later deadline is treated as unreasonable.
@@ -93,7 +96,21 @@ impl Driver {
             last: last.min(problem.initial.time.from.saturating_add(MOST_DRIVEN)),
             dt,
             cancel: Cancel::default(),
+            external: None,
         })
+    }
+
+    /// The same driver, which asks this planner instead of the built-in one.
+    #[must_use]
+    pub fn driven_by(mut self, planner: Option<Arc<ExternalPlanner>>) -> Self {
+        self.external = planner;
+        self
+    }
+
+    /// The planner that is asked; `None` for the built-in one.
+    #[must_use]
+    pub fn external(&self) -> Option<&ExternalPlanner> {
+        self.external.as_deref()
     }
 
     /// The same driver, whose drives end early when `cancel` asks for it: they are to be dropped then.
@@ -109,10 +126,10 @@ impl Driver {
         self.cancel.is_asked()
     }
 
-    /// The same with other settings, but the same vehicle.
+    /// The built-in planner with other settings, but the same vehicle.
     #[must_use]
     pub fn with(&self, settings: &Settings) -> Self {
-        let mut other = self.clone();
+        let mut other = self.clone().driven_by(None);
         other.settings = *settings;
         other.settings.planner.vehicle = self.settings.planner.vehicle;
         other
@@ -275,8 +292,27 @@ impl Driver {
         scenario: &Scenario,
         stretch: &DriveSpan,
         known: Option<(&ResumableRollout, i64)>,
+        watch: Option<&mut WatchCycle<'_>>,
+        control: &mut dyn FnMut(&Rollout) -> Control,
+    ) -> ResumableRollout {
+        let external = self.external.as_deref();
+        let session = external.map(|planner| Session::new(planner, self, scenario, stretch));
+        // A process that remembers has to see every cycle.
+        let known = known.filter(|_| external.is_none_or(ExternalPlanner::is_stateless));
+        let mut session = session;
+        let mut noted = self.steps(scenario, stretch, known, watch, control, session.as_mut());
+        noted.drive.external = session.map(|session| Box::new(session.end()));
+        noted
+    }
+
+    fn steps(
+        &self,
+        scenario: &Scenario,
+        stretch: &DriveSpan,
+        known: Option<(&ResumableRollout, i64)>,
         mut watch: Option<&mut WatchCycle<'_>>,
         control: &mut dyn FnMut(&Rollout) -> Control,
+        mut session: Option<&mut Session<'_>>,
     ) -> ResumableRollout {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
         let forecaster = Forecaster::new(scenario, forecast, without);
@@ -294,6 +330,7 @@ impl Driver {
                 outcome: Outcome::Timeout,
                 limits: self.limits,
                 dt: self.dt,
+                external: None,
             },
             memories: Vec::new(),
             taken_over: 0,
@@ -325,6 +362,15 @@ impl Driver {
                     noted.taken_over += 1;
                     cycle.clone()
                 }
+                None if let Some(session) = &mut session => {
+                    match session.plan(&state, step, &self.cancel) {
+                        Ok(cycle) => cycle,
+                        Err(none) => {
+                            noted.drive.outcome = without_plan(&none, step);
+                            return noted;
+                        }
+                    }
+                }
                 None => {
                     let traffic = forecaster.traffic(step, planner.steps());
                     let began = Instant::now();
@@ -336,11 +382,12 @@ impl Driver {
                         step,
                         plan,
                         took: began.elapsed(),
+                        late: 0,
                     }
                 }
             };
             let more = watch.as_mut().is_none_or(|watch| watch(&planner, &cycle));
-            let ahead = self.ahead(&cycle.plan);
+            let ahead = self.ahead(&cycle);
             noted.drive.cycles.push(cycle);
             noted.memories.push(planner.memory());
             if ahead.is_empty() {
@@ -368,9 +415,23 @@ impl Driver {
     }
 
     /// The states of a plan that are driven before the next one.
-    fn ahead(&self, plan: &Plan) -> Vec<VehicleState> {
-        let ahead = plan.states.iter().skip(1);
-        ahead.take(self.settings.replan.max(1)).copied().collect()
+    fn ahead(&self, cycle: &Cycle) -> Vec<VehicleState> {
+        let ahead = cycle.plan.states.iter().skip(1);
+        let driven = self.settings.replan.max(cycle.late).max(1);
+        ahead.take(driven).copied().collect()
+    }
+}
+
+/// How a drive ends at a step where its planner's process has no trajectory.
+fn without_plan(none: &NoTrajectory, step: i64) -> Outcome {
+    match none {
+        // It is to be dropped.
+        NoTrajectory::Cancelled => Outcome::Timeout,
+        NoTrajectory::Infeasible => Outcome::Infeasible,
+        NoTrajectory::Fault(fault) => Outcome::PlannerError(PlannerError {
+            fault: *fault,
+            step,
+        }),
     }
 }
 
