@@ -9,8 +9,8 @@ use clap::CommandFactory;
 use super::open::resolved;
 use super::{Arguments, Failure, Outcome, json, output};
 use crate::docs::{TOPICS, explaining, topic};
-use crate::system::{did_you_mean, unknown};
 use crate::simulation::{planner_message_names, planner_message_schema};
+use crate::system::{did_you_mean, unknown};
 use crate::workflow::{EXPERIMENT_KEYS, experiment_schema};
 
 /// Arguments of `help`.
@@ -85,7 +85,9 @@ fn schema(words: &[String], name: &str) -> Outcome {
     let Some(schema) = schema else {
         let names: Vec<String> = match topic {
             "json" => json::names().into_iter().map(|(name, _)| name).collect(),
-            "planners" => planner_message_names().map(|(name, _)| name.into()).collect(),
+            "planners" => planner_message_names()
+                .map(|(name, _)| name.into())
+                .collect(),
             _ => vec![EXPERIMENT.to_string()],
         };
         let unknown = unknown("schema", name, names.iter().map(String::as_str));

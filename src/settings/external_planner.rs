@@ -12,7 +12,10 @@ use crate::simulation::ExternalOptions;
 
 /// The keys of a table, and what is needed behind each.
 const KEYS: [(&str, &str); 5] = [
-    ("command", "expected a command as text or as a list of words"),
+    (
+        "command",
+        "expected a command as text or as a list of words",
+    ),
     ("start_timeout", "expected a number from 0.1 to 3600 s"),
     ("timeout", "expected a number from 0.001 to 3600 s"),
     ("predictions", "expected true or false"),
@@ -46,7 +49,12 @@ fn options(table: &Table) -> Option<ExternalOptions> {
         return None;
     }
     let mut options = ExternalOptions::new(command(table.get("command")?)?);
-    let seconds = |name: &str| table.get(name).and_then(number).map(Duration::from_secs_f64);
+    let seconds = |name: &str| {
+        table
+            .get(name)
+            .and_then(number)
+            .map(Duration::from_secs_f64)
+    };
     options.start = seconds("start_timeout").unwrap_or(options.start);
     options.cycle = seconds("timeout").unwrap_or(options.cycle);
     let predictions = table.get("predictions").and_then(Value::as_bool);
@@ -95,7 +103,10 @@ pub(super) fn wrong(name: &str, table: &Table) -> impl Iterator<Item = (Option<S
 fn wrong_value(name: &str, key: &str, value: &Value) -> Option<String> {
     let Some((_, needed)) = KEYS.iter().find(|(known, _)| *known == key) else {
         let all = KEYS.map(|(known, _)| known);
-        return Some(format!("unknown key `planner.{name}.{key}`{}", near(key, &all)));
+        return Some(format!(
+            "unknown key `planner.{name}.{key}`{}",
+            near(key, &all)
+        ));
     };
     let within = |range: RangeInclusive<f64>| number(value).is_some_and(|n| range.contains(&n));
     let right = match key {
@@ -135,19 +146,37 @@ mod tests {
         assert_eq!((lab.cycle, lab.history), (Duration::from_millis(500), 10));
         assert_eq!(lab.start, ExternalOptions::START);
         assert_eq!(other.command, ["./other", "a b"]);
-        assert_eq!((other.start, other.predictions), (Duration::from_secs(120), true));
+        assert_eq!(
+            (other.start, other.predictions),
+            (Duration::from_secs(120), true)
+        );
     }
 
     #[test]
     fn what_a_planner_may_not_be_is_named_with_its_line() {
         for (text, said) in [
             ("timeout = 1", ":1: planner.lab: command is missing"),
-            ("command = \"\"", ":2: planner.lab.command = \"\": expected a command"),
+            (
+                "command = \"\"",
+                ":2: planner.lab.command = \"\": expected a command",
+            ),
             ("command = \"a 'b\"", ":2: planner.lab.command"),
-            ("command = \"a\"\ntimeout = 0", ":3: planner.lab.timeout = 0: expected a number from 0.001"),
-            ("command = \"a\"\ntimout = 1", ":3: unknown key `planner.lab.timout`; did you mean `timeout`?"),
-            ("command = \"a\"\nhistory = 1.5", ":3: planner.lab.history = 1.5: expected a whole number"),
-            ("command = \"a\"\npredictions = 1", ":3: planner.lab.predictions = 1: expected true"),
+            (
+                "command = \"a\"\ntimeout = 0",
+                ":3: planner.lab.timeout = 0: expected a number from 0.001",
+            ),
+            (
+                "command = \"a\"\ntimout = 1",
+                ":3: unknown key `planner.lab.timout`; did you mean `timeout`?",
+            ),
+            (
+                "command = \"a\"\nhistory = 1.5",
+                ":3: planner.lab.history = 1.5: expected a whole number",
+            ),
+            (
+                "command = \"a\"\npredictions = 1",
+                ":3: planner.lab.predictions = 1: expected true",
+            ),
         ] {
             let error = read(&format!("[planner.lab]\n{text}\n")).unwrap_err();
             assert!(error.contains(said), "{error}");
@@ -155,6 +184,9 @@ mod tests {
         let error = read("[planner.wieghts]\nspeed = 1\n").unwrap_err();
         assert!(error.contains("did you mean `weights`?"), "{error}");
         let error = read("[planner.horizon]\ncommand = \"a\"\n").unwrap_err();
-        assert!(error.contains("planner.horizon = a table: expected a number"), "{error}");
+        assert!(
+            error.contains("planner.horizon = a table: expected a number"),
+            "{error}"
+        );
     }
 }

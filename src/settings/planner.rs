@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use toml::{Table, Value};
 
-use super::{Config, external_planner};
 use super::validation::{near, shown};
+use super::{Config, external_planner};
 use crate::planner::Forecast;
 use crate::scenario::VehicleType;
 use crate::simulation::Settings;

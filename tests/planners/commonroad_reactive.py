@@ -18,7 +18,7 @@ from commonroad_clcs.config import CLCSParams  # noqa: E402
 from commonroad_dc import pycrcc  # noqa: E402
 from commonroad_dc.boundary.boundary import create_road_boundary_obstacle  # noqa: E402
 from commonroad_dc.collision.collision_detection.pycrcc_collision_dispatch import create_collision_object  # noqa: E402
-from commonroad_route_planner.fast_api.fast_api import generate_reference_path_from_lanelet_network_and_planning_problem as reference  # noqa: E402,E501
+from commonroad_route_planner.fast_api import fast_api  # noqa: E402
 from commonroad_rp.reactive_planner import ReactivePlanner  # noqa: E402
 from commonroad_rp.state import ReactivePlannerState  # noqa: E402
 from commonroad_rp.utility.config import ReactivePlannerConfiguration  # noqa: E402
@@ -47,7 +47,7 @@ def start(hello):
     config.debug.logging_level = "WARNING"
     config.vehicle.id_type_vehicle = hello["vehicle"]["number"]
     config.update(scenario=scenario, planning_problem=problem)
-    route = reference(scenario.lanelet_network, problem)
+    route = fast_api.generate_reference_path_from_scenario_and_planning_problem(scenario, problem)
     planner = ReactivePlanner(config)
     planner.set_reference_path(coordinate_system=CoordinateSystem(route.reference_path, clcs_params=CLCSParams()))
     _, boundary = create_road_boundary_obstacle(scenario)

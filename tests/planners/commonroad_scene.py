@@ -69,8 +69,8 @@ def scene(hello):
 
 def state(said):
     """A planned state of the rear axle as nearmiss reads it."""
-    return {"x": float(said.position[0]), "y": float(said.position[1]), "heading": math.remainder(said.orientation, math.tau),
-            "velocity": float(said.velocity), "acceleration": float(said.acceleration),
+    return {"x": float(said.position[0]), "y": float(said.position[1]),
+            "heading": math.remainder(said.orientation, math.tau), "velocity": float(said.velocity), "acceleration": float(said.acceleration),
             "steering": float(said.steering_angle)}
 
 

@@ -23,7 +23,6 @@ from cr_scenario_handler.utils.configuration_builder import ConfigurationBuilder
 from cr_scenario_handler.utils.sensor_model import get_obstacles_in_radius  # noqa: E402
 from frenetix_motion_planner.state import ReactivePlannerState  # noqa: E402
 
-FIELDS = ("velocity", "acceleration")
 logs = tempfile.TemporaryDirectory()
 
 
@@ -52,7 +51,8 @@ def predicted(said, horizon):
 def start(hello):
     scenario, problem = scene(hello)
     config, planning = configured(hello)
-    interface = FrenetPlannerInterface(problem.planning_problem_id, planning, config, scenario, problem, logs.name, CHECKOUT)
+    own_id = problem.planning_problem_id
+    interface = FrenetPlannerInterface(own_id, planning, config, scenario, problem, logs.name, CHECKOUT)
     horizon = int(planning.planning.planning_horizon / hello["dt"])
     there, own = set(), [hello["first_step"]]
 
@@ -71,7 +71,8 @@ def start(hello):
 
     def plan(now):
         step = now["step"]
-        while own[0] < step and interface.replanning_traj is not None and interface.replanning_counter < hello["replan"]:
+        planned = interface.replanning_traj is not None
+        while planned and own[0] < step and interface.replanning_counter < hello["replan"]:
             interface.step_interface(own[0])
             own[0] += 1
         interface.replanning_counter = 0
@@ -83,7 +84,7 @@ def start(hello):
             scenario.add_objects(obstacle(said, step))
             there.add(said["id"])
         seen = get_obstacles_in_radius(
-            scenario, problem.planning_problem_id, interface.vehicle_history[-1], step, config.prediction.sensor_radius,
+            scenario, own_id, interface.vehicle_history[-1], step, config.prediction.sensor_radius,
             vehicles_in_cone_angle=config.prediction.cone_angle > 0, config=config)
         predictions = {said["id"]: predicted(said, horizon) for said in now["obstacles"]
                        if said["id"] in seen and said.get("predictions")}

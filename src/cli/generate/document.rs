@@ -38,7 +38,9 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let collision = effect.and_then(|e| e.collision());
     let baseline = generated.workshop.closed.baseline();
     let driver = generated.workshop.closed.driver();
-    let planner = driver.external().map_or("nearmiss", |planner| planner.name());
+    let planner = driver
+        .external()
+        .map_or("nearmiss", |planner| planner.name());
     let beside_recorded = chosen.and_then(|c| generated.workshop.plausibility(&c.attack.change));
     json!({
         "variant": null,

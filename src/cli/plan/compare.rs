@@ -26,17 +26,30 @@ type Measured = fn(&DrivenScenario) -> Option<f64>;
 
 /// What is compared beside the outcomes, with the decimals that are shown.
 const FIGURES: [(&str, &str, usize, Measured); 7] = [
-    ("near_misses", "near misses", 2, |d| d.near_misses.map(|n| n as f64)),
+    ("near_misses", "near misses", 2, |d| {
+        d.near_misses.map(|n| n as f64)
+    }),
     ("largest_deceleration", "strongest braking, m/s²", 2, |d| {
         Some(d.drive.largest_deceleration())
     }),
-    ("mean_jerk", "mean jerk, m/s³", 2, |d| d.drive.jerk().map(|j| j.0)),
-    ("max_jerk", "largest jerk, m/s³", 2, |d| d.drive.jerk().map(|j| j.1)),
-    ("seconds_to_goal", "time to goal, s", 2, |d| d.drive.seconds_to_goal()),
-    ("median_cycle_ms", "cycle, ms", 2, |d| d.milliseconds().map(|(median, _)| median)),
-    ("undrivable_share", "drives beyond the vehicle's limits", 2, |d| {
-        Some(f64::from(u8::from(!d.drive.undrivable().is_empty())))
+    ("mean_jerk", "mean jerk, m/s³", 2, |d| {
+        d.drive.jerk().map(|j| j.0)
     }),
+    ("max_jerk", "largest jerk, m/s³", 2, |d| {
+        d.drive.jerk().map(|j| j.1)
+    }),
+    ("seconds_to_goal", "time to goal, s", 2, |d| {
+        d.drive.seconds_to_goal()
+    }),
+    ("median_cycle_ms", "cycle, ms", 2, |d| {
+        d.milliseconds().map(|(median, _)| median)
+    }),
+    (
+        "undrivable_share",
+        "drives beyond the vehicle's limits",
+        2,
+        |d| Some(f64::from(u8::from(!d.drive.undrivable().is_empty()))),
+    ),
 ];
 
 /// Collisions by kind.
@@ -71,7 +84,9 @@ pub fn run(
         ));
     }
     if arguments.monitor.is_asked() {
-        return Err(Failure::input("--monitor watches one planner; name only one"));
+        return Err(Failure::input(
+            "--monitor watches one planner; name only one",
+        ));
     }
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
@@ -122,7 +137,11 @@ pub fn run(
     job.end()?;
     if stop.load(Ordering::Relaxed) {
         return Err(Failure {
-            message: format!("interrupted after {} of {} scenarios", job.done(), entries.len()),
+            message: format!(
+                "interrupted after {} of {} scenarios",
+                job.done(),
+                entries.len()
+            ),
             status: INTERRUPTED,
         });
     }
@@ -138,7 +157,9 @@ pub fn run(
 }
 
 fn widest(entries: &[Entry]) -> usize {
-    let names = entries.iter().map(|entry| output::visible(&entry.name).chars().count());
+    let names = entries
+        .iter()
+        .map(|entry| output::visible(&entry.name).chars().count());
     let all = names.chain(["drives beyond the vehicle's limits".len()]);
     all.max().unwrap_or(0).min(WIDEST)
 }
@@ -166,7 +187,14 @@ impl Comparison {
     }
 
     fn row(&self, cells: &[&str; 6]) -> String {
-        let columns = [Left(self.width), Left(13), Left(13), Right(6), Right(6), Left(30)];
+        let columns = [
+            Left(self.width),
+            Left(13),
+            Left(13),
+            Right(6),
+            Right(6),
+            Left(30),
+        ];
         line("  ", &columns, cells)
     }
 
@@ -228,9 +256,13 @@ impl Comparison {
                 difference.words.to_string(),
                 number(difference.first),
                 number(difference.second),
-                test.map_or("-".into(), |test| signed(-test.difference)),
+                test.map_or("-".into(), |test| signed(0.0 - test.difference)),
                 interval.map_or(String::new(), |interval| {
-                    format!("{} to {}", signed(-interval.high), signed(-interval.low))
+                    format!(
+                        "{} to {}",
+                        signed(0.0 - interval.high),
+                        signed(0.0 - interval.low)
+                    )
                 }),
             ];
             out += &line("  ", &columns, &cells);
@@ -349,7 +381,9 @@ fn with(one: &DrivenScenario, two: &DrivenScenario) -> String {
     };
     match (touched(one), touched(two)) {
         (None, None) => "-".into(),
-        (one, two) => [one, two].map(|words| words.unwrap_or("-".into())).join(" · "),
+        (one, two) => [one, two]
+            .map(|words| words.unwrap_or("-".into()))
+            .join(" · "),
     }
 }
 

@@ -75,7 +75,9 @@ pub fn drive(
         problem: prepared.problem().id,
         near_misses: planner.map(|_| {
             let (problem, settings) = (prepared.problem(), &prepared.settings);
-            drive.near_misses(&prepared.scenario, problem, settings).len()
+            drive
+                .near_misses(&prepared.scenario, problem, settings)
+                .len()
         }),
         settings: prepared.settings,
         drive,

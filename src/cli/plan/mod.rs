@@ -1,5 +1,6 @@
 //! `nearmiss plan`: drives the ego through scenarios with the planner, and reports the outcomes.
 
+mod compare;
 mod document;
 mod driven;
 mod files;
@@ -7,7 +8,6 @@ mod monitor;
 mod options;
 mod places;
 mod planners;
-mod compare;
 mod table;
 
 use std::io::{self, Write};
@@ -33,7 +33,7 @@ use driven::DrivenScenario;
 use files::{Files, Targets};
 use monitor::MonitorOptions;
 pub use options::PlanOptions;
-pub use planners::{PlannerChoice, PlannerOptions};
+pub use planners::PlannerOptions;
 use table::Table;
 
 /// Arguments of `plan`.
@@ -344,9 +344,7 @@ impl Job<'_> {
                 "none of the {all} scenarios could be planned"
             ))),
             (0, n) => finding(format!("{n} of {all} scenarios could not be planned")),
-            (n, 0) => finding(format!(
-                "{n} of {all} drives {harm}"
-            )),
+            (n, 0) => finding(format!("{n} of {all} drives {harm}")),
             (n, m) => finding(format!(
                 "{n} of {} drives {harm}, and {m} scenarios could not be planned",
                 all - m

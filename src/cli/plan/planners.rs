@@ -141,6 +141,9 @@ fn is_program(word: &str) -> bool {
     let mut folders = std::env::split_paths(&folders);
     folders.any(|folder| {
         let file = folder.join(word);
-        file.is_file() || file.with_extension(std::env::consts::EXE_EXTENSION).is_file()
+        file.is_file()
+            || file
+                .with_extension(std::env::consts::EXE_EXTENSION)
+                .is_file()
     })
 }

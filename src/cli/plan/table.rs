@@ -72,7 +72,11 @@ impl Table {
     }
 
     pub fn header(&self) -> String {
-        let monitor: &[&str] = if self.monitored { &monitor::HEADER } else { &[] };
+        let monitor: &[&str] = if self.monitored {
+            &monitor::HEADER
+        } else {
+            &[]
+        };
         let figures: &[&str] = if self.compared { &FIGURES } else { &[] };
         self.line("scenario", &HEADER, &[monitor, figures].concat())
     }

@@ -22,9 +22,10 @@ pub(super) fn hello<'a>(
     let settings = driver.settings();
     let limits = driver.limits();
     let vehicle = settings.planner.vehicle;
-    let standing = scenario.obstacles.iter().filter(|o| {
-        o.role == ObstacleRole::Static && Some(o.id) != settings.without
-    });
+    let standing = scenario
+        .obstacles
+        .iter()
+        .filter(|o| o.role == ObstacleRole::Static && Some(o.id) != settings.without);
     let standing = standing.filter_map(|o| {
         let (motion, footprint) = (o.motion_at(span.step)?, o.footprint_at(span.step)?);
         Some(obstacle(o.id, o.kind, footprint, motion))

@@ -21,12 +21,12 @@ mod trajectory;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
-pub use fault::{PlannerError, PlannerFault};
-pub(super) use fault::NoTrajectory;
 use fault::Fault;
+pub(super) use fault::NoTrajectory;
+pub use fault::{PlannerError, PlannerFault};
 use process::Process;
-pub use protocol::{OLDEST_PROTOCOL, PROTOCOL, ReferencePoint};
 use protocol::Ready;
+pub use protocol::{OLDEST_PROTOCOL, PROTOCOL, ReferencePoint};
 pub use report::ExternalReport;
 pub use schemas::{planner_message_names, planner_message_schema};
 pub(super) use session::Session;
@@ -145,7 +145,11 @@ impl ExternalPlanner {
     }
 
     fn process(&self) -> Result<Process, Fault> {
-        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let idle = self
+            .idle
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop();
         idle.map_or_else(|| Process::start(&self.options.command), Ok)
     }
 

@@ -1,4 +1,4 @@
-//! A planner's process: started without a shell, spoken to in lines, and ended with everything that it started.
+//! A planner's process: started without a shell, spoken to in lines, and ended with all that it started.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
@@ -79,7 +79,11 @@ impl Process {
             std::thread::spawn(move || {
                 // A planner that has gone reads nothing: reading its answer says so.
                 for bytes in written {
-                    if stdin.write_all(&bytes).and_then(|()| stdin.flush()).is_err() {
+                    if stdin
+                        .write_all(&bytes)
+                        .and_then(|()| stdin.flush())
+                        .is_err()
+                    {
                         break;
                     }
                 }
@@ -223,7 +227,9 @@ fn read_lines(stdout: impl Read, to: &SyncSender<Heard>) {
     let mut stdout = BufReader::new(stdout);
     loop {
         let mut line = Vec::new();
-        let read = (&mut stdout).take(LONGEST_LINE).read_until(b'\n', &mut line);
+        let read = (&mut stdout)
+            .take(LONGEST_LINE)
+            .read_until(b'\n', &mut line);
         let message = match read {
             Ok(0) | Err(_) => return,
             Ok(_) if line.last() != Some(&b'\n') && line.len() as u64 >= LONGEST_LINE => {

@@ -65,9 +65,8 @@ impl<'a> Teller<'a> {
         let earlier = other.motions.iter().filter(|(at, _)| *at < step);
         Obstacle {
             history: earlier.map(|(at, motion)| past(*at, motion)).collect(),
-            predictions: traffic.map_or_else(Vec::new, |traffic| {
-                predictions(traffic, other.who.id)
-            }),
+            predictions: traffic
+                .map_or_else(Vec::new, |traffic| predictions(traffic, other.who.id)),
             ..obstacle(other.who.id, kind, other.footprint, other.motion)
         }
     }

@@ -8,11 +8,27 @@ use super::protocol::{Bye, Hello, PlanMessage, Ready, Refusal, Trajectory};
 
 /// The names of the messages with what each is, in the order of a drive.
 const MESSAGES: [(&str, &str, fn() -> Value); 6] = [
-    ("hello", "nearmiss to the planner, once a drive", schema::<Hello<'static>>),
+    (
+        "hello",
+        "nearmiss to the planner, once a drive",
+        schema::<Hello<'static>>,
+    ),
     ("ready", "the planner's answer to `hello`", answer::<Ready>),
-    ("plan", "nearmiss to the planner, each cycle", schema::<PlanMessage>),
-    ("trajectory", "the planner's answer to `plan`", answer::<Trajectory>),
-    ("error", "the planner has no trajectory, or cannot drive", answer::<Refusal>),
+    (
+        "plan",
+        "nearmiss to the planner, each cycle",
+        schema::<PlanMessage>,
+    ),
+    (
+        "trajectory",
+        "the planner's answer to `plan`",
+        answer::<Trajectory>,
+    ),
+    (
+        "error",
+        "the planner has no trajectory, or cannot drive",
+        answer::<Refusal>,
+    ),
     ("bye", "nearmiss to the planner: the end", schema::<Bye>),
 ];
 
@@ -49,5 +65,8 @@ fn answer<T: JsonSchema>() -> Value {
 
 fn of<T: JsonSchema>(settings: SchemaSettings) -> Value {
     let settings = settings.with(|s| s.inline_subschemas = true);
-    settings.into_generator().into_root_schema_for::<T>().to_value()
+    settings
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value()
 }

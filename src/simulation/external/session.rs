@@ -63,10 +63,7 @@ impl<'a> Session<'a> {
     ) -> Result<Cycle, NoTrajectory> {
         match self.try_plan(state, step, cancel) {
             Err(Stop::Fault(fault)) => {
-                // Its last words may come a little after its end.
-                if fault.fault == PlannerFault::Died {
-                    std::thread::sleep(Duration::from_millis(20));
-                }
+                wait_for_last_words(&fault);
                 self.keep_stderr();
                 self.running = None;
                 let kind = fault.fault;
@@ -83,11 +80,6 @@ impl<'a> Session<'a> {
             }
             Ok(cycle) => Ok(cycle),
         }
-    }
-
-    /// Takes over a cycle of another drive that began alike.
-    pub fn take_over(&mut self, cycle: &Cycle) {
-        self.in_force = Some((cycle.step, cycle.plan.states.clone()));
     }
 
     /// Gives the process back or ends it; what became of the drive.
@@ -129,9 +121,9 @@ impl<'a> Session<'a> {
         let began = Instant::now();
         process.send(line(&Message::Plan(&message)));
         let limit = self.planner.options.cycle;
-        let text = process.receive(limit, cancel).map_err(|none| {
-            Stop::from_no_line(none, PlannerFault::CycleTimeout, limit)
-        })?;
+        let text = process
+            .receive(limit, cancel)
+            .map_err(|none| Stop::from_no_line(none, PlannerFault::CycleTimeout, limit))?;
         let trajectory = match answer(&text)? {
             Answer::Trajectory(trajectory) => trajectory,
             Answer::Error(refusal) if refusal.infeasible => {
@@ -181,8 +173,8 @@ impl<'a> Session<'a> {
         let mut ready = match ready {
             Ok(ready) => ready,
             Err(stop) => {
-                if matches!(&stop, Stop::Fault(fault) if fault.fault == PlannerFault::Died) {
-                    std::thread::sleep(Duration::from_millis(20));
+                if let Stop::Fault(fault) = &stop {
+                    wait_for_last_words(fault);
                 }
                 self.report.stderr = process.stderr();
                 return Err(stop);
@@ -254,6 +246,17 @@ impl<'a> Session<'a> {
     }
 }
 
+/// What a planner says of its end on standard error may come a little after that.
+fn wait_for_last_words(fault: &Fault) {
+    use PlannerFault::{Died, Nonsense, Refused};
+    if matches!(fault.fault, Died | Nonsense | Refused) {
+        std::thread::sleep(LAST_WORDS);
+    }
+}
+
+/// How long they are waited for.
+const LAST_WORDS: Duration = Duration::from_millis(50);
+
 /// Why a cycle has no trajectory.
 enum Stop {
     Cancelled,
@@ -281,13 +284,16 @@ impl Stop {
 }
 
 /// The answer in a line.
-fn answer(line: &str) -> Result<Answer, Fault> {
+pub(super) fn answer(line: &str) -> Result<Answer, Fault> {
     serde_json::from_str(line).map_err(|error| {
         let words = error.to_string();
         let bare = ["NaN", "Infinity"].iter().any(|word| line.contains(word));
         let large = words.contains("out of range");
         match (bare || large) && line.trim_start().starts_with('{') {
-            true => Fault::new(PlannerFault::NotFinite, "NaN or Infinity, which JSON has not"),
+            true => Fault::new(
+                PlannerFault::NotFinite,
+                "NaN or Infinity, which JSON has not",
+            ),
             false => Fault::new(
                 PlannerFault::Nonsense,
                 format!("{}: {}; logs belong on standard error", words, shown(line)),
@@ -296,7 +302,7 @@ fn answer(line: &str) -> Result<Answer, Fault> {
     })
 }
 
-fn ready(line: &str) -> Result<Ready, Fault> {
+pub(super) fn ready(line: &str) -> Result<Ready, Fault> {
     // Another version may have another form: its number is looked at first.
     let said: Option<u64> = serde_json::from_str::<serde_json::Value>(line)
         .ok()
@@ -312,9 +318,7 @@ fn ready(line: &str) -> Result<Ready, Fault> {
     }
     match answer(line)? {
         Answer::Ready(ready) => Ok(ready),
-        Answer::Error(refusal) => {
-            Err(Fault::new(PlannerFault::Refused, shown(&refusal.message)))
-        }
+        Answer::Error(refusal) => Err(Fault::new(PlannerFault::Refused, shown(&refusal.message))),
         Answer::Trajectory(_) => {
             let details = "`trajectory` in answer to `hello`";
             Err(Fault::new(PlannerFault::Nonsense, details))
@@ -339,7 +343,10 @@ fn line(message: &Message<'_>) -> Vec<u8> {
 
 /// Text of a planner as it may be shown: without control characters, and not long.
 fn shown(text: &str) -> String {
-    let mut chars = text.trim().chars().map(|c| if c.is_control() { ' ' } else { c });
+    let mut chars = text
+        .trim()
+        .chars()
+        .map(|c| if c.is_control() { ' ' } else { c });
     let mut words: String = chars.by_ref().take(SHOWN).collect();
     if chars.next().is_some() {
         words.push('…');

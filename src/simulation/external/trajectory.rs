@@ -102,9 +102,9 @@ impl Reader<'_> {
         let wrong = match () {
             () if off > PLACE => Some(format!("{off:.2} m away, at most {PLACE} m")),
             () if turned > HEADING => Some(format!("turned {turned:.3} rad, at most {HEADING}")),
-            () if faster > SPEED => {
-                Some(format!("{faster:.2} m/s another speed, at most {SPEED} m/s"))
-            }
+            () if faster > SPEED => Some(format!(
+                "{faster:.2} m/s another speed, at most {SPEED} m/s"
+            )),
             () => None,
         };
         wrong.map_or(Ok(()), |details| {
