@@ -6,6 +6,7 @@
 mod closed_loop;
 mod collision;
 mod control;
+mod drives;
 mod ego;
 mod external;
 mod figures;

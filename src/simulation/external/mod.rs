@@ -144,6 +144,7 @@ impl ExternalPlanner {
         said && self.options.clock == Clock::Simulated
     }
 
+    /// A process that waits, else a new one.
     fn process(&self) -> Result<Process, Fault> {
         let idle = self
             .idle
@@ -160,5 +161,15 @@ impl ExternalPlanner {
 
     fn remember(&self, ready: &Ready) {
         self.ready.get_or_init(|| ready.clone());
+    }
+}
+
+/// Processes that wait are asked to end; those that do not are ended.
+impl Drop for ExternalPlanner {
+    fn drop(&mut self) {
+        let idle = self.idle.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for process in idle.drain(..) {
+            process.end(session::bye());
+        }
     }
 }

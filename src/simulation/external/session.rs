@@ -88,7 +88,7 @@ impl<'a> Session<'a> {
         if let Some((process, ready)) = self.running.take() {
             match ready.reusable {
                 true => self.planner.put_back(process),
-                false => process.end(line(&Message::Bye(Bye {}))),
+                false => process.end(bye()),
             }
         }
         self.report
@@ -333,6 +333,11 @@ fn of_step(trajectory: &Trajectory, step: i64) -> Result<(), Fault> {
     }
     let details = format!("it is for step {}, asked was step {step}", trajectory.step);
     Err(Fault::new(PlannerFault::Nonsense, details))
+}
+
+/// The line that ends a planner.
+pub(super) fn bye() -> Vec<u8> {
+    line(&Message::Bye(Bye {}))
 }
 
 /// A line of a message; JSON has no line breaks inside.
