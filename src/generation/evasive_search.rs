@@ -246,6 +246,7 @@ impl<'a> Search<'a> {
             outcome,
             limits: *driver.limits(),
             dt: driver.dt(),
+            external: None,
         }
     }
 

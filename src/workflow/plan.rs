@@ -6,7 +6,7 @@ use super::{OpenError, OpenRequest, open};
 use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
 use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
-use crate::simulation::{Cycle, DriveError, Driver, Rollout, Settings};
+use crate::simulation::{Cycle, DriveError, Driver, ExternalPlanner, Rollout, Settings};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]
@@ -59,6 +59,8 @@ pub struct PreparedPlan {
     pub recorded: Option<Arc<Scene>>,
     /// How is planned.
     pub settings: Settings,
+    /// The planner; the built-in one where none is named.
+    pub planner: Option<Arc<ExternalPlanner>>,
     /// The scenario's name.
     pub name: String,
     /// The scenario, as errors name it.
@@ -98,6 +100,7 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         scenario,
         recorded,
         settings: *request.settings,
+        planner: None,
         name: entry.name.clone(),
         shown: entry.display(),
         problem,
@@ -170,6 +173,22 @@ pub(super) fn prepared_ego(prepared: &PreparedPlan, drive: &Rollout) -> Ego {
 }
 
 impl PreparedPlan {
+    /// The same, planned by this planner; by the built-in one where none is named.
+    #[must_use]
+    pub fn driven_by(self, planner: Option<Arc<ExternalPlanner>>) -> Self {
+        Self { planner, ..self }
+    }
+
+    /// What drives, in a scenario that differs from the prepared one by the motion of obstacles alone.
+    pub(super) fn driver(
+        &self,
+        scenario: &Scenario,
+        cancel: &Cancel,
+    ) -> Result<Driver, DriveError> {
+        let driver = Driver::new(scenario, self.problem(), &self.settings)?;
+        Ok(driver.cancelled_by(cancel).driven_by(self.planner.clone()))
+    }
+
     /// The planning problem that is solved.
     #[must_use]
     pub fn problem(&self) -> &PlanningProblem {
@@ -226,7 +245,7 @@ impl PreparedPlan {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<Rollout>, DriveError> {
-        let driver = Driver::new(scenario, self.problem(), &self.settings)?.cancelled_by(cancel);
+        let driver = self.driver(scenario, cancel)?;
         let mut watch = self.watch(scenario, on_event);
         let drive = driver.drive_watched(scenario, &driver.whole(), &mut |planner, cycle| {
             watch(planner, cycle);

@@ -23,7 +23,7 @@ use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::prompts::Library;
 use crate::scenario::{Scene, Window};
-use crate::simulation::{Control, Driver, Rollout};
+use crate::simulation::{Control, Rollout};
 use crate::store::Store;
 use crate::verdict::Task;
 
@@ -278,10 +278,8 @@ impl PreparedPlan {
         monitor: &Monitor<'_>,
         control: &mut dyn FnMut(&Rollout, i64, bool) -> Control,
     ) -> Result<Option<Rollout>, PlanError> {
-        let driver = Driver::new(&self.scenario, self.problem(), &self.settings);
-        let driver = driver
-            .map_err(|error| self.nothing(&error))?
-            .cancelled_by(cancel);
+        let driver = self.driver(&self.scenario, cancel);
+        let driver = driver.map_err(|error| self.nothing(&error))?;
         let every = monitor.steps(driver.dt());
         let first = driver.whole().step;
         let mut before = None;
