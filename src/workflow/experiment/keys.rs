@@ -119,8 +119,7 @@ pub const KEYS: [ExperimentKey; 34] = [
         "truth",
         Values::Texts,
         "Ground truth: `auto` for the exact geometry, `layout` for the folders collision_scenarios and normal_scenarios, \
-         `score` or `score:paper` for the risk score of TTC and MDC, \
-         or CSV files with labels; by default layout where these folders exist, else auto.",
+         `score` or `score:paper` for the risk score of TTC and MDC, or CSV files with labels; by default layout where these folders exist, else auto.",
     ),
     key("models", Values::Texts, "The models, as provider/model."),
     key(
