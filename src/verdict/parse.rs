@@ -340,4 +340,6 @@ mod pack_tests;
 #[cfg(test)]
 mod proposals;
 #[cfg(test)]
+mod recording_tests;
+#[cfg(test)]
 mod tests;

@@ -92,7 +92,15 @@ fn a_recording_is_asked_about_as_a_whole() {
 fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     let home = Home::new();
     let prompt = |more: &[&str]| {
-        let asked = ["prompt", RED_LIGHT, "--task", "recording", "--json"];
+        let asked = [
+            "prompt",
+            RED_LIGHT,
+            "--task",
+            "recording",
+            "--techniques",
+            "base",
+            "--json",
+        ];
         home.run(&[&asked[..], more].concat()).status(0).json()
     };
     let user = |document: &Value| {
@@ -220,7 +228,11 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
     };
     let (auto, score) = (safety("auto"), safety("score"));
     assert_eq!(score["truth"], "score");
-    assert_ne!(auto["models"], score["models"], "other windows");
+    // One of them comes near without a contact.
+    assert_eq!(
+        (&auto["collisions"], &score["collisions"]),
+        (&json!(1), &json!(2))
+    );
     evaluate(&["--truth", "scores"])
         .status(2)
         .says(&["scores", "score"]);

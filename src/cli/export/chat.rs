@@ -92,7 +92,6 @@ impl ChatOptions {
 /// What stands beside the examples, whose files hold nothing but chats.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct ChatManifest {
-    schema_version: u32,
     /// What the answers were compared with, in words.
     truth: String,
     /// The most wrong claims of an example.
@@ -225,7 +224,6 @@ pub fn run(
         .then(|| note_on_score(&ways(&chosen), None))
         .flatten();
     let document = ChatManifest {
-        schema_version: json::SCHEMA_VERSION,
         truth: words,
         allowed_wrong_claims: rules.wrong_claims,
         reasoning_form: rules.reasoning.name(),
@@ -268,7 +266,9 @@ fn ways(runs: &[&Run]) -> Vec<PromptConfig> {
 }
 
 fn save_manifest(mut file: NewFile, document: &ChatManifest) -> Outcome {
-    let text = serde_json::to_string_pretty(document).map_err(Failure::input)?;
+    let document = json::Output::document(document).map_err(Failure::input)?;
+    let text = serde_json::to_string_pretty(&json::versioned(document));
+    let text = text.map_err(Failure::input)?;
     let done = file.write_all(format!("{}\n", escaped_json_lines(&text)).as_bytes());
     done.map_err(|error| Failure::system("manifest.json", &error))?;
     file.finish().map_err(Failure::input)
