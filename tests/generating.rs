@@ -8,6 +8,8 @@ mod bench;
 mod choosing;
 #[path = "generating/driving.rs"]
 mod driving;
+#[path = "generating/skill.rs"]
+mod skill;
 mod support;
 #[path = "generating/writing.rs"]
 mod writing;

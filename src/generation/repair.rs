@@ -38,9 +38,10 @@ pub struct Repair {
 pub const FARTHEST: f64 = 1.0;
 
 /// So much may heading (rad) and speed (m/s) differ from those of the waypoints, and from the recorded ones at the
-/// start.
+/// start. Of fast motions a share of the speed: places say how fast it is, too.
 const TURNED: f64 = 0.2;
 const FASTER: f64 = 2.0;
+const FASTER_SHARE: f64 = 0.15;
 
 /// A body that leaves the road by no more than this is repaired, metres.
 const BESIDE: f64 = 0.1;
@@ -211,6 +212,8 @@ fn is_near(
             Reason::Start("heading") => value <= TURNED,
             Reason::Start(_) => value <= FASTER,
             Reason::Kinematics(_)
+            | Reason::SpeedingUp
+            | Reason::Lateral
             | Reason::Jerk
             | Reason::Acceleration
             | Reason::Heading
@@ -243,7 +246,8 @@ fn otherwise(
         let (_, motion) = driven.motions.iter().find(|(s, _)| *s == step)?;
         let turned = point.heading.map(|h| angle_between(h, motion.pose.heading).abs());
         let faster = point.velocity.map(|v| (v - motion.velocity).abs());
-        let off = [(turned, TURNED, "rad"), (faster, FASTER, "m/s")];
+        let fastest = FASTER.max(FASTER_SHARE * point.velocity.unwrap_or(0.0).abs());
+        let off = [(turned, TURNED, "rad"), (faster, fastest, "m/s")];
         let (value, most, unit) = off
             .into_iter()
             .find_map(|(value, most, unit)| Some((value.filter(|v| *v > most)?, most, unit)))?;

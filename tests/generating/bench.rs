@@ -243,6 +243,23 @@ pub async fn written(scripts: Vec<Script>, with: impl FnOnce(&mut Author)) -> Wr
     }
 }
 
+/// The same against a server that answers by what it is asked.
+pub async fn written_by(
+    answering: impl Fn(usize, &Recorded) -> Option<Script> + Send + Sync + 'static,
+    with: impl FnOnce(&mut Author),
+) -> Written {
+    let server = Server::answering(answering).await;
+    let mut author = author(server.base_url());
+    with(&mut author);
+    let (outcome, progress) = ask(&author).await;
+    Written {
+        outcome,
+        requests: server.requests(),
+        progress,
+        author,
+    }
+}
+
 /// Runs the same author again, whose server is gone by now.
 pub async fn again(before: &Written) -> Written {
     let (outcome, progress) = ask(&before.author).await;
