@@ -349,12 +349,8 @@ fn the_planner_of_the_manual_drives_the_bundled_scenarios() {
     );
     let Some(folder) = python() else { return };
     let planner = format!("python3 '{}'", folder.join("minimal.py").display());
-    let told = [
-        &["plan"][..],
-        &BUNDLED[..],
-        &["--planner", &planner, "--json"],
-    ]
-    .concat();
+    let names = BUNDLED.map(|(name, _)| name);
+    let told = [&["plan"], &names[..], &["--planner", &planner, "--json"]].concat();
     let ended = home.run(&told);
     let drives = lines(&ended);
     assert_eq!(drives.len(), BUNDLED.len(), "{}", ended.stderr);
