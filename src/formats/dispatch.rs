@@ -28,7 +28,13 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 3] = [&recordings::Waymo, &recordings::Argoverse, &CommonRoad];
+const FORMATS: [&dyn Format; 5] = [
+    &recordings::Waymo,
+    &recordings::Argoverse,
+    &recordings::LevelX,
+    &recordings::Sumo,
+    &CommonRoad,
+];
 
 /// As much of a file as tells its format, bytes.
 pub(super) const HEAD: usize = 4096;
@@ -74,7 +80,9 @@ pub(super) fn is_recording(file: &Path) -> bool {
 
 /// Whether a file's name is one that recordings have; their contents decide.
 pub(super) fn is_recording_name(path: &Path) -> bool {
-    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase());
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy().to_lowercase());
     // Shards are called `x.tfrecord-00000-of-00150`.
     name.is_some_and(|name| {
         name.contains(".tfrecord") || name.ends_with(".parquet") || name.ends_with(".csv")

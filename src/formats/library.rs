@@ -104,6 +104,22 @@ impl Entry {
         }
     }
 
+    /// The file that it lies in: of one of several scenarios in a file, that file; `None` if it is bundled.
+    #[must_use]
+    pub fn file(&self) -> Option<PathBuf> {
+        match &self.place {
+            EntryLocation::File(path) => Some(address::file_of(path)),
+            EntryLocation::Bundled(_) => None,
+        }
+    }
+
+    /// Whether it is a recording of a data set other than CommonRoad.
+    #[must_use]
+    pub fn is_recording(&self) -> bool {
+        self.file()
+            .is_some_and(|file| dispatch::is_recording(&file))
+    }
+
     /// The name of the file in messages.
     #[must_use]
     pub fn display(&self) -> String {

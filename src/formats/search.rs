@@ -62,7 +62,8 @@ pub enum LibraryError {
     StandardInput,
     /// No scenario lies below a path.
     #[error(
-        "{path}: no scenario (CommonRoad .xml or .pb, or a recording of another data set) in this folder or below{}{}",
+        "{path}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) and no recording of another data \
+         set in this folder or below{}{}",
         if passed_over.is_some() { "; " } else { "" },
         passed_over.as_deref().unwrap_or_default()
     )]
@@ -155,7 +156,8 @@ pub fn find(paths: &[PathBuf]) -> Result<SearchResults, LibraryError> {
     for path in paths {
         let mut of_path = Vec::new();
         passed_over.extend(search(path, &mut |found| of_path.extend(found))?);
-        of_path.sort();
+        // Windows of a recording stay in their order: those worth looking at come first.
+        of_path.sort_by_cached_key(|p| Address::of(p).file);
         of_path.retain(|p| seen.insert(p.clone()));
         entries.extend(of_path.iter().map(|p| Entry::of_argument(p)));
     }

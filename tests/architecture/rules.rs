@@ -82,7 +82,10 @@ const HOMES: [(&str, &[&str]); 19] = [
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
     ("quick_xml", &["formats/commonroad/"]),
-    ("prost", &["formats/commonroad/protobuf/", "formats/recordings/waymo/"]),
+    (
+        "prost",
+        &["formats/commonroad/protobuf/", "formats/recordings/waymo/"],
+    ),
     ("rusqlite", &["store/"]),
     ("minijinja", &["prompts/"]),
     ("parry", &["geometry/"]),
@@ -91,7 +94,14 @@ const HOMES: [(&str, &[&str]); 19] = [
     ("petgraph", &["scenario/road/"]),
     ("tar", &["workflow/bundle/"]),
     ("flate2", &["workflow/bundle/"]),
-    ("parquet", &["cli/output/", "corpus/parts.rs", "formats/recordings/argoverse/"]),
+    (
+        "parquet",
+        &[
+            "cli/output/",
+            "corpus/parts.rs",
+            "formats/recordings/argoverse/",
+        ],
+    ),
     ("indicatif", &["cli/"]),
     ("tiny_skia", &["render/"]),
     ("png", &["render/"]),

@@ -30,8 +30,8 @@ pub use crate::system::{NewFile, SaveError, save};
 pub use conform::{Conformed, conform};
 pub(super) use encoding::{foreign, without_marks};
 pub use error::ReadError;
-pub(super) use root::is_scenario;
 pub(super) use root::beginning_of_file;
+pub(super) use root::is_scenario;
 pub use root::{Root, Unrecognised, root_of, root_of_file};
 pub use solution::{
     Field, ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory,

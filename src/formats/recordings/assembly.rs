@@ -218,7 +218,10 @@ fn check_references(report: &Report, network: &LaneletNetwork) {
         let beside = [&lanelet.adjacent_left, &lanelet.adjacent_right];
         let beside = beside.into_iter().flatten().map(|a| &a.id);
         let all = lanelet.predecessors.iter().chain(&lanelet.successors);
-        for id in all.chain(beside).filter(|id| !known.has(Target::Lanelet, **id)) {
+        for id in all
+            .chain(beside)
+            .filter(|id| !known.has(Target::Lanelet, **id))
+        {
             let at = report.at(format!("lane {}", lanelet.id));
             at.warn(format!("refers to missing lane {id}"));
         }
@@ -238,8 +241,14 @@ fn element(about: ElementRef, scenario: &Scenario) -> String {
         ElementRef::Obstacle(i) => format!("track {}", track(i)),
         ElementRef::State { obstacle, state } => {
             let states = scenario.obstacles.get(obstacle).map(|o| o.states());
-            let step = states.and_then(|mut all| all.nth(state)).map(|s| s.time.from);
-            format!("track {}, step {}", track(obstacle), step.unwrap_or_default())
+            let step = states
+                .and_then(|mut all| all.nth(state))
+                .map(|s| s.time.from);
+            format!(
+                "track {}, step {}",
+                track(obstacle),
+                step.unwrap_or_default()
+            )
         }
         ElementRef::Start(_) | ElementRef::Goal { .. } => "ego".into(),
     }

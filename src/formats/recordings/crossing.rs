@@ -37,7 +37,11 @@ pub fn of_ring(id: i64, ring: &[Point]) -> Option<Lanelet> {
     if turned.abs() < 1e-6 {
         return None;
     }
-    let [a, b, c, d] = if turned > 0.0 { [a, b, c, d] } else { [d, c, b, a] };
+    let [a, b, c, d] = if turned > 0.0 {
+        [a, b, c, d]
+    } else {
+        [d, c, b, a]
+    };
     let first = (b - a).norm() + (d - c).norm();
     let second = (c - b).norm() + (a - d).norm();
     let (left, right) = if first >= second {
@@ -84,17 +88,30 @@ mod tests {
             let (left, right) = (&lanelet.left.points, &lanelet.right.points);
             assert!((left[1] - left[0]).norm() == 10.0, "{left:?}");
             let along = left[1] - left[0];
-            assert!(along.perp(&(right[0] - left[0])) < 0.0, "{left:?} {right:?}");
+            assert!(
+                along.perp(&(right[0] - left[0])) < 0.0,
+                "{left:?} {right:?}"
+            );
             assert!((right[1] - right[0]).dot(&along) > 0.0);
         }
     }
 
     #[test]
     fn other_rings_have_a_rectangle_around_them() {
-        let corners = [(0.0, 0.0), (10.0, 0.0), (11.0, 1.0), (10.0, 2.0), (0.0, 2.0), (0.0, 0.0)];
+        let corners = [
+            (0.0, 0.0),
+            (10.0, 0.0),
+            (11.0, 1.0),
+            (10.0, 2.0),
+            (0.0, 2.0),
+            (0.0, 0.0),
+        ];
         let lanelet = of_ring(1, &ring(&corners)).unwrap();
         assert_eq!(lanelet.left.points, ring(&[(0.0, 2.0), (11.0, 2.0)]));
-        assert_eq!(of_ring(1, &ring(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])), None);
+        assert_eq!(
+            of_ring(1, &ring(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])),
+            None
+        );
         assert_eq!(of_ring(1, &[]), None);
     }
 }

@@ -52,7 +52,10 @@ mod tests {
     fn ids_are_kept_where_they_are_free() {
         let mut ids = Ids::beyond([7, 9, 3, i64::MAX]);
         assert!(ids.take(7) && ids.take(9) && !ids.take(9));
-        assert_eq!([3, 7, 0, -1, 10].map(|id| ids.keep(id)), [3, 10, 11, 12, 13]);
+        assert_eq!(
+            [3, 7, 0, -1, 10].map(|id| ids.keep(id)),
+            [3, 10, 11, 12, 13]
+        );
         assert_eq!(ids.fresh(), 14);
     }
 }

@@ -56,7 +56,10 @@ pub fn directions(line: &[Point]) -> Vec<Vector> {
 }
 
 /// A line without points that repeat the one before, with its heights.
-pub fn without_repeats(points: Vec<Point>, heights: Vec<f64>) -> (Vec<Point>, Vec<f64>, Vec<usize>) {
+pub fn without_repeats(
+    points: Vec<Point>,
+    heights: Vec<f64>,
+) -> (Vec<Point>, Vec<f64>, Vec<usize>) {
     let mut kept: (Vec<Point>, Vec<f64>, Vec<usize>) = Default::default();
     for (i, p) in points.into_iter().enumerate() {
         if kept.0.last().is_none_or(|last| (p - last).norm() > 1e-6) {
@@ -74,20 +77,26 @@ pub fn matched(left: Vec<Point>, right: Vec<Point>) -> (Vec<Point>, Vec<Point>) 
     if left.len() == right.len() {
         return (left, right);
     }
-    let (Some(left_line), Some(right_line)) =
-        (Polyline::new(left.iter().copied()), Polyline::new(right.iter().copied()))
-    else {
+    let (Some(left_line), Some(right_line)) = (
+        Polyline::new(left.iter().copied()),
+        Polyline::new(right.iter().copied()),
+    ) else {
         return (left, right);
     };
     let parts = |line: &Polyline| -> Vec<f64> {
-        line.arc_lengths().iter().map(|s| s / line.length()).collect()
+        line.arc_lengths()
+            .iter()
+            .map(|s| s / line.length())
+            .collect()
     };
     let mut all = parts(&left_line);
     all.extend(parts(&right_line));
     all.sort_by(f64::total_cmp);
     all.dedup_by(|b, a| *b - *a < SAME_PART);
     let along = |line: &Polyline| -> Vec<Point> {
-        let each = all.iter().map(|part| line.pose_at(part * line.length()).position);
+        let each = all
+            .iter()
+            .map(|part| line.pose_at(part * line.length()).position);
         each.collect()
     };
     (along(&left_line), along(&right_line))

@@ -10,7 +10,9 @@ use std::collections::HashSet;
 pub(in crate::formats) use numbers::{coordinate, finite, quantity, refused_step, size, steps};
 pub(in crate::formats) use place::{Diagnostics, SourceLocation};
 pub(in crate::formats) use references::{Target, Targets};
-pub(in crate::formats) use shapes::{checked, footprint, polygon, semi_trailer_truck, truck, union};
+pub(in crate::formats) use shapes::{
+    checked, footprint, polygon, semi_trailer_truck, truck, union,
+};
 
 use super::ReadError;
 use super::xml::short;
@@ -169,7 +171,10 @@ pub(in crate::formats) fn adjacent(
 }
 
 /// The ends of a stop line; `None` if it lies at the end of its lanelet.
-pub(in crate::formats) fn stop_line(at: &impl SourceLocation, points: &[Point]) -> Option<(Point, Point)> {
+pub(in crate::formats) fn stop_line(
+    at: &impl SourceLocation,
+    points: &[Point],
+) -> Option<(Point, Point)> {
     if !matches!(points.len(), 0 | 2) {
         let taken = if points.len() < 2 {
             "assumed at the end of its lanelet"
@@ -188,7 +193,11 @@ pub(in crate::formats) fn stop_line(at: &impl SourceLocation, points: &[Point]) 
 }
 
 /// Gives a state a quantity.
-pub(in crate::formats) fn set_quantity(state: &mut State, field: StateField, value: Option<Quantity>) {
+pub(in crate::formats) fn set_quantity(
+    state: &mut State,
+    field: StateField,
+    value: Option<Quantity>,
+) {
     match field {
         StateField::Orientation => state.orientation = value,
         StateField::Velocity => state.velocity = value,

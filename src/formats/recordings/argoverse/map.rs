@@ -74,15 +74,29 @@ struct Corner {
 /// The map of a scenario, in the same folder: by the scenario's id, or the only one there.
 pub fn beside(path: &Path, scenario: &str) -> Option<PathBuf> {
     let folder = path.parent()?;
-    let plain = scenario.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
+    let plain = scenario
+        .chars()
+        .all(|c| c.is_ascii_alphanumeric() || c == '-');
     let named = folder.join(format!("{PREFIX}{scenario}.json"));
     if plain && named.is_file() {
         return Some(named);
     }
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let files = folder.read_dir().into_iter().flatten().flatten().map(|file| file.path());
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let files = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|file| file.path());
     let mut maps = files.filter(|file| {
-        let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
+        let name = file
+            .file_name()
+            .map(|n| n.to_string_lossy())
+            .unwrap_or_default();
         name.starts_with(PREFIX) && name.ends_with(".json")
     });
     let first = maps.next()?;
@@ -129,7 +143,9 @@ impl Archive {
         }
         let mut lane_ids = HashMap::new();
         for (segment, _) in &segments {
-            lane_ids.entry(segment.id).or_insert_with(|| ids.keep(segment.id));
+            lane_ids
+                .entry(segment.id)
+                .or_insert_with(|| ids.keep(segment.id));
         }
         let mut map = Map::default();
         let mut seen = HashSet::new();
@@ -144,7 +160,7 @@ impl Archive {
         }
         let beyond = beside_each_other(&mut map.lanelets, &lane_ids, &segments);
         report.note_count(beyond, |n| {
-            format!("{n} links to lanes beyond the map were left out")
+            format!("links to lanes beyond the map left out: {n}")
         });
         for (key, value) in &self.crossings {
             let at = own.at(format!("pedestrian_crossings/{key}"));
@@ -152,7 +168,9 @@ impl Archive {
             let left = points(&at, &said.edge1)?.0;
             let mut right = points(&at, &said.edge2)?.0;
             if left.len() < 2 || right.len() < 2 {
-                report.at(format!("pedestrian_crossings/{key}")).warn("an edge without two points; left out");
+                report
+                    .at(format!("pedestrian_crossings/{key}"))
+                    .warn("an edge without two points; left out");
                 continue;
             }
             if !same_way(&left, &right) {
@@ -165,9 +183,10 @@ impl Archive {
                 false => (left, right),
             };
             let (left, right) = matched(left, right);
-            map.lanelets.push(crossing::between(ids.keep(said.id), left, right));
+            map.lanelets
+                .push(crossing::between(ids.keep(said.id), left, right));
         }
-        report.note_count(self.areas, |n| format!("{n} drivable areas were left out"));
+        report.note_count(self.areas, |n| format!("drivable areas left out: {n}"));
         Ok(map)
     }
 }
@@ -177,16 +196,15 @@ fn element<T: for<'d> Deserialize<'d>>(at: &At<'_>, value: &Value) -> Result<T, 
 }
 
 fn points(at: &At<'_>, line: &[Corner]) -> Result<(Vec<Point>, Vec<f64>), ReadError> {
-    let points = line.iter().map(|c| at.point(c.x, c.y)).collect::<Result<_, _>>()?;
+    let points = line
+        .iter()
+        .map(|c| at.point(c.x, c.y))
+        .collect::<Result<_, _>>()?;
     let heights = line.iter().filter_map(|c| c.z.filter(|z| z.is_finite()));
     Ok((points, heights.collect()))
 }
 
-fn lanelet(
-    at: &At<'_>,
-    segment: &Segment,
-    ids: &HashMap<i64, i64>,
-) -> Result<Lanelet, ReadError> {
+fn lanelet(at: &At<'_>, segment: &Segment, ids: &HashMap<i64, i64>) -> Result<Lanelet, ReadError> {
     let (left, _) = points(at, &segment.left_lane_boundary)?;
     let (right, _) = points(at, &segment.right_lane_boundary)?;
     if left.len() < 2 || right.len() < 2 {
@@ -198,7 +216,12 @@ fn lanelet(
         heights: Vec::new(),
         marking: marking(mark),
     };
-    let linked = |wanted: &[i64]| wanted.iter().filter_map(|id| ids.get(id).copied()).collect();
+    let linked = |wanted: &[i64]| {
+        wanted
+            .iter()
+            .filter_map(|id| ids.get(id).copied())
+            .collect()
+    };
     let (mut types, users) = match segment.lane_type.as_str() {
         "BIKE" => (vec![LaneletType::BicycleLane], vec![RoadUser::Bicycle]),
         "BUS" => (vec![LaneletType::BusLane], vec![RoadUser::Bus]),
@@ -226,8 +249,10 @@ fn beside_each_other(
     segments: &[(Segment, &String)],
 ) -> usize {
     let by_id: HashMap<i64, &Segment> = segments.iter().map(|(s, _)| (s.id, s)).collect();
-    let middles: HashMap<i64, Vec<Point>> =
-        lanelets.iter().map(|l| (l.id, l.left.points.clone())).collect();
+    let middles: HashMap<i64, Vec<Point>> = lanelets
+        .iter()
+        .map(|l| (l.id, l.left.points.clone()))
+        .collect();
     let real: HashMap<i64, i64> = ids.iter().map(|(said, id)| (*id, *said)).collect();
     let mut beyond = 0;
     for lanelet in lanelets {

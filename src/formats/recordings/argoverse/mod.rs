@@ -9,7 +9,7 @@ use std::path::Path;
 use super::assembly::{About, Map, assemble};
 use super::ids::Ids;
 use super::report::Report;
-use super::{whole_file, sizes};
+use super::{sizes, whole_file};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
@@ -70,7 +70,10 @@ fn scenario(
     rows: tracks::Rows,
     archive: Option<map::Archive>,
 ) -> Result<Scenario, ReadError> {
-    let numbered = rows.tracks.iter().filter_map(|t| t.name.parse::<i64>().ok());
+    let numbered = rows
+        .tracks
+        .iter()
+        .filter_map(|t| t.name.parse::<i64>().ok());
     let features = archive.iter().flat_map(map::Archive::ids);
     let mut ids = Ids::beyond(numbered.clone().chain(features));
     numbered.for_each(|id| {
@@ -115,7 +118,10 @@ fn scenario(
     let letters = rows.scenario.chars().filter(char::is_ascii_alphanumeric);
     let about = About {
         source: "Argoverse 2 Motion Forecasting Dataset",
-        benchmark_id: format!("USA_Argoverse{}-1_1_T-1", letters.take(32).collect::<String>()),
+        benchmark_id: format!(
+            "USA_Argoverse{}-1_1_T-1",
+            letters.take(32).collect::<String>()
+        ),
         time_step_size: dt,
         tags: vec!["urban".into()],
         ego,

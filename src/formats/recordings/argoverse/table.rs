@@ -17,7 +17,13 @@ use crate::scenario::plausibility::limits::MOST_PARTS;
 use crate::system;
 
 /// The columns that tell a motion forecasting scenario.
-const TELLING: [&str; 5] = ["track_id", "object_type", "timestep", "position_x", "position_y"];
+const TELLING: [&str; 5] = [
+    "track_id",
+    "object_type",
+    "timestep",
+    "position_x",
+    "position_y",
+];
 
 /// No page of a file of seconds is larger when unpacked, bytes.
 const LARGEST_COLUMN: i64 = 64 << 20;
@@ -146,7 +152,12 @@ impl<'r> Table<'r> {
             read(reader, rows, &mut into)?;
             match into.len() - before {
                 found if found == rows => {}
-                found => return Err(format!("{} of {rows} rows have no value", rows - found.min(rows))),
+                found => {
+                    return Err(format!(
+                        "{} of {rows} rows have no value",
+                        rows - found.min(rows)
+                    ));
+                }
             }
         }
         Ok(Some(into))

@@ -58,7 +58,10 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
     let names = table.needed_texts("track_id")?;
     let kinds = table.needed_texts("object_type")?;
     let steps = table.needed_numbers("timestep")?;
-    let (x, y) = (table.needed_numbers("position_x")?, table.needed_numbers("position_y")?);
+    let (x, y) = (
+        table.needed_numbers("position_x")?,
+        table.needed_numbers("position_y")?,
+    );
     let headings = table.needed_numbers("heading")?;
     let velocities = (table.numbers("velocity_x")?, table.numbers("velocity_y")?);
     let first = |name| {
@@ -107,9 +110,9 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
         track.states.dedup_by_key(|s| s.step);
         match before - track.states.len() {
             0 => {}
-            twice => report
-                .at(format!("track {}", track.name))
-                .warn(format!("{twice} steps are there twice; the first row is used")),
+            twice => report.at(format!("track {}", track.name)).warn(format!(
+                "{twice} steps are there twice; the first row is used"
+            )),
         }
     }
     Ok(Rows {

@@ -34,9 +34,19 @@ pub fn lanelets(
     edges: &Lines,
     ids: &HashMap<i64, i64>,
 ) -> Vec<Lanelet> {
-    let middles: Lines = lanes.iter().map(|l| (l.feature, l.centre.clone())).collect();
-    let both: Lines = lines.iter().chain(edges).map(|(k, v)| (*k, v.clone())).collect();
-    let told: Vec<Told> = lanes.iter().map(|lane| self::told(lane, &both, &middles)).collect();
+    let middles: Lines = lanes
+        .iter()
+        .map(|l| (l.feature, l.centre.clone()))
+        .collect();
+    let both: Lines = lines
+        .iter()
+        .chain(edges)
+        .map(|(k, v)| (*k, v.clone()))
+        .collect();
+    let told: Vec<Told> = lanes
+        .iter()
+        .map(|lane| self::told(lane, &both, &middles))
+        .collect();
     let places: HashMap<i64, usize> = lanes.iter().map(|l| l.feature).zip(0..).collect();
     let mut assumed = 0;
     let made = lanes.iter().zip(&told).map(|(lane, (left, right))| {
@@ -52,10 +62,15 @@ pub fn lanelets(
                 end.copied().flatten()
             };
             let mut beside = ids.iter().filter_map(|id| told.get(*places.get(id)?));
-            let (left, right) = beside.next().map_or((None, None), |(l, r)| (known(l), known(r)));
+            let (left, right) = beside
+                .next()
+                .map_or((None, None), |(l, r)| (known(l), known(r)));
             (left.unwrap_or(half), right.unwrap_or(half))
         };
-        let ends = (near(&lane.said.entry_lanes, true), near(&lane.said.exit_lanes, false));
+        let ends = (
+            near(&lane.said.entry_lanes, true),
+            near(&lane.said.exit_lanes, false),
+        );
         let widths = widths::filled(left, right, ends);
         let (mut left, mut right) = borders(&lane.centre, &lane.heights, &widths);
         left.marking = marking(&lane.said.left_boundaries, edges);
@@ -91,7 +106,7 @@ pub fn lanelets(
     let made = made.collect();
     report.note_count(assumed, |n| {
         format!(
-            "{n} lanes have no boundary and no neighbour on a side; its width is that of the lanes before and after, or {HALF_LANE} m from the middle ({HALF_BICYCLE_LANE} m of lanes for bicycles)"
+            "lanes without a boundary or neighbour on a side: {n}; that side is as wide as in the lanes before and after, or {HALF_LANE} m from the middle ({HALF_BICYCLE_LANE} m of lanes for bicycles)"
         )
     });
     made
@@ -144,7 +159,10 @@ fn marking(boundaries: &[BoundarySegment], edges: &Lines) -> LineMarking {
         Some(5) => LineMarking::DashedDashed,
         // Two lines that may be crossed from one side.
         Some(8) => LineMarking::SolidDashed,
-        _ if longest.boundary_feature_id.is_some_and(|id| edges.contains_key(&id)) => {
+        _ if longest
+            .boundary_feature_id
+            .is_some_and(|id| edges.contains_key(&id)) =>
+        {
             LineMarking::Curb
         }
         _ => LineMarking::Unknown,

@@ -47,7 +47,9 @@ pub fn read(report: &Report, recorded: &Recorded, ids: &mut Ids) -> Result<Map, 
             let (centre, heights, places) = without_repeats(centre, heights);
             if centre.len() < 2 {
                 let count = centre.len();
-                at().warn(format!("lane {id} has {count} points; at least 2 are needed; left out"));
+                at().warn(format!(
+                    "lane {id} has {count} points; at least 2 are needed; left out"
+                ));
                 continue;
             }
             if lane_ids.contains_key(&id) {
@@ -67,8 +69,8 @@ pub fn read(report: &Report, recorded: &Recorded, ids: &mut Ids) -> Result<Map, 
         left_out[1] += usize::from(feature.driveway.is_some());
     }
     let [bumps, driveways] = left_out;
-    report.note_count(bumps, |n| format!("{n} speed bumps were left out"));
-    report.note_count(driveways, |n| format!("{n} driveways were left out"));
+    report.note_count(bumps, |n| format!("speed bumps left out: {n}"));
+    report.note_count(driveways, |n| format!("driveways left out: {n}"));
     let mut map = Map {
         lanelets: lanes::lanelets(report, &lanes, &lines, &edges, &lane_ids),
         ..Map::default()
@@ -87,7 +89,10 @@ fn points(at: &At<'_>, line: &[MapPoint]) -> Result<(Vec<Point>, Vec<f64>), Read
     if line.len() > MOST_PARTS {
         return Err(at.fail(format!("more than {MOST_PARTS} points in one place")));
     }
-    let mut all = (Vec::with_capacity(line.len()), Vec::with_capacity(line.len()));
+    let mut all = (
+        Vec::with_capacity(line.len()),
+        Vec::with_capacity(line.len()),
+    );
     for p in line {
         all.0.push(point(at, p)?);
         all.1.extend(p.z.map(|z| at.number(z)).transpose()?);
@@ -117,7 +122,7 @@ fn forget_missing(report: &Report, lanelets: &mut [Lanelet]) {
         }
     }
     report.note_count(missing, |n| {
-        format!("{n} links to lanes beyond the cut-out of the map were left out")
+        format!("links to lanes beyond the cut-out of the map left out: {n}")
     });
 }
 
@@ -218,7 +223,11 @@ fn across(at: &Point, centre: &[Point], lanelet: &Lanelet) -> (Point, Point) {
     };
     let along = directions(centre)[i];
     let left = Vector::new(-along.y, along.x);
-    let off = |border: &[Point]| border.get(i).map_or(HALF_STOP_LINE, |p| (p - centre[i]).norm());
+    let off = |border: &[Point]| {
+        border
+            .get(i)
+            .map_or(HALF_STOP_LINE, |p| (p - centre[i]).norm())
+    };
     (
         at + left * off(&lanelet.left.points),
         at - left * off(&lanelet.right.points),

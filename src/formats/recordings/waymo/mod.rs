@@ -118,7 +118,9 @@ fn time_step(report: &Report, recorded: &Recorded) -> Result<f64, ReadError> {
     let off = between.iter().filter(|d| (*d - dt).abs() > dt / 4.0);
     match off.count() {
         0 => {}
-        off => at.warn(format!("{off} steps are not {dt} s after the one before; taken as such")),
+        off => at.warn(format!(
+            "{off} steps are not {dt} s after the one before; taken as such"
+        )),
     }
     Ok(dt)
 }

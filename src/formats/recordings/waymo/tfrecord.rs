@@ -73,7 +73,10 @@ impl Records {
         let place = self.count;
         let fail = |report: &Report, message: String| report.at(record(place)).fail(message);
         if place >= MOST_RECORDS {
-            return Err(fail(&self.report, format!("more than {MOST_RECORDS} records")));
+            return Err(fail(
+                &self.report,
+                format!("more than {MOST_RECORDS} records"),
+            ));
         }
         if self.size - self.at < HEADER as u64 {
             let message = format!("the file ends at byte {}, within its length", self.size);
@@ -128,7 +131,11 @@ impl Records {
     }
 
     /// A string field of the message in a record, found without reading the others; nothing if it is not there.
-    pub fn string_field(&mut self, record: Record, number: u64) -> Result<Option<String>, ReadError> {
+    pub fn string_field(
+        &mut self,
+        record: Record,
+        number: u64,
+    ) -> Result<Option<String>, ReadError> {
         let end = record.offset + record.length;
         while self.at < end {
             let Some(key) = self.varint(record)? else {

@@ -32,7 +32,9 @@ pub fn read(
         };
         let (track, spread) = self::track(report, recorded, track, id, &name)?;
         if !ids.take(id) {
-            report.at(name()).warn(format!("track {id} is there twice; the first is used"));
+            report
+                .at(name())
+                .warn(format!("track {id} is there twice; the first is used"));
             continue;
         }
         long += usize::from(track.kind == ObstacleType::Truck);
@@ -49,7 +51,9 @@ pub fn read(
         ));
     }
     report.note_count(long, |n| {
-        format!("{n} vehicles longer than {LONG} m are taken as trucks; the data set does not tell")
+        format!(
+            "vehicles longer than {LONG} m are taken as trucks, as the data set does not tell: {n}"
+        )
     });
     Ok(tracks)
 }
@@ -61,9 +65,14 @@ pub fn ego(report: &Report, recorded: &Recorded) -> Option<i64> {
         at().warn("missing; no ego");
         return None;
     };
-    let track = usize::try_from(place).ok().and_then(|i| recorded.tracks.get(i));
+    let track = usize::try_from(place)
+        .ok()
+        .and_then(|i| recorded.tracks.get(i));
     if track.is_none() {
-        at().warn(format!("{place}, but there are {} tracks; no ego", recorded.tracks.len()));
+        at().warn(format!(
+            "{place}, but there are {} tracks; no ego",
+            recorded.tracks.len()
+        ));
     }
     track?.id.map(i64::from)
 }
@@ -125,7 +134,8 @@ struct LazyPlace<'a, N: Fn() -> String> {
 
 impl<N: Fn() -> String> LazyPlace<'_, N> {
     fn at(&self) -> At<'_> {
-        self.report.at(format!("{}/states[{}]", (self.name)(), self.step))
+        self.report
+            .at(format!("{}/states[{}]", (self.name)(), self.step))
     }
 
     fn number(&self, value: f64) -> Result<f64, ReadError> {
@@ -142,7 +152,9 @@ fn state(
     said: &ObjectState,
 ) -> Result<TrackState, ReadError> {
     let (Some(x), Some(y)) = (said.center_x, said.center_y) else {
-        return Err(at.at().fail("a valid state without `center_x` and `center_y`"));
+        return Err(at
+            .at()
+            .fail("a valid state without `center_x` and `center_y`"));
     };
     let (x, y) = (at.number(x)?, at.number(y)?);
     let heading = at.number(f64::from(said.heading.unwrap_or(0.0)))?;

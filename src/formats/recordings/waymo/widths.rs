@@ -57,7 +57,9 @@ pub fn told(
 }
 
 fn distance(p: &Point, line: &[Point]) -> Option<f64> {
-    let pieces = line.windows(2).map(|w| distance_to_segment(p, &w[0], &w[1]));
+    let pieces = line
+        .windows(2)
+        .map(|w| distance_to_segment(p, &w[0], &w[1]));
     pieces.reduce(f64::min)
 }
 
@@ -74,7 +76,10 @@ pub fn filled(
         let known: Vec<usize> = (0..count).filter(|i| told[*i].is_some()).collect();
         let each = (0..count).map(|i| {
             let after = known.partition_point(|k| *k < i);
-            let near = [after.checked_sub(1).map(|k| known[k]), known.get(after).copied()];
+            let near = [
+                after.checked_sub(1).map(|k| known[k]),
+                known.get(after).copied(),
+            ];
             let near = near.into_iter().flatten().min_by_key(|k| k.abs_diff(i));
             near.and_then(|k| told[k])
                 .unwrap_or_else(|| from + (to - from) * part(i))
