@@ -107,7 +107,7 @@ pub mod description;
 pub mod docs;
 /// One case from end to end.
 pub mod evaluation;
-/// Files: CommonRoad scenarios, solutions and egos, found, read and written.
+/// Files: CommonRoad scenarios, recordings of other data sets, solutions and egos, found, read and written.
 pub mod formats;
 /// Making a safe scenario dangerous: attackers, the gate, avoidability.
 pub mod generation;

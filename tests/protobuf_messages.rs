@@ -5,18 +5,35 @@ use std::path::Path;
 
 use tempfile::tempdir;
 
-/// The first line of the generated file.
-const FIRST_LINE: &str = "//! CommonRoad's protobuf messages, generated from messages.proto.\n";
+/// The folder of each file, its package, and the first line of what is generated.
+const FILES: [(&str, &str, &str); 2] = [
+    (
+        "src/formats/commonroad/protobuf",
+        "commonroad",
+        "//! CommonRoad's protobuf messages, generated from messages.proto.\n",
+    ),
+    (
+        "src/formats/recordings/waymo",
+        "waymo",
+        "//! The messages of Waymo Open Motion, generated from messages.proto.\n",
+    ),
+];
 
 #[test]
 fn the_messages_are_those_of_the_proto_file() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/formats/commonroad/protobuf");
+    for (folder, package, first_line) in FILES {
+        check(folder, package, first_line);
+    }
+}
+
+fn check(folder: &str, package: &str, first_line: &str) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let schema = protox::compile([folder.join("messages.proto")], [&folder]).unwrap();
     let out = tempdir().unwrap();
     let mut config = prost_build::Config::new();
     config.out_dir(out.path()).compile_fds(schema).unwrap();
-    let made = std::fs::read_to_string(out.path().join("commonroad.rs")).unwrap();
-    let made = format!("{FIRST_LINE}{made}");
+    let made = std::fs::read_to_string(out.path().join(format!("{package}.rs"))).unwrap();
+    let made = format!("{first_line}{made}");
     let file = folder.join("messages.rs");
     if std::env::var_os("NEARMISS_GENERATE_MESSAGES").is_some() {
         std::fs::write(&file, &made).unwrap();
@@ -24,6 +41,6 @@ fn the_messages_are_those_of_the_proto_file() {
     let same = std::fs::read_to_string(file).unwrap() == made;
     assert!(
         same,
-        "messages.rs is not what messages.proto makes: run this test with NEARMISS_GENERATE_MESSAGES=1"
+        "{package}: messages.rs is not what messages.proto makes: run this test with NEARMISS_GENERATE_MESSAGES=1"
     );
 }

@@ -128,6 +128,7 @@ impl Story {
             obstacles: self.obstacles,
             planning_problems: vec![problem],
             diagnostics: Vec::new(),
+            recorded_ego: None,
             hash: ContentHash::digest(b""),
         })?;
         Ok(Made {

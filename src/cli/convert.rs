@@ -14,7 +14,7 @@ use crate::scenario::{alike, in_short};
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
 pub struct Convert {
-    /// CommonRoad files, folders or names of bundled scenarios.
+    /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// File to write, or an existing folder; several scenarios need a folder [default: standard output].

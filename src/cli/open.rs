@@ -22,7 +22,7 @@ use crate::workflow::{OpenError, OpenRequest, OpenedScene, experiment_among, ind
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArguments {
-    /// CommonRoad file or name of a bundled scenario; a unique prefix of the name is enough.
+    /// Scenario file or name of a bundled scenario; a unique prefix of the name is enough.
     file: PathBuf,
     #[command(flatten)]
     ego: EgoChoice,

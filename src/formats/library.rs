@@ -3,16 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::address::{self, Address};
 use super::commonroad::{self, ReadError};
+use super::dispatch;
 use super::ego::sized;
 use super::{EgoError, find_recording, read_ego, read_ego_file};
-use crate::scenario::{ContentHash, Ego, Scenario};
+use crate::scenario::{ContentHash, Ego, RecordedEgo, Scenario};
 use crate::system;
 
 /// Location of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum EntryLocation {
-    /// A file.
+    /// A file; of one with several scenarios, one of them by `FILE#NAME`.
     File(PathBuf),
     /// In the program itself, by its place in [`bundled`].
     Bundled(usize),
@@ -69,10 +71,23 @@ impl Entry {
     /// An entry for one file, whatever it holds.
     #[must_use]
     pub fn of_file(path: &Path) -> Self {
-        let folder = path.parent().and_then(Path::file_name);
+        let address = Address::of(path);
+        let named = |path: Option<&std::ffi::OsStr>| {
+            path.map_or_else(String::new, |f| f.to_string_lossy().into_owned())
+        };
+        let file = commonroad::scenario_name(&address.file);
+        let (name, group) = match &address.part {
+            // A scenario with a name of its own, or a window of a recording.
+            Some(part) if !part.contains('=') => (part.clone(), named(address.file.file_name())),
+            Some(part) => (format!("{file}-{part}"), named(address.file.file_name())),
+            None => (file, named(path.parent().and_then(Path::file_name))),
+        };
         Self {
-            name: commonroad::scenario_name(path),
-            group: folder.map_or_else(String::new, |f| f.to_string_lossy().into_owned()),
+            name: match address.part {
+                Some(_) => address::plain_name(&name),
+                None => name,
+            },
+            group,
             place: EntryLocation::File(path.to_path_buf()),
         }
     }
@@ -87,6 +102,22 @@ impl Entry {
             Some(entry) if !argument.exists() => entry,
             _ => Self::of_file(argument),
         }
+    }
+
+    /// The file that it lies in: of one of several scenarios in a file, that file; `None` if it is bundled.
+    #[must_use]
+    pub fn file(&self) -> Option<PathBuf> {
+        match &self.place {
+            EntryLocation::File(path) => Some(address::file_of(path)),
+            EntryLocation::Bundled(_) => None,
+        }
+    }
+
+    /// Whether it is a recording of a data set other than CommonRoad.
+    #[must_use]
+    pub fn is_recording(&self) -> bool {
+        self.file()
+            .is_some_and(|file| dispatch::is_recording(&file))
     }
 
     /// The name of the file in messages.
@@ -107,7 +138,7 @@ impl Entry {
             system::activity::reading(path);
         }
         match &self.place {
-            EntryLocation::File(path) => commonroad::read_file(path),
+            EntryLocation::File(path) => dispatch::open(path),
             EntryLocation::Bundled(i) => commonroad::read(BUNDLED[*i].1, &self.display()),
         }
         .map(Arc::new)
@@ -123,6 +154,11 @@ impl Entry {
             EntryLocation::Bundled(i) => BUNDLED[*i].1.to_vec(),
             EntryLocation::File(path) if commonroad::is_protobuf_name(path) => {
                 return Err(named("protobuf files have no text to show"));
+            }
+            EntryLocation::File(path) if dispatch::is_recording(&address::file_of(path)) => {
+                return Err(named(
+                    "a recording has no CommonRoad text to show; `nearmiss convert` writes it",
+                ));
             }
             EntryLocation::File(path) => system::read_file(path, system::LARGEST)
                 .map_err(|error| named(&system::words(&error)))?,
@@ -143,6 +179,13 @@ impl Entry {
             }
             EntryLocation::File(path) => path,
         };
+        if dispatch::is_recording(&address::file_of(path)) {
+            let scenario = dispatch::open(path);
+            return match scenario {
+                Ok(scenario) => Ok(scenario.hash),
+                Err(error) => Err(std::io::Error::other(error)),
+            };
+        }
         let own = system::read_file(path, system::LARGEST)?;
         let mut hash = ContentHash::digest(&own);
         // The files that a protobuf scenario needs are found by reading it.
@@ -181,6 +224,19 @@ impl Entry {
             EntryLocation::Bundled(i) => {
                 let name = format!("{}.ego_trajectory.csv", self.name);
                 read_ego(BUNDLED[*i].2, &name, scenario, planning_problem).map(Some)
+            }
+            EntryLocation::File(_) if scenario.recorded_ego.is_some() => {
+                let own = scenario.recorded_ego.as_ref().and_then(RecordedEgo::ego);
+                match (own, planning_problem) {
+                    (Some(own), Some(problem)) if own.id != problem => {
+                        Err(EgoError::NoSuchProblem {
+                            file: self.display(),
+                            problem,
+                            known: own.id.to_string(),
+                        })
+                    }
+                    (own, _) => Ok(own),
+                }
             }
             EntryLocation::File(path) => {
                 let Some(recording) = find_recording(path) else {

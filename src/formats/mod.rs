@@ -1,8 +1,11 @@
 //! Files: finds, reads and writes scenarios and egos.
 
+mod address;
 pub mod commonroad;
+mod dispatch;
 mod ego;
 mod library;
+mod recordings;
 mod resolve;
 mod search;
 

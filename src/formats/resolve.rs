@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use super::address::Address;
 use super::bundled;
 use crate::system::{available, did_you_mean};
 
@@ -12,7 +13,8 @@ use crate::system::{available, did_you_mean};
 /// There is no such file or scenario, with what was probably meant; or several scenarios begin so: in words.
 pub fn resolved(argument: &Path) -> Result<PathBuf, String> {
     let missing = matches!(argument.symlink_metadata(), Err(e) if e.kind() == ErrorKind::NotFound);
-    if !missing || argument == Path::new("-") {
+    let is_part = || Address::of(argument).part.is_some();
+    if !missing || argument == Path::new("-") || is_part() {
         return Ok(argument.to_path_buf());
     }
     let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();

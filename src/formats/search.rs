@@ -5,7 +5,9 @@ use std::fmt;
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
-use super::commonroad::{self, Unrecognised};
+use super::address::Address;
+use super::commonroad::{self, ReadError, Unrecognised};
+use super::dispatch;
 use super::library::{Entry, EntryLocation};
 use crate::system;
 
@@ -34,6 +36,9 @@ pub enum PassedOverReason {
     /// A file that is not known to be a scenario.
     #[error(transparent)]
     File(#[from] Unrecognised),
+    /// A recording that is damaged.
+    #[error("{}", .0.message)]
+    Recording(ReadError),
     /// A folder that could not be read.
     #[error("not searched: {}", system::words(.0))]
     Folder(std::io::Error),
@@ -57,8 +62,8 @@ pub enum LibraryError {
     StandardInput,
     /// No scenario lies below a path.
     #[error(
-        "{path}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) in this folder or below\
-         {}{}",
+        "{path}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) and no recording of another data \
+         set in this folder or below{}{}",
         if passed_over.is_some() { "; " } else { "" },
         passed_over.as_deref().unwrap_or_default()
     )]
@@ -151,7 +156,8 @@ pub fn find(paths: &[PathBuf]) -> Result<SearchResults, LibraryError> {
     for path in paths {
         let mut of_path = Vec::new();
         passed_over.extend(search(path, &mut |found| of_path.extend(found))?);
-        of_path.sort();
+        // Windows of a recording stay in their order: those worth looking at come first.
+        of_path.sort_by_cached_key(|p| Address::of(p).file);
         of_path.retain(|p| seen.insert(p.clone()));
         entries.extend(of_path.iter().map(|p| Entry::of_argument(p)));
     }
@@ -223,8 +229,13 @@ fn search(
         source,
     };
     let named = Entry::of_argument(path).place != EntryLocation::File(path.to_path_buf());
-    if named || !path.metadata().map_err(io)?.is_dir() {
+    if named || Address::of(path).part.is_some() {
         give(vec![path.to_path_buf()]);
+        return Ok(Vec::new());
+    }
+    if !path.metadata().map_err(io)?.is_dir() {
+        // A damaged file is opened by what comes next, which says what is wrong with it.
+        give(dispatch::scenarios_in(path).unwrap_or_else(|_| vec![path.to_path_buf()]));
         return Ok(Vec::new());
     }
     let scenarios = path.join("Scenarios");
@@ -338,9 +349,22 @@ impl<'a> Search<'a> {
         } else if commonroad::is_xml_name(&path) {
             match commonroad::is_scenario(&path) {
                 Ok(true) => self.found.push(path),
-                Ok(false) => {}
+                Ok(false) => self.look_for_recordings(path),
                 Err(why) => self.pass_over(path, why.into()),
             }
+        } else if dispatch::is_recording_name(&path) {
+            self.look_for_recordings(path);
+        }
+    }
+
+    /// Takes the scenarios of a file, if it is a recording.
+    fn look_for_recordings(&mut self, path: PathBuf) {
+        if !dispatch::is_recording(&path) {
+            return;
+        }
+        match dispatch::scenarios_in(&path) {
+            Ok(scenarios) => self.found.extend(scenarios),
+            Err(error) => self.pass_over(path, PassedOverReason::Recording(error)),
         }
     }
 

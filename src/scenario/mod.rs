@@ -12,6 +12,7 @@ pub(crate) mod plausibility;
 pub mod prediction;
 mod presence;
 mod quantity;
+mod recorded_ego;
 mod road;
 mod scene;
 mod signs;
@@ -37,6 +38,7 @@ pub use network::{
 pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
+pub use recorded_ego::RecordedEgo;
 pub use road::{
     Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, LaneRelation,
     LaneRelations, Leg, Route, RouteError, Side,
@@ -64,6 +66,8 @@ pub struct Scenario {
     pub obstacles: Vec<Obstacle>,
     /// The ego's planning problems; usually one.
     pub planning_problems: Vec<PlanningProblem>,
+    /// The ego of a recording; CommonRoad files have none in them.
+    pub recorded_ego: Option<RecordedEgo>,
     /// Assumptions and omissions made while reading.
     pub diagnostics: Vec<Diagnostic>,
     /// Hash of the bytes it was read from; of several files, of one after the other.

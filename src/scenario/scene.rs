@@ -111,6 +111,10 @@ impl Scene {
     /// ```
     #[must_use]
     pub fn new(scenario: Arc<Scenario>, ego: Ego) -> Self {
+        let scenario = match ego.source {
+            EgoSource::Obstacle(_) => scenario.for_taken_ego(),
+            _ => scenario,
+        };
         Self { scenario, ego }
     }
 
@@ -149,7 +153,7 @@ impl Scene {
             recorded: Vec::new(),
             diagnostics: Vec::new(),
         };
-        Ok(Self { scenario, ego })
+        Ok(Self::new(scenario, ego))
     }
 
     /// The steps of the ego, first to last.

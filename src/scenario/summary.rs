@@ -67,7 +67,8 @@ impl Scenario {
     /// The time steps at which anything is said about an obstacle; only step 0 where nothing is.
     #[must_use]
     pub fn steps(&self) -> Range<i64> {
-        let tracks = self.obstacles.iter().map(|o| o.track().steps());
+        let own = self.recorded_ego.as_ref().map(|own| &own.obstacle);
+        let tracks = self.obstacles.iter().chain(own).map(|o| o.track().steps());
         let regions = self.obstacles.iter().flat_map(|o| match &o.prediction {
             Prediction::Occupancies(regions) => regions.as_slice(),
             _ => &[],

@@ -26,7 +26,7 @@ use super::tasks::{LoopEffect, Tasks};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{perform, start, update};
 use super::{screenshot, views, widgets};
-use crate::formats::{EgoSelection, Entry, EntryLocation, not_standard_input};
+use crate::formats::{EgoSelection, Entry, not_standard_input};
 use crate::settings::Folders;
 use crate::store::{Filter, Store};
 use crate::system;
@@ -44,7 +44,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> Ru
     // Better said on the shell, where the mistake was made.
     for path in &paths {
         not_standard_input(path).map_err(|error| error.to_string())?;
-        if let EntryLocation::File(file) = Entry::of_argument(path).place {
+        if let Some(file) = Entry::of_argument(path).file() {
             file.metadata()
                 .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
         }

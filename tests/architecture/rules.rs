@@ -82,7 +82,10 @@ const HOMES: [(&str, &[&str]); 20] = [
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
     ("quick_xml", &["formats/commonroad/"]),
-    ("prost", &["formats/commonroad/protobuf/"]),
+    (
+        "prost",
+        &["formats/commonroad/protobuf/", "formats/recordings/waymo/"],
+    ),
     ("rusqlite", &["store/"]),
     ("minijinja", &["prompts/"]),
     ("parry", &["geometry/"]),
@@ -92,7 +95,14 @@ const HOMES: [(&str, &[&str]); 20] = [
     ("shell_words", &["simulation/external/"]),
     ("tar", &["workflow/bundle/"]),
     ("flate2", &["workflow/bundle/"]),
-    ("parquet", &["cli/output/", "corpus/parts.rs"]),
+    (
+        "parquet",
+        &[
+            "cli/output/",
+            "corpus/parts.rs",
+            "formats/recordings/argoverse/",
+        ],
+    ),
     ("indicatif", &["cli/"]),
     ("tiny_skia", &["render/"]),
     ("png", &["render/"]),

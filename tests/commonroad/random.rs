@@ -318,6 +318,7 @@ prop_compose! {
             obstacles,
             planning_problems,
             diagnostics: Vec::new(),
+            recorded_ego: None,
             hash: ContentHash::digest(b""),
         }
     }

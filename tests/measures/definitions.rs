@@ -88,6 +88,7 @@ fn scene(obstacles: Vec<Obstacle>) -> Scene {
         obstacles,
         planning_problems: Vec::new(),
         diagnostics: Vec::new(),
+        recorded_ego: None,
         hash: ContentHash::digest(b""),
     };
     Scene::with_obstacle_as_ego(Arc::new(scenario), 1).unwrap()

@@ -199,6 +199,7 @@ pub fn scene() -> impl Strategy<Value = Scene> {
                 obstacles: obstacles.collect(),
                 planning_problems: Vec::new(),
                 diagnostics: Vec::new(),
+                recorded_ego: None,
                 hash: ContentHash::digest(b""),
             };
             Scene::with_obstacle_as_ego(Arc::new(scenario), 1).unwrap()

@@ -25,6 +25,7 @@ fn scenario(obstacles: Vec<Obstacle>) -> Scenario {
         obstacles,
         planning_problems: Vec::new(),
         diagnostics: Vec::new(),
+        recorded_ego: None,
         hash: ContentHash::digest(b"built"),
     }
 }

@@ -154,6 +154,7 @@ impl Stage {
             obstacles: obstacles.collect(),
             planning_problems: Vec::new(),
             diagnostics: Vec::new(),
+            recorded_ego: None,
             hash: ContentHash::digest(b"built"),
         };
         let samples = poses(0, self.ego).into_iter().map(|(step, pose)| Sample {

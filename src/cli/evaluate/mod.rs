@@ -41,7 +41,7 @@ use truth::{Truth, truth};
 /// Arguments of `evaluate`.
 #[derive(Debug, clap::Args)]
 pub struct Evaluate {
-    /// CommonRoad files, folders or names of bundled scenarios, each with its recorded ego; or one experiment file
+    /// Scenario files, folders or names of bundled scenarios, each with its recorded ego; or one experiment file
     /// (FILE.toml, see `nearmiss help experiments`).
     #[arg(required_unless_present_any = ["resume", "list"])]
     paths: Vec<PathBuf>,

@@ -47,7 +47,7 @@ gate). The ego replans against the changed traffic.\n\
 Exit status: 0 every scenario has a collision or a near miss; 1 some have neither, could not be attacked, or --check \
 finds an error; 2 usage or input error; 130 interrupted.")]
 pub struct GenerateArguments {
-    /// CommonRoad files, folders or names of bundled scenarios.
+    /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// Source of the attack: `search`, which needs no model or key, or provider/model.

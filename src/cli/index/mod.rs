@@ -28,7 +28,7 @@ The index is a folder of Parquet parts with a row for each window; `nearmiss ind
 pub struct Index {
     #[command(subcommand)]
     action: Option<Action>,
-    /// CommonRoad files, folders or names of bundled scenarios.
+    /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// Folder of the index; created if missing.

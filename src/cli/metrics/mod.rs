@@ -35,7 +35,7 @@ use crate::settings::Folders;
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]
 pub struct Metrics {
-    /// CommonRoad files, folders or names of bundled scenarios.
+    /// Scenario files, folders or names of bundled scenarios.
     #[arg(required_unless_present = "list")]
     paths: Vec<PathBuf>,
     /// List the measures instead: id, unit, dangerous direction, thresholds, name and source. With --scene, list the

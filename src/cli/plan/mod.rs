@@ -44,7 +44,7 @@ planner_error (the planner's process failed).\n\
 Exit status: 0 all drives reach the goal or run out of time; 1 some end otherwise or could not be planned; \
 2 usage or input error; 130 interrupted.")]
 pub struct PlanArguments {
-    /// CommonRoad files, folders or names of bundled scenarios.
+    /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     #[command(flatten)]

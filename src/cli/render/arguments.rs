@@ -18,7 +18,7 @@ use crate::verdict::Task;
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
 pub struct Render {
-    /// CommonRoad files, folders or names of bundled scenarios.
+    /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     pub paths: Vec<PathBuf>,
     #[command(flatten)]

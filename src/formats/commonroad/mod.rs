@@ -1,6 +1,6 @@
 //! CommonRoad files: reads XML and protobuf, writes XML; every diagnostic has its place.
 
-mod builder;
+pub(super) mod builder;
 mod conform;
 mod elements;
 mod encoding;
@@ -20,7 +20,7 @@ mod states;
 mod surroundings;
 mod trucks;
 mod writer;
-mod xml;
+pub(super) mod xml;
 mod xml_reader;
 mod xml_writer;
 
@@ -30,6 +30,7 @@ pub use crate::system::{NewFile, SaveError, save};
 pub use conform::{Conformed, conform};
 pub(super) use encoding::{foreign, without_marks};
 pub use error::ReadError;
+pub(super) use root::beginning_of_file;
 pub(super) use root::is_scenario;
 pub use root::{Root, Unrecognised, root_of, root_of_file};
 pub use solution::{

@@ -91,7 +91,10 @@ fn root_name(head: &[u8]) -> Option<bool> {
 }
 
 /// At most so many bytes of a file, and at least one.
-pub(super) fn beginning_of_file(path: &Path, most: usize) -> Result<Vec<u8>, Unrecognised> {
+pub(in crate::formats) fn beginning_of_file(
+    path: &Path,
+    most: usize,
+) -> Result<Vec<u8>, Unrecognised> {
     if !path.metadata()?.is_file() {
         return Err(Unrecognised::Irregular);
     }

@@ -22,7 +22,7 @@ use crate::scenario::{Diagnostic, Severity};
 
 /// An opened element.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Element<'a> {
+pub(in crate::formats) struct Element<'a> {
     pub name: &'a str,
     attributes: &'a str,
     /// Byte offset of its `<`.
@@ -45,7 +45,7 @@ impl<'a> Element<'a> {
 }
 
 /// The parser; every element that is opened must be read to its end by one of its functions.
-pub(super) struct Xml<'a> {
+pub(in crate::formats) struct Xml<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
     file: &'a str,
@@ -284,7 +284,7 @@ impl<'a> Xml<'a> {
 }
 
 /// An element in the file that is being read.
-pub(super) struct ElementLocation<'x, 'a> {
+pub(in crate::formats) struct ElementLocation<'x, 'a> {
     xml: &'x Xml<'a>,
     element: Element<'a>,
 }

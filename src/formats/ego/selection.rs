@@ -45,6 +45,7 @@ impl EgoSelection {
             Self::BesideFor { planning_problem } => {
                 entry.recorded_ego_for(scenario, Some(*planning_problem))
             }
+            Self::Obstacle(id) if own(scenario) == Some(*id) => entry.recorded_ego(scenario),
             Self::Obstacle(id) => match Scene::with_obstacle_as_ego(Arc::clone(scenario), *id) {
                 Ok(scene) => Ok(Some(scene.ego)),
                 Err(source) => Err(EgoError::Obstacle {
@@ -58,4 +59,9 @@ impl EgoSelection {
             } => read_ego_file(path, scenario, *planning_problem).map(Some),
         }
     }
+}
+
+/// The track that is the ego of a recording.
+fn own(scenario: &Scenario) -> Option<i64> {
+    scenario.recorded_ego.as_ref().map(|own| own.obstacle.id)
 }

@@ -123,6 +123,7 @@ fn placed(scene: &Scene, plane: &Plane) -> Scene {
         network: plane.network(&before.network),
         obstacles: obstacles.map(|o| plane.obstacle(o, dt)).collect(),
         planning_problems: problems.map(|p| plane.problem(p)).collect(),
+        recorded_ego: None,
         diagnostics: before.diagnostics.clone(),
         hash: before.hash,
     });

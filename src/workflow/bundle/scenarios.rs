@@ -24,6 +24,8 @@ pub(super) fn collect(
         let name = paths.get(path).cloned().unwrap_or_default();
         let entry = Entry::of_argument(Path::new(path));
         let own = match (&entry.place, with_files) {
+            // Recordings are not passed on: their licences do not let them be.
+            (EntryLocation::File(_), true) if entry.is_recording() => Vec::new(),
             (EntryLocation::File(file), true) if is_same(&entry, hash) => of_entry(&entry, file),
             _ => Vec::new(),
         };

@@ -7,10 +7,12 @@ mod shapes;
 
 use std::collections::HashSet;
 
-pub(super) use numbers::{coordinate, finite, quantity, refused_step, size, steps};
-pub(super) use place::{Diagnostics, SourceLocation};
-pub(super) use references::{Target, Targets};
-pub(super) use shapes::{checked, footprint, polygon, semi_trailer_truck, truck, union};
+pub(in crate::formats) use numbers::{coordinate, finite, quantity, refused_step, size, steps};
+pub(in crate::formats) use place::{Diagnostics, SourceLocation};
+pub(in crate::formats) use references::{Target, Targets};
+pub(in crate::formats) use shapes::{
+    checked, footprint, polygon, semi_trailer_truck, truck, union,
+};
 
 use super::ReadError;
 use super::xml::short;
@@ -23,7 +25,7 @@ use crate::scenario::{
 
 /// A scenario that is being read, element by element.
 #[derive(Default)]
-pub(super) struct ScenarioBuilder {
+pub(in crate::formats) struct ScenarioBuilder {
     pub location: Option<Location>,
     pub tags: Vec<String>,
     pub lanelets: Vec<Lanelet>,
@@ -114,6 +116,7 @@ impl ScenarioBuilder {
                 self.intersections,
             ),
             planning_problems: self.problems,
+            recorded_ego: None,
             diagnostics: Vec::new(),
             hash,
         }
@@ -130,7 +133,7 @@ impl ScenarioBuilder {
 ///
 /// # Errors
 /// It has less than two points.
-pub(super) fn bound(
+pub(in crate::formats) fn bound(
     at: &impl SourceLocation,
     points: Vec<Point>,
     heights: Vec<f64>,
@@ -153,7 +156,7 @@ pub(super) fn bound(
 }
 
 /// The lanelet beside one; `same_direction` where the file says which.
-pub(super) fn adjacent(
+pub(in crate::formats) fn adjacent(
     at: &impl SourceLocation,
     id: i64,
     same_direction: Option<bool>,
@@ -168,7 +171,10 @@ pub(super) fn adjacent(
 }
 
 /// The ends of a stop line; `None` if it lies at the end of its lanelet.
-pub(super) fn stop_line(at: &impl SourceLocation, points: &[Point]) -> Option<(Point, Point)> {
+pub(in crate::formats) fn stop_line(
+    at: &impl SourceLocation,
+    points: &[Point],
+) -> Option<(Point, Point)> {
     if !matches!(points.len(), 0 | 2) {
         let taken = if points.len() < 2 {
             "assumed at the end of its lanelet"
@@ -187,7 +193,11 @@ pub(super) fn stop_line(at: &impl SourceLocation, points: &[Point]) -> Option<(P
 }
 
 /// Gives a state a quantity.
-pub(super) fn set_quantity(state: &mut State, field: StateField, value: Option<Quantity>) {
+pub(in crate::formats) fn set_quantity(
+    state: &mut State,
+    field: StateField,
+    value: Option<Quantity>,
+) {
     match field {
         StateField::Orientation => state.orientation = value,
         StateField::Velocity => state.velocity = value,
@@ -197,7 +207,7 @@ pub(super) fn set_quantity(state: &mut State, field: StateField, value: Option<Q
 }
 
 /// Notes a benchmark id that does not follow the rule.
-pub(super) fn check_benchmark_id(at: &impl SourceLocation, id: &str) {
+pub(in crate::formats) fn check_benchmark_id(at: &impl SourceLocation, id: &str) {
     if !benchmark_id::is_valid(id) {
         let message = format!(
             "benchmark id `{}` does not follow the naming scheme",

@@ -7,7 +7,7 @@ use crate::scenario::Severity;
 
 /// An element and those around it, from the root.
 #[derive(Debug, Clone)]
-pub(in crate::formats::commonroad) struct SourceLocation<'a> {
+pub(in crate::formats) struct SourceLocation<'a> {
     pub element: Element<'a>,
     around: Rc<[Element<'a>]>,
 }

@@ -1,0 +1,293 @@
+//! Maps of Argoverse 2: `log_map_archive_ID.json`.
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde_json::{Map as Object, Value};
+
+use super::LARGEST;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::assembly::Map;
+use crate::formats::recordings::crossing;
+use crate::formats::recordings::ids::Ids;
+use crate::formats::recordings::lane_shape::{matched, same_way};
+use crate::formats::recordings::report::{At, Report};
+use crate::geometry::Point;
+use crate::scenario::{Adjacent, Bound, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser};
+use crate::system;
+
+/// A map as it is in the file, with its elements still to be read.
+pub struct Archive {
+    file: String,
+    lanes: Object<String, Value>,
+    crossings: Object<String, Value>,
+    areas: usize,
+    pub hash: ContentHash,
+}
+
+#[derive(Deserialize)]
+struct Whole {
+    lane_segments: Object<String, Value>,
+    #[serde(default)]
+    pedestrian_crossings: Object<String, Value>,
+    #[serde(default)]
+    drivable_areas: Object<String, Value>,
+}
+
+#[derive(Deserialize)]
+struct Segment {
+    id: i64,
+    #[serde(default)]
+    is_intersection: bool,
+    #[serde(default)]
+    lane_type: String,
+    left_lane_boundary: Vec<Corner>,
+    right_lane_boundary: Vec<Corner>,
+    #[serde(default)]
+    left_lane_mark_type: String,
+    #[serde(default)]
+    right_lane_mark_type: String,
+    #[serde(default)]
+    successors: Vec<i64>,
+    #[serde(default)]
+    predecessors: Vec<i64>,
+    left_neighbor_id: Option<i64>,
+    right_neighbor_id: Option<i64>,
+}
+
+#[derive(Deserialize)]
+struct Crossing {
+    id: i64,
+    edge1: Vec<Corner>,
+    edge2: Vec<Corner>,
+}
+
+#[derive(Deserialize)]
+struct Corner {
+    x: f64,
+    y: f64,
+    z: Option<f64>,
+}
+
+/// The map of a scenario, in the same folder: by the scenario's id, or the only one there.
+pub fn beside(path: &Path, scenario: &str) -> Option<PathBuf> {
+    let folder = path.parent()?;
+    let plain = scenario
+        .chars()
+        .all(|c| c.is_ascii_alphanumeric() || c == '-');
+    let named = folder.join(format!("{PREFIX}{scenario}.json"));
+    if plain && named.is_file() {
+        return Some(named);
+    }
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let files = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|file| file.path());
+    let mut maps = files.filter(|file| {
+        let name = file
+            .file_name()
+            .map(|n| n.to_string_lossy())
+            .unwrap_or_default();
+        name.starts_with(PREFIX) && name.ends_with(".json")
+    });
+    let first = maps.next()?;
+    maps.next().is_none().then_some(first)
+}
+
+/// Names of maps begin so.
+const PREFIX: &str = "log_map_archive_";
+
+impl Archive {
+    /// Reads the file.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let file = path.display().to_string();
+        let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
+        let whole: Whole = serde_json::from_slice(&bytes).map_err(|error| ReadError {
+            file: file.clone(),
+            line: error.line(),
+            column: error.column(),
+            element: String::new(),
+            message: format!("not a map of Argoverse 2: {error}"),
+        })?;
+        Ok(Self {
+            file,
+            lanes: whole.lane_segments,
+            crossings: whole.pedestrian_crossings,
+            areas: whole.drivable_areas.len(),
+            hash: ContentHash::digest(&bytes),
+        })
+    }
+
+    /// The ids that it uses.
+    pub fn ids(&self) -> impl Iterator<Item = i64> {
+        let keys = self.lanes.keys().chain(self.crossings.keys());
+        keys.filter_map(|key| key.parse().ok())
+    }
+
+    /// The map, with what is assumed noted in `report`.
+    pub fn map(&self, report: &Report, ids: &mut Ids) -> Result<Map, ReadError> {
+        let own = Report::about(&self.file);
+        let mut segments = Vec::with_capacity(self.lanes.len());
+        for (key, value) in &self.lanes {
+            let at = own.at(format!("lane_segments/{key}"));
+            segments.push((element::<Segment>(&at, value)?, key));
+        }
+        let mut lane_ids = HashMap::new();
+        for (segment, _) in &segments {
+            lane_ids
+                .entry(segment.id)
+                .or_insert_with(|| ids.keep(segment.id));
+        }
+        let mut map = Map::default();
+        let mut seen = HashSet::new();
+        for (segment, key) in &segments {
+            let at = own.at(format!("lane_segments/{key}"));
+            if !seen.insert(segment.id) {
+                let message = format!("lane {} is there twice; the first is used", segment.id);
+                report.at(format!("lane_segments/{key}")).warn(message);
+                continue;
+            }
+            map.lanelets.push(lanelet(&at, segment, &lane_ids)?);
+        }
+        let beyond = beside_each_other(&mut map.lanelets, &lane_ids, &segments);
+        report.note_count(beyond, |n| {
+            format!("links to lanes beyond the map left out: {n}")
+        });
+        for (key, value) in &self.crossings {
+            let at = own.at(format!("pedestrian_crossings/{key}"));
+            let said: Crossing = element(&at, value)?;
+            let left = points(&at, &said.edge1)?.0;
+            let mut right = points(&at, &said.edge2)?.0;
+            if left.len() < 2 || right.len() < 2 {
+                report
+                    .at(format!("pedestrian_crossings/{key}"))
+                    .warn("an edge without two points; left out");
+                continue;
+            }
+            if !same_way(&left, &right) {
+                right.reverse();
+            }
+            // The one on the right is the right one.
+            let along = left[left.len() - 1] - left[0];
+            let (left, right) = match along.perp(&(right[0] - left[0])) > 0.0 {
+                true => (right, left),
+                false => (left, right),
+            };
+            let (left, right) = matched(left, right);
+            map.lanelets
+                .push(crossing::between(ids.keep(said.id), left, right));
+        }
+        report.note_count(self.areas, |n| format!("drivable areas left out: {n}"));
+        Ok(map)
+    }
+}
+
+fn element<T: for<'d> Deserialize<'d>>(at: &At<'_>, value: &Value) -> Result<T, ReadError> {
+    T::deserialize(value).map_err(|error| at.fail(error.to_string()))
+}
+
+fn points(at: &At<'_>, line: &[Corner]) -> Result<(Vec<Point>, Vec<f64>), ReadError> {
+    let points = line
+        .iter()
+        .map(|c| at.point(c.x, c.y))
+        .collect::<Result<_, _>>()?;
+    let heights = line.iter().filter_map(|c| c.z.filter(|z| z.is_finite()));
+    Ok((points, heights.collect()))
+}
+
+fn lanelet(at: &At<'_>, segment: &Segment, ids: &HashMap<i64, i64>) -> Result<Lanelet, ReadError> {
+    let (left, _) = points(at, &segment.left_lane_boundary)?;
+    let (right, _) = points(at, &segment.right_lane_boundary)?;
+    if left.len() < 2 || right.len() < 2 {
+        return Err(at.fail("a boundary with less than 2 points"));
+    }
+    let (left, right) = matched(left, right);
+    let bound = |points, mark: &str| Bound {
+        points,
+        heights: Vec::new(),
+        marking: marking(mark),
+    };
+    let linked = |wanted: &[i64]| {
+        wanted
+            .iter()
+            .filter_map(|id| ids.get(id).copied())
+            .collect()
+    };
+    let (mut types, users) = match segment.lane_type.as_str() {
+        "BIKE" => (vec![LaneletType::BicycleLane], vec![RoadUser::Bicycle]),
+        "BUS" => (vec![LaneletType::BusLane], vec![RoadUser::Bus]),
+        _ => (vec![LaneletType::Urban], vec![RoadUser::Vehicle]),
+    };
+    if segment.is_intersection {
+        types.push(LaneletType::Intersection);
+    }
+    Ok(Lanelet {
+        id: ids[&segment.id],
+        left: bound(left, &segment.left_lane_mark_type),
+        right: bound(right, &segment.right_lane_mark_type),
+        predecessors: linked(&segment.predecessors),
+        successors: linked(&segment.successors),
+        types,
+        users_one_way: users,
+        ..Lanelet::default()
+    })
+}
+
+/// Gives lanes their neighbours, with the way that these are driven; and how many links lead out of the map.
+fn beside_each_other(
+    lanelets: &mut [Lanelet],
+    ids: &HashMap<i64, i64>,
+    segments: &[(Segment, &String)],
+) -> usize {
+    let by_id: HashMap<i64, &Segment> = segments.iter().map(|(s, _)| (s.id, s)).collect();
+    let middles: HashMap<i64, Vec<Point>> = lanelets
+        .iter()
+        .map(|l| (l.id, l.left.points.clone()))
+        .collect();
+    let real: HashMap<i64, i64> = ids.iter().map(|(said, id)| (*id, *said)).collect();
+    let mut beyond = 0;
+    for lanelet in lanelets {
+        let Some(segment) = real.get(&lanelet.id).and_then(|said| by_id.get(said)) else {
+            continue;
+        };
+        let links = segment.successors.iter().chain(&segment.predecessors);
+        beyond += links.filter(|id| !ids.contains_key(id)).count();
+        let own = lanelet.left.points.clone();
+        let neighbor = |said: Option<i64>, left: bool| {
+            let said = said?;
+            let (other, id) = (by_id.get(&said)?, *ids.get(&said)?);
+            let same_direction = same_way(&own, middles.get(&id)?);
+            // Both name each other, on the side that the way of driving tells.
+            let back = match left == same_direction {
+                true => other.right_neighbor_id,
+                false => other.left_neighbor_id,
+            };
+            (back == Some(segment.id)).then_some(Adjacent { id, same_direction })
+        };
+        lanelet.adjacent_left = neighbor(segment.left_neighbor_id, true);
+        lanelet.adjacent_right = neighbor(segment.right_neighbor_id, false);
+    }
+    beyond
+}
+
+fn marking(said: &str) -> LineMarking {
+    match said {
+        "NONE" => LineMarking::NoMarking,
+        "DASHED_WHITE" | "DASHED_YELLOW" => LineMarking::Dashed,
+        "SOLID_WHITE" | "SOLID_YELLOW" | "SOLID_BLUE" => LineMarking::Solid,
+        "DOUBLE_SOLID_WHITE" | "DOUBLE_SOLID_YELLOW" => LineMarking::SolidSolid,
+        "DOUBLE_DASH_WHITE" | "DOUBLE_DASH_YELLOW" => LineMarking::DashedDashed,
+        "SOLID_DASH_WHITE" | "SOLID_DASH_YELLOW" => LineMarking::SolidDashed,
+        "DASH_SOLID_WHITE" | "DASH_SOLID_YELLOW" => LineMarking::DashedSolid,
+        _ => LineMarking::Unknown,
+    }
+}

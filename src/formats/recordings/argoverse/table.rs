@@ -1,0 +1,186 @@
+//! Columns of a Parquet file of Argoverse 2: the rows of all tracks.
+
+use std::fs::File;
+use std::path::Path;
+
+use parquet::basic::Type as PhysicalType;
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{
+    BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int32Type, Int64Type,
+};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::report::Report;
+use crate::scenario::plausibility::limits::MOST_PARTS;
+use crate::system;
+
+/// The columns that tell a motion forecasting scenario.
+const TELLING: [&str; 5] = [
+    "track_id",
+    "object_type",
+    "timestep",
+    "position_x",
+    "position_y",
+];
+
+/// No page of a file of seconds is larger when unpacked, bytes.
+const LARGEST_COLUMN: i64 = 64 << 20;
+
+/// A Parquet file.
+pub struct Table<'r> {
+    file: SerializedFileReader<File>,
+    report: &'r Report,
+}
+
+/// Whether a file that begins with `head` is a scenario of Argoverse 2.
+pub fn is_one(path: &Path, head: &[u8]) -> bool {
+    head.starts_with(b"PAR1")
+        && system::open_file(path)
+            .ok()
+            .and_then(|file| SerializedFileReader::new(file).ok())
+            .is_some_and(|file| {
+                let schema = file.metadata().file_metadata().schema_descr();
+                let has = |name: &&str| schema.columns().iter().any(|c| c.name() == *name);
+                TELLING.iter().all(|name| has(name))
+            })
+}
+
+impl<'r> Table<'r> {
+    pub fn open(path: &Path, report: &'r Report) -> Result<Self, ReadError> {
+        let file = system::open_file(path);
+        let file = file.map_err(|error| ReadError::io(report.file(), &error))?;
+        let file = SerializedFileReader::new(file);
+        let file = file.map_err(|e| report.fail(format!("not a whole Parquet file ({e})")))?;
+        let table = Self { file, report };
+        let rows = table.rows();
+        if usize::try_from(rows).is_ok_and(|rows| rows <= MOST_PARTS) {
+            return Ok(table);
+        }
+        Err(report.fail(format!("{rows} rows; at most {MOST_PARTS} are read")))
+    }
+
+    pub fn rows(&self) -> i64 {
+        let groups = self.file.metadata().row_groups().iter();
+        groups.map(|g| g.num_rows()).fold(0, i64::saturating_add)
+    }
+
+    /// A column of numbers, whole or not; nothing where it is not there.
+    pub fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, ReadError> {
+        let fail = |what: String| self.fail(name, &what);
+        self.column(name, &mut |reader, rows, into: &mut Vec<f64>| {
+            match reader {
+                ColumnReader::DoubleColumnReader(r) => into.extend(values::<DoubleType>(r, rows)?),
+                ColumnReader::FloatColumnReader(r) => {
+                    into.extend(values::<FloatType>(r, rows)?.into_iter().map(f64::from));
+                }
+                ColumnReader::Int64ColumnReader(r) => {
+                    into.extend(values::<Int64Type>(r, rows)?.into_iter().map(|v| v as f64));
+                }
+                ColumnReader::Int32ColumnReader(r) => {
+                    into.extend(values::<Int32Type>(r, rows)?.into_iter().map(f64::from));
+                }
+                ColumnReader::BoolColumnReader(r) => {
+                    let bools = values::<BoolType>(r, rows)?.into_iter();
+                    into.extend(bools.map(|b| f64::from(u8::from(b))));
+                }
+                _ => return Err("no numbers in it".into()),
+            }
+            Ok(())
+        })
+        .map_err(fail)
+    }
+
+    /// A column of numbers that must be there.
+    pub fn needed_numbers(&self, name: &str) -> Result<Vec<f64>, ReadError> {
+        let found = self.numbers(name)?;
+        found.ok_or_else(|| self.report.fail(format!("the column `{name}` is missing")))
+    }
+
+    /// A column of texts; nothing where it is not there.
+    pub fn texts(&self, name: &str) -> Result<Option<Vec<String>>, ReadError> {
+        let fail = |what: String| self.fail(name, &what);
+        self.column(name, &mut |reader, rows, into: &mut Vec<String>| {
+            let ColumnReader::ByteArrayColumnReader(reader) = reader else {
+                return Err("no texts in it".into());
+            };
+            for value in values::<ByteArrayType>(reader, rows)? {
+                into.push(text(&value)?);
+            }
+            Ok(())
+        })
+        .map_err(fail)
+    }
+
+    /// A column of texts that must be there.
+    pub fn needed_texts(&self, name: &str) -> Result<Vec<String>, ReadError> {
+        let found = self.texts(name)?;
+        found.ok_or_else(|| self.report.fail(format!("the column `{name}` is missing")))
+    }
+
+    fn fail(&self, column: &str, what: &str) -> ReadError {
+        self.report.at(format!("column {column}")).fail(what)
+    }
+
+    fn column<T>(
+        &self,
+        name: &str,
+        read: &mut dyn FnMut(ColumnReader, usize, &mut Vec<T>) -> Result<(), String>,
+    ) -> Result<Option<Vec<T>>, String> {
+        let schema = self.file.metadata().file_metadata().schema_descr();
+        let Some(place) = schema.columns().iter().position(|c| c.name() == name) else {
+            return Ok(None);
+        };
+        let described = schema.column(place);
+        if described.max_rep_level() > 0 {
+            return Err("a list in each row; expected one value".into());
+        }
+        if described.physical_type() == PhysicalType::INT96 {
+            return Err("values of 96 bits; expected numbers".into());
+        }
+        let mut into = Vec::new();
+        for group in 0..self.file.metadata().num_row_groups() {
+            let about = self.file.metadata().row_group(group);
+            let rows = usize::try_from(about.num_rows()).map_err(|_| "less than no rows")?;
+            if about.column(place).uncompressed_size() > LARGEST_COLUMN {
+                return Err(format!("more than {} MiB", LARGEST_COLUMN >> 20));
+            }
+            let group = self.file.get_row_group(group).map_err(|e| e.to_string())?;
+            let reader = group.get_column_reader(place).map_err(|e| e.to_string())?;
+            let before = into.len();
+            read(reader, rows, &mut into)?;
+            match into.len() - before {
+                found if found == rows => {}
+                found => {
+                    return Err(format!(
+                        "{} of {rows} rows have no value",
+                        rows - found.min(rows)
+                    ));
+                }
+            }
+        }
+        Ok(Some(into))
+    }
+}
+
+/// The values of a column in a row group; rows without one are passed over.
+fn values<T: DataType>(mut reader: ColumnReaderImpl<T>, rows: usize) -> Result<Vec<T::T>, String> {
+    let mut values = Vec::new();
+    let (mut levels, mut done) = (Vec::new(), 0);
+    while done < rows {
+        levels.clear();
+        let read = reader.read_records(rows - done, Some(&mut levels), None, &mut values);
+        let (records, ..) = read.map_err(|e| e.to_string())?;
+        if records == 0 {
+            break;
+        }
+        done += records;
+    }
+    Ok(values)
+}
+
+fn text(value: &ByteArray) -> Result<String, String> {
+    let text = value.as_utf8().map_err(|_| "not UTF-8 text")?;
+    Ok(text.to_string())
+}

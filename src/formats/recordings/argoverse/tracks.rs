@@ -1,0 +1,147 @@
+//! Rows of an Argoverse 2 scenario, put together to tracks.
+
+use std::collections::HashMap;
+
+use super::table::Table;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along};
+use crate::formats::recordings::report::Report;
+use crate::formats::recordings::sizes;
+use crate::scenario::ObstacleType;
+use crate::scenario::plausibility::limits::LATEST_STEP;
+
+/// The track of the vehicle that records.
+const RECORDER: &str = "AV";
+
+/// The rows of a file.
+pub struct Rows {
+    /// The id of the scenario.
+    pub scenario: String,
+    /// The track whose future is to be forecast.
+    pub focal: String,
+    /// In the order in which they first appear.
+    pub tracks: Vec<NamedTrack>,
+}
+
+/// A track under its name in the file.
+pub struct NamedTrack {
+    pub name: String,
+    kind: ObstacleType,
+    states: Vec<TrackState>,
+}
+
+impl NamedTrack {
+    /// Whether it is that of the vehicle that records.
+    pub fn is_recorder(&self) -> bool {
+        self.name == RECORDER
+    }
+
+    /// The track under an id of the scenario.
+    pub fn recorded(self, id: i64, recorder: (f64, f64)) -> RecordedTrack {
+        let (length, width) = match self.is_recorder() {
+            true => recorder,
+            false => sizes::usual(self.kind),
+        };
+        RecordedTrack {
+            id,
+            kind: self.kind,
+            length,
+            width,
+            states: self.states,
+        }
+    }
+}
+
+/// Reads all rows.
+pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
+    let names = table.needed_texts("track_id")?;
+    let kinds = table.needed_texts("object_type")?;
+    let steps = table.needed_numbers("timestep")?;
+    let (x, y) = (
+        table.needed_numbers("position_x")?,
+        table.needed_numbers("position_y")?,
+    );
+    let headings = table.needed_numbers("heading")?;
+    let velocities = (table.numbers("velocity_x")?, table.numbers("velocity_y")?);
+    let first = |name| {
+        let texts = table.texts(name)?;
+        Ok::<_, ReadError>(texts.and_then(|t| t.into_iter().next()).unwrap_or_default())
+    };
+    let (scenario, focal) = (first("scenario_id")?, first("focal_track_id")?);
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut tracks: Vec<NamedTrack> = Vec::new();
+    for (row, name) in names.iter().enumerate() {
+        // Rows are counted from 1 in messages, as other tables do.
+        let at = || report.at(format!("row {}", row + 1));
+        let step = steps[row];
+        if step.fract() != 0.0 || step.abs() > LATEST_STEP as f64 {
+            return Err(at().fail(format!("`timestep` is {step}")));
+        }
+        let plain = |value: f64| match value.abs() < 1e6 {
+            true => Ok(value),
+            false => at().number(value),
+        };
+        let heading = plain(headings[row])?;
+        let velocity = match &velocities {
+            (Some(x), Some(y)) => Some(along(heading, plain(x[row])?, plain(y[row])?)),
+            _ => None,
+        };
+        let (x, y) = (plain(x[row])?, plain(y[row])?);
+        let place = *places.entry(name).or_insert_with(|| {
+            tracks.push(NamedTrack {
+                name: name.clone(),
+                kind: kind(&kinds[row]),
+                states: Vec::new(),
+            });
+            tracks.len() - 1
+        });
+        tracks[place].states.push(TrackState {
+            step: step as i64,
+            position: at_point(x, y, at)?,
+            heading,
+            velocity,
+            acceleration: None,
+        });
+    }
+    for track in &mut tracks {
+        track.states.sort_by_key(|s| s.step);
+        let before = track.states.len();
+        track.states.dedup_by_key(|s| s.step);
+        match before - track.states.len() {
+            0 => {}
+            twice => report.at(format!("track {}", track.name)).warn(format!(
+                "{twice} steps are there twice; the first row is used"
+            )),
+        }
+    }
+    Ok(Rows {
+        scenario,
+        focal,
+        tracks,
+    })
+}
+
+fn at_point<'r>(
+    x: f64,
+    y: f64,
+    at: impl Fn() -> crate::formats::recordings::report::At<'r>,
+) -> Result<crate::geometry::Point, ReadError> {
+    match x.abs() < 1e6 && y.abs() < 1e6 {
+        true => Ok(crate::geometry::Point::new(x, y)),
+        false => at().point(x, y),
+    }
+}
+
+/// The kind of a class.
+fn kind(class: &str) -> ObstacleType {
+    match class {
+        "vehicle" => ObstacleType::Car,
+        "bus" => ObstacleType::Bus,
+        "pedestrian" => ObstacleType::Pedestrian,
+        "motorcyclist" => ObstacleType::Motorcycle,
+        "cyclist" | "riderless_bicycle" => ObstacleType::Bicycle,
+        "construction" => ObstacleType::ConstructionZone,
+        _ => ObstacleType::Unknown,
+    }
+}

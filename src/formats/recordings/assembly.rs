@@ -1,0 +1,275 @@
+//! Puts the tracks and the map of a recording together to a scenario with its ego and a planning problem.
+
+use std::collections::BTreeMap;
+
+use super::report::Report;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation, Target, Targets};
+use crate::geometry::{Footprint, Point, Shape};
+use crate::scenario::plausibility::limits::refused_time_step;
+use crate::scenario::plausibility::{self, ElementRef};
+use crate::scenario::{
+    ContentHash, Goal, Header, Lanelet, LaneletNetwork, Location, Obstacle, ObstacleParts,
+    ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity, RecordedEgo,
+    Scenario, Sign, State, StateField, Steps, TrafficLight,
+};
+
+/// The map of a recording.
+#[derive(Default)]
+pub struct Map {
+    pub lanelets: Vec<Lanelet>,
+    pub signs: Vec<Sign>,
+    pub lights: Vec<TrafficLight>,
+}
+
+/// A road user of a recording.
+pub struct RecordedTrack {
+    /// Unique among tracks and map.
+    pub id: i64,
+    pub kind: ObstacleType,
+    /// Metres.
+    pub length: f64,
+    /// Metres.
+    pub width: f64,
+    /// At the steps at which it is there, in order.
+    pub states: Vec<TrackState>,
+}
+
+/// A track at a step; the place is the middle of its body.
+pub struct TrackState {
+    pub step: i64,
+    pub position: Point,
+    /// Radians, counterclockwise from the x-axis.
+    pub heading: f64,
+    /// m/s along the heading.
+    pub velocity: Option<f64>,
+    /// m/s² along the heading.
+    pub acceleration: Option<f64>,
+}
+
+/// Everything about a recording but its map and tracks.
+pub struct About {
+    /// The data set, as scenarios name their source.
+    pub source: &'static str,
+    pub benchmark_id: String,
+    /// Seconds.
+    pub time_step_size: f64,
+    pub tags: Vec<String>,
+    /// The track that is the ego.
+    pub ego: Option<i64>,
+    pub hash: ContentHash,
+}
+
+/// The scenario of a recording.
+///
+/// # Errors
+/// Its time step or a shape is impossible.
+pub fn assemble(
+    report: Report,
+    about: About,
+    map: Map,
+    tracks: Vec<RecordedTrack>,
+) -> Result<Scenario, ReadError> {
+    let dt = about.time_step_size;
+    if let Some(why) = refused_time_step(dt) {
+        return Err(report.at("time step").fail(format!("`{dt}` {why}")));
+    }
+    let mut builder = ScenarioBuilder::default();
+    builder.location = Some(Location::default());
+    builder.tags = about.tags;
+    for lanelet in map.lanelets {
+        let at = report.at(format!("lane {}", lanelet.id));
+        builder.lanelet(&at, lanelet);
+    }
+    for sign in map.signs {
+        let at = report.at(format!("sign {}", sign.id));
+        builder.sign(&at, sign);
+    }
+    for light in map.lights {
+        let at = report.at(format!("light {}", light.id));
+        builder.light(&at, light);
+    }
+    let mut own = None;
+    for track in tracks {
+        let at = report.at(format!("track {}", track.id));
+        if track.states.is_empty() {
+            at.warn("no state; left out");
+            continue;
+        }
+        let parts = parts(&report, track)?;
+        if about.ego == Some(parts.id) {
+            own = Some(parts);
+        } else {
+            builder.obstacle(&at, parts);
+        }
+    }
+    if let Some(own) = &own {
+        let at = report.at(format!("track {}", own.id));
+        builder.problem(&at, problem(own));
+    }
+    let attributes = [
+        ("author", ""),
+        ("affiliation", ""),
+        ("source", about.source),
+    ];
+    let header = Header {
+        benchmark_id: about.benchmark_id,
+        version: "2020a".into(),
+        time_step_size: dt,
+        attributes: BTreeMap::from(attributes.map(|(k, v)| (k.to_string(), v.to_string()))),
+    };
+    let mut scenario = builder.finish(header, about.hash);
+    scenario.recorded_ego = own.map(|parts| RecordedEgo {
+        obstacle: Obstacle::new(parts, dt),
+        file: report.file().to_string(),
+    });
+    check_references(&report, &scenario.network);
+    for finding in plausibility::check(&scenario) {
+        let element = element(finding.about, &scenario);
+        report.push(finding.severity, element, finding.message);
+    }
+    scenario.diagnostics = report.into_diagnostics();
+    Ok(scenario)
+}
+
+fn parts(report: &Report, track: RecordedTrack) -> Result<ObstacleParts, ReadError> {
+    let at = report.at(format!("track {}", track.id));
+    let (length, width) = (at.size(track.length)?, at.size(track.width)?);
+    let footprint = match Footprint::new(Shape::rectangle(length, width)) {
+        Ok(footprint) => Some(footprint),
+        Err(error) => {
+            at.leave_out(&error)?;
+            None
+        }
+    };
+    let mut states = track.states.into_iter().map(state);
+    let initial = states.next();
+    let later: Vec<State> = states.collect();
+    Ok(ObstacleParts {
+        id: track.id,
+        role: ObstacleRole::Dynamic,
+        kind: track.kind,
+        footprint,
+        initial,
+        prediction: if later.is_empty() {
+            Prediction::None
+        } else {
+            Prediction::Trajectory(later)
+        },
+        signals: Vec::new(),
+    })
+}
+
+fn state(of: TrackState) -> State {
+    State {
+        position: Some(Position::Point(of.position)),
+        orientation: Some(Quantity::Exact(of.heading)),
+        velocity: of.velocity.map(Quantity::Exact),
+        acceleration: of.acceleration.map(Quantity::Exact),
+        ..State::at(Steps::exact(of.step))
+    }
+}
+
+/// Room around the last recorded place that counts as arrived, metres to the front and back, and to the sides.
+const GOAL: (f64, f64) = (10.0, 4.0);
+
+/// The task that the track solves: from its first state to where it ends, by the end of the recording.
+fn problem(own: &ObstacleParts) -> PlanningProblem {
+    let first = own.initial.clone();
+    let mut initial = first.unwrap_or_else(|| State::at(Steps::exact(0)));
+    initial.velocity.get_or_insert(Quantity::Exact(0.0));
+    // What CommonRoad requires of the start of a problem.
+    for field in [StateField::YawRate, StateField::SlipAngle] {
+        initial.more.push((field, Quantity::Exact(0.0)));
+    }
+    let last = match &own.prediction {
+        Prediction::Trajectory(states) => states.last(),
+        _ => None,
+    };
+    let goals = last.and_then(|last| {
+        let region = Shape::Rectangle {
+            length: GOAL.0,
+            width: GOAL.1,
+            center: last.point()?,
+            orientation: last.orientation?.middle(),
+            origin_x_shift: 0.0,
+        };
+        Some(Goal {
+            time: Steps {
+                from: initial.time.from + 1,
+                to: last.time.to,
+            },
+            positions: vec![Position::Region(region)],
+            orientation: None,
+            velocity: None,
+        })
+    });
+    PlanningProblem {
+        id: own.id,
+        initial,
+        goals: goals.into_iter().collect(),
+    }
+}
+
+/// Warns of lanes that continue into, or lie beside, what is not there.
+fn check_references(report: &Report, network: &LaneletNetwork) {
+    let known = Targets::new(network);
+    for lanelet in &network.lanelets {
+        let beside = [&lanelet.adjacent_left, &lanelet.adjacent_right];
+        let beside = beside.into_iter().flatten().map(|a| &a.id);
+        let all = lanelet.predecessors.iter().chain(&lanelet.successors);
+        for id in all
+            .chain(beside)
+            .filter(|id| !known.has(Target::Lanelet, **id))
+        {
+            let at = report.at(format!("lane {}", lanelet.id));
+            at.warn(format!("refers to missing lane {id}"));
+        }
+    }
+}
+
+/// The element of a finding, by the ids that the recording gives.
+fn element(about: ElementRef, scenario: &Scenario) -> String {
+    let network = &scenario.network;
+    let track = |i: usize| scenario.obstacles.get(i).map_or(0, |o| o.id);
+    match about {
+        ElementRef::Scenario | ElementRef::Location => String::new(),
+        ElementRef::Lanelet(i) => format!("lane {}", network.lanelets.get(i).map_or(0, |l| l.id)),
+        ElementRef::Sign(i) => format!("sign {}", network.signs.get(i).map_or(0, |s| s.id)),
+        ElementRef::Light(i) => format!("light {}", network.lights.get(i).map_or(0, |l| l.id)),
+        ElementRef::Intersection(_) => "intersection".into(),
+        ElementRef::Obstacle(i) => format!("track {}", track(i)),
+        ElementRef::State { obstacle, state } => {
+            let states = scenario.obstacles.get(obstacle).map(|o| o.states());
+            let step = states
+                .and_then(|mut all| all.nth(state))
+                .map(|s| s.time.from);
+            format!(
+                "track {}, step {}",
+                track(obstacle),
+                step.unwrap_or_default()
+            )
+        }
+        ElementRef::Start(_) | ElementRef::Goal { .. } => "ego".into(),
+    }
+}
+
+/// How a velocity in the plane goes along a heading: its magnitude, negative where it points backwards, m/s.
+pub fn along(heading: f64, x: f64, y: f64) -> f64 {
+    let speed = x.hypot(y);
+    if x * heading.cos() + y * heading.sin() < 0.0 {
+        -speed
+    } else {
+        speed
+    }
+}
+
+/// The middle one of some numbers; 0 of none.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => 0.0,
+        n if n % 2 == 1 => values[n / 2],
+        n => f64::midpoint(values[n / 2 - 1], values[n / 2]),
+    }
+}

@@ -1,0 +1,205 @@
+//! `XX_recordingMeta.csv` and `XX_tracksMeta.csv`: about the recording, and about each of its tracks.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::path::Path;
+
+use super::rows::Kind;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::report::{At, Report};
+use crate::scenario::ObstacleType;
+use crate::system;
+
+/// About a recording.
+#[derive(Debug)]
+pub struct Recording {
+    pub kind: Kind,
+    pub id: i64,
+    /// Where it was recorded; the data sets number their places.
+    pub location: Option<i64>,
+    /// Frames a second.
+    pub frame_rate: f64,
+    /// m/s; `None` where there is none.
+    pub speed_limit: Option<f64>,
+    /// Lines of the road at the top of the picture, and at the bottom: y downwards, metres.
+    pub markings: [Vec<f64>; 2],
+    /// East and north of the origin in UTM, metres.
+    pub origin: (f64, f64),
+}
+
+/// About a track.
+#[derive(Debug, Clone)]
+pub struct TrackMeta {
+    pub kind: ObstacleType,
+    /// Length and width, metres.
+    pub size: (f64, f64),
+    /// First and last frame.
+    pub frames: (i64, i64),
+    /// Where highD's driving directions lead, radians.
+    pub heading: f64,
+}
+
+/// No such table is larger, bytes.
+const LARGEST: u64 = 64 << 20;
+
+/// A row by the names of its columns.
+struct Fields<'r> {
+    report: &'r Report,
+    header: Vec<String>,
+    record: csv::StringRecord,
+}
+
+impl<'r> Fields<'r> {
+    fn text(&self, name: &str) -> Option<&str> {
+        let place = self.header.iter().position(|n| n == name)?;
+        self.record.get(place).map(str::trim)
+    }
+
+    fn at(&self, name: &str) -> At<'r> {
+        let line = self.record.position().map_or(0, csv::Position::line);
+        self.report
+            .row(usize::try_from(line).unwrap_or(0), format!("column {name}"))
+    }
+
+    fn optional(&self, name: &str) -> Result<Option<f64>, ReadError> {
+        let Some(text) = self.text(name).filter(|t| !t.is_empty()) else {
+            return Ok(None);
+        };
+        let shown = || text.chars().take(40).collect::<String>();
+        let value = text.parse::<f64>();
+        let value = value.map_err(|_| self.at(name).fail(format!("`{}` is not a number", shown())));
+        self.at(name).number(value?).map(Some)
+    }
+
+    fn number(&self, name: &str) -> Result<f64, ReadError> {
+        self.optional(name)?
+            .ok_or_else(|| self.at(name).fail("missing"))
+    }
+
+    fn whole(&self, name: &str) -> Result<i64, ReadError> {
+        let value = self.number(name)?;
+        if value.fract() == 0.0 && value.abs() < 1e9 {
+            return Ok(value as i64);
+        }
+        Err(self
+            .at(name)
+            .fail(format!("`{value}` is not a whole number")))
+    }
+}
+
+fn rows(
+    path: &Path,
+    report: &Report,
+    take: &mut dyn FnMut(&Fields<'_>) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
+    let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(report.file(), &e))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.trim_start_matches('\u{feff}');
+    let mut table = csv::ReaderBuilder::new()
+        .flexible(true)
+        .from_reader(text.as_bytes());
+    let fail = |error: csv::Error| report.fail(error.to_string());
+    let header = table.headers().map_err(fail)?;
+    let mut fields = Fields {
+        report,
+        header: header.iter().map(|n| n.trim().to_string()).collect(),
+        record: csv::StringRecord::new(),
+    };
+    while table.read_record(&mut fields.record).map_err(fail)? {
+        take(&fields)?;
+    }
+    Ok(())
+}
+
+/// Reads `XX_recordingMeta.csv`.
+pub fn recording(path: &Path) -> Result<Recording, ReadError> {
+    let report = Report::about(path.display().to_string());
+    let mut found = None;
+    rows(path, &report, &mut |row| {
+        let highd = row.text("upperLaneMarkings").is_some();
+        let lines = |name: &str| -> Result<Vec<f64>, ReadError> {
+            let text = row.text(name).unwrap_or_default();
+            let pieces = text.split([';', ' ']).filter(|t| !t.trim().is_empty());
+            let numbers = pieces.map(|t| {
+                let value = t.trim().parse::<f64>();
+                let value = value.map_err(|_| row.at(name).fail(format!("`{t}` is not a number")));
+                row.at(name).number(value?)
+            });
+            let mut numbers = numbers.collect::<Result<Vec<_>, _>>()?;
+            numbers.sort_by(f64::total_cmp);
+            Ok(numbers)
+        };
+        let frame_rate = row.number("frameRate")?;
+        if !(0.1..=1000.0).contains(&frame_rate) {
+            return Err(row
+                .at("frameRate")
+                .fail(format!("{frame_rate} frames a second")));
+        }
+        let id = match row.text("recordingId") {
+            Some(_) => row.whole("recordingId")?,
+            None => row.whole("id")?,
+        };
+        found = Some(Recording {
+            kind: if highd { Kind::HighD } else { Kind::InD },
+            id,
+            location: row.optional("locationId")?.map(|id| id as i64),
+            frame_rate,
+            speed_limit: row.optional("speedLimit")?.filter(|limit| *limit > 0.0),
+            markings: [lines("upperLaneMarkings")?, lines("lowerLaneMarkings")?],
+            origin: (
+                row.optional("xUtmOrigin")?.unwrap_or(0.0),
+                row.optional("yUtmOrigin")?.unwrap_or(0.0),
+            ),
+        });
+        Ok(())
+    })?;
+    found.ok_or_else(|| report.fail("no row about the recording"))
+}
+
+/// Reads `XX_tracksMeta.csv`.
+pub fn tracks(path: &Path, recording: &Recording) -> Result<BTreeMap<i64, TrackMeta>, ReadError> {
+    let report = Report::about(path.display().to_string());
+    let mut tracks = BTreeMap::new();
+    rows(path, &report, &mut |row| {
+        let highd = recording.kind == Kind::HighD;
+        let id = row.whole(if highd { "id" } else { "trackId" })?;
+        if id < 0 {
+            return Err(row.at("id").fail(format!("track {id}")));
+        }
+        // highD's boxes lie along the road: their width is the length.
+        let (length, width) = if highd {
+            ("width", "height")
+        } else {
+            ("length", "width")
+        };
+        let at = row.at(length);
+        let size = (at.size(row.number(length)?)?, at.size(row.number(width)?)?);
+        let heading = match row.optional("drivingDirection")? {
+            Some(direction) if direction == 1.0 => PI,
+            _ => 0.0,
+        };
+        let meta = TrackMeta {
+            kind: kind(row.text("class").unwrap_or_default()),
+            size,
+            frames: (row.whole("initialFrame")?, row.whole("finalFrame")?),
+            heading,
+        };
+        tracks.insert(id, meta);
+        Ok(())
+    })?;
+    Ok(tracks)
+}
+
+/// The kind of a class.
+fn kind(class: &str) -> ObstacleType {
+    match class.to_lowercase().as_str() {
+        "car" | "van" => ObstacleType::Car,
+        "truck" | "truck_bus" | "trailer" => ObstacleType::Truck,
+        "bus" => ObstacleType::Bus,
+        "motorcycle" => ObstacleType::Motorcycle,
+        "bicycle" | "cyclist" => ObstacleType::Bicycle,
+        "pedestrian" => ObstacleType::Pedestrian,
+        _ => ObstacleType::Unknown,
+    }
+}

@@ -1,0 +1,249 @@
+//! Rows of `XX_tracks.csv`, one after the other.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use csv::ByteRecord;
+
+use super::meta::TrackMeta;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::assembly::{TrackState, along};
+use crate::formats::recordings::report::Report;
+use crate::formats::recordings::windows::Look;
+use crate::geometry::{Point, Vector};
+use crate::system;
+
+/// Which of the data sets: they differ in axes, points of reference and columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Upper left corners, y downwards, boxes along the road.
+    HighD,
+    /// Middles, y upwards, headings in degrees: inD, rounD, uniD and exiD.
+    InD,
+}
+
+/// Columns of highD and of the others, in the order of [`Row`]'s fields.
+const HIGHD: [&str; 10] = [
+    "id",
+    "frame",
+    "x",
+    "y",
+    "",
+    "width",
+    "height",
+    "xVelocity",
+    "yVelocity",
+    "laneId",
+];
+const IND: [&str; 9] = [
+    "trackId",
+    "frame",
+    "xCenter",
+    "yCenter",
+    "heading",
+    "length",
+    "width",
+    "xVelocity",
+    "yVelocity",
+];
+
+impl Kind {
+    /// That of a file that begins with `head`.
+    pub fn of(head: &[u8]) -> Option<Self> {
+        let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
+        let line = String::from_utf8_lossy(line);
+        let names: Vec<&str> = line
+            .trim_start_matches('\u{feff}')
+            .split(',')
+            .map(str::trim)
+            .collect();
+        let has = |all: &[&str]| all.iter().all(|n| n.is_empty() || names.contains(n));
+        match () {
+            () if has(&HIGHD) => Some(Self::HighD),
+            () if has(&IND) => Some(Self::InD),
+            () => None,
+        }
+    }
+
+    /// The data set, as scenarios name their source.
+    pub fn source(self) -> &'static str {
+        match self {
+            Self::HighD => "highD (levelXdata)",
+            Self::InD => "inD, rounD, uniD or exiD (levelXdata)",
+        }
+    }
+
+    /// The beginning of benchmark ids.
+    pub fn prefix(self) -> &'static str {
+        match self {
+            Self::HighD => "DEU_HighD",
+            Self::InD => "DEU_LevelX",
+        }
+    }
+}
+
+/// A track at a frame. The middle of its body, y upwards, whatever the file has.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    pub track: i64,
+    pub frame: i64,
+    pub x: f64,
+    pub y: f64,
+    /// Radians; `None` where it is the track's driving direction.
+    heading: Option<f64>,
+    velocity: Vector,
+}
+
+impl Row {
+    fn heading(&self, track: &TrackMeta) -> f64 {
+        self.heading.unwrap_or(track.heading)
+    }
+
+    /// For the search of windows.
+    pub fn look(&self, track: &TrackMeta, rate: f64) -> Look {
+        Look {
+            track: u32::try_from(self.track).unwrap_or(0),
+            time: self.frame as f64 / rate,
+            position: Point::new(self.x, self.y),
+            velocity: self.velocity,
+            heading: self.heading(track),
+            half: (track.size.0 / 2.0, track.size.1 / 2.0),
+        }
+    }
+
+    /// As a state; steps are counted from `first`.
+    pub fn state(&self, track: &TrackMeta, first: i64) -> TrackState {
+        let heading = self.heading(track);
+        TrackState {
+            step: self.frame - first,
+            position: Point::new(self.x, self.y),
+            heading,
+            velocity: Some(along(heading, self.velocity.x, self.velocity.y)),
+            acceleration: None,
+        }
+    }
+
+    /// Everything that it says.
+    pub fn bytes(&self) -> Vec<u8> {
+        let numbers = [self.x, self.y, self.velocity.x, self.velocity.y];
+        let heading = self.heading.unwrap_or(0.0);
+        let whole = [self.track, self.frame]
+            .into_iter()
+            .flat_map(i64::to_le_bytes);
+        let numbers = numbers
+            .into_iter()
+            .chain([heading])
+            .flat_map(f64::to_le_bytes);
+        whole.chain(numbers).collect()
+    }
+}
+
+/// Gives every row of a file to `take`, in the order of the file.
+///
+/// # Errors
+/// A column is missing, a value is no number, or `take` refuses a row: with the line.
+pub fn each(
+    path: &Path,
+    report: &Report,
+    take: &mut dyn FnMut(&Row) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
+    let file = system::open_file(path).map_err(|e| ReadError::io(report.file(), &e))?;
+    let mut table = csv::ReaderBuilder::new()
+        .flexible(true)
+        .from_reader(BufReader::new(file));
+    let (kind, places) = columns(&mut table, report)?;
+    let mut record = ByteRecord::new();
+    loop {
+        let more = table.read_byte_record(&mut record);
+        let line = || {
+            record
+                .position()
+                .map_or(0, |p| usize::try_from(p.line()).unwrap_or(0))
+        };
+        match more {
+            Ok(true) => {}
+            Ok(false) => return Ok(()),
+            Err(error) => return Err(report.row(line(), "").fail(error.to_string())),
+        }
+        let number = |i: usize| -> Result<f64, ReadError> {
+            let at = |name: &str| report.row(line(), format!("column {name}"));
+            let name = kind_columns(kind)[i];
+            let Some(field) = record.get(places[i]) else {
+                return Err(at(name).fail("the row ends before it; is the file truncated?"));
+            };
+            let text = std::str::from_utf8(field).unwrap_or("").trim();
+            match text.parse::<f64>() {
+                Ok(value) if value.abs() < 1e6 => Ok(value),
+                Ok(value) => at(name).number(value),
+                Err(_) => Err(at(name).fail(format!(
+                    "`{}` is not a number",
+                    String::from_utf8_lossy(field)
+                        .chars()
+                        .take(40)
+                        .collect::<String>()
+                ))),
+            }
+        };
+        let whole = |i: usize| -> Result<i64, ReadError> {
+            let value = number(i)?;
+            if value.fract() == 0.0 && (0.0..1e9).contains(&value) {
+                return Ok(value as i64);
+            }
+            let at = report.row(line(), format!("column {}", kind_columns(kind)[i]));
+            Err(at.fail(format!("`{value}` is not a whole number from 0")))
+        };
+        let (x, y) = (number(2)?, number(3)?);
+        let velocity = Vector::new(number(7)?, number(8)?);
+        let row = match kind {
+            Kind::HighD => Row {
+                track: whole(0)?,
+                frame: whole(1)?,
+                x: x + number(5)? / 2.0,
+                y: -(y + number(6)? / 2.0),
+                heading: None,
+                velocity: Vector::new(velocity.x, -velocity.y),
+            },
+            Kind::InD => Row {
+                track: whole(0)?,
+                frame: whole(1)?,
+                x,
+                y,
+                heading: Some(number(4)?.to_radians()),
+                velocity,
+            },
+        };
+        take(&row)?;
+    }
+}
+
+fn kind_columns(kind: Kind) -> &'static [&'static str] {
+    match kind {
+        Kind::HighD => &HIGHD,
+        Kind::InD => &IND,
+    }
+}
+
+/// The kind of a table, and where its columns are.
+fn columns(
+    table: &mut csv::Reader<BufReader<File>>,
+    report: &Report,
+) -> Result<(Kind, Vec<usize>), ReadError> {
+    let header = table
+        .byte_headers()
+        .map_err(|e| report.row(1, "").fail(e.to_string()))?;
+    let text: Vec<u8> = header.iter().collect::<Vec<_>>().join(&b","[..]);
+    let kind = Kind::of(&text);
+    let kind = kind.ok_or_else(|| report.row(1, "").fail("not the columns of levelXdata"))?;
+    let place = |name: &&str| {
+        let mut names = header.iter().map(|n| {
+            String::from_utf8_lossy(n)
+                .trim_start_matches('\u{feff}')
+                .trim()
+                .to_string()
+        });
+        names.position(|n| n == **name).unwrap_or(usize::MAX)
+    };
+    Ok((kind, kind_columns(kind).iter().map(place).collect()))
+}

@@ -1,0 +1,40 @@
+//! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, levelXdata and SUMO.
+//!
+//! Each reader translates a file into a [`assembly::Map`] and [`assembly::RecordedTrack`]s; [`assembly::assemble`]
+//! makes the scenario of them, with the recording's own ego, a planning problem and the checks that every format gets.
+
+mod argoverse;
+mod assembly;
+mod crossing;
+mod ids;
+mod lane_shape;
+mod lanelet2;
+mod levelx;
+mod report;
+mod sizes;
+mod sumo;
+mod utm;
+mod waymo;
+mod windows;
+
+use std::path::Path;
+
+use super::address::Address;
+use super::commonroad::ReadError;
+pub(super) use argoverse::Argoverse;
+pub(super) use levelx::LevelX;
+pub(super) use sumo::Sumo;
+pub(super) use waymo::Waymo;
+
+/// The file of a format in which each file is one scenario.
+///
+/// # Errors
+/// A part of it is named.
+pub(super) fn whole_file(address: &Address) -> Result<&Path, ReadError> {
+    let (file, Some(part)) = (&address.file, &address.part) else {
+        return Ok(&address.file);
+    };
+    let file = file.display();
+    let message = format!("{file} is one scenario; name it without `#{part}`");
+    Err(report::Report::about(format!("{file}#{part}")).fail(message))
+}

@@ -1,0 +1,151 @@
+//! Sizes of vehicles: from the types in route and additional files, or SUMO's defaults of their class.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
+
+use super::fcd::Recorded;
+use super::files;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::recordings::report::Report;
+use crate::scenario::ObstacleType;
+use crate::system;
+
+/// A type of vehicles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VehicleType {
+    pub kind: ObstacleType,
+    /// Metres.
+    pub length: f64,
+    /// Metres.
+    pub width: f64,
+}
+
+/// The types of a recording.
+pub struct Types {
+    known: HashMap<String, VehicleType>,
+    default: VehicleType,
+}
+
+/// No file of types is larger, bytes.
+const LARGEST: u64 = 512 << 20;
+
+/// SUMO's defaults: class, kind, length and width in metres.
+#[rustfmt::skip]
+const CLASSES: [(&str, ObstacleType, f64, f64); 17] = [
+    ("passenger", ObstacleType::Car, 5.0, 1.8), ("private", ObstacleType::Car, 5.0, 1.8),
+    ("taxi", ObstacleType::Taxi, 5.0, 1.8), ("evehicle", ObstacleType::Car, 5.0, 1.8),
+    ("emergency", ObstacleType::PriorityVehicle, 6.5, 2.16), ("delivery", ObstacleType::Truck, 6.5, 2.16),
+    ("truck", ObstacleType::Truck, 7.1, 2.4), ("trailer", ObstacleType::Truck, 16.5, 2.55),
+    ("bus", ObstacleType::Bus, 12.0, 2.5), ("coach", ObstacleType::Bus, 14.0, 2.6),
+    ("tram", ObstacleType::Train, 22.0, 2.4), ("rail_urban", ObstacleType::Train, 36.5 * 3.0, 3.0),
+    ("motorcycle", ObstacleType::Motorcycle, 2.2, 0.9), ("moped", ObstacleType::Motorcycle, 2.1, 0.8),
+    ("bicycle", ObstacleType::Bicycle, 1.6, 0.65), ("pedestrian", ObstacleType::Pedestrian, 0.215, 0.478),
+    ("scooter", ObstacleType::Bicycle, 1.2, 0.5),
+];
+
+fn class(name: &str) -> VehicleType {
+    let found = CLASSES.iter().find(|(class, ..)| *class == name);
+    let (_, kind, length, width) = *found.unwrap_or(&CLASSES[0]);
+    VehicleType {
+        kind,
+        length,
+        width,
+    }
+}
+
+impl Types {
+    /// Those of a recording; what is assumed is noted.
+    pub fn beside(path: &Path, recorded: &Recorded, report: &Report) -> Result<Self, ReadError> {
+        let mut known = HashMap::from(
+            [
+                ("DEFAULT_VEHTYPE", "passenger"),
+                ("DEFAULT_TAXITYPE", "taxi"),
+                ("DEFAULT_BIKETYPE", "bicycle"),
+                ("DEFAULT_PEDTYPE", "pedestrian"),
+            ]
+            .map(|(name, of)| (name.to_string(), class(of))),
+        );
+        for file in files::with_types(path, &recorded.comment) {
+            read(&file, &mut known)?;
+        }
+        let used: BTreeSet<&str> = recorded.vehicles.iter().map(|v| v.kind.as_str()).collect();
+        let missing: Vec<&str> = used
+            .into_iter()
+            .filter(|kind| !known.contains_key(*kind))
+            .collect();
+        if !missing.is_empty() {
+            report.note(format!(
+                "types {} are not defined in a route or additional file beside it; taken as passenger cars of 5 m × 1.8 m",
+                missing.join(", ")
+            ));
+        }
+        Ok(Self {
+            known,
+            default: class("passenger"),
+        })
+    }
+
+    /// The type of this name.
+    pub fn of(&self, name: &str) -> &VehicleType {
+        self.known.get(name).unwrap_or(&self.default)
+    }
+
+    /// All of them, in an order.
+    pub fn bytes(&self) -> Vec<u8> {
+        let all: BTreeMap<_, _> = self.known.iter().collect();
+        format!("{all:?}").into_bytes()
+    }
+}
+
+/// Adds the types that a file defines.
+fn read(path: &Path, known: &mut HashMap<String, VehicleType>) -> Result<(), ReadError> {
+    let file = path.display().to_string();
+    let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
+    let mut xml = Xml::new(&bytes, &file)?;
+    if xml.next()?.is_none() {
+        return Ok(());
+    }
+    while let Some(element) = xml.next()? {
+        match element.name {
+            "vType" => add(&mut xml, element, known)?,
+            "vTypeDistribution" => {
+                while let Some(child) = xml.next()? {
+                    match child.name {
+                        "vType" => add(&mut xml, child, known)?,
+                        _ => xml.skip()?,
+                    }
+                }
+            }
+            _ => xml.skip()?,
+        }
+    }
+    Ok(())
+}
+
+fn add<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+    known: &mut HashMap<String, VehicleType>,
+) -> Result<(), ReadError> {
+    let name = xml.attribute(element, "id");
+    let of_class = xml.attribute(element, "vClass");
+    let mut found = class(of_class.as_deref().unwrap_or("passenger"));
+    for (name, into) in [("length", &mut found.length), ("width", &mut found.width)] {
+        let Some(text) = xml.attribute(element, name) else {
+            continue;
+        };
+        let metres = text.parse::<f64>().ok().filter(|m| *m > 0.0 && *m < 1000.0);
+        *into = metres.ok_or_else(|| {
+            let shown: String = text.chars().take(40).collect();
+            xml.fail(
+                element.at,
+                format!("{name}=\"{shown}\" is not a size in metres"),
+            )
+        })?;
+    }
+    if let Some(name) = name {
+        known.insert(name.into_owned(), found);
+    }
+    xml.skip()
+}

@@ -1,0 +1,124 @@
+//! 500 cuts and flips of the files of each format: a scenario or an error, and no panic.
+
+use std::path::Path;
+use std::time::Instant;
+
+use fastrand::Rng;
+use nearmiss::formats::Entry;
+
+use super::{argoverse, levelx, sumo, tfrecord_file, waymo};
+
+/// Files that are damaged one at a time, the first of which is opened.
+fn damage(files: &[(&str, Vec<u8>)], open: &[&str], mend: impl Fn(usize, Vec<u8>) -> Vec<u8>) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = Rng::with_seed(files.len() as u64);
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let (mut read, mut refused) = (0, 0);
+    for case in 0..500 {
+        files.iter().for_each(|(name, bytes)| write(name, bytes));
+        let which = rng.usize(..files.len());
+        let (name, bytes) = &files[which];
+        write(name, &mend(which, damaged(&mut rng, bytes)));
+        for name in open {
+            let begun = Instant::now();
+            let path = folder.path().join(name);
+            match Entry::of_file(Path::new(&path)).read() {
+                Ok(_) => read += 1,
+                Err(error) => {
+                    assert!(!error.message.is_empty());
+                    refused += 1;
+                }
+            }
+            assert!(
+                begun.elapsed().as_secs() < 20,
+                "case {case} of {name} takes long"
+            );
+        }
+    }
+    println!("{}: {read} read, {refused} refused", open[0]);
+    assert!(refused > 0);
+}
+
+fn damaged(rng: &mut Rng, bytes: &[u8]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    match rng.u8(..3) {
+        0 => bytes.truncate(rng.usize(..bytes.len())),
+        1 => {
+            for _ in 0..rng.usize(1..8) {
+                let at = rng.usize(..bytes.len());
+                bytes[at] = rng.u8(..);
+            }
+        }
+        _ => {
+            let at = rng.usize(..bytes.len());
+            bytes[at] ^= 1 << rng.u8(..8);
+        }
+    }
+    bytes
+}
+
+fn as_it_is(_: usize, bytes: Vec<u8>) -> Vec<u8> {
+    bytes
+}
+
+#[test]
+fn waymo_files() {
+    let file = tfrecord_file::file(&[waymo::scenario("a1"), waymo::scenario("b2")]);
+    damage(
+        &[("x.tfrecord", file)],
+        &["x.tfrecord#a1", "x.tfrecord#2"],
+        as_it_is,
+    );
+}
+
+#[test]
+fn waymo_records_whose_checksums_are_right() {
+    let record = waymo::scenario("a1");
+    damage(&[("x.tfrecord", record)], &["x.tfrecord"], |_, bytes| {
+        tfrecord_file::file(&[bytes])
+    });
+}
+
+#[test]
+fn argoverse_files() {
+    let map = argoverse::map().into_bytes();
+    let files = [
+        ("scenario_x.parquet", argoverse::table()),
+        ("log_map_archive_x.json", map),
+    ];
+    damage(&files, &["scenario_x.parquet"], as_it_is);
+}
+
+#[test]
+fn levelx_files() {
+    let [tracks, meta, about] = levelx::highd(3).map(|(_, text)| text.into_bytes());
+    let files = [
+        ("01_tracks.csv", tracks),
+        ("01_tracksMeta.csv", meta),
+        ("01_recordingMeta.csv", about),
+    ];
+    damage(
+        &files,
+        &["01_tracks.csv#track=2@0.5s", "01_tracks.csv"],
+        as_it_is,
+    );
+    let [tracks, meta, about] = levelx::ind().map(|(_, text)| text.into_bytes());
+    let map = levelx::osm().into_bytes();
+    let files = [
+        ("07_tracks.csv", tracks),
+        ("07_tracksMeta.csv", meta),
+        ("07_recordingMeta.csv", about),
+        ("07.osm", map),
+    ];
+    damage(&files, &["07_tracks.csv#track=0"], as_it_is);
+}
+
+#[test]
+fn sumo_files() {
+    let files = [
+        ("fcd.xml", sumo::fcd(8).into_bytes()),
+        ("cross.net.xml", sumo::NET.as_bytes().to_vec()),
+        ("cross.rou.xml", sumo::ROUTES.as_bytes().to_vec()),
+    ];
+    damage(&files, &["fcd.xml", "fcd.xml#track=4@5.2s"], as_it_is);
+}
