@@ -28,6 +28,8 @@ pub struct Effort {
     pub drives: usize,
     /// Obstacles that are tried, those that need the least change.
     pub attackers: usize,
+    /// At most so many obstacles attack together, 1 to [`super::MOST_ATTACKERS`].
+    pub together: usize,
     /// A good driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
     pub delay: f64,
     /// The seed of the random numbers.
@@ -41,9 +43,32 @@ impl Default for Effort {
             rounds: 12,
             drives: 8,
             attackers: 6,
+            together: 1,
             delay: 0.5,
             seed: 1,
         }
+    }
+}
+
+impl Effort {
+    /// The share of it that each attacker after the first gets.
+    const SHARE: f64 = 0.5;
+
+    /// The effort for an attacker beside others.
+    #[must_use]
+    pub fn further(&self) -> Self {
+        let part = |n: usize| ((n as f64 * Self::SHARE).round() as usize).max(1);
+        Self {
+            candidates: part(self.candidates),
+            rounds: part(self.rounds),
+            ..*self
+        }
+    }
+
+    /// Motions for all attackers, at most.
+    #[must_use]
+    pub fn motions(&self) -> usize {
+        self.candidates + self.together.saturating_sub(1) * self.further().candidates
     }
 }
 
@@ -53,7 +78,11 @@ impl std::fmt::Display for Effort {
             f,
             "search, seed {}, at most {} motions, survivable with {:.1} s reaction time",
             self.seed, self.candidates, self.delay
-        )
+        )?;
+        match self.together {
+            0 | 1 => Ok(()),
+            n => write!(f, ", at most {n} attackers"),
+        }
     }
 }
 
@@ -113,39 +142,76 @@ const SPREAD: f64 = 0.5;
 /// How much more often is drawn around what is better by 1.
 const SHARPNESS: f64 = 2.0;
 
-/// Searches for attacks; `only` names the one obstacle that may attack. `watch` receives the progress whenever more
-/// motions were tried or driven, and returns whether to continue. `stop` is polled before every motion and every drive: once it returns true, nothing
-/// more is started.
+/// Searches for attacks; only the obstacles in `among` may attack, any where that is empty. `watch` receives the progress
+/// whenever more motions were tried or driven, and returns whether to continue. `stop` is polled before every motion and
+/// every drive: once it returns true, nothing more is started.
 #[must_use]
 pub fn search_until(
     ground: &AttackSetup<'_>,
     effort: &Effort,
-    only: Option<i64>,
+    among: &[i64],
     watch: &mut dyn FnMut(Progress) -> bool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> SearchResult {
-    let ranked = attacker::rank(ground.stage);
-    let chosen = { ranked.iter() }.filter(|c| only.is_none_or(|id| c.obstacle == id));
-    let arms = chosen
-        .take(effort.attackers)
-        .flat_map(|c| ManoeuvreSpace::all(ground.stage, c));
+    let grounds = std::slice::from_ref(ground);
+    search_on(grounds, effort, (among, true), watch, stop)
+}
+
+/// The same on several grounds at once: what does well on one of them is sampled more often. Without `near_misses`
+/// nothing but a collision ends the search early.
+pub(super) fn search_on(
+    grounds: &[AttackSetup<'_>],
+    effort: &Effort,
+    (among, near_misses): (&[i64], bool),
+    watch: &mut dyn FnMut(Progress) -> bool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> SearchResult {
     let mut search = Search {
-        ground,
+        grounds,
+        near_misses,
         stop,
-        arms: arms.collect(),
+        arms: Vec::new(),
+        places: Vec::new(),
         tried: Vec::new(),
         found: SearchResult::default(),
     };
+    for (place, ground) in grounds.iter().enumerate() {
+        let others = ground.stage.others.map(|(others, _)| &others.change);
+        let may = |id: i64| {
+            let attacks = others.is_some_and(|others| others.obstacles().any(|o| o == id));
+            !attacks && (among.is_empty() || among.contains(&id))
+        };
+        let ranked = attacker::rank(ground.stage);
+        let chosen = ranked.iter().filter(|c| may(c.obstacle));
+        let arms = chosen
+            .take(effort.attackers.div_ceil(grounds.len()))
+            .flat_map(|c| ManoeuvreSpace::all(ground.stage, c));
+        search.arms.extend(arms);
+        search.places.resize(search.arms.len(), place);
+    }
     if !search.arms.is_empty() {
         search.run(effort, watch);
     }
     let mut found = search.found;
     found.attacks = search.tried.into_iter().map(|t| t.attack).collect();
-    found.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+    found.sort();
     found
 }
 
 impl SearchResult {
+    /// The best attack first.
+    fn sort(&mut self) {
+        self.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+    }
+
+    /// Adds what another search has found.
+    pub(super) fn merge(&mut self, other: Self) {
+        self.attacks.extend(other.attacks);
+        self.refused.extend(other.refused);
+        self.candidates += other.candidates;
+        self.sort();
+    }
+
     /// How far the search is that has found this.
     #[must_use]
     pub fn progress(&self) -> Progress {
@@ -167,9 +233,12 @@ impl SearchResult {
 
 /// The search in one scenario.
 struct Search<'a> {
-    ground: &'a AttackSetup<'a>,
+    grounds: &'a [AttackSetup<'a>],
+    near_misses: bool,
     stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<ManoeuvreSpace>,
+    /// The ground of each arm.
+    places: Vec<usize>,
     tried: Vec<Trial>,
     found: SearchResult,
 }
@@ -209,12 +278,16 @@ impl Search<'_> {
             lowest = lowest.min(now);
             let enough = least <= BEST + PLAUSIBLE
                 || best <= BEST && 4 * round >= rounds
-                || best <= GOOD && 2 * round >= rounds
+                || self.near_misses && best <= GOOD && 2 * round >= rounds
                 || since > PATIENCE;
             if !goes_on || enough {
                 break;
             }
         }
+    }
+
+    fn ground(&self, arm: usize) -> &'_ AttackSetup<'_> {
+        &self.grounds[self.places[arm]]
     }
 
     fn attacks(&self) -> impl Iterator<Item = &Attack> {
@@ -238,7 +311,7 @@ impl Search<'_> {
                 .map(|(arm, numbers)| {
                     let (arm, mut numbers) = (*arm, *numbers);
                     let manoeuvre = self.arms[arm].manoeuvre(&mut numbers);
-                    (arm, numbers, self.make(&self.arms[arm], manoeuvre))
+                    (arm, numbers, self.make(arm, manoeuvre))
                 })
                 .collect();
             self.found.candidates += made.len();
@@ -259,15 +332,16 @@ impl Search<'_> {
         true
     }
 
-    fn make(&self, arm: &ManoeuvreSpace, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
+    fn make(&self, arm: usize, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
+        let (arm, ground) = (&self.arms[arm], self.ground(arm));
         if (self.stop)() {
             return Err(Refusal::answer("the search was stopped"));
         }
         let kind = manoeuvre.kind.name();
         let attempt = || {
-            let obstacle = self.ground.obstacle(arm.obstacle)?;
-            let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
-            self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+            let obstacle = ground.obstacle(arm.obstacle)?;
+            let change = motion::of_manoeuvre(ground.stage, obstacle, &manoeuvre, arm.way)?;
+            ground.attack(Motion::Manoeuvre(manoeuvre), change)
         };
         attempt().map_err(|refusal: Refusal| refusal.about(arm.obstacle, Some(kind)))
     }
@@ -284,13 +358,14 @@ impl Search<'_> {
         chosen.sort_unstable();
         for some in chosen.chunks(rayon::current_num_threads().max(1)) {
             let all = self.tried.iter_mut().enumerate();
-            let attacks: Vec<&mut Attack> = all
+            let chosen: Vec<&mut Trial> = all
                 .filter(|(i, _)| some.contains(i))
-                .map(|(_, tried)| &mut tried.attack)
+                .map(|(_, tried)| tried)
                 .collect();
-            attacks.into_par_iter().for_each(|attack| {
+            let (grounds, places) = (self.grounds, &self.places);
+            chosen.into_par_iter().for_each(|tried| {
                 if !(self.stop)() {
-                    self.ground.drive(attack);
+                    grounds[places[tried.arm]].drive(&mut tried.attack);
                 }
             });
             if !watch(self.found.so_far(self.attacks())) {
@@ -302,17 +377,18 @@ impl Search<'_> {
 
     /// Looks whether a good driver survives what the ego did not, the most dangerous first.
     fn look(&mut self, delay: f64) {
-        let attacks = self.tried.iter_mut().map(|t| &mut t.attack);
-        let mut effective: Vec<&mut Attack> = attacks
-            .filter(|a| a.has_effect() && a.survivable.is_none())
+        let mut effective: Vec<&mut Trial> = { self.tried.iter_mut() }
+            .filter(|t| t.attack.has_effect() && t.attack.survivable.is_none())
+            .filter(|t| !t.attack.is_idle())
             .collect();
-        effective.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        for attack in effective.into_iter().take(LOOKED_AT) {
+        effective.sort_by(|a, b| a.attack.cost().total_cmp(&b.attack.cost()));
+        for tried in effective.into_iter().take(LOOKED_AT) {
             if (self.stop)() {
                 break;
             }
-            self.ground.survive(attack, delay);
-            if attack.harmlessness() <= BEST {
+            let ground = &self.grounds[self.places[tried.arm]];
+            ground.survive(&mut tried.attack, delay);
+            if tried.attack.harmlessness() <= BEST {
                 break;
             }
         }

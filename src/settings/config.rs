@@ -48,6 +48,8 @@ pub struct Config {
     pub concurrency: std::num::NonZeroU32,
     /// How attackers of variants move: `human` or `limit`; `human` where it is not set.
     pub attack_style: Option<String>,
+    /// At most so many obstacles of a variant attack together, 1 to 3; 1 where it is not set.
+    pub attackers: Option<u8>,
     /// Most US dollars that one session of the workbench, or one `ask`, may cost; without it there is no bound.
     pub budget: Option<f64>,
     /// Who rates answers; the user's name where it is not set.
@@ -82,6 +84,7 @@ impl Default for Config {
             log_probabilities: false,
             concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
             attack_style: None,
+            attackers: None,
             budget: None,
             person: None,
             pictures: None,

@@ -42,7 +42,7 @@ const BOOLEAN: &str = "expected true or false";
 const COUNT: &str = "expected a whole number from 1 to 4294967295";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 22] = [
+pub(super) const KEYS: [Key; 23] = [
     key(
         "theme",
         "expected the name of a theme, such as \"dark\"",
@@ -119,6 +119,12 @@ pub(super) const KEYS: [Key; 22] = [
         "expected \"human\" or \"limit\"",
         "human: within what people do",
         |config| text(&config.attack_style),
+    ),
+    key(
+        "attackers",
+        "expected a whole number from 1 to 3",
+        "1: one obstacle attacks",
+        |config| Some(config.attackers?.into()),
     ),
     key(
         "budget",

@@ -77,7 +77,7 @@ impl Writer {
             samples: arguments.samples,
             retries: arguments.retries,
             at_once: config.concurrency.get() as usize,
-            attacker: arguments.attacker,
+            attacker: arguments.attacker.first().copied(),
             obey: arguments.obey,
             fresh: arguments.fresh,
             batch: None,

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::document;
 use super::line::{Line, OutcomeName};
@@ -137,16 +137,24 @@ fn read(path: &Path) -> Result<FileKind, String> {
     }
     Ok(FileKind::Papers(Box::new(Papers {
         original,
-        settings: with_style(made["settings"].clone()),
+        settings: as_today(made["settings"].clone()),
         line,
     })))
 }
 
-/// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`].
-fn with_style(mut settings: Value) -> Value {
+/// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`], and in those
+/// that knew one attacker, this is the only one that may attack, or any.
+fn as_today(mut settings: Value) -> Value {
     if let Some(settings) = settings.as_object_mut() {
         let style = settings.entry("style");
         style.or_insert_with(|| AttackStyle::Limit.name().into());
+        settings.entry("attackers").or_insert_with(|| 1.into());
+        let named = settings.entry("attacker").or_insert(Value::Null);
+        *named = match named.take() {
+            Value::Null => json!([]),
+            Value::Array(ids) => ids.into(),
+            one => json!([one]),
+        };
     }
     settings
 }
