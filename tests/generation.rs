@@ -84,6 +84,45 @@ fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
     }
 }
 
+#[test]
+fn a_second_attacker_is_added_only_where_it_is_needed() {
+    let Some(folder) = published("Scenarios/normal_scenarios") else {
+        return;
+    };
+    let found = find(&[folder]).unwrap();
+    let one = Effort {
+        candidates: CANDIDATES,
+        ..Effort::default()
+    };
+    let two = Effort { together: 2, ..one };
+    let mut several = 0;
+    for entry in found.entries.iter().step_by(EVERY) {
+        let scenario = entry.read().unwrap();
+        let (_, alone) = made(&scenario, &one, &[]);
+        let (workshop, made) = made(&scenario, &two, &[]);
+        let (Some(alone), Some(chosen)) = (alone.chosen, made.chosen) else {
+            continue;
+        };
+        let change = &chosen.attack.change;
+        let passed = workshop.gate().check_joint(change, None);
+        assert!(passed.is_ok(), "{}: {passed:?}", entry.display());
+        let effect = chosen.attack.effect.as_ref().unwrap();
+        if change.changes().len() == 1 {
+            assert_eq!(change, &alone.attack.change, "{}", entry.display());
+            continue;
+        }
+        several += 1;
+        assert_eq!(effect.needs_all(), Some(true));
+        for change in change.changes() {
+            is_driven_by_people(change, scenario.dt());
+        }
+        let survived = |delay| chosen.avoidability.at(delay) == Some(true);
+        let before = alone.attack.effect.as_ref().unwrap();
+        assert!(effect.consequence.is_worse_than(&before.consequence) || survived(0.5));
+    }
+    println!("{several} scenarios with two attackers");
+}
+
 /// No more than people do, from the states alone: up to 4 m/s² faster, 8 slower, 5 across, and no curve tighter than 4 m.
 fn is_driven_by_people(change: &Change, dt: f64) {
     for pair in change.motions.windows(2) {

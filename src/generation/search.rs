@@ -14,101 +14,8 @@ use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 use super::surrogate::{self, Trial};
-use super::{Consequence, Refusal, motion};
+use super::{Effort, Progress, Refusal, SearchResult, motion};
 use crate::verdict::{Manoeuvre, Motion};
-
-/// Search effort.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
-    /// Motions in all.
-    pub candidates: usize,
-    /// Rounds after each of which the search learns.
-    pub rounds: usize,
-    /// Closed loops in each round.
-    pub drives: usize,
-    /// Obstacles that are tried, those that need the least change.
-    pub attackers: usize,
-    /// At most so many obstacles attack together, 1 to [`super::MOST_ATTACKERS`].
-    pub together: usize,
-    /// A good driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
-    pub delay: f64,
-    /// The seed of the random numbers.
-    pub seed: u64,
-}
-
-impl Default for Effort {
-    fn default() -> Self {
-        Self {
-            candidates: 600,
-            rounds: 12,
-            drives: 8,
-            attackers: 6,
-            together: 1,
-            delay: 0.5,
-            seed: 1,
-        }
-    }
-}
-
-impl Effort {
-    /// The share of it that each attacker after the first gets.
-    const SHARE: f64 = 0.5;
-
-    /// The effort for an attacker beside others.
-    #[must_use]
-    pub fn further(&self) -> Self {
-        let part = |n: usize| ((n as f64 * Self::SHARE).round() as usize).max(1);
-        Self {
-            candidates: part(self.candidates),
-            rounds: part(self.rounds),
-            ..*self
-        }
-    }
-
-    /// Motions for all attackers, at most.
-    #[must_use]
-    pub fn motions(&self) -> usize {
-        self.candidates + self.together.saturating_sub(1) * self.further().candidates
-    }
-}
-
-impl std::fmt::Display for Effort {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "search, seed {}, at most {} motions, survivable with {:.1} s reaction time",
-            self.seed, self.candidates, self.delay
-        )?;
-        match self.together {
-            0 | 1 => Ok(()),
-            n => write!(f, ", at most {n} attackers"),
-        }
-    }
-}
-
-/// Result of a search.
-#[derive(Debug, Default)]
-pub struct SearchResult {
-    /// Everything that passed the gate and comes near to the ego.
-    pub attacks: Vec<Attack>,
-    /// Refused motions, one reason each.
-    pub refused: Vec<Refusal>,
-    /// How many motions were tried.
-    pub candidates: usize,
-}
-
-/// Progress of a search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Progress {
-    /// Motions that were tried.
-    pub tried: usize,
-    /// How many of them were refused.
-    pub refused: usize,
-    /// Against how many the ego was driven.
-    pub driven: usize,
-    /// The effect of the best attack.
-    pub best: Option<Consequence>,
-}
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
 const BEST: f64 = -3.0;
@@ -196,39 +103,6 @@ pub(super) fn search_on(
     found.attacks = search.tried.into_iter().map(|t| t.attack).collect();
     found.sort();
     found
-}
-
-impl SearchResult {
-    /// The best attack first.
-    fn sort(&mut self) {
-        self.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-    }
-
-    /// Adds what another search has found.
-    pub(super) fn merge(&mut self, other: Self) {
-        self.attacks.extend(other.attacks);
-        self.refused.extend(other.refused);
-        self.candidates += other.candidates;
-        self.sort();
-    }
-
-    /// How far the search is that has found this.
-    #[must_use]
-    pub fn progress(&self) -> Progress {
-        self.so_far(self.attacks.iter())
-    }
-
-    /// The same, where the attacks are still somewhere else.
-    fn so_far<'a>(&self, attacks: impl Iterator<Item = &'a Attack>) -> Progress {
-        let driven: Vec<&Attack> = attacks.filter(|a| a.effect.is_some()).collect();
-        let best = { driven.iter() }.min_by(|a, b| a.cost().total_cmp(&b.cost()));
-        Progress {
-            tried: self.candidates,
-            refused: self.refused.len(),
-            driven: driven.len(),
-            best: best.and_then(|a| Some(a.effect.as_ref()?.consequence)),
-        }
-    }
 }
 
 /// The search in one scenario.

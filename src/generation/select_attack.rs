@@ -21,8 +21,12 @@ const LOOKED_AT: usize = 8;
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss.
 #[must_use]
-pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<SelectedAttack> {
-    let known = attacks.iter().filter(|a| a.effect.is_some());
+pub fn choose<'a>(
+    closed: &ClosedLoop,
+    attacks: impl IntoIterator<Item = &'a Attack>,
+    delay: f64,
+) -> Option<SelectedAttack> {
+    let known = attacks.into_iter().filter(|a| a.effect.is_some());
     let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = known.partition(|a| a.has_effect());
     let mut best: Option<(usize, SelectedAttack)> = None;
     let needed = effective.into_iter().filter(|a| !a.is_idle());

@@ -12,8 +12,8 @@
 use super::search::search_on;
 use super::select_attack::Rank;
 use super::{
-    Attack, AttackContext, AttackSetup, Consequence, Effect, Effort, Gate, Progress, SearchEvent,
-    SearchResult, SelectedAttack, Selection, StagedDrive, VariantGenerator, choose,
+    Attack, AttackContext, AttackSetup, Effect, Effort, Gate, SearchEvent, SearchResult,
+    SelectedAttack, Selection, StagedDrive, VariantGenerator, choose,
 };
 use crate::scenario::{Ego, Scenario};
 
@@ -50,23 +50,21 @@ pub(super) fn search(
         };
         let rank = best.rank(effort.delay);
         let found = round(workshop, &bases, &effort, (among, rank), watch);
-        if watch(SearchEvent::Certifying) {
-            let hopeful: Vec<Attack> = match best.chosen {
-                None => found.attacks.clone(),
-                Some(_) => {
-                    let attacks = found.attacks.iter();
-                    attacks.filter(|a| at_most(a) > rank).cloned().collect()
-                }
-            };
-            let chosen = choose(&workshop.closed, &hopeful, effort.delay);
+        let goes_on = watch(SearchEvent::Certifying);
+        if goes_on {
+            let first = best.chosen.is_none();
+            let attacks = found.attacks.iter();
+            let hopeful = attacks.filter(|attack| first || at_most(attack) > rank);
+            let chosen = choose(&workshop.closed, hopeful, effort.delay);
             best.take(workshop, chosen, effort.delay);
         }
-        bases = match best.rank(effort.delay) < Rank::Collision && attackers < effort.together {
+        let more = best.rank(effort.delay) < Rank::Collision && attackers < effort.together;
+        bases = match goes_on && more {
             true => Base::most_promising(workshop, &found.attacks),
             false => Vec::new(),
         };
         best.found.merge(found);
-        if bases.is_empty() || workshop.closed.driver().is_cancelled() {
+        if bases.is_empty() {
             break;
         }
     }
@@ -174,19 +172,6 @@ impl Selection {
         });
         if found.is_some() {
             self.chosen = found;
-        }
-    }
-}
-
-impl Progress {
-    /// With what was done after it.
-    fn and(self, later: Self) -> Self {
-        let worse = |best: &Consequence| later.best.is_none_or(|now| best.is_worse_than(&now));
-        Self {
-            tried: self.tried + later.tried,
-            refused: self.refused + later.refused,
-            driven: self.driven + later.driven,
-            best: self.best.filter(worse).or(later.best),
         }
     }
 }

@@ -210,6 +210,7 @@ mod tests {
             ("history = -1", "history"),
             ("effort = \"huge\"", "effort"),
             ("concurrency = 0", "concurrency"),
+            ("attackers = 4", "attackers"),
             ("budget = -1.0", "budget"),
             ("editor = \"ed\"", "editor"),
             ("model = \"x\"", "model"),

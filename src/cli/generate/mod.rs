@@ -41,7 +41,7 @@ use variant::GenerateJob;
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: collision, near_miss (worst risk score of the attacker 0 or 1), no_effect, none (no motion passed the \
+Outcomes: collision, near_miss (worst risk score of an attacker 0 or 1), no_effect, none (no motion passed the \
 gate). The ego replans against the changed traffic.\n\
 Exit status: 0 every scenario has a collision or a near miss; 1 some have neither, could not be attacked, or --check \
 finds an error; 2 usage or input error; 130 interrupted.")]

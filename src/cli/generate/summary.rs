@@ -131,7 +131,7 @@ impl Summary {
         let mut text = format!("{scenarios}: {}\n", counts.join(", "));
         if let (Some(before), Some(after)) = (mean(&self.before), mean(&self.after)) {
             text.push_str(&format!(
-                "worst risk score of the attacker (0 = collision), mean: {before:.2} → {after:.2}\n"
+                "worst risk score of attackers (0 = collision), mean: {before:.2} → {after:.2}\n"
             ));
         }
         let effective = self.collisions + self.near_misses;
