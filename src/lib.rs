@@ -81,6 +81,7 @@
 //! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/update/experiment.rs` |
 //! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts/` |
 //! | gate: may a changed motion be written | [`generation::Gate`] |
+//! | several attackers | `generation/staging.rs`: one after the other, and when another one is taken |
 //! | certificate: how a driver avoids an attack | `generation/certificate.rs`, searched in `generation/evasive_search.rs` |
 //! | JSON schemas of outputs | `cli/json/derived.rs` from types, `cli/json/outputs.json` for the rest |
 //!

@@ -18,11 +18,7 @@ use nearmiss::scenario::Scenario;
 const EVERY: usize = if cfg!(debug_assertions) { 15 } else { 1 };
 const CANDIDATES: usize = if cfg!(debug_assertions) { 60 } else { 600 };
 
-fn made(
-    scenario: &Arc<Scenario>,
-    effort: &Effort,
-    only: Option<i64>,
-) -> (VariantGenerator, Selection) {
+fn made(scenario: &Arc<Scenario>, effort: &Effort, among: &[i64]) -> (VariantGenerator, Selection) {
     let problem = &scenario.planning_problems[0];
     let settings = default_planning();
     let cancel = Cancel::default();
@@ -34,7 +30,7 @@ fn made(
         &mut |_, _| true,
     );
     let workshop = VariantGenerator::from_closed_loop(driven.unwrap()).unwrap();
-    let made = workshop.search(effort, only, &mut |_| true).unwrap();
+    let made = workshop.search(effort, among, &mut |_| true).unwrap();
     (workshop, made)
 }
 
@@ -59,12 +55,14 @@ fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
     let mut people = 0;
     for entry in &some {
         let scenario = entry.read().unwrap();
-        let (workshop, made) = made(&scenario, &effort, None);
+        let (workshop, made) = made(&scenario, &effort, &[]);
         for attack in &made.found.attacks {
-            let passed = workshop.gate().check(&attack.change, None);
+            let passed = workshop.gate().check_joint(&attack.change, None);
             assert!(passed.is_ok(), "{}: {passed:?}", entry.display());
-            is_driven_by_people(&attack.change, scenario.dt());
-            people += 1;
+            for change in attack.change.changes() {
+                is_driven_by_people(change, scenario.dt());
+                people += 1;
+            }
         }
         let Some(chosen) = &made.chosen else { continue };
         let effect = chosen.attack.effect.as_ref().unwrap();
@@ -84,6 +82,45 @@ fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
         // Two scenarios and a tenth of the motions say nothing about shares.
         assert!(mean > 0.0, "{effective} of {all}, {mean}");
     }
+}
+
+#[test]
+fn a_second_attacker_is_added_only_where_it_is_needed() {
+    let Some(folder) = published("Scenarios/normal_scenarios") else {
+        return;
+    };
+    let found = find(&[folder]).unwrap();
+    let one = Effort {
+        candidates: CANDIDATES,
+        ..Effort::default()
+    };
+    let two = Effort { together: 2, ..one };
+    let mut several = 0;
+    for entry in found.entries.iter().step_by(EVERY) {
+        let scenario = entry.read().unwrap();
+        let (_, alone) = made(&scenario, &one, &[]);
+        let (workshop, made) = made(&scenario, &two, &[]);
+        let (Some(alone), Some(chosen)) = (alone.chosen, made.chosen) else {
+            continue;
+        };
+        let change = &chosen.attack.change;
+        let passed = workshop.gate().check_joint(change, None);
+        assert!(passed.is_ok(), "{}: {passed:?}", entry.display());
+        let effect = chosen.attack.effect.as_ref().unwrap();
+        if change.changes().len() == 1 {
+            assert_eq!(change, &alone.attack.change, "{}", entry.display());
+            continue;
+        }
+        several += 1;
+        assert_eq!(effect.needs_all(), Some(true));
+        for change in change.changes() {
+            is_driven_by_people(change, scenario.dt());
+        }
+        let survived = |delay| chosen.avoidability.at(delay) == Some(true);
+        let before = alone.attack.effect.as_ref().unwrap();
+        assert!(effect.consequence.is_worse_than(&before.consequence) || survived(0.5));
+    }
+    println!("{several} scenarios with two attackers");
 }
 
 /// No more than people do, from the states alone: up to 4 m/s² faster, 8 slower, 5 across, and no curve tighter than 4 m.
@@ -111,11 +148,11 @@ fn the_published_attacker_attacks_possibly() {
     };
     let file = folder.join("BEL_Antwerp-1_14_T-1.xml");
     let scenario = Arc::new(commonroad::read_file(&file).unwrap());
-    let (_, made) = made(&scenario, &Effort::default(), Some(30762));
+    let (_, made) = made(&scenario, &Effort::default(), &[30762]);
     let chosen = made.chosen.unwrap();
     let effect = chosen.attack.effect.as_ref().unwrap();
     assert!(effect.hits_attacker() && !effect.is_hit_from_behind());
     assert_eq!(chosen.avoidability.at(0.5), Some(true));
-    let passed = Gate::new(&scenario).check(&chosen.attack.change, None);
+    let passed = Gate::new(&scenario).check_joint(&chosen.attack.change, None);
     assert!(passed.is_ok(), "{passed:?}");
 }

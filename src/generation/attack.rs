@@ -1,8 +1,8 @@
-//! An attack: a changed motion that passed the gate, and the ego's response to it.
+//! An attack: changed motions that passed the gate, and the ego's response to them.
 
 use super::{
-    AttackContext, Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, OpenLoopScreening,
-    Reason, Refusal,
+    AttackContext, Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, JointChange,
+    OpenLoopScreening, Reason, Refusal,
 };
 use crate::scenario::Obstacle;
 use crate::verdict::Motion;
@@ -10,13 +10,14 @@ use crate::verdict::Motion;
 /// An attack that has passed the gate.
 #[derive(Debug, Clone)]
 pub struct Attack {
-    /// The motion requested of the attacker.
-    pub asked: Motion,
-    /// Its motion.
-    pub change: Change,
-    /// How near that comes to an ego that only brakes.
+    /// The motions requested of the attackers, in the order of the change.
+    pub asked: Vec<Motion>,
+    /// Their motions.
+    pub change: JointChange,
+    /// How near the last attacker comes to an ego that only brakes.
     pub rehearsal: OpenLoopScreening,
-    /// How far it is from recorded motions, 0 where that does not matter; see [`RecordedMotions::deficit`](super::RecordedMotions::deficit).
+    /// How far the motions are from recorded ones on average, 0 where that does not matter; see
+    /// [`RecordedMotions::deficit`](super::RecordedMotions::deficit).
     pub implausibility: f64,
     /// Its effect on the ego, if it was driven.
     pub effect: Option<Effect>,
@@ -27,9 +28,9 @@ pub struct Attack {
 /// Shared input of attacks, and the checks they must pass.
 #[derive(Debug)]
 pub struct AttackSetup<'a> {
-    /// The original scenario with the ego's motion.
+    /// The scenario with the ego's motion: the original, or one with an attack by others in it.
     pub stage: &'a AttackContext<'a>,
-    /// The gate that every motion must pass.
+    /// The gate that every motion must pass in it.
     pub gate: &'a Gate<'a>,
     /// The closed loop of the ego.
     pub closed_loop: &'a ClosedLoop,
@@ -38,7 +39,7 @@ pub struct AttackSetup<'a> {
 /// An attack ends this long after its closest approach to the ego, seconds.
 const OVER: f64 = 2.0;
 
-/// Added cost of an attack that cannot be survived.
+/// Added cost of an attack that cannot be survived, or in which not every attacker is needed.
 const HOPELESS: f64 = 3.2;
 
 /// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.
@@ -67,7 +68,8 @@ impl AttackSetup<'_> {
         found.ok_or_else(|| Refusal::answer(format!("no obstacle {id} in the scenario")))
     }
 
-    /// The attack with a motion, if that meets the ego and passes the gate. The ego is not driven yet.
+    /// The attack with a motion beside those of the others, if it meets the ego and passes the gate. The ego is not
+    /// driven yet.
     ///
     /// # Errors
     /// The first reason why not.
@@ -80,29 +82,50 @@ impl AttackSetup<'_> {
             return Err(Refusal::whole_motion(Reason::Unchanged));
         }
         let recorded = self.stage.recorded.as_deref();
-        Ok(Attack {
-            asked,
-            implausibility: recorded.map_or(0.0, |recorded| recorded.deficit(&change.motions)),
-            change,
+        let implausibility = recorded.map_or(0.0, |recorded| recorded.deficit(&change.motions));
+        let alone = Attack {
+            asked: vec![asked],
+            change: change.into(),
             rehearsal,
+            implausibility,
             effect: None,
             survivable: None,
-        })
+        };
+        match self.stage.others {
+            Some((others, _)) => others.joined_by(alone),
+            None => Ok(alone),
+        }
     }
 
     /// Drives the ego against an attack, until that should be over.
     pub fn drive(&self, attack: &mut Attack) {
-        let until = attack.rehearsal.step + (ENOUGH / self.stage.dt()).ceil() as i64;
-        attack.effect = self.closed_loop.effect_until(&attack.change, until).ok();
+        let others = self.stage.others.map(|(others, _)| others.rehearsal.step);
+        let nearest = attack.rehearsal.step.max(others.unwrap_or(i64::MIN));
+        let until = nearest + (ENOUGH / self.stage.dt()).ceil() as i64;
+        attack.effect = self.effect(&attack.change, until);
     }
 
-    /// Drives the ego against it to the end, and looks whether a good driver survives it with a reaction time of
-    /// `delay` seconds.
+    /// Drives the ego against it to the end, and looks whether each attacker is needed and a good driver survives it
+    /// with a reaction time of `delay` seconds.
     pub fn survive(&self, attack: &mut Attack, delay: f64) {
-        attack.effect = self.closed_loop.effect(&attack.change).ok();
-        if let Some(effect) = attack.effect.as_ref().filter(|_| attack.has_effect()) {
+        attack.effect = self.effect(&attack.change, i64::MAX);
+        if !attack.has_effect() {
+            return;
+        }
+        let Some(effect) = &mut attack.effect else {
+            return;
+        };
+        let left_out = self.closed_loop.leave_each_out(effect, &attack.change);
+        if left_out.is_ok() && effect.needs_all() != Some(false) {
             attack.survivable = Some(Avoidability::with(self.closed_loop, effect, delay));
         }
+    }
+
+    fn effect(&self, change: &JointChange, until: i64) -> Option<Effect> {
+        let recorded = self.closed_loop.baseline().staged();
+        let before = self.stage.others.map_or(recorded, |(_, drive)| drive);
+        let effect = self.closed_loop.effect_until(change, before, until);
+        effect.ok()
     }
 
     /// The step after which an attack is over.
@@ -146,7 +169,36 @@ fn is_as_recorded(obstacle: &Obstacle, change: &Change) -> bool {
 }
 
 impl Attack {
-    /// Whether the ego, where it was driven, was touched by the attacker or nearly so, and not just hit from behind.
+    /// Of each attacker the requested motion and the change.
+    pub fn acts(&self) -> impl Iterator<Item = (&Motion, &Change)> {
+        self.asked.iter().zip(self.change.changes())
+    }
+
+    /// Whether the others come to as much without one of its attackers.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        let needed = self.effect.as_ref().and_then(Effect::needs_all);
+        needed == Some(false)
+    }
+
+    /// The attack of these obstacles and another one together; neither effect holds for it.
+    fn joined_by(&self, other: Self) -> Result<Self, Refusal> {
+        let (many, more) = (self.asked.len() as f64, other.asked.len() as f64);
+        let sum = many * self.implausibility + more * other.implausibility;
+        let mut change = self.change.clone();
+        for one in other.change.changes() {
+            let joined = change.with(one.clone());
+            change = joined.map_err(|why| Refusal::whole_motion(Reason::Obstacle(why)))?;
+        }
+        Ok(Self {
+            asked: self.asked.iter().cloned().chain(other.asked).collect(),
+            change,
+            implausibility: sum / (many + more),
+            ..other
+        })
+    }
+
+    /// Whether the ego, where it was driven, was touched by an attacker or nearly so, and not just hit from behind.
     #[must_use]
     pub fn has_effect(&self) -> bool {
         self.effect.as_ref().is_some_and(|e| match e.consequence {
@@ -183,19 +235,24 @@ impl Attack {
         let Some(effect) = &self.effect else {
             return UNTRIED + self.rehearsal.cost();
         };
-        let hopeless = match self.survivable {
-            Some(false) => HOPELESS,
-            _ => 0.0,
+        let hopeless = match self.survivable == Some(false) || self.is_idle() {
+            true => HOPELESS,
+            false => 0.0,
         };
         hopeless
             + match effect.consequence {
                 Consequence::Collision(_) if effect.is_hit_from_behind() => -0.5,
-                Consequence::Collision(c) if c.with == effect.attacker => -3.0,
+                Consequence::Collision(_) if effect.hits_attacker() => -3.0,
                 Consequence::NearMiss => -2.0,
                 Consequence::Collision(_) => 0.5,
+                // All of them have to come near.
                 Consequence::NoEffect => {
-                    let distance = effect.distance.unwrap_or(20.0).min(20.0);
-                    0.5 + 0.1 * distance + 0.5 * (effect.unrounded.unwrap_or(5.0) - 1.0).max(0.0)
+                    let all = effect.attackers.iter().map(|attacker| {
+                        let distance = attacker.distance.unwrap_or(20.0).min(20.0);
+                        let risk = attacker.unrounded.unwrap_or(5.0);
+                        0.5 + 0.1 * distance + 0.5 * (risk - 1.0).max(0.0)
+                    });
+                    all.sum::<f64>() / effect.attackers.len().max(1) as f64
                 }
             }
     }

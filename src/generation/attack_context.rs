@@ -1,25 +1,27 @@
-//! Context of an attack: the ego's motion in the original scenario, and the paths open to other participants.
+//! Context of an attack: the ego's motion in the scenario, and the paths open to other participants.
 
 use std::sync::Arc;
 
-use super::{AttackStyle, RecordedMotions};
+use super::{Attack, AttackStyle, RecordedMotions, StagedDrive};
 use crate::geometry::{Footprint, Point, Polyline, Pose};
 use crate::scenario::prediction::{Model, ObservedHistory, Predictor};
 use crate::scenario::{Motion, Obstacle, Scenario, Track};
 
-/// The original scenario with the ego's motion in it.
+/// The scenario with the ego's motion in it.
 #[derive(Debug)]
 pub struct AttackContext<'a> {
-    /// The original scenario.
+    /// The original scenario, or one with an attack by others in it.
     pub scenario: &'a Scenario,
     /// The ego's body.
     pub footprint: &'a Footprint,
-    /// The ego's motion while no obstacle attacks it.
+    /// The ego's motion while no further obstacle attacks it.
     pub ego: &'a Track,
     /// The way of the ego's centre, straight on beyond its ends.
     pub line: Polyline,
     /// First and last step of the ego.
     pub steps: std::ops::RangeInclusive<i64>,
+    /// The attack by others that goes on in the scenario, if there is one, and the ego's drive against it.
+    pub others: Option<(&'a Attack, &'a StagedDrive)>,
     /// How attackers move.
     pub style: AttackStyle,
     /// Recorded motions that attacks are to be like; `None` where that does not matter.
@@ -59,6 +61,7 @@ impl<'a> AttackContext<'a> {
             ego,
             line: Polyline::new(points)?,
             steps: range.start..=range.end - 1,
+            others: None,
             style: AttackStyle::Limit,
             recorded: None,
         })

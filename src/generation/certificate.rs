@@ -1,7 +1,8 @@
 //! Whether a good driver could have avoided the collision: for several reaction times an evasive manoeuvre, or the
 //! search that found none.
 //!
-//! The ego drives unchanged until the reaction time has passed since the last recorded state of the attacker. From then
+//! The ego drives unchanged until the reaction time has passed since the last recorded state of the attacker; of several
+//! that of the first one that moves otherwise, since a driver who saw it is alert to the others. From then
 //! on it may use its vehicle's full limits and knows the future of all road users. The others follow their recording
 //! and do not react: an ego that dodges the attacker and is then hit from behind has not avoided the collision.
 

@@ -26,6 +26,12 @@ pub enum ChangeError {
     /// It has nothing to begin with, or is not there at its first step.
     #[error("obstacle {0} is absent at the step where its motion should change")]
     NotThere(i64),
+    /// One obstacle cannot have two motions.
+    #[error("obstacle {0} is given two motions")]
+    Twice(i64),
+    /// A joint change of no obstacle is none.
+    #[error("no obstacle is given another motion")]
+    Nothing,
 }
 
 impl Change {
@@ -49,12 +55,19 @@ impl Change {
     /// # Errors
     /// The obstacle does not exist, does not move, or is absent when the change begins.
     pub fn apply(&self, scenario: &Scenario) -> Result<Scenario, ChangeError> {
+        let mut changed = scenario.clone();
+        self.apply_to(&mut changed)?;
+        Ok(changed)
+    }
+
+    /// Gives the obstacle its motion in a scenario, which stays as it is if that fails.
+    pub(super) fn apply_to(&self, scenario: &mut Scenario) -> Result<(), ChangeError> {
         let id = self.obstacle;
         let place = scenario.obstacles.iter().position(|o| o.id == id);
         let place = place.ok_or(ChangeError::NoSuchObstacle(id))?;
-        let mut changed = scenario.clone();
-        changed.obstacles[place] = self.changed(&scenario.obstacles[place], scenario.dt())?;
-        Ok(changed)
+        let changed = self.changed(&scenario.obstacles[place], scenario.dt())?;
+        scenario.obstacles[place] = changed;
+        Ok(())
     }
 
     fn changed(&self, obstacle: &Obstacle, dt: f64) -> Result<Obstacle, ChangeError> {

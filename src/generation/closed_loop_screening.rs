@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{Change, ChangeError};
+use super::effect::AttackerEffect;
+use super::{Change, ChangeError, Consequence, Effect, JointChange, RiskCurve};
 use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::{Cancel, Forecast, Planner};
-use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
-use crate::simulation::{
-    Collision, ContactSide, Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings,
-};
+use crate::scenario::{Ego, Obstacle, PlanningProblem, Scenario, Scene};
+use crate::simulation::{Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings};
 
 /// One planning problem, driven once as recorded and then repeatedly against changed traffic.
 #[derive(Debug)]
@@ -21,66 +20,16 @@ pub struct ClosedLoop {
 /// The ego's drive in the scenario as it was recorded.
 #[derive(Debug)]
 pub struct Baseline {
-    noted: ResumableRollout,
+    recorded: StagedDrive,
     scores: Series,
 }
 
-/// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
-pub type RiskCurve = Vec<(i64, u8)>;
-
-/// Consequence of a change. What also happens to the ego in the baseline is not one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Consequence {
-    /// The ego touches an obstacle: the attacker, or another one.
-    Collision(Collision),
-    /// No obstacle is touched, and the risk score of the attacker is 1 at most at some step.
-    NearMiss,
-    /// Neither.
-    NoEffect,
-}
-
-impl Consequence {
-    /// Its name in documents.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Collision(_) => "collision",
-            Self::NearMiss => "near_miss",
-            Self::NoEffect => "no_effect",
-        }
-    }
-}
-
-/// The ego's drive against a change, and how dangerous it was.
-#[derive(Debug, Clone)]
-pub struct Effect {
-    /// The obstacle whose motion was changed.
-    pub attacker: i64,
-    /// The step of the last state before its motion is another one.
-    pub from: i64,
-    /// The scenario with the changed motion.
-    pub scenario: Arc<Scenario>,
-    /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
-    pub drive: Rollout,
-    /// Its outcome.
-    pub consequence: Consequence,
-    /// The attacker's risk scores against the baseline, with its recorded motion.
-    pub before: RiskCurve,
-    /// The attacker's risk scores in this drive.
-    pub after: RiskCurve,
-    /// The lowest risk score of any obstacle in the baseline; `None` if none ever is there.
-    pub anyone_before: Option<u8>,
-    /// The lowest risk score of any obstacle in this drive.
-    pub anyone_after: Option<u8>,
-    /// The smallest distance of the attacker's body to the ego's in this drive, metres.
-    pub distance: Option<f64>,
-    /// The attacker's lowest risk score in this drive before it is rounded, see [`UNROUNDED_RISK`].
-    pub unrounded: Option<f64>,
-    /// The first step after which, before the next one, the ego touches an obstacle. Outcomes go by the steps alone, as
-    /// CommonRoad does; this says where they do not see all.
-    pub between: Option<i64>,
-    /// Cycles that are the baseline's, as nothing had changed yet.
-    pub taken_over: usize,
+/// A drive in the scenario with changes, or with none, from whose cycles other drives continue.
+#[derive(Debug)]
+pub struct StagedDrive {
+    changes: Vec<Change>,
+    scenario: Arc<Scenario>,
+    noted: ResumableRollout,
 }
 
 /// At this risk score or below it was a near miss.
@@ -113,10 +62,15 @@ impl ClosedLoop {
     ) -> Self {
         let noted = driver.drive_noted_watched(&scenario, i64::MAX, watch);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
+        let recorded = StagedDrive {
+            changes: Vec::new(),
+            scenario: Arc::clone(&scenario),
+            noted,
+        };
         Self {
             scenario,
             driver,
-            baseline: Baseline { noted, scores },
+            baseline: Baseline { recorded, scores },
         }
     }
 
@@ -145,68 +99,143 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// The scenario has no such obstacle, or it cannot be changed so.
-    pub fn effect(&self, change: &Change) -> Result<Effect, ChangeError> {
-        self.effect_until(change, i64::MAX)
+    pub fn effect(&self, change: &JointChange) -> Result<Effect, ChangeError> {
+        self.effect_until(change, &self.baseline.recorded, i64::MAX)
     }
 
-    /// The same, but nothing is looked at after step `until`: a drive that has not ended then counts as a time-out.
+    /// The same, with cycles taken over from the drive `before`; nothing is looked at after step `until`: a drive that
+    /// has not ended then counts as a time-out.
     ///
     /// # Errors
     /// Those of [`Self::effect`].
-    pub fn effect_until(&self, change: &Change, until: i64) -> Result<Effect, ChangeError> {
-        let attacker = change.obstacle;
+    pub fn effect_until(
+        &self,
+        change: &JointChange,
+        before: &StagedDrive,
+        until: i64,
+    ) -> Result<Effect, ChangeError> {
         let changed = Arc::new(change.apply(&self.scenario)?);
-        let noted = match self.same_until(&changed, change) {
-            Some(same) => self
-                .driver
-                .drive_again(&changed, &self.baseline.noted, same, until),
-            None => self.driver.drive_noted(&changed, until),
-        };
+        let noted = self.drive_after(before, (change, &changed), until);
         let drive = noted.drive;
         let scores = readings(&self.driver, &changed, &drive, "risk");
-        let after = curve(&scores, attacker);
-        let least = least(&self.driver, &changed, &drive, attacker);
+        let attackers = change.changes().iter().map(|change| {
+            let id = change.obstacle;
+            let absent = || ChangeError::NotThere(id);
+            let least = least(&self.driver, &changed, &drive, id);
+            Ok(AttackerEffect {
+                obstacle: id,
+                from: change.from().ok_or_else(absent)?,
+                until: change.until().ok_or_else(absent)?,
+                before: self.baseline.risk_of(id),
+                after: curve(&scores, id),
+                distance: least("distance"),
+                unrounded: least(UNROUNDED_RISK.id),
+                without: None,
+            })
+        });
+        let attackers: Vec<AttackerEffect> = attackers.collect::<Result<_, ChangeError>>()?;
         let between = self.driver.touched_between(&changed, &drive);
-        let before = self.baseline.risk_of(attacker);
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
-        let near = lowest(&after).is_some_and(|score| score <= NEAR_MISS);
+        let unchanged = || attackers.iter().all(|a| a.after == a.before);
+        let lowest = attackers
+            .iter()
+            .filter_map(AttackerEffect::lowest_after)
+            .min();
+        let near = lowest.is_some_and(|score| score <= NEAR_MISS);
         let consequence = match drive.outcome {
             Outcome::Collision(collision) if !same && !recorded.touches(collision.with) => {
                 Consequence::Collision(collision)
             }
-            _ if near && !(same && after == before) => Consequence::NearMiss,
+            _ if near && !(same && unchanged()) => Consequence::NearMiss,
             _ => Consequence::NoEffect,
         };
         Ok(Effect {
-            attacker,
-            from: change.from().ok_or(ChangeError::NotThere(attacker))?,
+            main: Effect::place_of_main(&attackers, consequence),
+            from: change.from_step().ok_or(ChangeError::Nothing)?,
+            attackers,
             scenario: changed,
             consequence,
-            before,
-            after,
             anyone_before: self.baseline.lowest(),
             anyone_after: lowest_of_all(&scores),
-            distance: least("distance"),
-            unrounded: least(UNROUNDED_RISK.id),
             between,
             taken_over: noted.taken_over,
             drive,
         })
     }
 
-    /// The last step in whose planning cycle all that the planner is told is as it was recorded; `None` if it may
-    /// differ from the beginning.
+    /// Drives against a change to the end, so that drives against more continue from it.
+    ///
+    /// # Errors
+    /// Those of [`Self::effect`].
+    pub fn staged(&self, change: &JointChange) -> Result<StagedDrive, ChangeError> {
+        let changed = Arc::new(change.apply(&self.scenario)?);
+        let noted = self.drive_after(&self.baseline.recorded, (change, &changed), i64::MAX);
+        Ok(StagedDrive {
+            changes: change.changes().to_vec(),
+            scenario: changed,
+            noted,
+        })
+    }
+
+    /// Notes for each attacker of an effect what the others come to while it moves as recorded, see
+    /// [`Effect::needs_all`].
+    ///
+    /// # Errors
+    /// Those of [`Self::effect`].
+    pub fn leave_each_out(
+        &self,
+        effect: &mut Effect,
+        change: &JointChange,
+    ) -> Result<(), ChangeError> {
+        for attacker in &mut effect.attackers {
+            if let Some(others) = change.without(attacker.obstacle) {
+                attacker.without = Some(self.effect(&others)?.consequence);
+            }
+        }
+        Ok(())
+    }
+
+    fn drive_after(
+        &self,
+        before: &StagedDrive,
+        (change, changed): (&JointChange, &Scenario),
+        until: i64,
+    ) -> ResumableRollout {
+        match self.same_until(before, changed, change) {
+            Some(same) => self.driver.drive_again(changed, &before.noted, same, until),
+            None => self.driver.drive_noted(changed, until),
+        }
+    }
+
+    /// The last step in whose planning cycle all that the planner is told is as it was in the drive `before`; `None` if
+    /// it may differ from the beginning.
     ///
     /// A forecast that looks at the past knows nothing of a change before its first other state; one that is told the
     /// recorded future knows it a horizon earlier. States before the change are compared too: what a file leaves out of
     /// its first state is worked out from the second one.
-    fn same_until(&self, changed: &Scenario, change: &Change) -> Option<i64> {
-        let (from, id) = (change.from()?, change.obstacle);
-        let (old, new) = (self.scenario.obstacle(id)?, changed.obstacle(id)?);
-        let first = old.track().steps().start.min(new.track().steps().start);
-        let differs = (first..=from).find(|&step| !alike(old, new, step));
-        let known = differs.map_or(from, |step| step - 1);
+    fn same_until(
+        &self,
+        before: &StagedDrive,
+        changed: &Scenario,
+        change: &JointChange,
+    ) -> Option<i64> {
+        let mut known = i64::MAX;
+        for one in before.changes.iter().chain(change.changes()) {
+            let id = one.obstacle;
+            let of = |changes: &[Change]| changes.iter().position(|c| c.obstacle == id);
+            let was = of(&before.changes).map(|i| &before.changes[i]);
+            let is = of(change.changes()).map(|i| &change.changes()[i]);
+            if was == is {
+                continue;
+            }
+            let from = [was, is].into_iter().flatten();
+            let from = from.filter_map(Change::from).min()?;
+            let (old, new) = (before.scenario.obstacle(id)?, changed.obstacle(id)?);
+            let first = old.track().steps().start.min(new.track().steps().start);
+            let differs = (first..=from).find(|&step| !alike(old, new, step));
+            known = known.min(differs.map_or(from, |step| step - 1));
+        }
         let settings = self.driver.settings();
         let ahead = match settings.forecast {
             Forecast::Recorded => settings.planner.steps(self.driver.dt()) as i64,
@@ -225,7 +254,13 @@ impl Baseline {
     /// The drive.
     #[must_use]
     pub fn drive(&self) -> &Rollout {
-        &self.noted.drive
+        &self.recorded.noted.drive
+    }
+
+    /// The same, from which others continue.
+    #[must_use]
+    pub fn staged(&self) -> &StagedDrive {
+        &self.recorded
     }
 
     /// The risk scores of an obstacle.
@@ -241,40 +276,23 @@ impl Baseline {
     }
 }
 
-impl Effect {
-    /// The attacker's lowest risk score in the baseline; `None` if it never is there.
+impl StagedDrive {
+    /// The scenario with the changes.
     #[must_use]
-    pub fn lowest_before(&self) -> Option<u8> {
-        lowest(&self.before)
+    pub fn scenario(&self) -> &Arc<Scenario> {
+        &self.scenario
     }
 
-    /// The attacker's lowest risk score in this drive.
-    #[must_use]
-    pub fn lowest_after(&self) -> Option<u8> {
-        lowest(&self.after)
+    /// Whether the ego touches an obstacle in it.
+    pub(super) fn collides(&self) -> bool {
+        matches!(self.noted.drive.outcome, Outcome::Collision(_))
     }
 
-    /// The collision, if there is one.
+    /// The ego of the drive, as a driver of the same problem drives it.
     #[must_use]
-    pub fn collision(&self) -> Option<Collision> {
-        match self.consequence {
-            Consequence::Collision(collision) => Some(collision),
-            _ => None,
-        }
-    }
-
-    /// Whether it is the attacker that the ego touches.
-    #[must_use]
-    pub fn hits_attacker(&self) -> bool {
-        self.collision().is_some_and(|c| c.with == self.attacker)
-    }
-
-    /// Whether an obstacle drives into the ego's rear with the front: that proves little, since no obstacle reacts to
-    /// the ego.
-    #[must_use]
-    pub fn is_hit_from_behind(&self) -> bool {
-        self.collision()
-            .is_some_and(|c| c.ego == ContactSide::Rear && c.other == ContactSide::Front)
+    pub fn ego(&self, driver: &Driver) -> Ego {
+        let drive = &self.noted.drive;
+        drive.ego(driver.problem(), driver.settings())
     }
 }
 
@@ -320,10 +338,6 @@ fn curve(scores: &Series, obstacle: i64) -> RiskCurve {
     let row = scores.steps().zip(scores.row("risk", obstacle));
     row.filter_map(|(step, reading)| Some((step, reading.value()? as u8)))
         .collect()
-}
-
-fn lowest(curve: &RiskCurve) -> Option<u8> {
-    curve.iter().map(|(_, score)| *score).min()
 }
 
 fn lowest_of_all(scores: &Series) -> Option<u8> {

@@ -31,7 +31,7 @@ struct ReactionPhase<'a> {
     along: Option<f64>,
 }
 
-/// A trajectory continues this long after the avoided contact and after the attacker has gone, seconds.
+/// A trajectory continues this long after the avoided contact and after the last attacker has gone, seconds.
 const AFTER: f64 = 1.0;
 
 /// Shares of the friction circle for braking to standstill; 0 keeps the speed.
@@ -60,7 +60,7 @@ impl<'a> Search<'a> {
         let moving = obstacles.filter(|o| o.role == ObstacleRole::Dynamic);
         let gone = moving.map(|o| {
             let end = o.track().steps().end - 1;
-            match o.id == effect.attacker {
+            match effect.is_attacker(o.id) {
                 true => end.saturating_add(after),
                 false => end,
             }

@@ -1,4 +1,4 @@
-//! Generates dangerous variants of a safe scenario by giving one obstacle, the attacker, another motion.
+//! Generates dangerous variants of a safe scenario by giving one obstacle, the attacker, another motion, or several.
 //!
 //! A changed motion is exported only if it passed the gate, whether it comes from a search, a model or a file. The ego
 //! then plans anew against it, since a collision with a recorded ego proves nothing.
@@ -10,9 +10,12 @@ mod capability;
 mod certificate;
 mod change;
 mod closed_loop_screening;
+mod effect;
+mod effort;
 mod evasive_manoeuvre;
 mod evasive_search;
 mod gate;
+mod joint_change;
 pub mod manoeuvre;
 mod manoeuvre_space;
 pub mod motion;
@@ -22,7 +25,9 @@ mod refusal_summary;
 mod repair;
 mod screening;
 mod search;
+mod search_result;
 mod select_attack;
+mod staging;
 mod style;
 mod surrogate;
 #[cfg(test)]
@@ -41,18 +46,22 @@ pub use certificate::{
     Unavoidable,
 };
 pub use change::{Change, ChangeError};
-pub use closed_loop_screening::{Baseline, ClosedLoop, Consequence, Effect, NEAR_MISS, RiskCurve};
+pub use closed_loop_screening::{Baseline, ClosedLoop, NEAR_MISS, StagedDrive};
+pub use effect::{AttackerEffect, Consequence, Effect, RiskCurve};
+pub use effort::Effort;
 pub use evasive_manoeuvre::EvasiveManoeuvre;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
+pub use joint_change::{JointChange, MOST_ATTACKERS};
 pub use plausibility::{MotionQuantity, MotionSamples, Plausibility, RecordedMotions};
 pub use refusal::{Reason, Refusal};
 pub use refusal_summary::{RefusalSummary, summarize};
 pub use repair::{AdmittedAttack, FARTHEST, Repair, admit};
 pub use screening::OpenLoopScreening;
-pub use search::{Effort, Progress, SearchResult, search_until};
+pub use search::search_until;
+pub use search_result::{Progress, SearchResult};
 pub use select_attack::{SelectedAttack, choose};
 pub use style::{AttackStyle, HumanLimits};
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles};
-pub use variant_document::{asked, refusal};
+pub use variant_document::{asked, attacker as attacker_document, refusal};
 pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};

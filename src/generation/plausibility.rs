@@ -280,16 +280,17 @@ impl RecordedMotions {
         self.densities[quantity as usize][(bin(quantity, value) + most) as usize]
     }
 
-    /// How plausible a motion is.
+    /// How plausible motions are: their steps count alike, whosever they are.
     #[must_use]
-    pub fn plausibility(
+    pub fn plausibility<'m>(
         &self,
-        motions: &[(i64, Motion)],
+        all: impl IntoIterator<Item = &'m [(i64, Motion)]>,
         network: &LaneletNetwork,
     ) -> Plausibility {
         let mut sums = [(0.0, 0_usize); 4];
         let mut samples = MotionSamples::default();
-        for (quantity, value) in values(motions, Some(network), self.dt) {
+        let values = |motions| values(motions, Some(network), self.dt);
+        for (quantity, value) in all.into_iter().flat_map(values) {
             let sum = &mut sums[quantity as usize];
             sum.0 += self.log_density(quantity, value);
             sum.1 += 1;
@@ -324,7 +325,7 @@ fn density(quantity: MotionQuantity, histogram: &Histogram) -> Vec<f64> {
     shares.iter().map(|share| (share / width).ln()).collect()
 }
 
-/// How plausible a motion is beside the recorded ones of its scenario.
+/// How plausible motions are beside the recorded ones of their scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plausibility {
     /// Log-likelihood per second of its steps that move, nats: the mean of a step, by the steps of a second.

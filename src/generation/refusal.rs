@@ -61,7 +61,7 @@ pub enum Reason {
     Added(i64),
     /// This obstacle is of another type, role or shape in the variant, or has its id twice.
     Reshaped(i64),
-    /// More than one obstacle's motion was changed.
+    /// More obstacles' motions were changed than may be.
     Several,
     /// No obstacle moves in another way in the variant.
     Unchanged,

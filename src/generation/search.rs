@@ -14,72 +14,8 @@ use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 use super::surrogate::{self, Trial};
-use super::{Consequence, Refusal, motion};
+use super::{Effort, Progress, Refusal, SearchResult, motion};
 use crate::verdict::{Manoeuvre, Motion};
-
-/// Search effort.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
-    /// Motions in all.
-    pub candidates: usize,
-    /// Rounds after each of which the search learns.
-    pub rounds: usize,
-    /// Closed loops in each round.
-    pub drives: usize,
-    /// Obstacles that are tried, those that need the least change.
-    pub attackers: usize,
-    /// A good driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
-    pub delay: f64,
-    /// The seed of the random numbers.
-    pub seed: u64,
-}
-
-impl Default for Effort {
-    fn default() -> Self {
-        Self {
-            candidates: 600,
-            rounds: 12,
-            drives: 8,
-            attackers: 6,
-            delay: 0.5,
-            seed: 1,
-        }
-    }
-}
-
-impl std::fmt::Display for Effort {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "search, seed {}, at most {} motions, survivable with {:.1} s reaction time",
-            self.seed, self.candidates, self.delay
-        )
-    }
-}
-
-/// Result of a search.
-#[derive(Debug, Default)]
-pub struct SearchResult {
-    /// Everything that passed the gate and comes near to the ego.
-    pub attacks: Vec<Attack>,
-    /// Refused motions, one reason each.
-    pub refused: Vec<Refusal>,
-    /// How many motions were tried.
-    pub candidates: usize,
-}
-
-/// Progress of a search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Progress {
-    /// Motions that were tried.
-    pub tried: usize,
-    /// How many of them were refused.
-    pub refused: usize,
-    /// Against how many the ego was driven.
-    pub driven: usize,
-    /// The effect of the best attack.
-    pub best: Option<Consequence>,
-}
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
 const BEST: f64 = -3.0;
@@ -113,63 +49,70 @@ const SPREAD: f64 = 0.5;
 /// How much more often is drawn around what is better by 1.
 const SHARPNESS: f64 = 2.0;
 
-/// Searches for attacks; `only` names the one obstacle that may attack. `watch` receives the progress whenever more
-/// motions were tried or driven, and returns whether to continue. `stop` is polled before every motion and every drive: once it returns true, nothing
-/// more is started.
+/// Searches for attacks; only the obstacles in `among` may attack, any where that is empty. `watch` receives the progress
+/// whenever more motions were tried or driven, and returns whether to continue. `stop` is polled before every motion and
+/// every drive: once it returns true, nothing more is started.
 #[must_use]
 pub fn search_until(
     ground: &AttackSetup<'_>,
     effort: &Effort,
-    only: Option<i64>,
+    among: &[i64],
     watch: &mut dyn FnMut(Progress) -> bool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> SearchResult {
-    let ranked = attacker::rank(ground.stage);
-    let chosen = { ranked.iter() }.filter(|c| only.is_none_or(|id| c.obstacle == id));
-    let arms = chosen
-        .take(effort.attackers)
-        .flat_map(|c| ManoeuvreSpace::all(ground.stage, c));
+    let grounds = std::slice::from_ref(ground);
+    search_on(grounds, effort, (among, true), watch, stop)
+}
+
+/// The same on several grounds at once: what does well on one of them is sampled more often. Without `near_misses`
+/// nothing but a collision ends the search early.
+pub(super) fn search_on(
+    grounds: &[AttackSetup<'_>],
+    effort: &Effort,
+    (among, near_misses): (&[i64], bool),
+    watch: &mut dyn FnMut(Progress) -> bool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> SearchResult {
     let mut search = Search {
-        ground,
+        grounds,
+        near_misses,
         stop,
-        arms: arms.collect(),
+        arms: Vec::new(),
+        places: Vec::new(),
         tried: Vec::new(),
         found: SearchResult::default(),
     };
+    for (place, ground) in grounds.iter().enumerate() {
+        let others = ground.stage.others.map(|(others, _)| &others.change);
+        let may = |id: i64| {
+            let attacks = others.is_some_and(|others| others.obstacles().any(|o| o == id));
+            !attacks && (among.is_empty() || among.contains(&id))
+        };
+        let ranked = attacker::rank(ground.stage);
+        let chosen = ranked.iter().filter(|c| may(c.obstacle));
+        let arms = chosen
+            .take(effort.attackers.div_ceil(grounds.len()))
+            .flat_map(|c| ManoeuvreSpace::all(ground.stage, c));
+        search.arms.extend(arms);
+        search.places.resize(search.arms.len(), place);
+    }
     if !search.arms.is_empty() {
         search.run(effort, watch);
     }
     let mut found = search.found;
     found.attacks = search.tried.into_iter().map(|t| t.attack).collect();
-    found.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+    found.sort();
     found
-}
-
-impl SearchResult {
-    /// How far the search is that has found this.
-    #[must_use]
-    pub fn progress(&self) -> Progress {
-        self.so_far(self.attacks.iter())
-    }
-
-    /// The same, where the attacks are still somewhere else.
-    fn so_far<'a>(&self, attacks: impl Iterator<Item = &'a Attack>) -> Progress {
-        let driven: Vec<&Attack> = attacks.filter(|a| a.effect.is_some()).collect();
-        let best = { driven.iter() }.min_by(|a, b| a.cost().total_cmp(&b.cost()));
-        Progress {
-            tried: self.candidates,
-            refused: self.refused.len(),
-            driven: driven.len(),
-            best: best.and_then(|a| Some(a.effect.as_ref()?.consequence)),
-        }
-    }
 }
 
 /// The search in one scenario.
 struct Search<'a> {
-    ground: &'a AttackSetup<'a>,
+    grounds: &'a [AttackSetup<'a>],
+    near_misses: bool,
     stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<ManoeuvreSpace>,
+    /// The ground of each arm.
+    places: Vec<usize>,
     tried: Vec<Trial>,
     found: SearchResult,
 }
@@ -209,12 +152,16 @@ impl Search<'_> {
             lowest = lowest.min(now);
             let enough = least <= BEST + PLAUSIBLE
                 || best <= BEST && 4 * round >= rounds
-                || best <= GOOD && 2 * round >= rounds
+                || self.near_misses && best <= GOOD && 2 * round >= rounds
                 || since > PATIENCE;
             if !goes_on || enough {
                 break;
             }
         }
+    }
+
+    fn ground(&self, arm: usize) -> &'_ AttackSetup<'_> {
+        &self.grounds[self.places[arm]]
     }
 
     fn attacks(&self) -> impl Iterator<Item = &Attack> {
@@ -238,7 +185,7 @@ impl Search<'_> {
                 .map(|(arm, numbers)| {
                     let (arm, mut numbers) = (*arm, *numbers);
                     let manoeuvre = self.arms[arm].manoeuvre(&mut numbers);
-                    (arm, numbers, self.make(&self.arms[arm], manoeuvre))
+                    (arm, numbers, self.make(arm, manoeuvre))
                 })
                 .collect();
             self.found.candidates += made.len();
@@ -259,15 +206,16 @@ impl Search<'_> {
         true
     }
 
-    fn make(&self, arm: &ManoeuvreSpace, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
+    fn make(&self, arm: usize, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
+        let (arm, ground) = (&self.arms[arm], self.ground(arm));
         if (self.stop)() {
             return Err(Refusal::answer("the search was stopped"));
         }
         let kind = manoeuvre.kind.name();
         let attempt = || {
-            let obstacle = self.ground.obstacle(arm.obstacle)?;
-            let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
-            self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+            let obstacle = ground.obstacle(arm.obstacle)?;
+            let change = motion::of_manoeuvre(ground.stage, obstacle, &manoeuvre, arm.way)?;
+            ground.attack(Motion::Manoeuvre(manoeuvre), change)
         };
         attempt().map_err(|refusal: Refusal| refusal.about(arm.obstacle, Some(kind)))
     }
@@ -284,13 +232,14 @@ impl Search<'_> {
         chosen.sort_unstable();
         for some in chosen.chunks(rayon::current_num_threads().max(1)) {
             let all = self.tried.iter_mut().enumerate();
-            let attacks: Vec<&mut Attack> = all
+            let chosen: Vec<&mut Trial> = all
                 .filter(|(i, _)| some.contains(i))
-                .map(|(_, tried)| &mut tried.attack)
+                .map(|(_, tried)| tried)
                 .collect();
-            attacks.into_par_iter().for_each(|attack| {
+            let (grounds, places) = (self.grounds, &self.places);
+            chosen.into_par_iter().for_each(|tried| {
                 if !(self.stop)() {
-                    self.ground.drive(attack);
+                    grounds[places[tried.arm]].drive(&mut tried.attack);
                 }
             });
             if !watch(self.found.so_far(self.attacks())) {
@@ -302,17 +251,18 @@ impl Search<'_> {
 
     /// Looks whether a good driver survives what the ego did not, the most dangerous first.
     fn look(&mut self, delay: f64) {
-        let attacks = self.tried.iter_mut().map(|t| &mut t.attack);
-        let mut effective: Vec<&mut Attack> = attacks
-            .filter(|a| a.has_effect() && a.survivable.is_none())
+        let mut effective: Vec<&mut Trial> = { self.tried.iter_mut() }
+            .filter(|t| t.attack.has_effect() && t.attack.survivable.is_none())
+            .filter(|t| !t.attack.is_idle())
             .collect();
-        effective.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        for attack in effective.into_iter().take(LOOKED_AT) {
+        effective.sort_by(|a, b| a.attack.cost().total_cmp(&b.attack.cost()));
+        for tried in effective.into_iter().take(LOOKED_AT) {
             if (self.stop)() {
                 break;
             }
-            self.ground.survive(attack, delay);
-            if attack.harmlessness() <= BEST {
+            let ground = &self.grounds[self.places[tried.arm]];
+            ground.survive(&mut tried.attack, delay);
+            if tried.attack.harmlessness() <= BEST {
                 break;
             }
         }

@@ -15,17 +15,26 @@ pub struct SelectedAttack {
 /// How many attacks are looked at, at most: a search that finds no way out takes long.
 const LOOKED_AT: usize = 8;
 
-/// The first of `attacks`, which are in order, that has an effect and can be avoided with a reaction time of `delay`
-/// seconds; where none is, the one that can be avoided with the longest reaction time, or else the first. Nothing where
-/// no attack was driven.
+/// The first of `attacks`, which are in order, that has an effect, needs all of its attackers, and can be avoided with a
+/// reaction time of `delay` seconds; where none is, the one that can be avoided with the longest reaction time, or else
+/// the first. Nothing where no attack was driven.
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss.
 #[must_use]
-pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<SelectedAttack> {
-    let driven = attacks.iter().filter(|a| a.effect.is_some());
-    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = driven.partition(|a| a.has_effect());
+pub fn choose<'a>(
+    closed: &ClosedLoop,
+    attacks: impl IntoIterator<Item = &'a Attack>,
+    delay: f64,
+) -> Option<SelectedAttack> {
+    let known = attacks.into_iter().filter(|a| a.effect.is_some());
+    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = known.partition(|a| a.has_effect());
     let mut best: Option<(usize, SelectedAttack)> = None;
-    for attack in effective.into_iter().take(LOOKED_AT) {
+    let needed = effective.into_iter().filter(|a| !a.is_idle());
+    for attack in needed.take(LOOKED_AT) {
+        let attack = driven(closed, attack)?;
+        if attack.is_idle() {
+            continue;
+        }
         let chosen = look(closed, attack)?;
         if chosen.avoidability.at(delay) == Some(true) {
             return Some(chosen);
@@ -37,19 +46,25 @@ pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<Sel
     }
     match best {
         Some((_, chosen)) => Some(chosen),
-        None => look(closed, harmless.first()?),
+        None => look(closed, driven(closed, harmless.first()?)?),
     }
 }
 
-/// Drives to the end, since searches stop when an attack seems over, and looks for ways out.
-fn look(closed: &ClosedLoop, attack: &Attack) -> Option<SelectedAttack> {
-    let effect = closed.effect(&attack.change).ok()?;
+/// The attack driven to the end, since searches stop when one seems over.
+fn driven(closed: &ClosedLoop, attack: &Attack) -> Option<Attack> {
+    let mut effect = closed.effect(&attack.change).ok()?;
+    closed.leave_each_out(&mut effect, &attack.change).ok()?;
+    Some(Attack {
+        effect: Some(effect),
+        ..attack.clone()
+    })
+}
+
+/// Looks for ways out.
+fn look(closed: &ClosedLoop, attack: Attack) -> Option<SelectedAttack> {
     Some(SelectedAttack {
-        avoidability: Avoidability::search(closed, &effect),
-        attack: Attack {
-            effect: Some(effect),
-            ..attack.clone()
-        },
+        avoidability: Avoidability::search(closed, attack.effect.as_ref()?),
+        attack,
     })
 }
 
@@ -59,4 +74,30 @@ impl SelectedAttack {
         let all = self.avoidability.certificates.iter();
         all.filter(|(_, c)| c.avoidance().is_some()).count()
     }
+
+    /// How good it is, the more the better: a collision with an attacker that a good driver avoids with a reaction time
+    /// of `delay` seconds, such a near miss, an effect that is not avoided, none.
+    pub(super) fn rank(&self, delay: f64) -> Rank {
+        let avoided = self.avoidability.at(delay) == Some(true);
+        let effect = self.attack.effect.as_ref();
+        match effect.filter(|_| self.attack.has_effect()) {
+            None => Rank::Harmless,
+            Some(_) if !avoided => Rank::Hopeless,
+            Some(effect) if effect.collision().is_some() => Rank::Collision,
+            Some(_) => Rank::NearMiss,
+        }
+    }
+}
+
+/// How good a selected attack is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Rank {
+    /// The ego gets away.
+    Harmless,
+    /// No good driver was found to avoid it.
+    Hopeless,
+    /// A near miss that a good driver avoids.
+    NearMiss,
+    /// A collision that a good driver avoids: the best there is.
+    Collision,
 }

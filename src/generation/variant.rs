@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::variant_document;
-use super::{Avoidability, Change, ClosedLoop, Consequence, Effect, EvasiveTrajectory, Refusal};
+use super::{
+    Avoidability, ClosedLoop, Consequence, Effect, EvasiveTrajectory, JointChange, Refusal,
+};
 use crate::formats::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
@@ -21,11 +23,11 @@ pub struct Variant<'a> {
     /// The recorded scenario and the ego's drive in it.
     pub closed: &'a ClosedLoop,
     /// The change.
-    pub change: &'a Change,
+    pub change: &'a JointChange,
     /// The original's file as it was named.
     pub file: &'a str,
-    /// The motion requested of the attacker.
-    pub asked: &'a Motion,
+    /// The motions requested of the attackers, in the order of the change.
+    pub asked: &'a [Motion],
     /// What it leads to.
     pub effect: &'a Effect,
     /// Whether a good driver avoids it.
@@ -79,7 +81,7 @@ pub enum VariantError {
 const DANGEROUS: &str = "critical";
 const HARMLESS: &str = "comfort";
 
-/// The note on all participants except ego and attacker.
+/// The note on all participants except ego and attackers.
 pub(super) const OTHERS: &str = "other traffic as recorded; it does not react";
 
 /// What the `source` of every variant says, and that of no other scenario.
@@ -137,12 +139,16 @@ impl Variant<'_> {
     /// Where it comes from, in one line.
     fn provenance(&self) -> String {
         let original = self.closed.scenario();
+        let motions = self.effect.attackers.iter().map(|attacker| {
+            let (id, from) = (attacker.obstacle, attacker.from);
+            format!("another motion of obstacle {id} from step {from} on")
+        });
+        let motions: Vec<String> = motions.collect();
         format!(
-            "changed by {PROGRAM}: {} (SHA-256 {}) with another motion of obstacle {} from step {} on, by {}; {OTHERS}",
+            "changed by {PROGRAM}: {} (SHA-256 {}) with {}, by {}; {OTHERS}",
             original.header.benchmark_id,
             original.hash,
-            self.change.obstacle,
-            self.effect.from,
+            motions.join(" and "),
             self.by
         )
     }

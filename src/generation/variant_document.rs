@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::variant::{OTHERS, PROGRAM};
 use super::{
-    Certificate, EvasiveTrajectory, Finder, Refusal, RiskCurve, SearchEffort, Variant, VariantFiles,
+    AttackerEffect, Certificate, Consequence, Effect, EvasiveTrajectory, Finder, Refusal,
+    RiskCurve, SearchEffort, Variant, VariantFiles,
 };
 use crate::scenario::ContentHash;
 use crate::simulation::{Collision, ContactSide, Rollout};
@@ -41,11 +42,12 @@ pub(super) fn variant_document(
             "file": variant.file,
         },
         "other_traffic": OTHERS,
-        "attacker": effect.attacker,
-        "asked": asked(variant.asked),
+        "attacker": effect.main().obstacle,
+        "attackers": attackers(variant),
+        "asked": variant.asked.get(effect.main).map(asked),
         "change": {
             "from_step": effect.from,
-            "until_step": variant.change.until(),
+            "until_step": variant.change.until_step(),
             "seconds_per_step": driver.dt(),
         },
         "planning": {
@@ -57,7 +59,7 @@ pub(super) fn variant_document(
             "planner": planner(baseline),
         },
         "outcome": effect.consequence.name(),
-        "collision": effect.collision().map(|c| collision(&c, effect.attacker)),
+        "collision": effect.collision().map(|c| collision(&c, effect)),
         "hit_from_behind": effect.is_hit_from_behind(),
         "drive": drive(&effect.drive),
         "baseline": drive(baseline),
@@ -65,10 +67,10 @@ pub(super) fn variant_document(
         "min_risk_after": effect.lowest_after(),
         "min_risk_of_anyone_before": effect.anyone_before,
         "min_risk_of_anyone_after": effect.anyone_after,
-        "min_distance": effect.distance,
+        "min_distance": effect.distance(),
         "touched_after_step": effect.between,
-        "risk_before": curve(&effect.before),
-        "risk_after": curve(&effect.after),
+        "risk_before": curve(&effect.main().before),
+        "risk_after": curve(&effect.main().after),
         "avoidable": certificates(variant, saved),
         "rejected": variant.refusals.iter().map(refusal).collect::<Vec<_>>(),
         "model": variant.author,
@@ -88,6 +90,34 @@ fn planner(baseline: &Rollout) -> Value {
         "clock": report.clock.name(),
         "predictions": report.predictions,
         "history": report.history,
+    })
+}
+
+/// What each attacker does, and how near it comes.
+fn attackers(variant: &Variant<'_>) -> Value {
+    let all = variant.effect.attackers.iter().zip(variant.asked);
+    let all = all.map(|(effect, motion)| {
+        let mut one = attacker(effect, motion);
+        one["risk_before"] = curve(&effect.before);
+        one["risk_after"] = curve(&effect.after);
+        one
+    });
+    all.collect()
+}
+
+/// What one attacker does, and how near it comes.
+#[must_use]
+pub fn attacker(effect: &AttackerEffect, motion: &Motion) -> Value {
+    json!({
+        "id": effect.obstacle,
+        "manoeuvre": motion.name(),
+        "asked": asked(motion),
+        "from_step": effect.from,
+        "until_step": effect.until,
+        "min_risk_before": effect.lowest_before(),
+        "min_risk_after": effect.lowest_after(),
+        "min_distance": effect.distance,
+        "outcome_without": effect.without.as_ref().map(Consequence::name),
     })
 }
 
@@ -116,10 +146,10 @@ fn drive(drive: &Rollout) -> Value {
     })
 }
 
-fn collision(collision: &Collision, attacker: i64) -> Value {
+fn collision(collision: &Collision, effect: &Effect) -> Value {
     json!({
         "with": collision.with,
-        "with_attacker": collision.with == attacker,
+        "with_attacker": effect.is_attacker(collision.with),
         "step": collision.step,
         "ego_side": ContactSide::name(collision.ego),
         "other_side": ContactSide::name(collision.other),

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use super::attack::AttackSetup;
 use super::closed_loop_screening::NEAR_MISS;
+use super::staging;
 use super::{
-    AttackContext, AttackStyle, Change, ClosedLoop, Effort, Gate, Plausibility, Progress,
-    RecordedMotions, SearchResult, SelectedAttack, choose, search_until,
+    Attack, AttackContext, AttackStyle, Change, ClosedLoop, Effort, Gate, JointChange,
+    Plausibility, Progress, RecordedMotions, SearchResult, SelectedAttack, StagedDrive,
 };
-use crate::scenario::Ego;
+use crate::scenario::{Ego, Scenario};
 use crate::simulation::{Collision, Outcome};
 
 /// A scenario whose ego has been driven once, ready to be attacked.
@@ -82,9 +83,18 @@ impl VariantGenerator {
     }
 
     fn stage(&self) -> Option<AttackContext<'_>> {
-        let scenario = self.closed.scenario();
-        let stage = AttackContext::new(scenario, &self.ego.footprint, &self.ego.track)?;
+        self.stage_with((self.closed.scenario(), &self.ego), None)
+    }
+
+    /// The stage for attacks on an ego in the scenario, in which others may attack already.
+    pub(super) fn stage_with<'a>(
+        &self,
+        (scenario, ego): (&'a Scenario, &'a Ego),
+        others: Option<(&'a Attack, &'a StagedDrive)>,
+    ) -> Option<AttackContext<'a>> {
+        let stage = AttackContext::new(scenario, &ego.footprint, &ego.track)?;
         Some(AttackContext {
+            others,
             // Who goes to the limits of a vehicle is not meant to drive like others.
             recorded: match self.style {
                 AttackStyle::Human => self.recorded.clone(),
@@ -110,19 +120,29 @@ impl VariantGenerator {
 
     /// How plausible a change is beside the recorded motions of the scenario; `None` where no obstacle moves in those.
     #[must_use]
-    pub fn plausibility(&self, change: &Change) -> Option<(Plausibility, &RecordedMotions)> {
+    pub fn plausibility(&self, change: &JointChange) -> Option<(Plausibility, &RecordedMotions)> {
+        self.plausibility_of(change.changes())
+    }
+
+    /// The same of one of several changes.
+    #[must_use]
+    pub fn plausibility_of(&self, changes: &[Change]) -> Option<(Plausibility, &RecordedMotions)> {
         let scenario = self.closed.scenario();
         let recorded = self.recorded.as_deref()?;
-        let plausibility = recorded.plausibility(&change.motions, &scenario.network);
+        let motions = changes.iter().map(|change| change.motions.as_slice());
+        let plausibility = recorded.plausibility(motions, &scenario.network);
         Some((plausibility, recorded))
     }
 
     /// What every changed motion has to pass.
     #[must_use]
     pub fn gate(&self) -> Gate<'_> {
-        Gate::new(self.closed.scenario())
-            .with_ego(&self.ego)
-            .of_style(self.style)
+        self.gate_with(self.closed.scenario(), &self.ego)
+    }
+
+    /// The gate of the scenario, in which others may attack already, beside an ego.
+    pub(super) fn gate_with<'a>(&self, scenario: &'a Scenario, ego: &'a Ego) -> Gate<'a> {
+        Gate::new(scenario).with_ego(ego).of_style(self.style)
     }
 
     /// The contact that the ego has in the original scenario: then that is not safe, and nothing is to be made
@@ -143,30 +163,22 @@ impl VariantGenerator {
         self.unsafe_already().is_none() && lowest.is_none_or(|score| score > NEAR_MISS)
     }
 
-    /// Searches, and takes the most dangerous attack that a good driver survives; `only` names the one obstacle that
-    /// may attack. `watch` hears how far that is, and says whether to go on. Nothing is tried where the original is not
-    /// safe.
+    /// Searches, and takes the most dangerous attack that a good driver survives, with as many attackers as it needs and
+    /// the effort allows; only the obstacles in `among` may attack, any where that is empty. `watch` hears how far that
+    /// is, and says whether to go on. Nothing is tried where the original is not safe.
     ///
     /// # Errors
     /// The ego stands.
     pub fn search(
         &self,
         effort: &Effort,
-        only: Option<i64>,
+        among: &[i64],
         watch: &mut dyn FnMut(SearchEvent) -> bool,
     ) -> Result<Selection, GeneratorError> {
         if self.unsafe_already().is_some() {
             return Ok(Selection::default());
         }
-        self.on(|ground| {
-            let stop = || self.closed.driver().is_cancelled();
-            let mut round = |progress| watch(SearchEvent::Round(progress));
-            let found = search_until(ground, effort, only, &mut round, &stop);
-            let chosen = match watch(SearchEvent::Certifying) {
-                true => choose(&self.closed, &found.attacks, effort.delay),
-                false => None,
-            };
-            Selection { found, chosen }
-        })
+        self.stage().ok_or(GeneratorError::Stands)?;
+        Ok(staging::search(self, effort, among, watch))
     }
 }

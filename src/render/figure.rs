@@ -5,7 +5,7 @@ use super::map::Map;
 use super::palette::Palette;
 use super::plot::Plot;
 use super::scene::{Basemap, MapRequest, MapScene, TrailSpan};
-use super::view::{MapExtent, Subject, Variation, View};
+use super::view::{MapExtent, Subject, Variations, View};
 use crate::metrics::{Context, Headline, MEASURES, Measure, Series, Thresholds};
 use crate::scenario::{Window, WindowRule};
 
@@ -88,7 +88,7 @@ pub enum FigureError {
 pub struct Figure<'a> {
     subject: Subject<'a>,
     basemap: Basemap,
-    variation: Option<Variation<'a>>,
+    variations: Variations<'a>,
     look: Look,
     thresholds: &'a Thresholds,
     series: Option<Series>,
@@ -143,7 +143,7 @@ impl<'a> Figure<'a> {
         Ok(Self {
             subject,
             basemap: Basemap::new(subject.scenario),
-            variation: None,
+            variations: Variations::default(),
             look,
             thresholds,
             series,
@@ -153,14 +153,14 @@ impl<'a> Figure<'a> {
         })
     }
 
-    /// The same with both motions of a variant's attacker, who is pointed out.
+    /// The same with both motions of each attacker of a variant; the attackers are pointed out.
     #[must_use]
-    pub fn with_variation(mut self, variation: Variation<'a>) -> Self {
-        let id = variation.changed.id;
-        if !self.look.obstacles.contains(&id) {
-            self.look.obstacles.insert(0, id);
-        }
-        self.variation = Some(variation);
+    pub fn with_variations(mut self, variations: Variations<'a>) -> Self {
+        let pointed_out = &mut self.look.obstacles;
+        let ids = variations.iter().map(|both| both.changed.id);
+        let new: Vec<i64> = ids.filter(|id| !pointed_out.contains(id)).collect();
+        pointed_out.splice(0..0, new);
+        self.variations = variations;
         self
     }
 
@@ -255,11 +255,11 @@ impl<'a> Figure<'a> {
             viewport: view.viewport(),
             highlighted: emphasised,
             series: None,
-            variation: self.variation,
+            variations: self.variations,
             trails: [TRAIL, TrailSpan::WHOLE],
         };
         let dt = self.subject.scenario.dt();
-        let attacker = self.variation.map(|both| both.changed.id);
+        let attacker = self.variations.iter().next().map(|both| both.changed.id);
         let map = Map {
             scene: MapScene::new(&request),
             seconds: step as f64 * dt,
@@ -319,9 +319,12 @@ impl<'a> Figure<'a> {
             let ids: Vec<String> = self.look.obstacles.iter().map(i64::to_string).collect();
             facts.push(("obstacles", ids.join(", ")));
         }
-        if let Some(both) = self.variation {
-            let (id, from) = (both.changed.id, both.from);
-            let words = format!("obstacle {id} after step {from}, as recorded and as changed");
+        let varied = self.variations.iter();
+        let varied: Vec<String> = varied
+            .map(|both| format!("obstacle {} after step {}", both.changed.id, both.from))
+            .collect();
+        if !varied.is_empty() {
+            let words = format!("{}, as recorded and as changed", varied.join(" and "));
             facts.push(("variant", words));
         }
         if self.look.what != FigureContent::Map {

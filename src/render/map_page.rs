@@ -67,7 +67,7 @@ impl MapPage {
     ) -> Picture {
         let view = self.view();
         let dt = request.subject.scenario.dt();
-        let attacker = request.variation.map(|both| both.changed.id);
+        let attacker = request.variations.iter().next().map(|both| both.changed.id);
         let map = Map {
             scene,
             seconds: request.step as f64 * dt,

@@ -42,4 +42,4 @@ pub use plot::{Ticks, runs, steps, value_range};
 pub use raster::{MOST_PIXELS, RasterError, pixels, png};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
 pub use svg::svg;
-pub use view::{MapExtent, Subject, Variation};
+pub use view::{MapExtent, Subject, Variation, Variations};

@@ -187,6 +187,48 @@ pub struct Variation<'a> {
     pub shows_changed: bool,
 }
 
+/// Both motions of each attacker of a variant; of none where it is no variant.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Variations<'a>([Option<Variation<'a>>; MOST_VARIED]);
+
+/// The attackers of a variant that are drawn, at most.
+const MOST_VARIED: usize = 3;
+
+impl<'a> Variations<'a> {
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &Variation<'a>> {
+        self.0.iter().flatten()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.iter().next().is_none()
+    }
+
+    /// That of an obstacle.
+    #[must_use]
+    pub fn of(&self, obstacle: i64) -> Option<&Variation<'a>> {
+        self.iter().find(|both| both.changed.id == obstacle)
+    }
+
+    /// Whether the changed motions are in the picture; `None` where there are none.
+    #[must_use]
+    pub fn shows_changed(&self) -> Option<bool> {
+        Some(self.iter().next()?.shows_changed)
+    }
+}
+
+impl<'a> FromIterator<Variation<'a>> for Variations<'a> {
+    fn from_iter<T: IntoIterator<Item = Variation<'a>>>(all: T) -> Self {
+        let mut found = Self::default();
+        for (place, both) in found.0.iter_mut().zip(all) {
+            *place = Some(both);
+        }
+        found
+    }
+}
+
 impl<'a> Subject<'a> {
     /// A scenario with its ego.
     #[must_use]

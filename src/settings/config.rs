@@ -50,6 +50,8 @@ pub struct Config {
     pub attack_style: Option<String>,
     /// A model chooses attackers among obstacles this near ahead of the ego or beside it, metres.
     pub attack_within: f64,
+    /// At most so many obstacles of a variant attack together, 1 to 3; 1 where it is not set.
+    pub attackers: Option<u8>,
     /// Most US dollars that one session of the workbench, or one `ask`, may cost; without it there is no bound.
     pub budget: Option<f64>,
     /// Who rates answers; the user's name where it is not set.
@@ -85,6 +87,7 @@ impl Default for Config {
             concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
             attack_style: None,
             attack_within: 30.0,
+            attackers: None,
             budget: None,
             person: None,
             pictures: None,
@@ -210,6 +213,7 @@ mod tests {
             ("history = -1", "history"),
             ("effort = \"huge\"", "effort"),
             ("concurrency = 0", "concurrency"),
+            ("attackers = 4", "attackers"),
             ("budget = -1.0", "budget"),
             ("editor = \"ed\"", "editor"),
             ("model = \"x\"", "model"),

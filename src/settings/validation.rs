@@ -76,6 +76,7 @@ fn can_be_meant(config: &Config) -> bool {
             &["auto", "quadrants", "sextants", "octants"],
         )
         && one_of(&config.attack_style, &["human", "limit"])
+        && config.attackers.is_none_or(|n| (1..=3).contains(&n))
         && config.model.as_deref().is_none_or(model)
 }
 

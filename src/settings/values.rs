@@ -42,7 +42,7 @@ const BOOLEAN: &str = "expected true or false";
 const COUNT: &str = "expected a whole number from 1 to 4294967295";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 23] = [
+pub(super) const KEYS: [Key; 24] = [
     key(
         "theme",
         "expected the name of a theme, such as \"dark\"",
@@ -125,6 +125,12 @@ pub(super) const KEYS: [Key; 23] = [
         "expected a number of metres above 0",
         "",
         |config| Some(Value::Float(config.attack_within)),
+    ),
+    key(
+        "attackers",
+        "expected a whole number from 1 to 3",
+        "1: one obstacle attacks",
+        |config| Some(config.attackers?.into()),
     ),
     key(
         "budget",

@@ -49,7 +49,7 @@ pub use compare::{
 };
 pub use editor::{Change, Editor, Find, HEAVY, next, rows, width_of};
 pub use experiment::ExperimentView;
-pub use generation::{GenerationState, Search, consequence_words, working_words};
+pub use generation::{GenerationState, Search, consequence_words, listed, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
 pub use index::IndexChoice;
 pub use jobs::{Job, JobKind, JobState, Jobs};

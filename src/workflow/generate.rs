@@ -20,8 +20,8 @@ use crate::simulation::Outcome;
 pub struct GenerateRequest<'a> {
     /// The scenario and how its ego is planned.
     pub prepared: &'a PreparedPlan,
-    /// The one obstacle that may attack; any of them where none is named.
-    pub attacker: Option<i64>,
+    /// The obstacles that may attack; any of them where none is named.
+    pub attackers: &'a [i64],
     /// Reaction time of the good driver who has to survive it, seconds.
     pub delay: f64,
     /// How attackers move.
@@ -111,7 +111,9 @@ pub fn generate(
             on_event(event);
         }
     };
-    can_attack(prepared, request.attacker)?;
+    for id in request.attackers {
+        can_attack(prepared, *id)?;
+    }
     let closed = {
         let mut planning = |event: PlanEvent<'_>| on_event(GenerateEvent::Planning(event));
         let mut watch = prepared.watch(&prepared.scenario, &mut planning);
@@ -155,8 +157,7 @@ pub fn generate(
 }
 
 /// Whether an obstacle that was named can attack at all.
-fn can_attack(prepared: &PreparedPlan, attacker: Option<i64>) -> Result<(), PlanError> {
-    let Some(id) = attacker else { return Ok(()) };
+fn can_attack(prepared: &PreparedPlan, id: i64) -> Result<(), PlanError> {
     let obstacle = prepared.scenario.obstacle(id);
     let obstacle = obstacle.ok_or_else(|| prepared.mismatch(&format!("no obstacle {id}")))?;
     if obstacle.role != ObstacleRole::Dynamic
@@ -183,9 +184,9 @@ fn attack(
 ) -> Result<Attacked, AttackError> {
     match request.source {
         AttackSource::Search(effort) => {
-            let of = effort.candidates;
+            let of = effort.motions();
             on_event(GenerateEvent::Searching(Progress::default(), of));
-            let made = workshop.search(effort, request.attacker, &mut |event| {
+            let made = workshop.search(effort, request.attackers, &mut |event| {
                 on_event(match event {
                     SearchEvent::Round(progress) => GenerateEvent::Searching(progress, of),
                     SearchEvent::Certifying => GenerateEvent::Certifying,

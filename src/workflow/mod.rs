@@ -60,7 +60,7 @@ pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
-pub use original::VariantOrigin;
+pub use original::{Attacker, VariantOrigin};
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,

@@ -10,6 +10,15 @@ use crate::formats::{Entry, EntryLocation, bundled};
 use crate::scenario::Scenario;
 use crate::system;
 
+/// An obstacle with a new motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Attacker {
+    /// Its id.
+    pub id: i64,
+    /// The last step before its two motions part.
+    pub from: i64,
+}
+
 /// What the certificate beside a saved variant says of its origin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VariantOrigin {
@@ -17,10 +26,10 @@ pub struct VariantOrigin {
     pub id: String,
     /// SHA-256 of the original's file, hexadecimal.
     pub sha256: String,
-    /// The obstacle with a new motion.
+    /// The attacker that the ego touches or that comes nearest to it.
     pub attacker: i64,
-    /// The last step before the two motions part.
-    pub from: i64,
+    /// All obstacles with a new motion, at least one.
+    pub attackers: Vec<Attacker>,
     /// The variant's file.
     variant: PathBuf,
     /// Where the original was when the variant was made, seen from the folder that was the current one then.
@@ -43,14 +52,32 @@ impl VariantOrigin {
         let original = &said["original"];
         let places = [&original["file"], &said["made"]["line"]["file"]];
         let places = places.into_iter().filter_map(|place| place.as_str());
+        let attacker = said["attacker"].as_i64()?;
         Some(Self {
             id: original["benchmark_id"].as_str()?.into(),
             sha256: original["sha256"].as_str()?.into(),
-            attacker: said["attacker"].as_i64()?,
-            from: said["change"]["from_step"].as_i64()?,
+            attacker,
+            attackers: attackers(&said).or_else(|| {
+                // Before there could be several.
+                let from = said["change"]["from_step"].as_i64()?;
+                Some(vec![Attacker { id: attacker, from }])
+            })?,
             variant: file.clone(),
             said: places.map(PathBuf::from).collect(),
         })
+    }
+
+    /// The ids of the obstacles with a new motion.
+    #[must_use]
+    pub fn ids(&self) -> Vec<i64> {
+        self.attackers.iter().map(|a| a.id).collect()
+    }
+
+    /// The last step before the first of them moves otherwise.
+    #[must_use]
+    pub fn from(&self) -> i64 {
+        let all = self.attackers.iter().map(|a| a.from);
+        all.min().unwrap_or(i64::MIN)
     }
 
     /// Whether a scenario is the original, byte for byte.
@@ -113,6 +140,18 @@ impl VariantOrigin {
     }
 }
 
+/// The attackers that a certificate lists.
+fn attackers(said: &Value) -> Option<Vec<Attacker>> {
+    let all = said["attackers"].as_array().filter(|all| !all.is_empty())?;
+    let one = |one: &Value| {
+        Some(Attacker {
+            id: one["id"].as_i64()?,
+            from: one["from_step"].as_i64()?,
+        })
+    };
+    all.iter().map(one).collect()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -137,7 +176,8 @@ mod tests {
         let hash = first.read().unwrap().hash.to_string();
         let named = json!({"benchmark_id": first.name, "sha256": hash});
         let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
-        assert_eq!((origin.attacker, origin.from), (7, 3));
+        assert_eq!(origin.attacker, 7);
+        assert_eq!(origin.attackers, [Attacker { id: 7, from: 3 }]);
         assert_eq!(origin.original().unwrap().0, first);
 
         let changed = json!({"benchmark_id": first.name, "sha256": "00", "file": "gone/x.xml"});
@@ -163,6 +203,20 @@ mod tests {
         let named = json!({"benchmark_id": "X", "sha256": hash, "file": file.to_str()});
         let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
         assert_eq!(origin.original().unwrap().0, entry);
+    }
+
+    #[test]
+    fn all_attackers_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = saved(folder.path(), json!({"benchmark_id": "A", "sha256": "00"}));
+        let file = folder.path().join("v.json");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let mut said: Value = serde_json::from_str(&text).unwrap();
+        said["attackers"] = json!([{"id": 9, "from_step": 5}, {"id": 7, "from_step": 3}]);
+        std::fs::write(&file, said.to_string()).unwrap();
+        let origin = VariantOrigin::of(&entry).unwrap();
+        assert_eq!((origin.attacker, origin.from()), (7, 3));
+        assert_eq!(origin.ids(), [9, 7]);
     }
 
     #[test]

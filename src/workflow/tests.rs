@@ -105,7 +105,7 @@ fn errors_name_the_scenario_and_what_is_there() {
     let prepared = prepare(&request(&entry, &settings)).unwrap();
     let absent = GenerateRequest {
         prepared: &prepared,
-        attacker: Some(-4),
+        attackers: &[-4],
         delay: 0.5,
         style: crate::generation::AttackStyle::Human,
         source: AttackSource::Search(&crate::generation::Effort::default()),

@@ -183,7 +183,7 @@ pub fn driven(decimals: i32) -> Value {
         speed: None,
     });
     let change = on_ground(&scene, |ground| admit(ground, ATTACKER, &manoeuvre));
-    let motions = change.unwrap().attack.change.motions;
+    let motions = change.unwrap().attack.change.changes()[0].motions.clone();
     waypoints(decimals, |step| {
         let changed = motions.iter().find(|(s, _)| *s == step);
         changed.map_or_else(|| recorded(ATTACKER, step), |(_, motion)| *motion)
@@ -288,7 +288,7 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
     if let Ok(authored) = &outcome {
         // Whatever its author: what comes out has passed.
         for attack in &authored.attacks {
-            let change = &attack.admitted.attack.change;
+            let change = &attack.admitted.attack.change.changes()[0];
             assert!(gate.check(change, None).is_ok());
             let first = &change.motions[0];
             let recorded = recorded(change.obstacle, first.0);

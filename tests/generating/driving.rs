@@ -87,7 +87,7 @@ async fn what_came_of_the_drive_goes_back_until_it_has_an_effect() {
     let effect = attacks[0].admitted.attack.effect.as_ref().unwrap();
     let near = format!(
         "smallest distance between the two bodies was {:.2} m",
-        effect.distance.unwrap()
+        effect.distance().unwrap()
     );
     let score = format!(
         "lowest risk score of the attacker was {}",

@@ -90,7 +90,7 @@ async fn what_can_be_driven_is_taken_as_it_is() {
     let made = &written.authored().attacks[0].admitted;
     assert!(made.repair.is_none());
     for point in driven(2).as_array().unwrap() {
-        let change = &made.attack.change;
+        let change = &made.attack.change.changes()[0];
         let motion = change.motions.iter().find(|(s, _)| point["step"] == *s);
         let at = motion.unwrap().1.pose.position;
         let off = (at.x - point["x"].as_f64().unwrap()).abs();
@@ -114,8 +114,8 @@ async fn rounded_waypoints_are_repaired_and_the_attack_is_driven() {
     let chosen = chosen.chosen.unwrap();
     assert_eq!(authored.source_of(&chosen.attack).unwrap().source.sample, 0);
     let effect = chosen.attack.effect.unwrap();
-    assert_eq!(effect.attacker, ATTACKER);
-    assert!(effect.distance.unwrap() < 1.5, "{:?}", effect.distance);
+    assert_eq!(effect.main().obstacle, ATTACKER);
+    assert!(effect.distance().unwrap() < 1.5, "{:?}", effect.distance());
 }
 
 #[tokio::test]
@@ -139,7 +139,7 @@ async fn waypoints_by_times_and_places_alone_are_enough() {
     let written = written(scripts, |author| author.method.retries = 0).await;
     let attacks = &written.authored().attacks;
     assert_eq!(attacks.len(), 1, "{:?}", written.authored().declined);
-    let change = &attacks[0].admitted.attack.change;
+    let change = &attacks[0].admitted.attack.change.changes()[0];
     assert_eq!((change.from(), change.until()), (Some(45), Some(90)));
     let moved = change.motions[45].1.pose.position - recorded(ATTACKER, 90).pose.position;
     assert!((moved.norm() - 0.8).abs() < 0.4, "{}", moved.norm());

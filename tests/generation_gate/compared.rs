@@ -1,6 +1,8 @@
 //! Variants made by others, held against their original.
 
-use nearmiss::generation::{Gate, Reason};
+use std::collections::BTreeSet;
+
+use nearmiss::generation::{Change, Gate, JointChange, Reason, Refusal};
 use nearmiss::scenario::Scenario;
 
 use super::built::{driven, names, scenario, untouched};
@@ -32,13 +34,15 @@ fn one_change_is_found_and_checked() {
 }
 
 #[test]
-fn more_than_one_change_is_refused() {
+fn no_more_changes_pass_than_there_may_be() {
     let original = scenario("Merge");
     assert_eq!(reasons(&original, &original), [Reason::Unchanged]);
     let one = driven(&original, 304, 70, 0.0, &[(-2.0, 0.0)]);
     let two = driven(&original, 302, 70, 0.0, &[(-12.0, 0.0)]);
-    let both = two.apply(&one.apply(&original).unwrap()).unwrap();
-    let compared = Gate::new(&original).compare(&both, None);
+    let both = JointChange::new(vec![one, two]).unwrap();
+    let both = both.apply(&original).unwrap();
+    assert_eq!(reasons(&original, &both), []);
+    let compared = Gate::new(&original).with_attackers(1).compare(&both, None);
     assert_eq!(compared.refusals.len(), 1);
     assert_eq!(
         compared.refusals[0].to_string(),
@@ -46,6 +50,59 @@ fn more_than_one_change_is_refused() {
     );
     let verdicts: Vec<_> = compared.changed.iter().map(|c| c.verdict.is_ok()).collect();
     assert_eq!(verdicts, [false, true]);
+}
+
+/// As the recording of another obstacle, or of the same, from a step on, moved by so many metres east.
+fn moved(original: &Scenario, id: i64, like: i64, east: f64) -> Change {
+    let mut change = untouched(original, id, 70);
+    let track = original.obstacle(like).unwrap().track();
+    for (step, motion) in change.motions.iter_mut().skip(1) {
+        *motion = *track.at(*step).unwrap();
+        motion.pose.position.x += east;
+    }
+    change
+}
+
+/// Which of the obstacles overlaps which other one.
+fn overlaps(refusals: Vec<Refusal>) -> BTreeSet<(i64, i64)> {
+    let all = refusals.into_iter();
+    let overlaps = all.filter_map(|refusal| match refusal.reason {
+        Reason::Overlap(other) => Some((refusal.attacker.unwrap(), other)),
+        _ => None,
+    });
+    overlaps.collect()
+}
+
+#[test]
+fn changed_motions_are_checked_beside_each_other() {
+    let original = scenario("Merge");
+    let gate = Gate::new(&original);
+    let found = |changes: &[&Change]| {
+        let changes = changes.iter().map(|c| (*c).clone()).collect();
+        let joint = JointChange::new(changes).unwrap();
+        overlaps(gate.check_joint(&joint, None).unwrap_err())
+    };
+    // In a free place both, but in the same one.
+    let (one, two) = (
+        moved(&original, 304, 304, 999.0),
+        moved(&original, 302, 304, 999.0),
+    );
+    assert_eq!(found(&[&one]), [].into());
+    assert_eq!(found(&[&two]), [].into());
+    assert_eq!(found(&[&one, &two]), [(304, 302), (302, 304)].into());
+    // Where the other one was recorded, which is elsewhere now.
+    let follows = moved(&original, 302, 304, 0.0);
+    assert_eq!(found(&[&follows]), [(302, 304)].into());
+    assert_eq!(found(&[&follows, &one]), [].into());
+    // A variant from elsewhere is held against the same.
+    let both = JointChange::new(vec![two, one]).unwrap();
+    let compared = gate.compare(&both.apply(&original).unwrap(), None);
+    assert!(compared.refusals.is_empty() && !compared.passed());
+    let found = compared.changed.into_iter().flat_map(|one| {
+        let refused = one.verdict.unwrap_err().into_iter();
+        refused.map(move |refusal| refusal.about(one.change.obstacle, None))
+    });
+    assert_eq!(overlaps(found.collect()), [(304, 302), (302, 304)].into());
 }
 
 #[test]

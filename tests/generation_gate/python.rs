@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use nearmiss::formats::commonroad;
-use nearmiss::generation::{Change, Gate};
+use nearmiss::generation::{Gate, JointChange};
 use nearmiss::scenario::Scenario;
 use serde_json::Value;
 
@@ -52,20 +52,27 @@ fn another_gate_agrees() {
     jump.motions[4].1.pose.position.x += 10.0;
     let mut back = untouched(&merge, 304, 70);
     back.motions[20].1.pose.position.y += 1.0;
-    let cases: [(&str, Change, &[&str]); 5] = [
-        ("good", good, &[]),
-        ("jump", jump, &["jump", "displacement is speed times time"]),
+    let gentle = driven(&merge, 302, 70, 0.0, &[(-1.0, 0.0), (-2.0, 0.0)]);
+    let both = JointChange::new(vec![good.clone(), gentle]).unwrap();
+    let cases: [(&str, JointChange, &[&str]); 6] = [
+        ("good", good.into(), &[]),
+        ("both", both, &[]),
+        (
+            "jump",
+            jump.into(),
+            &["jump", "displacement is speed times time"],
+        ),
         (
             "across",
-            drifting(straight, 0.0, -0.15),
+            drifting(straight, 0.0, -0.15).into(),
             &["heading along motion"],
         ),
         (
             "brakes",
-            driven(&merge, 304, 70, 0.0, &[(-9.0, 0.0), (-13.0, 0.0)]),
+            driven(&merge, 304, 70, 0.0, &[(-9.0, 0.0), (-13.0, 0.0)]).into(),
             &["jerk", "acceleration", "friction circle"],
         ),
-        ("back", back, &["heading along motion"]),
+        ("back", back.into(), &["heading along motion"]),
     ];
     for (name, change, reasons) in cases {
         let variant = change.apply(&merge).unwrap();

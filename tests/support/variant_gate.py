@@ -1,10 +1,11 @@
 """Holds a changed scenario against its original, with nothing but Python's standard library.
 
-Usage: variant_gate.py ORIGINAL.xml VARIANT.xml [--ego EGO.csv] [--contact STEP]
+Usage: variant_gate.py ORIGINAL.xml VARIANT.xml [--ego EGO.csv] [--contact STEP] [--attackers N]
 
 Says as JSON who moves in another way, from which step, and which steps of the new motion no road user of its kind can
 drive, or drives through another obstacle. It knows nothing of the program that it checks: the formulas are its own.
-Steps at which both ends are those of the original are not judged.
+Steps at which both ends are those of the original are not judged. Several may move in another way, at most N of
+them (3); each is judged among the others as they move in the variant.
 """
 
 import argparse
@@ -242,6 +243,7 @@ def main():
     arguments.add_argument("variant")
     arguments.add_argument("--ego")
     arguments.add_argument("--contact", type=int)
+    arguments.add_argument("--attackers", type=int, default=3)
     given = arguments.parse_args()
     dt, before, road = read(given.original)
     other_dt, after, other_road = read(given.variant)
@@ -267,7 +269,7 @@ def main():
         for s in set(before[n]["states"]) | set(after[n]["states"])
     )
     changed = [n for n in both if differ(n)]
-    if len(changed) != 1:
+    if not 1 <= len(changed) <= given.attackers:
         whole.append(f"{len(changed)} changed obstacles")
     judged = [judge(n, before[n], after[n], after, dt, given.contact, ego) for n in changed]
     passed = not whole and not any(j["violations"] for j in judged)

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::cli::{Failure, Outcome, json, output};
 use crate::formats::{Entry, commonroad};
-use crate::generation::{AttackStyle, Gate, GateResult, Refusal, refusal};
+use crate::generation::{AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, refusal};
 use crate::scenario::Scenario;
 
 /// Files round to four digits, mostly: half of the last one.
@@ -45,7 +45,7 @@ impl json::Output for CheckDocument {
 pub fn run(
     entries: &[Entry],
     variant: &Path,
-    style: Option<AttackStyle>,
+    (style, attackers): (Option<AttackStyle>, Option<usize>),
     as_json: bool,
 ) -> Outcome {
     let [entry] = entries else {
@@ -57,7 +57,9 @@ pub fn run(
     let original = entry.read().map_err(Failure::input)?;
     let changed = commonroad::read_file(variant).map_err(Failure::input)?;
     let gate = Gate::new(&original).rounded_to(ROUNDING);
-    let gate = gate.of_style(style.unwrap_or(AttackStyle::Limit));
+    let gate = gate
+        .of_style(style.unwrap_or(AttackStyle::Limit))
+        .with_attackers(attackers.unwrap_or(MOST_ATTACKERS));
     let found = gate.compare(&changed, None);
     if as_json {
         let motions = found.changed.iter().map(|one| {

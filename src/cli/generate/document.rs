@@ -9,8 +9,10 @@ use super::variant::Generated;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
 use crate::generation::{
-    Avoidability, Plausibility, Refusal, VariantFiles, asked, attacker, refusal,
+    Attack, Avoidability, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
+    attacker_document, refusal,
 };
+use crate::verdict::Motion;
 
 /// Documents a scenario's variant.
 pub fn document(generated: &Generated, saved: Option<&VariantFiles>, by: &str) -> Value {
@@ -36,16 +38,18 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let chosen = made.chosen.as_ref();
     let effect = chosen.and_then(|c| c.attack.effect.as_ref());
     let collision = effect.and_then(|e| e.collision());
+    let main = chosen.zip(effect);
+    let main = main.and_then(|(c, effect)| c.attack.asked.get(effect.main));
     let baseline = generated.workshop.closed.baseline();
     let driver = generated.workshop.closed.driver();
     let planner = driver
         .external()
         .map_or("nearmiss", |planner| planner.name());
     let beside_recorded = chosen.and_then(|c| generated.workshop.plausibility(&c.attack.change));
-    json!({
+    let mut line = json!({
         "variant": null,
         "ego": null,
-        "attacker": effect.map(|e| e.attacker),
+        "attacker": effect.map(|e| e.main().obstacle),
         "outcome": effect.map_or("none", |e| e.consequence.name()),
         "min_risk_before": effect.map_or(baseline.lowest(), |e| e.lowest_before()),
         "min_risk_after": effect.map_or(baseline.lowest(), |e| e.lowest_after()),
@@ -56,18 +60,21 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "file": generated.file,
         "id": null,
         "by": by,
-        "manoeuvre": chosen.map(|c| c.attack.asked.name()),
-        "asked": chosen.map(|c| asked(&c.attack.asked)),
+        "attackers": chosen.map(|c| attackers(generated, &c.attack)),
+        "manoeuvre": main.map(Motion::name),
+        "asked": main.map(asked),
         "from_step": effect.map(|e| e.from),
-        "until_step": chosen.and_then(|c| c.attack.change.until()),
+        "until_step": chosen.and_then(|c| c.attack.change.until_step()),
         "collision_with": collision.map(|c| c.with),
         "collision_step": collision.map(|c| c.step),
         "ego_side": collision.map(|c| c.ego.name()),
         "other_side": collision.map(|c| c.other.name()),
-        "min_distance": effect.and_then(|e| e.distance),
+        "min_distance": effect.and_then(Effect::distance),
         "touched_after_step": effect.and_then(|e| e.between),
         "min_risk_of_anyone_before": baseline.lowest(),
         "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
+    });
+    let work = json!({
         "style": generated.workshop.style().name(),
         "plausibility": beside_recorded.as_ref().map(|(own, _)| plausibility(own)),
         "motion_samples": beside_recorded.as_ref().map(|(own, recorded)| {
@@ -86,15 +93,33 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "refused": refused(&made.found.refused),
         "taken_over": false,
         "seconds": (generated.took.as_secs_f64() * 1e3).round() / 1e3,
-    })
+    });
+    if let (Value::Object(line), Value::Object(work)) = (&mut line, work) {
+        line.extend(work);
+    }
+    line
 }
 
-/// Log-likelihood of the attacker's motion, nats per second, and that of recorded ones on average.
+/// Log-likelihood of the attackers' motions, nats per second, and that of recorded ones on average.
 fn plausibility(own: &Plausibility) -> Value {
     json!({
         "log_likelihood_per_second": own.log_likelihood,
         "recorded_log_likelihood_per_second": own.recorded,
     })
+}
+
+/// What each attacker does, how near it comes, and how plausible it is.
+fn attackers(generated: &Generated, attack: &Attack) -> Value {
+    let effects = attack.effect.iter().flat_map(|effect| &effect.attackers);
+    let all = effects.zip(attack.acts()).map(|(effect, (asked, change))| {
+        let mut one = attacker_document(effect, asked);
+        let own = generated
+            .workshop
+            .plausibility_of(std::slice::from_ref(change));
+        one["plausibility"] = own.map_or(Value::Null, |(own, _)| plausibility(&own));
+        one
+    });
+    all.collect()
 }
 
 /// Who could reach the ego with the least change, by the reference: the acceleration (m/s²) that it takes, and when.

@@ -109,7 +109,7 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
         let counted = prepared.and_then(|prepared| {
             let request = GenerateRequest {
                 prepared: &prepared,
-                attacker: job.only,
+                attackers: &job.only,
                 delay: job.effort.delay,
                 style: job.style,
                 source: AttackSource::Model(&counter),

@@ -91,7 +91,7 @@ impl Job<'_> {
         };
         // The search has asked the gate; nothing is written that it does not let through here, too.
         let change = &chosen.attack.change;
-        if let Err(refusals) = generated.workshop.gate().check(change, None) {
+        if let Err(refusals) = generated.workshop.gate().check_joint(change, None) {
             return Err(Failure::input(format!(
                 "{}: internal error: the chosen motion does not pass the gate ({}); not written",
                 generated.file, refusals[0]

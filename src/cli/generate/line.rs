@@ -26,6 +26,9 @@ pub struct Figures {
     pub scenario: String,
     pub outcome: OutcomeName,
     pub attacker: Option<i64>,
+    /// All attackers; of versions that knew only one none.
+    #[serde(default)]
+    pub attackers: Option<Vec<AttackerFigures>>,
     pub manoeuvre: Option<String>,
     pub min_risk_before: Option<u8>,
     pub min_risk_after: Option<u8>,
@@ -47,6 +50,13 @@ pub struct Figures {
     pub model: Option<Consumed>,
     pub taken_over: bool,
     pub seconds: f64,
+}
+
+/// One attacker and its motion.
+#[derive(Debug, Clone, Deserialize)]
+pub struct AttackerFigures {
+    pub id: i64,
+    pub manoeuvre: String,
 }
 
 /// Log-likelihoods, nats per second.
@@ -131,6 +141,25 @@ impl Line {
 }
 
 impl Figures {
+    /// The ids of all attackers.
+    pub fn ids(&self) -> Vec<i64> {
+        match &self.attackers {
+            Some(all) => all.iter().map(|one| one.id).collect(),
+            None => self.attacker.into_iter().collect(),
+        }
+    }
+
+    /// What the attackers do: the names of their manoeuvres.
+    pub fn manoeuvres(&self) -> Option<String> {
+        match &self.attackers {
+            Some(all) if !all.is_empty() => {
+                let names: Vec<&str> = all.iter().map(|one| one.manoeuvre.as_str()).collect();
+                Some(names.join(" + "))
+            }
+            _ => self.manoeuvre.clone(),
+        }
+    }
+
     /// The longest reaction time (s) with which a good driver avoids it.
     pub fn latest(&self) -> Option<&str> {
         let all = self.avoidable.iter().flatten();

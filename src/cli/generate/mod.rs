@@ -11,6 +11,7 @@ mod model_figures;
 mod resume;
 mod summary;
 mod table;
+mod together;
 mod variant;
 
 pub use check::CheckDocument;
@@ -42,7 +43,7 @@ use variant::GenerateJob;
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: collision, near_miss (worst risk score of the attacker 0 or 1), no_effect, none (no motion passed the \
+Outcomes: collision, near_miss (worst risk score of an attacker 0 or 1), no_effect, none (no motion passed the \
 gate). The ego replans against the changed traffic.\n\
 Exit status: 0 every scenario has a collision or a near miss; 1 some have neither, could not be attacked, or --check \
 finds an error; 2 usage or input error; 130 interrupted.")]
@@ -91,9 +92,19 @@ pub struct GenerateArguments {
     /// Maximum total cost of all answers in US dollars.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
-    /// Let only this obstacle attack.
-    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
-    attacker: Option<i64>,
+    /// Let only this obstacle attack, or these together: ids separated by commas.
+    #[arg(
+        long,
+        value_name = "ID",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
+    attacker: Vec<i64>,
+    /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome
+    /// worse. With --check, how many may be changed [default: as many as --attacker names, else `attackers` of the
+    /// configuration, else 1; with --check 3].
+    #[arg(long, value_name = "N", value_parser = together::parse)]
+    attackers: Option<usize>,
     /// Maximum number of motions tried per scenario.
     #[arg(long, value_name = "N", default_value_t = Effort::default().candidates, value_parser = count)]
     candidates: usize,
@@ -201,12 +212,14 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let settings = arguments.how.settings(&config)?;
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
-        return check::run(&entries, variant, arguments.style, arguments.json);
+        let gate = (arguments.style, arguments.attackers);
+        return check::run(&entries, variant, gate, arguments.json);
     }
     let effort = Effort {
         candidates: arguments.candidates,
         seed: arguments.seed,
         delay: arguments.survive,
+        together: together::attackers(arguments, &config).map_err(Failure::input)?,
         ..Effort::default()
     };
     let style = style_of(arguments, &config);
@@ -233,7 +246,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         problem: arguments.how.planning_problem,
         effort,
         style,
-        only: arguments.attacker,
+        only: together::named(&arguments.attacker),
         past,
     };
     if arguments.dry_run {

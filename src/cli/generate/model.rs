@@ -76,7 +76,7 @@ impl Writer {
             frame: None,
             method: arguments.method(config),
             at_once: config.concurrency.get() as usize,
-            attacker: arguments.attacker,
+            attacker: arguments.attacker.first().copied(),
             obey: arguments.obey,
             fresh: arguments.fresh,
             batch: None,

@@ -137,17 +137,25 @@ fn read(path: &Path) -> Result<FileKind, String> {
     }
     Ok(FileKind::Papers(Box::new(Papers {
         original,
-        settings: with_defaults(made["settings"].clone()),
+        settings: as_today(made["settings"].clone()),
         line,
     })))
 }
 
-/// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`], and their
-/// models were asked once for the attacker, without news of drives and without grades.
-fn with_defaults(mut settings: Value) -> Value {
+/// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`], their models
+/// were asked once for the attacker, without news of drives and without grades, and where one attacker was known, this
+/// is the only one that may attack, or any.
+fn as_today(mut settings: Value) -> Value {
     if let Some(settings) = settings.as_object_mut() {
         let style = settings.entry("style");
         style.or_insert_with(|| AttackStyle::Limit.name().into());
+        settings.entry("attackers").or_insert_with(|| 1.into());
+        let named = settings.entry("attacker").or_insert(Value::Null);
+        *named = match named.take() {
+            Value::Null => json!([]),
+            Value::Array(ids) => ids.into(),
+            one => json!([one]),
+        };
         if let Some(Value::Object(model)) = settings.get_mut("model")
             && let (Some(samples), Some(retries)) =
                 (model.remove("samples"), model.remove("retries"))

@@ -17,6 +17,8 @@ fn written() -> Value {
 fn settings() -> Value {
     let mut settings = written();
     settings["style"] = "limit".into();
+    settings["attackers"] = 1.into();
+    settings["attacker"] = json!([]);
     settings
 }
 
@@ -78,11 +80,27 @@ fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
         past.line_for(&entry("mine"), &changed, &settings())
             .is_none()
     );
-    for (key, other) in [("survive", json!(1.0)), ("style", json!("human"))] {
+    let others = [
+        ("survive", json!(1.0)),
+        ("style", json!("human")),
+        ("attackers", json!(2)),
+        ("attacker", json!([7])),
+    ];
+    for (key, other) in others {
         let mut others = settings();
         others[key] = other;
         assert!(past.line_for(&entry("mine"), &original, &others).is_none());
     }
+}
+
+#[test]
+fn an_attacker_that_an_older_version_named_is_the_only_one() {
+    let mut old = written();
+    old["attacker"] = 7.into();
+    let mut today = settings();
+    today["attacker"] = json!([7]);
+    assert_eq!(as_today(old), today);
+    assert_eq!(as_today(today.clone()), today);
 }
 
 #[test]

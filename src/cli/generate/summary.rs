@@ -32,6 +32,8 @@ pub struct Summary {
     /// Of collisions and near misses, by reaction time.
     avoidable: BTreeMap<String, usize>,
     kinds: BTreeMap<String, usize>,
+    /// Variants by how many obstacles attack together.
+    together: BTreeMap<usize, usize>,
     /// How the ego's drives in the variants ended.
     drives: BTreeMap<String, usize>,
     candidates: usize,
@@ -99,13 +101,14 @@ impl Summary {
             self.attackers.merge(&samples.attacker);
             self.recorded.merge(&samples.recorded);
         }
+        *self.together.entry(figures.ids().len()).or_default() += 1;
         let named = [
-            (&mut self.kinds, &figures.manoeuvre),
-            (&mut self.drives, &figures.drive),
+            (&mut self.kinds, figures.manoeuvres()),
+            (&mut self.drives, figures.drive.clone()),
         ];
         for (counts, name) in named {
             if let Some(name) = name {
-                *counts.entry(name.clone()).or_default() += 1;
+                *counts.entry(name).or_default() += 1;
             }
         }
     }
@@ -125,7 +128,7 @@ impl Summary {
         let mut text = format!("{scenarios}: {}\n", counts.join(", "));
         if let (Some(before), Some(after)) = (mean(&self.before), mean(&self.after)) {
             text.push_str(&format!(
-                "worst risk score of the attacker (0 = collision), mean: {before:.2} → {after:.2}\n"
+                "worst risk score of attackers (0 = collision), mean: {before:.2} → {after:.2}\n"
             ));
         }
         let effective = self.collisions + self.near_misses;
@@ -171,6 +174,16 @@ impl Summary {
                     _ => format!(" (diversity {:.1} bits)", entropy(&self.kinds)),
                 }
             ));
+        }
+        let several = self
+            .together
+            .iter()
+            .filter(|(attackers, _)| **attackers > 1);
+        let several: Vec<String> = several
+            .map(|(attackers, n)| format!("{n} with {attackers} attackers"))
+            .collect();
+        if !several.is_empty() {
+            text.push_str(&format!("{}\n", several.join(", ")));
         }
         let apart = self.wasserstein();
         let apart: Vec<String> = { apart.iter() }
@@ -245,6 +258,7 @@ impl Summary {
             "valid_share_of_candidates": share(self.candidates.saturating_sub(refused), self.candidates),
             "refused": self.refused,
             "manoeuvres": self.kinds,
+            "by_attackers": self.together.iter().map(|(attackers, n)| (attackers.to_string(), *n)).collect::<BTreeMap<_, _>>(),
             "diversity": {
                 "distinct_manoeuvres": self.kinds.len(),
                 "entropy_bits": entropy(&self.kinds),

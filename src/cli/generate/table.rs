@@ -61,15 +61,21 @@ impl Table {
         let plausible = figures.plausibility.map_or("-".into(), |likelihoods| {
             format!("{:+.1}", likelihoods.attacker - likelihoods.recorded)
         });
+        let ids: Vec<String> = figures.ids().iter().map(i64::to_string).collect();
+        let attackers = match ids.is_empty() {
+            true => "-".into(),
+            false => ids.join("+"),
+        };
         let written = figures.id.as_deref().map(output::visible);
         let taken_over = figures.taken_over.then(|| "reused".into());
         let said = [written, taken_over, figures.note.clone()];
         let said: Vec<String> = said.into_iter().flatten().collect();
+        let manoeuvres = figures.manoeuvres();
         let cells = [
             figures.outcome.name(),
             figures.drive.as_deref().unwrap_or("-"),
-            &figures.attacker.map_or("-".into(), |id| id.to_string()),
-            figures.manoeuvre.as_deref().unwrap_or("-"),
+            &attackers,
+            manoeuvres.as_deref().unwrap_or("-"),
             &risk,
             &avoidable,
             &plausible,
@@ -138,6 +144,15 @@ mod tests {
         // Columns lie under their names.
         let drive = rows[0].find("drive").unwrap();
         assert_eq!(rows[1].find("off_road"), Some(drive));
+        document["attackers"] = json!([
+            {"id": 9, "manoeuvre": "drift"}, {"id": 7, "manoeuvre": "cut-in"},
+        ]);
+        let line = Line::from_document(document.clone()).unwrap();
+        let text = table.row(&line.figures);
+        assert!(
+            text.contains("9+7") && text.contains("drift + cut-in"),
+            "{text}"
+        );
         document["drive"] = 3.into();
         assert!(Line::from_document(document).is_err());
     }

@@ -31,7 +31,8 @@ pub struct GenerateJob {
     pub problem: Option<i64>,
     pub effort: Effort,
     pub style: AttackStyle,
-    pub only: Option<i64>,
+    /// The obstacles that may attack; any where none is named.
+    pub only: Vec<i64>,
     /// The results of an earlier run, if it is resumed.
     pub past: Option<EarlierRun>,
 }
@@ -53,6 +54,7 @@ impl GenerateJob {
             "problem": problem,
             "planning": planning.collect::<BTreeMap<_, _>>(),
             "attacker": self.only,
+            "attackers": effort.together,
             "survive": effort.delay,
             "style": self.style.name(),
             "search": self.writer.is_none().then_some(search),
@@ -181,7 +183,7 @@ fn make_or_error(
         .map(|(author, runtime)| ModelWriter { author, runtime });
     let request = GenerateRequest {
         prepared: &prepared,
-        attacker: wanted.only,
+        attackers: &wanted.only,
         delay: wanted.effort.delay,
         style: wanted.style,
         source: match &model {

@@ -73,7 +73,7 @@ impl Job<'_> {
             look.size = (PAGE, None);
         }
         if let (Some(original), true) = (&original, look.obstacles.is_empty()) {
-            look.obstacles = vec![original.origin.attacker];
+            look.obstacles = original.origin.ids();
         }
         let size = look.size;
         let below = Figure::new(
@@ -165,7 +165,7 @@ impl Job<'_> {
     fn case_steps(&self, variant: &Drawn, original: &Original) -> Result<Vec<i64>, String> {
         let scene = variant.scene.as_deref();
         let scene = scene.ok_or("--case-study needs the ego of the variant; --ego ID|FILE")?;
-        let from = original.origin.from.saturating_add(1);
+        let from = original.origin.from().saturating_add(1);
         let attacker = original.origin.attacker;
         let until = nearest_approach(scene, attacker, from, &self.thresholds).ok_or_else(|| {
             format!(

@@ -190,11 +190,8 @@ impl Job<'_> {
                 )),
                 e => named(&e),
             })?;
-        let both = original
-            .as_ref()
-            .and_then(|o| o.variation(subject.scenario));
-        if let Some(both) = both {
-            figure = figure.with_variation(both);
+        if let Some(original) = &original {
+            figure = figure.with_variations(original.variations(subject.scenario));
         }
         let timeline = Timeline {
             steps: figure.steps(),

@@ -1,4 +1,4 @@
-//! A variant's original, to draw both motions of the attacker.
+//! A variant's original, to draw both motions of each attacker.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,9 +6,9 @@ use std::sync::Arc;
 use crate::cli::open::entry;
 use crate::cli::{Failure, output};
 use crate::formats::Entry;
-use crate::render::Variation;
+use crate::render::{Variation, Variations};
 use crate::scenario::Scenario;
-use crate::workflow::VariantOrigin;
+use crate::workflow::{Attacker, VariantOrigin};
 
 /// A variant's original, and how the two differ.
 pub struct Original {
@@ -72,13 +72,16 @@ impl Original {
         }
     }
 
-    /// Both motions of the attacker, in a variant of this.
-    pub fn variation<'a>(&'a self, variant: &'a Scenario) -> Option<Variation<'a>> {
-        Some(Variation {
-            recorded: self.scenario.obstacle(self.origin.attacker)?,
-            changed: variant.obstacle(self.origin.attacker)?,
-            from: self.origin.from,
-            shows_changed: true,
-        })
+    /// Both motions of each attacker, in a variant of this.
+    pub fn variations<'a>(&'a self, variant: &'a Scenario) -> Variations<'a> {
+        let both = |attacker: &Attacker| {
+            Some(Variation {
+                recorded: self.scenario.obstacle(attacker.id)?,
+                changed: variant.obstacle(attacker.id)?,
+                from: attacker.from,
+                shows_changed: true,
+            })
+        };
+        self.origin.attackers.iter().filter_map(both).collect()
     }
 }

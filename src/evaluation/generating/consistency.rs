@@ -90,7 +90,7 @@ impl AuthorSession<'_> {
                 Some(Ok(answer)) => {
                     authored.spent.add(&answer);
                     let one = &mut authored.attacks[place];
-                    let attacker = one.admitted.attack.change.obstacle;
+                    let attacker = one.admitted.attack.change.changes()[0].obstacle;
                     let window = questions[place].case.window;
                     let score = score_of(&answer, attacker);
                     one.grade = Some(Grade {
@@ -116,14 +116,15 @@ impl AuthorSession<'_> {
     /// The question about a motion.
     fn grade_question(&self, attack: &Attack) -> Result<Question, CaseError> {
         let stage = self.ground.stage;
-        let change = &attack.change;
-        let mut scenario = match change.apply(stage.scenario) {
+        // A model writes for one attacker.
+        let (change, written) = (&attack.change.changes()[0], &attack.asked[0]);
+        let mut scenario = match attack.change.apply(stage.scenario) {
             Ok(scenario) => scenario,
             // It passed the gate, so it can be applied.
             Err(_) => stage.scenario.clone(),
         };
         // An answer about it is none about the original.
-        let motion = format!("{} {:?}", asked(&attack.asked), change.motions);
+        let motion = format!("{} {:?}", asked(written), change.motions);
         let parts = [&stage.scenario.hash.bytes()[..], motion.as_bytes()];
         scenario.hash = ContentHash::of_parts(parts);
         let scene = Scene::new(Arc::new(scenario), self.scene.ego.clone());

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{Authored, AuthoredAttack, Proposal, Source, nearest};
 use crate::description::visible;
-use crate::generation::{Attack, refusal};
+use crate::generation::{Attack, Effect, refusal};
 use crate::planner::Road;
 
 impl Authored {
@@ -78,7 +78,7 @@ fn motion(one: &AuthoredAttack, taken: Option<&AuthoredAttack>) -> Value {
         let (track, body) = (effect.drive.track(), Road::body_of(&effect.drive.limits));
         nearest(
             &effect.scenario,
-            effect.attacker,
+            effect.main().obstacle,
             (&body, &track),
             effect.from,
         )
@@ -88,10 +88,10 @@ fn motion(one: &AuthoredAttack, taken: Option<&AuthoredAttack>) -> Value {
         "sample": one.source.sample,
         "retry": one.source.retry,
         "run": one.source.run.map(|run| run.to_string()),
-        "manoeuvre": attack.asked.name(),
+        "manoeuvre": attack.asked[0].name(),
         "outcome": effect.map(|effect| effect.consequence.name()),
         "survivable": attack.survivable,
-        "min_distance": effect.and_then(|effect| effect.distance),
+        "min_distance": effect.and_then(Effect::distance),
         "min_distance_step": near.map(|near| near.step),
         "min_risk": effect.and_then(|effect| effect.lowest_after()),
         "sent_back": one.told.is_some(),

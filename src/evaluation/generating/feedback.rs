@@ -62,7 +62,7 @@ pub(super) fn driven(ground: &AttackSetup<'_>, attack: &Attack, delay: f64) -> S
     let track = effect.drive.track();
     let near = nearest(
         &effect.scenario,
-        effect.attacker,
+        effect.main().obstacle,
         (stage.footprint, &track),
         effect.from,
     );
@@ -137,7 +137,7 @@ fn reaction(track: &Track, before: &Track, from: i64, at: &dyn Fn(i64) -> String
 
 /// Where the attacker was to the ego at a step.
 fn where_it_was(effect: &Effect, track: &Track, step: i64) -> String {
-    let attacker = effect.scenario.obstacle(effect.attacker);
+    let attacker = effect.scenario.obstacle(effect.main().obstacle);
     let there = attacker.and_then(|attacker| attacker.track().at(step).copied());
     let (Some(there), Some(ego)) = (there, track.at(step)) else {
         return String::new();

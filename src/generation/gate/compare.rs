@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::run::same;
 use super::{Gate, GateEvidence};
-use crate::generation::{Change, Reason, Refusal};
+use crate::generation::{Change, JointChange, Reason, Refusal};
 use crate::scenario::{Lanelet, LaneletNetwork, Motion, Obstacle, Prediction, Scenario};
 
 /// A variant's changes, and what is wrong with it.
@@ -28,7 +28,7 @@ pub struct GateResult {
 }
 
 impl Comparison {
-    /// Whether the variant is one change that passes.
+    /// Whether the variant is a change that passes, or several.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.refusals.is_empty() && self.changed.iter().all(|one| one.verdict.is_ok())
@@ -36,8 +36,9 @@ impl Comparison {
 }
 
 impl Gate<'_> {
-    /// Holds a variant of the gate's scenario against it: one obstacle may move in another way, everything else has to
-    /// be the same. Names, tags and what obstacles signal are not compared.
+    /// Holds a variant of the gate's scenario against it: some obstacles may move in another way
+    /// ([`Gate::with_attackers`]), everything else has to be the same. Each changed motion is checked beside the others.
+    /// Names, tags and what obstacles signal are not compared.
     ///
     /// A variant that was written with few digits is to be asked of a gate that knows ([`Gate::rounded_to`]).
     #[must_use]
@@ -68,7 +69,7 @@ impl Gate<'_> {
             let twice = twice.filter(|o| !theirs.get(&o.id).is_some_and(|t| std::ptr::eq(*t, *o)));
             refusals.extend(twice.map(|o| Refusal::whole_motion(Reason::Reshaped(o.id))));
         }
-        let (mut changed, mut reshaped) = (Vec::new(), false);
+        let (mut found, mut reshaped) = (Vec::new(), false);
         for ours in &original.obstacles {
             let Some(theirs) = theirs.remove(&ours.id) else {
                 refusals.push(Refusal::whole_motion(Reason::Missing(ours.id)));
@@ -77,25 +78,37 @@ impl Gate<'_> {
             if is_reshaped(ours, theirs) {
                 reshaped = true;
                 refusals.push(Refusal::whole_motion(Reason::Reshaped(ours.id)));
-            } else if let Some((from, change)) = change(ours, theirs) {
-                changed.push(GateResult {
-                    from,
-                    verdict: self.check(&change, contact),
-                    change,
-                });
+            } else {
+                found.extend(change(ours, theirs));
             }
         }
         let added = variant.obstacles.iter();
         let added = added.filter(|o| theirs.contains_key(&o.id));
         refusals.extend(added.map(|o| Refusal::whole_motion(Reason::Added(o.id))));
-        match changed.len() {
+        match found.len() {
             // The motion of another obstacle's body is compared with nothing.
             0 if reshaped => {}
             0 => refusals.push(Refusal::whole_motion(Reason::Unchanged)),
-            1 => {}
-            n => refusals.push(Refusal::whole_motion(Reason::Several).with(n as f64, 1.0)),
+            n if n <= self.attackers => {}
+            n => {
+                let several = Refusal::whole_motion(Reason::Several);
+                refusals.push(several.with(n as f64, self.attackers as f64));
+            }
         }
-        Comparison { refusals, changed }
+        let (from, changes): (Vec<i64>, Vec<Change>) = found.into_iter().unzip();
+        // There is no joint change of none; ids that are there twice were refused above.
+        let joint = JointChange::new(changes).ok();
+        let verdicts = joint.iter().flat_map(|joint| self.verdicts(joint, contact));
+        let changed = from.into_iter().zip(verdicts);
+        let changed = changed.map(|(from, (change, verdict))| GateResult {
+            from,
+            change: change.clone(),
+            verdict,
+        });
+        Comparison {
+            changed: changed.collect(),
+            refusals,
+        }
     }
 }
 

@@ -12,6 +12,9 @@
 //! round, or move the centre along the heading where a vehicle's rear axle would. See [`Joint`] for what is held
 //! against it.
 //!
+//! **Several changes.** Of motions that are changed together each is checked beside the other changed ones, and in place
+//! of those that these obstacles had.
+//!
 //! **Others.** Static and dynamic obstacles count with their bodies; one whose future is a set of regions counts with
 //! the regions, though it is only somewhere in them. A trailer is straight on the changed steps.
 
@@ -29,7 +32,7 @@ pub use departure::Joint;
 
 use self::others::Regions;
 use self::run::{Findings, Run};
-use super::{AttackStyle, Change, Refusal};
+use super::{AttackStyle, Change, JointChange, MOST_ATTACKERS, Refusal};
 use crate::scenario::{DrivableArea, Ego, Scenario};
 
 /// The gate of one scenario; built once, asked often.
@@ -41,6 +44,7 @@ pub struct Gate<'a> {
     ego: Option<&'a Ego>,
     rounding: f64,
     style: AttackStyle,
+    attackers: usize,
 }
 
 /// A changed motion that passed the gate.
@@ -72,6 +76,7 @@ impl<'a> Gate<'a> {
             ego: None,
             rounding: EXACT,
             style: AttackStyle::Limit,
+            attackers: MOST_ATTACKERS,
         }
     }
 
@@ -88,6 +93,12 @@ impl<'a> Gate<'a> {
     #[must_use]
     pub fn of_style(self, style: AttackStyle) -> Self {
         Self { style, ..self }
+    }
+
+    /// For variants in which at most this many obstacles move otherwise, see [`Self::compare`].
+    #[must_use]
+    pub fn with_attackers(self, attackers: usize) -> Self {
+        Self { attackers, ..self }
     }
 
     /// For motions whose places (m), headings (rad) and speeds (m/s) are only known this well: half of what a file
@@ -108,7 +119,7 @@ impl<'a> Gate<'a> {
         change: &Change,
         contact: Option<i64>,
     ) -> Result<GateEvidence, Vec<Refusal>> {
-        self.run(change, contact, false)
+        self.run((change, self.scenario), contact, false)
     }
 
     /// The same, but only the first refusal that is found; cheap checks come first.
@@ -116,19 +127,67 @@ impl<'a> Gate<'a> {
     /// # Errors
     /// A refusal.
     pub fn passes(&self, change: &Change, contact: Option<i64>) -> Result<GateEvidence, Refusal> {
-        self.run(change, contact, true)
+        self.run((change, self.scenario), contact, true)
             .map_err(|mut refusals| refusals.swap_remove(0))
+    }
+
+    /// Everything that is wrong with changes that are made together, each beside the others; see [`Self::check`]. The
+    /// evidence is in the order of the changes.
+    ///
+    /// # Errors
+    /// All refusals with whose motion it is, never none.
+    pub fn check_joint(
+        &self,
+        change: &JointChange,
+        contact: Option<i64>,
+    ) -> Result<Vec<GateEvidence>, Vec<Refusal>> {
+        let (mut passed, mut refused) = (Vec::new(), Vec::new());
+        for (change, verdict) in self.verdicts(change, contact) {
+            match verdict {
+                Ok(evidence) => passed.push(evidence),
+                Err(refusals) => {
+                    let about = |refusal: Refusal| refusal.about(change.obstacle, None);
+                    refused.extend(refusals.into_iter().map(about));
+                }
+            }
+        }
+        match refused.is_empty() {
+            true => Ok(passed),
+            false => Err(refused),
+        }
+    }
+
+    /// The verdict on each of several changes, beside the others.
+    fn verdicts<'c>(
+        &'c self,
+        joint: &'c JointChange,
+        contact: Option<i64>,
+    ) -> impl Iterator<Item = (&'c Change, Result<GateEvidence, Vec<Refusal>>)> {
+        joint.changes().iter().map(move |change| {
+            let mut around = None;
+            for other in joint
+                .changes()
+                .iter()
+                .filter(|o| o.obstacle != change.obstacle)
+            {
+                // One that cannot be applied is refused itself.
+                let scenario = around.get_or_insert_with(|| self.scenario.clone());
+                let _ = other.apply_to(scenario);
+            }
+            let around = around.as_ref().unwrap_or(self.scenario);
+            (change, self.run((change, around), contact, false))
+        })
     }
 
     fn run(
         &self,
-        change: &Change,
+        (change, around): (&Change, &Scenario),
         contact: Option<i64>,
         stop: bool,
     ) -> Result<GateEvidence, Vec<Refusal>> {
         let mut found = Findings::new(stop);
         let mut passed = None;
-        if let Some(run) = Run::begin(self, change, contact, &mut found) {
+        if let Some(run) = Run::begin(self, (change, around), contact, &mut found) {
             let _ = run.all(&mut found);
             passed = Some((run.steps(), run.friction(), run.early()));
         }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::{Gate, start};
 use crate::generation::{Capability, Change, Refusal};
 use crate::geometry::{Footprint, angle_between};
-use crate::scenario::{Motion, Obstacle};
+use crate::scenario::{Motion, Obstacle, Scenario};
 
 /// Continues, or ends at the first refusal.
 pub(super) type Flow = ControlFlow<()>;
@@ -61,6 +61,8 @@ impl Findings {
 #[derive(Debug)]
 pub(super) struct Run<'a> {
     pub gate: &'a Gate<'a>,
+    /// The scenario with the other changed motions, if there are some.
+    pub around: &'a Scenario,
     pub obstacle: &'a Obstacle,
     pub footprint: &'a Footprint,
     pub can: Capability,
@@ -99,7 +101,7 @@ impl<'a> Run<'a> {
     /// Nothing where there is nothing that more could be asked of; the refusals say why.
     pub fn begin(
         gate: &'a Gate<'a>,
-        change: &'a Change,
+        (change, around): (&'a Change, &'a Scenario),
         contact: Option<i64>,
         found: &mut Findings,
     ) -> Option<Self> {
@@ -121,6 +123,7 @@ impl<'a> Run<'a> {
         });
         Some(Self {
             gate,
+            around,
             obstacle,
             footprint,
             can,

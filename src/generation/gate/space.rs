@@ -21,7 +21,7 @@ impl Run<'_> {
                 continue;
             }
             let body = self.body(place);
-            let (scenario, regions) = (self.gate.scenario, &self.gate.regions);
+            let (scenario, regions) = (self.around, &self.gate.regions);
             for id in overlapped(scenario, regions, &body, self.obstacle.id, *step) {
                 let refusal = Refusal::at(*step, Reason::Overlap(id));
                 found.say(self.is_kept(place), refusal)?;

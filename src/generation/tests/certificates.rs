@@ -28,7 +28,7 @@ fn proves(avoidance: &EvasiveTrajectory, effect: &Effect, reaction: i64) {
 #[test]
 fn a_stop_far_ahead_is_avoided_also_by_who_reacts_late() {
     let closed = behind_a_car(60.0, Forecast::Lane);
-    let effect = closed.effect(&braking(&closed, 5, 9.0)).unwrap();
+    let effect = closed.effect(&braking(&closed, 5, 9.0).into()).unwrap();
     let found = Avoidability::search(&closed, &effect);
     let unchanged = &closed.baseline().drive().states;
     let longest = found.certificates[3].1.avoidance().unwrap();
@@ -51,7 +51,7 @@ fn a_stop_far_ahead_is_avoided_also_by_who_reacts_late() {
 #[test]
 fn a_wall_right_in_front_is_not_avoided() {
     let closed = behind_a_car(8.0, Forecast::Lane);
-    let effect = closed.effect(&braking(&closed, 1, 500.0)).unwrap();
+    let effect = closed.effect(&braking(&closed, 1, 500.0).into()).unwrap();
     let found = Avoidability::search(&closed, &effect);
     for (delay, certificate) in &found.certificates {
         assert_eq!(found.at(*delay), Some(false));
@@ -65,7 +65,9 @@ fn a_wall_right_in_front_is_not_avoided() {
             assert!(searched.cycles >= 4 && searched.candidates > searched.cycles);
         } else {
             // The unchanged drive is in the wall by then.
-            assert!(matches!(nothing.why, Unavoidable::TooEarly(c) if c.with == effect.attacker));
+            assert!(
+                matches!(nothing.why, Unavoidable::TooEarly(c) if c.with == effect.main().obstacle)
+            );
             assert_eq!(searched.manoeuvres, 0);
         }
     }
@@ -75,7 +77,7 @@ fn a_wall_right_in_front_is_not_avoided() {
 fn who_reacts_late_avoids_less() {
     // Full braking behind full braking, close: without a delay there is room, with a long one there is not.
     let closed = behind_a_car(16.0, Forecast::Lane);
-    let effect = closed.effect(&braking(&closed, 10, 11.0)).unwrap();
+    let effect = closed.effect(&braking(&closed, 10, 11.0).into()).unwrap();
     let found = Avoidability::search(&closed, &effect);
     assert_eq!(found.at(0.0), Some(true));
     let avoided: Vec<bool> = DELAYS.iter().map(|d| found.at(*d).unwrap()).collect();

@@ -19,7 +19,7 @@ fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
     for (forecast, from, most) in [(Forecast::Lane, 12, 13), (Forecast::Recorded, 48, 9)] {
         let closed = behind_a_car(25.0, forecast);
         let change = braking(&closed, from, 7.0);
-        let effect = closed.effect(&change).unwrap();
+        let effect = closed.effect(&change.clone().into()).unwrap();
         let last = closed.driver().whole().last;
         // A planner that follows all candidates plans the same as one that gives them up early.
         let driver = closed.driver();
@@ -50,14 +50,14 @@ fn the_recorded_motion_is_no_change() {
         obstacle: CAR,
         motions: motions.map(|(step, motion)| (step, *motion)).collect(),
     };
-    let effect = closed.effect(&change).unwrap();
+    let effect = closed.effect(&change.clone().into()).unwrap();
     assert_eq!(effect.drive.states, closed.baseline().drive().states);
     assert_eq!(effect.consequence, Consequence::NoEffect);
-    assert_eq!(effect.before, effect.after);
+    assert_eq!(effect.main().before, effect.main().after);
     assert_eq!(effect.lowest_after(), lowest_before(&closed));
     assert_eq!(effect.anyone_after, closed.baseline().lowest());
     // 25 m between the middles of two cars of 4.5 m that go on as fast as each other.
-    assert!(effect.distance.is_some_and(|d| d > 15.0 && d < 22.0));
+    assert!(effect.distance().is_some_and(|d| d > 15.0 && d < 22.0));
 }
 
 #[test]
@@ -111,12 +111,11 @@ fn who_goes_through_the_ego_between_two_steps_is_told() {
         (step, aside(15.0)),
         (step + 1, aside(-15.0)),
     ];
-    let effect = closed
-        .effect(&Change {
-            obstacle: CAR,
-            motions,
-        })
-        .unwrap();
+    let change = Change {
+        obstacle: CAR,
+        motions,
+    };
+    let effect = closed.effect(&change.into()).unwrap();
     assert_eq!(effect.between, Some(step));
     assert!(effect.collision().is_none(), "{:?}", effect.consequence);
     let unchanged = closed.driver();
@@ -129,7 +128,7 @@ fn a_wall_in_front_is_a_collision_with_the_attacker() {
     let closed = behind_a_car(9.0, Forecast::Lane);
     let before = lowest_before(&closed).unwrap();
     // As if it drove into something: what is asked here is not whether a car could.
-    let effect = closed.effect(&braking(&closed, 1, 500.0)).unwrap();
+    let effect = closed.effect(&braking(&closed, 1, 500.0).into()).unwrap();
     let collision = effect.collision().unwrap();
     assert_eq!(effect.drive.outcome, Outcome::Collision(collision));
     assert!(effect.hits_attacker() && !effect.is_hit_from_behind());
@@ -137,9 +136,9 @@ fn a_wall_in_front_is_a_collision_with_the_attacker() {
         (collision.ego, collision.other),
         (ContactSide::Front, ContactSide::Rear)
     );
-    assert_eq!(effect.distance, Some(0.0));
+    assert_eq!(effect.distance(), Some(0.0));
     assert_eq!(effect.lowest_after(), Some(0));
-    assert_eq!(effect.after.last(), Some(&(collision.step, 0)));
+    assert_eq!(effect.main().after.last(), Some(&(collision.step, 0)));
     assert!(before > 0 && effect.lowest_before() == Some(before));
     assert_eq!(effect.consequence.name(), "collision");
 }
@@ -150,7 +149,7 @@ fn a_collision_that_was_there_before_is_no_effect() {
     let closed = behind_a_car(3.0, Forecast::Lane);
     let outcome = closed.baseline().drive().outcome;
     assert!(matches!(outcome, Outcome::Collision(_)), "{outcome}");
-    let effect = closed.effect(&braking(&closed, 5, 7.0)).unwrap();
+    let effect = closed.effect(&braking(&closed, 5, 7.0).into()).unwrap();
     assert_eq!(effect.drive.outcome, outcome);
     assert_eq!(effect.consequence, Consequence::NoEffect);
 }
@@ -160,7 +159,7 @@ fn who_is_not_there_has_no_effect() {
     let closed = behind_a_car(25.0, Forecast::Lane);
     let mut change = braking(&closed, 5, 7.0);
     change.obstacle = 999;
-    let refused = closed.effect(&change).unwrap_err();
+    let refused = closed.effect(&change.into()).unwrap_err();
     assert_eq!(refused, ChangeError::NoSuchObstacle(999));
 }
 

@@ -25,7 +25,7 @@ fn names(folder: &Path) -> Vec<String> {
 fn a_variant_is_read_back_as_it_was() {
     let closed = behind_a_car(60.0, Forecast::Lane);
     let change = braking(&closed, 5, 9.0);
-    let effect = closed.effect(&change).unwrap();
+    let effect = closed.effect(&change.clone().into()).unwrap();
     let avoidability = Avoidability::search(&closed, &effect);
     let refusal = Refusal {
         reason: Reason::Jerk,
@@ -45,8 +45,8 @@ fn a_variant_is_read_back_as_it_was() {
     let variant = Variant {
         file: "a/ZAM_HardBraking-1_1_T-1.xml",
         closed: &closed,
-        change: &change,
-        asked: &asked,
+        change: &change.clone().into(),
+        asked: &[asked],
         effect: &effect,
         avoidability: &avoidability,
         author: None,

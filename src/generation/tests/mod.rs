@@ -4,6 +4,7 @@
 mod certificates;
 mod closed_loop;
 mod files;
+mod joint;
 mod waypoints;
 
 use std::sync::Arc;

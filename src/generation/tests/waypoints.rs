@@ -47,7 +47,7 @@ fn asked(closed: &ClosedLoop, points: &[Waypoint]) -> Result<AdmittedAttack, Vec
     let motion = Asked::Waypoints(points.to_vec());
     on_ground(closed, |ground| {
         let made = admit(ground, CAR, &motion)?;
-        let change = &made.attack.change;
+        let change = &made.attack.change.changes()[0];
         assert!(ground.gate.check(change, None).is_ok());
         Ok(made)
     })
@@ -60,7 +60,7 @@ fn a_braking_that_can_be_driven_is_taken_as_it_is() {
     let points = points(&braking);
     let made = asked(&closed, &points).unwrap();
     assert!(made.repair.is_none(), "{:?}", made.repair);
-    let change = &made.attack.change;
+    let change = &made.attack.change.changes()[0];
     assert_eq!((change.from(), change.until()), (Some(10), Some(50)));
     assert_eq!(change.motions.len(), 41);
     assert_eq!(change.motions[0], braking.motions[0]);
@@ -83,7 +83,7 @@ fn a_braking_that_can_be_driven_is_taken_as_it_is() {
     };
     let late: Vec<Waypoint> = points.iter().map(late).collect();
     let made = asked(&closed, &late).unwrap();
-    let change = &made.attack.change;
+    let change = &made.attack.change.changes()[0];
     assert_eq!((change.from(), change.until()), (Some(11), Some(50)));
     assert!(made.repair.is_some_and(|repair| repair.moved < 0.3));
 }

@@ -107,8 +107,8 @@ fn obstacle<'a>(request: &MapRequest<'a>, obstacle: &'a Obstacle) -> Option<Body
         _ if stands => (Importance::Other, Role::StaticObstacle),
         _ => (Importance::Other, role_of(obstacle.kind)),
     };
-    let variation = request.variation.filter(|both| both.shows_changed);
-    let attacks = variation.is_some_and(|both| both.changed.id == obstacle.id);
+    let variation = request.variations.of(obstacle.id);
+    let attacks = variation.is_some_and(|both| both.shows_changed);
     Some(Body {
         owner: Owner::Obstacle(obstacle.id),
         role: if attacks { Role::Attacker } else { role },

@@ -26,7 +26,7 @@ pub use road::{Basemap, DirectionArrow, GoalArea, STRIPE, StopLine, Surface, Sur
 pub use trails::{Trail, TrailSpan};
 pub use viewport::Viewport;
 
-use super::view::{Subject, Variation};
+use super::view::{Subject, Variations};
 use crate::geometry::Point;
 use crate::metrics::Series;
 use crate::scenario::{Sign, SignalColor};
@@ -96,8 +96,8 @@ pub struct MapRequest<'a> {
     pub highlighted: &'a [i64],
     /// Distances and risks of obstacles, where bodies show them.
     pub series: Option<&'a Series>,
-    /// Both motions of a variant's attacker.
-    pub variation: Option<Variation<'a>>,
+    /// Both motions of a variant's attackers.
+    pub variations: Variations<'a>,
     /// How much of the motion of others, and of those pointed out, is shown; of the ego's, all.
     pub trails: [TrailSpan; 2],
 }
@@ -123,13 +123,13 @@ pub struct MapScene<'a> {
     pub regions: Vec<Region>,
     /// Where obstacles and, last, the ego were and will be.
     pub trails: Vec<Trail<'a>>,
-    /// Both motions of a variant's attacker.
+    /// Both motions of a variant's attackers.
     pub variation: Vec<Overlay>,
     /// Everyone but the ego, those who matter most last.
     pub bodies: Vec<Body<'a>>,
     /// The ego.
     pub ego: Option<Body<'a>>,
-    attacker: Option<i64>,
+    attackers: Vec<i64>,
     /// Where the ego touches another body.
     pub contacts: Vec<Contact>,
     /// Whether distances to the ego are measured.
@@ -186,7 +186,11 @@ impl<'a> MapScene<'a> {
             variation: overlay::of_variation(request),
             bodies: bodies::others(request),
             ego: bodies::ego(request),
-            attacker: request.variation.map(|both| both.changed.id),
+            attackers: request
+                .variations
+                .iter()
+                .map(|both| both.changed.id)
+                .collect(),
             contacts: contact::all(request),
             measured: request.series.is_some(),
             middle: viewport.frame.position,
@@ -201,10 +205,10 @@ impl<'a> MapScene<'a> {
 pub const NAMED: usize = 9;
 
 impl<'a> MapScene<'a> {
-    /// Whether an owner is the attacker of a variant, changed or not.
+    /// Whether an owner is an attacker of a variant, changed or not.
     #[must_use]
     pub fn is_attacker(&self, owner: Owner) -> bool {
-        matches!(owner, Owner::Obstacle(id) if self.attacker == Some(id))
+        matches!(owner, Owner::Obstacle(id) if self.attackers.contains(&id))
     }
 
     /// Hollow bodies that have names.

@@ -1,5 +1,6 @@
-//! Lines and outlines over the traffic: both motions of a variant's attacker, and what a caller adds.
+//! Lines and outlines over the traffic: both motions of a variant's attackers, and what a caller adds.
 
+use super::super::view::Variation;
 use super::trails::positions;
 use super::{MapRequest, Role};
 use crate::geometry::Point;
@@ -64,12 +65,14 @@ impl Overlay {
     }
 }
 
-/// The recorded motion of a variant's attacker dashed, the changed one a thick line, and the body that is not driven in
+/// The recorded motion of each attacker of a variant dashed, the changed one a thick line, and the body that is not driven in
 /// what is shown hollow, where the two are not in one place.
 pub(super) fn of_variation(request: &MapRequest<'_>) -> Vec<Overlay> {
-    let Some(both) = request.variation else {
-        return Vec::new();
-    };
+    let all = request.variations.iter();
+    all.flat_map(|both| of_attacker(request, both)).collect()
+}
+
+fn of_attacker(request: &MapRequest<'_>, both: &Variation<'_>) -> Vec<Overlay> {
     let after = both.from..=i64::MAX;
     let way = |obstacle: &crate::scenario::Obstacle| positions(obstacle.track().during(&after));
     let mut found = vec![

@@ -29,7 +29,7 @@ fn request<'a>(scene: &'a Scene, basemap: &'a Basemap, step: i64, half: f64) -> 
         ),
         highlighted: &[301],
         series: None,
-        variation: None,
+        variations: Variations::default(),
         trails: [TrailSpan::WHOLE; 2],
     }
 }

@@ -67,13 +67,14 @@ impl Opened {
         let effort = match how.source {
             AttackSource::Search(effort) => Effort {
                 seed: wish.seed,
+                together: wish.attackers,
                 ..*effort
             },
             AttackSource::Model(_) => Effort::default(),
         };
         let attacking = GenerateRequest {
             prepared: &prepared,
-            attacker: wish.only,
+            attackers: wish.only.as_slice(),
             delay: effort.delay,
             style: wish.style,
             source: match how.source {
@@ -124,8 +125,8 @@ impl Opened {
                 None => GenerationOutcome::Nothing(nothing(&made.found, wish)),
             }));
         };
-        let passed = workshop.gate().passes(&chosen.attack.change, None);
-        let passed = passed.map_err(|refusal| refusal.to_string())?;
+        let passed = workshop.gate().check_joint(&chosen.attack.change, None);
+        let passed = passed.map_err(|refusals| refusals[0].to_string())?;
         let ranked = workshop.on(|ground| attacker::rank(ground.stage));
         let ranked = ranked.map_err(|error| error.to_string())?;
         let original = {
@@ -193,7 +194,7 @@ struct VariantDisplay {
     closed: ClosedLoop,
     by: String,
     only: Option<i64>,
-    passed: GateEvidence,
+    passed: Vec<GateEvidence>,
     style: AttackStyle,
     plausibility: Option<Plausibility>,
     ranked: Vec<Candidate>,

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::{GeneratedVariant, VariantShown};
+use crate::generation::AttackerEffect;
 use crate::metrics::Thresholds;
-use crate::render::{Format, Look, Screen, Variation};
+use crate::render::{Format, Look, Screen, Variation, Variations};
 use crate::scenario::{Scenario, Scene};
 
 /// Subject of a picture.
@@ -65,24 +66,26 @@ pub struct PictureJob {
 }
 
 impl GeneratedVariant {
-    /// Both motions of its attacker, beside the variant or its original.
+    /// Both motions of each attacker, beside the variant or its original.
     #[must_use]
-    pub fn variation(&self, shows_changed: bool) -> Option<Variation<'_>> {
-        let id = self.effect.attacker;
-        Some(Variation {
-            recorded: self.closed.scenario().obstacle(id)?,
-            changed: self.effect.scenario.obstacle(id)?,
-            from: self.effect.from,
-            shows_changed,
-        })
+    pub fn variations(&self, shows_changed: bool) -> Variations<'_> {
+        let both = |attacker: &AttackerEffect| {
+            Some(Variation {
+                recorded: self.closed.scenario().obstacle(attacker.obstacle)?,
+                changed: self.effect.scenario.obstacle(attacker.obstacle)?,
+                from: attacker.from,
+                shows_changed,
+            })
+        };
+        self.effect.attackers.iter().filter_map(both).collect()
     }
 }
 
 impl VariantShown {
-    /// Both motions of its attacker.
+    /// Both motions of each attacker.
     #[must_use]
-    pub fn variation(&self) -> Option<Variation<'_>> {
-        self.made.variation(self.changed)
+    pub fn variations(&self) -> Variations<'_> {
+        self.made.variations(self.changed)
     }
 }
 

@@ -3,9 +3,9 @@
 use super::Opened;
 use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Thresholds;
-use crate::render::Variation;
+use crate::render::{Variation, Variations};
 use crate::scenario::Scenario;
-use crate::workflow::VariantOrigin;
+use crate::workflow::{Attacker, VariantOrigin};
 
 /// A saved variant's origin, with its original opened beside it.
 #[derive(Debug)]
@@ -28,19 +28,20 @@ impl SavedVariant {
         Some(Self { origin, original })
     }
 
-    /// Both motions of the attacker, in this variant or its original.
+    /// Both motions of each attacker, in this variant or its original; none where there is no original.
     #[must_use]
-    pub fn variation<'a>(
-        &'a self,
-        variant: &'a Scenario,
-        shows_changed: bool,
-    ) -> Option<Variation<'a>> {
-        let (_, original) = self.original.as_ref().ok()?;
-        Some(Variation {
-            recorded: original.scenario.obstacle(self.origin.attacker)?,
-            changed: variant.obstacle(self.origin.attacker)?,
-            from: self.origin.from,
-            shows_changed,
-        })
+    pub fn variations<'a>(&'a self, variant: &'a Scenario, shows_changed: bool) -> Variations<'a> {
+        let Ok((_, original)) = &self.original else {
+            return Variations::default();
+        };
+        let both = |attacker: &Attacker| {
+            Some(Variation {
+                recorded: original.scenario.obstacle(attacker.id)?,
+                changed: variant.obstacle(attacker.id)?,
+                from: attacker.from,
+                shows_changed,
+            })
+        };
+        self.origin.attackers.iter().filter_map(both).collect()
     }
 }

@@ -11,8 +11,8 @@ use crate::formats::Entry;
 use crate::formats::commonroad;
 use crate::generation::attacker::Candidate;
 use crate::generation::{
-    AttackStyle, Avoidability, Change, ClosedLoop, Effect, GateEvidence, Plausibility, Progress,
-    Refusal, Variant,
+    AttackStyle, Avoidability, ClosedLoop, Effect, GateEvidence, JointChange, Plausibility,
+    Progress, Refusal, Variant,
 };
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
@@ -31,11 +31,13 @@ pub struct VariantRequest {
     pub forecast: Forecast,
     /// The only obstacle that may attack; any if `None`.
     pub only: Option<i64>,
+    /// At most so many obstacles attack together in a search.
+    pub attackers: usize,
     /// Of the random numbers of a search.
     pub seed: u64,
     /// The model that thinks of the attack, in place of a search.
     pub writer: Option<Box<Writer>>,
-    /// How the attacker moves.
+    /// How attackers move.
     pub style: AttackStyle,
     /// Where it would be saved, which decides its name; the current folder if none.
     pub folder: Option<PathBuf>,
@@ -65,19 +67,19 @@ pub struct GeneratedVariant {
     pub file: String,
     /// The original scenario and the ego's drive in it.
     pub closed: ClosedLoop,
-    /// The motion requested of the attacker.
-    pub asked: Motion,
-    /// The changed motion.
-    pub change: Change,
+    /// The motions requested of the attackers, in the order of the change.
+    pub asked: Vec<Motion>,
+    /// The changed motions.
+    pub change: JointChange,
     /// Its effect.
     pub effect: Effect,
     /// Whether a good driver avoids it.
     pub avoidability: Avoidability,
-    /// The gate's evidence.
-    pub passed: GateEvidence,
-    /// How its attacker moves.
+    /// The gate's evidence of each changed motion.
+    pub passed: Vec<GateEvidence>,
+    /// How its attackers move.
     pub style: AttackStyle,
-    /// How plausible its motion is; `None` where no obstacle moves in the recording.
+    /// How plausible the motions are; `None` where no obstacle moves in the recording.
     pub plausibility: Option<Plausibility>,
     /// Refusals on the way.
     pub refused: Vec<Refusal>,

@@ -164,6 +164,17 @@ impl KeptVariant {
     }
 }
 
+/// Ids in words: 1, 2 and 3.
+#[must_use]
+pub fn listed(ids: &[i64]) -> String {
+    let words: Vec<String> = ids.iter().map(i64::to_string).collect();
+    match &words[..] {
+        [] => "none".into(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
 /// Describes the stage of a search, briefly or with all its numbers.
 #[must_use]
 pub fn working_words(at: Option<GenerationStage>, whole: bool) -> String {
@@ -270,10 +281,10 @@ impl Model {
 
     /// What is known of a variant that was opened from a file.
     fn saved_variant(&self, saved: &SavedVariant) -> String {
-        let what = format!(
-            "a saved variant: {} has a new motion",
-            saved.origin.attacker
-        );
+        let what = match &saved.origin.ids()[..] {
+            [one] => format!("a saved variant: {one} has a new motion"),
+            several => format!("a saved variant: {} have new motions", listed(several)),
+        };
         match &saved.original {
             Ok(_) => format!(
                 "{what}; {} opens the original {}, {} shows it beside",

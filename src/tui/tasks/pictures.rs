@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::super::loaded::{PictureJob, PictureKind, VariantShown};
+use super::super::loaded::{PictureJob, PictureKind};
 use crate::formats::commonroad::{NewFile, SaveError};
 use crate::render::{Figure, Format, Picture, Provenance, Subject, animate};
 use crate::system::shown_path;
@@ -78,8 +78,8 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
     };
     let figure = Figure::new(subject, &job.name, job.look.clone(), &job.thresholds);
     let mut figure = figure.map_err(|e| e.to_string())?;
-    if let Some(both) = job.variant.as_ref().and_then(VariantShown::variation) {
-        figure = figure.with_variation(both);
+    if let Some(shown) = &job.variant {
+        figure = figure.with_variations(shown.variations());
     }
     // Bytes first: a picture that cannot be drawn takes no name.
     let mut bytes = Vec::new();

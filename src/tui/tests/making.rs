@@ -101,7 +101,7 @@ fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
 
     let before = hash(&bench);
     arrive(&mut bench);
-    let (effect, attacker) = (&made(&bench).effect, made(&bench).effect.attacker);
+    let (effect, attacker) = (&made(&bench).effect, made(&bench).effect.main().obstacle);
     let Consequence::Collision(collision) = effect.consequence else {
         panic!("{:?}", effect.consequence);
     };
@@ -134,7 +134,7 @@ fn original_and_variant_take_turns_and_both_can_be_left() {
     let mut bench = dangerous();
     let (step, variant) = (bench.model.clock.step() - 3, hash(&bench));
     bench.model.clock.go(step);
-    let attacker = made(&bench).effect.attacker;
+    let attacker = made(&bench).effect.main().obstacle;
     let place = |bench: &Bench| {
         let opened = bench.model.opened.as_ref().unwrap();
         let obstacle = opened.scenario.obstacle(attacker).unwrap();
@@ -250,7 +250,7 @@ fn the_panel_tells_everything_and_follows_the_clock() {
     bench.press("space g v");
     assert!(bench.model.screens.is_top::<VariantScreen>());
     let effect = &made(&bench).effect;
-    let attacker = effect.attacker;
+    let attacker = effect.main().obstacle;
     let obstacle = effect.scenario.obstacle(attacker).unwrap();
     let last = bench.model.clock.step();
     let panel = bench.frame(200, 60);
@@ -266,7 +266,7 @@ fn the_panel_tells_everything_and_follows_the_clock() {
     ] {
         assert!(panel.contains(&words), "{words}\n{panel}");
     }
-    let steps = format!("{} checked", made(&bench).passed.steps);
+    let steps = format!("{} checked", made(&bench).passed[0].steps);
     assert!(panel.contains(&steps), "{panel}");
     bench.press("left");
     let panel = bench.frame(200, 60);
@@ -291,7 +291,7 @@ fn the_panel_tells_everything_and_follows_the_clock() {
 fn the_layer_can_be_switched_off() {
     let mut bench = dangerous();
     bench.model.toasts.clear();
-    let recorded = format!("{} recorded", made(&bench).effect.attacker);
+    let recorded = format!("{} recorded", made(&bench).effect.main().obstacle);
     assert!(bench.frame(200, 60).contains(&recorded));
     bench.model.map.layers.variant = false;
     let without = bench.frame(200, 60);

@@ -50,6 +50,7 @@ mod results_table;
 mod results_unasked;
 mod searching;
 mod session;
+mod several_attackers;
 mod side_by_side;
 mod sizes;
 mod stopping;

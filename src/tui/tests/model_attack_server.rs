@@ -127,7 +127,7 @@ async fn a_server_writes_it_and_nothing_is_paid_for_twice() {
     );
     let run = wrote.taken.unwrap().run;
     assert!(run.is_some_and(|run| run > RunId(1)), "{run:?}");
-    assert_eq!(made.effect.attacker, id);
+    assert_eq!(made.effect.main().obstacle, id);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

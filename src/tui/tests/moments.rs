@@ -173,7 +173,7 @@ fn a_variant_and_its_original_are_stepped_together() {
     let (now, other) = (bench.model.moment().unwrap(), then(&bench));
     assert_eq!((now.step, other.step), (at, at));
     assert_ne!(now.opened.scenario.hash, other.opened.scenario.hash);
-    let attacker = making::made(&bench).effect.attacker;
+    let attacker = making::made(&bench).effect.main().obstacle;
     let place = |m: &Moment<'_>| {
         m.opened
             .motion_of(On::Obstacle(attacker), m.step)
@@ -192,7 +192,7 @@ fn a_variant_and_its_original_are_stepped_together() {
     assert!(order.0.is_some() && order.0 < order.1, "{line}");
     // Back to the scenario as it was recorded, there is one scene again.
     bench.press("space e r");
-    assert!(then(&bench).variation.is_none());
+    assert!(then(&bench).variations.is_empty());
 }
 
 #[test]

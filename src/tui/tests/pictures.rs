@@ -90,7 +90,7 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
         let path = save(&job, &Drawing::default().begin()).unwrap();
         std::fs::read_to_string(path).unwrap()
     };
-    let attacker = bench.model.variant().unwrap().made.effect.attacker;
+    let attacker = bench.model.variant().unwrap().made.effect.main().obstacle;
     let [recorded, changed] = ["recorded", "changed"].map(|word| format!("{attacker} {word}"));
     let svg = drawn(&mut bench);
     assert!(svg.contains(&recorded) && !svg.contains(&changed), "{svg}");

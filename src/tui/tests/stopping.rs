@@ -25,6 +25,7 @@ pub fn right_turn() -> VariantRequest {
         change: None,
         forecast: Forecast::Lane,
         only: None,
+        attackers: 1,
         seed: 1,
         writer: None,
         folder: None,
@@ -82,7 +83,7 @@ fn a_search_that_is_to_stop_begins_no_motion_and_no_drive_more() {
         last = progress;
         asked.load(Ordering::Relaxed) < 10
     };
-    let search = |ground: &AttackSetup<'_>| search_until(ground, &SHORT, None, &mut watch, &stop);
+    let search = |ground: &AttackSetup<'_>| search_until(ground, &SHORT, &[], &mut watch, &stop);
     let found = workshop.on(search).unwrap();
     // Every motion after the tenth is refused unmade, and no further group of motions begins.
     assert!(last.tried >= 10 && last.tried <= 32, "{last:?}");

@@ -19,6 +19,7 @@ pub const SHORT: Effort = Effort {
     rounds: 3,
     drives: 3,
     attackers: 3,
+    together: 1,
     delay: 0.5,
     seed: 1,
 };
@@ -45,7 +46,8 @@ pub fn in_12_ms(made: &mut GenerationOutcome) {
 
 /// What is made of a bundled scenario, each searched for once for all tests; planning takes 12 ms in all of them.
 pub fn generated(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
-    type VariantCache = HashMap<(String, Option<i64>, u64), Result<GenerationOutcome, String>>;
+    type VariantCache =
+        HashMap<(String, Option<i64>, u64, usize), Result<GenerationOutcome, String>>;
     static MADE: Mutex<Option<VariantCache>> = Mutex::new(None);
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
     let make = || {
@@ -63,7 +65,12 @@ pub fn generated(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
         in_12_ms(&mut made);
         Ok(made)
     };
-    let key = (wish.entry.name.clone(), wish.only, wish.seed);
+    let key = (
+        wish.entry.name.clone(),
+        wish.only,
+        wish.seed,
+        wish.attackers,
+    );
     made.get_or_insert_default()
         .entry(key)
         .or_insert_with(make)

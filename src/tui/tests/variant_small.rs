@@ -41,7 +41,7 @@ fn the_header_says_what_the_variant_leads_to_before_how_would_be_asked() {
 #[test]
 fn the_attacker_is_named_however_little_room_there_is() {
     let mut bench = shown("rightturn", 80, 24);
-    let attacker = made(&bench).effect.attacker;
+    let attacker = made(&bench).effect.main().obstacle;
     // The list in front leaves few rows to the map; farther away all bodies share a few cells.
     for focus in ["", "tab"] {
         bench.press(focus);

@@ -70,7 +70,7 @@ pub fn found() -> (i64, Motion) {
         panic!("the search finds nothing");
     };
     let made = &variant.variant.as_ref().unwrap().made;
-    (made.effect.attacker, made.asked.clone())
+    (made.effect.main().obstacle, made.asked[0].clone())
 }
 
 fn choice(attacker: i64, ranked: Vec<Candidate>, words: &str) -> Choice {

@@ -17,7 +17,9 @@ use super::super::loaded::{
     Writer,
 };
 use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
-use super::super::model::{Drives, JobKind, Model, Search, consequence_words, forecast_words};
+use super::super::model::{
+    Drives, JobKind, Model, Search, consequence_words, forecast_words, listed,
+};
 use super::opening;
 use crate::generation::{AttackStyle, Consequence};
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
@@ -77,7 +79,11 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         return show(model, true);
     }
     let seed = model.maker.next_seed(hash, only);
-    let who = only.map_or("any obstacle".to_string(), |id| id.to_string());
+    let who = match (only, model.config.attackers) {
+        (Some(id), _) => id.to_string(),
+        (None, Some(2..)) => "one obstacle or several".into(),
+        (None, _) => "any obstacle".into(),
+    };
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     model.say(format!(
@@ -139,6 +145,10 @@ fn request(
     let style = model.config.attack_style.as_deref();
     let request = VariantRequest {
         style: style.and_then(AttackStyle::parse).unwrap_or_default(),
+        attackers: match only {
+            Some(_) => 1,
+            None => model.config.attackers.map_or(1, usize::from),
+        },
         entry: model.list.rows[place].entry.clone(),
         change,
         forecast: model.driver.forecast,
@@ -246,7 +256,7 @@ fn found(model: &mut Model, original: Box<Opened>, variant: Box<Opened>) -> Vec<
 /// The step that says most of a variant: of the contact, or else of the lowest risk.
 fn moment(made: &GeneratedVariant) -> i64 {
     let effect = &made.effect;
-    let lowest = effect.after.iter().min_by_key(|(_, score)| *score);
+    let lowest = effect.main().after.iter().min_by_key(|(_, score)| *score);
     let contact = effect.collision().map(|c| c.step);
     contact
         .or(lowest.map(|(step, _)| *step))
@@ -281,7 +291,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
     let id = OpenId(model.new_id());
     model.opening = Some((id, None));
     let effects = opening::opened(model, id, Ok(opened));
-    model.picked = Some(made.effect.attacker);
+    model.picked = Some(made.effect.main().obstacle);
     model.clock.go(step);
     model.map.second.pinned = pinned;
     model.plot.drives = if again { drives } else { Some(Drives::Risk) };
@@ -298,7 +308,11 @@ fn in_words(model: &Model, made: &GeneratedVariant, changed: bool) -> String {
         return format!("original, with the planned ego; {switch} shows the variant");
     }
     let dt = made.closed.driver().dt();
-    let attacker = made.effect.attacker;
+    let ids: Vec<i64> = made.effect.ids().collect();
+    let given = match ids.len() {
+        1 => "given a new motion",
+        _ => "given new motions",
+    };
     let what = match made.effect.consequence {
         Consequence::Collision(c) => {
             format!("collision with {} at {:.1} s", c.with, c.step as f64 * dt)
@@ -306,7 +320,8 @@ fn in_words(model: &Model, made: &GeneratedVariant, changed: bool) -> String {
         other => consequence_words(&other).to_string(),
     };
     format!(
-        "variant: {attacker} given a new motion, {what}; {switch} original, {} details, {} leaves it",
+        "variant: {} {given}, {what}; {switch} original, {} details, {} leaves it",
+        listed(&ids),
         model.look.key(Action::VariantPanel),
         model.look.key(Action::RecordedEgo)
     )

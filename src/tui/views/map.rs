@@ -184,7 +184,7 @@ fn request<'a>(model: &'a Model, moment: &Moment<'a>, viewport: Viewport) -> Map
         viewport,
         highlighted: model.picked.as_slice(),
         series: opened.series.as_ref(),
-        variation: moment.variation,
+        variations: moment.variations,
         trails: TRAILS,
     }
 }

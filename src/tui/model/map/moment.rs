@@ -5,9 +5,9 @@ use ratatui::layout::Position;
 use super::{Foresight, Measurement, On, Tape};
 use crate::geometry::Pose;
 use crate::metrics::Headline;
-use crate::render::Variation;
+use crate::render::Variations;
 use crate::scenario::Scene;
-use crate::tui::loaded::{CycleShown, Opened, VariantShown};
+use crate::tui::loaded::{CycleShown, Opened};
 use crate::tui::model::Model;
 
 /// The second map beside the first.
@@ -53,8 +53,8 @@ pub struct Moment<'a> {
     pub step: i64,
     /// Why it is this step.
     pub reason: Reason,
-    /// Both motions of a variant's attacker.
-    pub variation: Option<Variation<'a>>,
+    /// Both motions of a variant's attackers.
+    pub variations: Variations<'a>,
     /// Predicted paths at the step.
     pub foresight: &'a Foresight,
 }
@@ -102,10 +102,13 @@ impl<'a> Moment<'a> {
     }
 
     fn name(&self) -> String {
-        let what = self.variation.map(|both| match both.shows_changed {
-            true => "variant",
-            false => "original",
-        });
+        let what = self
+            .variations
+            .shows_changed()
+            .map(|changed| match changed {
+                true => "variant",
+                false => "original",
+            });
         match (self.reason, what) {
             (Reason::Clock, what) => what.unwrap_or("map").into(),
             (Reason::Contact, _) => "contact".into(),
@@ -142,10 +145,11 @@ impl Model {
             opened,
             step: self.clock.step(),
             reason: Reason::Clock,
-            variation: shown.and_then(VariantShown::variation).or_else(|| {
-                let saved = opened.saved.as_ref()?;
-                saved.variation(&opened.scenario, true)
-            }),
+            variations: match (shown, &opened.saved) {
+                (Some(shown), _) => shown.variations(),
+                (None, Some(saved)) => saved.variations(&opened.scenario, true),
+                (None, None) => Variations::default(),
+            },
             foresight: &self.map.foresight,
         })
     }
@@ -158,9 +162,9 @@ impl Model {
         let second = &self.map.second;
         let now = self.moment().filter(|_| second.on)?;
         let other = self.counterpart();
-        let moment = other.map_or(now, |(opened, variation)| Moment {
+        let moment = other.map_or(now, |(opened, variations)| Moment {
             opened,
-            variation,
+            variations,
             ..now
         });
         let (step, reason) = match (second.pinned, other) {
@@ -190,12 +194,12 @@ impl Model {
     }
 
     /// The original of the variant that is open, or the variant of its original.
-    fn counterpart(&self) -> Option<(&Opened, Option<Variation<'_>>)> {
+    fn counterpart(&self) -> Option<(&Opened, Variations<'_>)> {
         let Some(shown) = self.variant() else {
             let opened = self.opened.as_deref()?;
             let saved = opened.saved.as_ref()?;
             let (_, original) = saved.original.as_ref().ok()?;
-            return Some((&**original, saved.variation(&opened.scenario, false)));
+            return Some((&**original, saved.variations(&opened.scenario, false)));
         };
         let (hash, change) = self.made_of()?;
         let kept = self.maker.find(hash, change)?;
@@ -205,7 +209,7 @@ impl Model {
             true => &kept.original,
             false => &kept.variant,
         };
-        same.then(|| (&**other, kept.made.variation(!shown.changed)))
+        same.then(|| (&**other, kept.made.variations(!shown.changed)))
     }
 
     /// The step that says most of a scene beside that of the clock.

@@ -39,10 +39,10 @@ pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
 
 /// Possible attackers by the reference.
 pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
-    let attacker = Some(made.effect.attacker);
+    let attackers: Vec<i64> = made.effect.ids().collect();
     lines.title("possible attackers, least change first");
     for (place, candidate) in made.ranked.iter().take(PLACES).enumerate() {
-        let id = marked(candidate.obstacle, attacker);
+        let id = marked(candidate.obstacle, &attackers);
         let behind = if candidate.behind {
             ", from behind"
         } else {
@@ -71,11 +71,15 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
     let reference = &choice.ranked;
     for place in 0..its.len().max(reference.len()).min(PLACES) {
         let left = its.get(place).map_or(String::new(), |risk| {
-            format!("{} risk {}", marked(risk.id, attacker), risk.risk_score)
+            format!(
+                "{} risk {}",
+                marked(risk.id, attacker.as_slice()),
+                risk.risk_score
+            )
         });
         let wide = lines.width >= WIDE;
         let right = |c: &Candidate| {
-            let id = marked(c.obstacle, attacker);
+            let id = marked(c.obstacle, attacker.as_slice());
             match (c.behind, wide) {
                 (true, true) => format!("{id} {:.2} m/s², behind", c.acceleration),
                 // Why it comes after those that need more.
@@ -114,8 +118,8 @@ fn votes(choice: &Choice) -> String {
 }
 
 /// An id, with a mark if that one attacks.
-fn marked(id: i64, attacker: Option<i64>) -> String {
-    let mark = if attacker == Some(id) { "▸" } else { " " };
+fn marked(id: i64, attackers: &[i64]) -> String {
+    let mark = if attackers.contains(&id) { "▸" } else { " " };
     format!("{mark}{id}")
 }
 

@@ -11,7 +11,9 @@ use ratatui::text::Text;
 
 use super::{Screen, Step, moves_scene};
 use crate::description::visible;
-use crate::generation::{AttackStyle, Certificate, Consequence, Reason};
+use crate::generation::{
+    AttackStyle, AttackerEffect, Certificate, Consequence, GateEvidence, Reason,
+};
 use crate::scenario::Motion as State;
 use crate::tui::action::Action;
 use crate::tui::loaded::{GeneratedVariant, VariantShown};
@@ -96,7 +98,9 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     difference(&mut lines, model, made);
     attack(&mut lines, model, shown);
     match &made.authorship {
-        Some(wrote) => authorship::written(&mut lines, model, wrote, Some(made.effect.attacker)),
+        Some(wrote) => {
+            authorship::written(&mut lines, model, wrote, Some(made.effect.main().obstacle))
+        }
         None => refused(&mut lines, made),
     }
     gate(&mut lines, made);
@@ -124,22 +128,22 @@ fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
         None => format!("{}: computed, not recorded", made.by),
     };
     lines.say("source", &visible(&by));
-    match &made.asked {
-        Motion::Manoeuvre(manoeuvre) => lines.say("does", &manoeuvre_words(manoeuvre)),
-        Motion::Waypoints(points) => {
-            lines.say("does", &format!("follows {} waypoints", points.len()));
-        }
-    }
     let dt = made.closed.driver().dt();
-    let from = made.effect.from;
-    let until = made.change.until().unwrap_or(from);
-    lines.say(
-        "changed",
-        &format!(
-            "after step {from} ({:.1} s), up to step {until}",
-            from as f64 * dt
-        ),
-    );
+    for (asked, attacker) in made.asked.iter().zip(&made.effect.attackers) {
+        if made.effect.attackers.len() > 1 {
+            lines.say(&attacker.obstacle.to_string(), &nearness_words(attacker));
+        }
+        match asked {
+            Motion::Manoeuvre(manoeuvre) => lines.say("does", &manoeuvre_words(manoeuvre)),
+            Motion::Waypoints(points) => {
+                lines.say("does", &format!("follows {} waypoints", points.len()));
+            }
+        }
+        let (from, until) = (attacker.from, attacker.until);
+        let seconds = from as f64 * dt;
+        let words = format!("after step {from} ({seconds:.1} s), up to step {until}");
+        lines.say("changed", &words);
+    }
     if let Some(only) = made.only {
         lines.say("", &format!("only {only} was allowed to attack"));
     }
@@ -150,6 +154,27 @@ fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
         false => ("the original", "variant"),
     };
     lines.say("shown", &format!("{now}; {key} the {other}"));
+}
+
+/// How near one of several attackers comes, and what the others come to without it.
+fn nearness_words(attacker: &AttackerEffect) -> String {
+    let mut words = format!(
+        "risk {}",
+        change(attacker.lowest_before(), attacker.lowest_after())
+    );
+    if let Some(distance) = attacker.distance {
+        words.push_str(&format!(", {} m at least", hundredths(distance)));
+    }
+    if let Some(without) = &attacker.without {
+        words.push_str(&format!("; without it {}", consequence_words(without)));
+    }
+    words
+}
+
+/// Two risk scores, before and after.
+fn change(before: Option<u8>, after: Option<u8>) -> String {
+    let score = |score: Option<u8>| score.map_or("–".to_string(), |s| s.to_string());
+    format!("{} → {}", score(before), score(after))
 }
 
 fn manoeuvre_words(m: &Manoeuvre) -> String {
@@ -171,10 +196,17 @@ fn manoeuvre_words(m: &Manoeuvre) -> String {
 fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let effect = &made.effect;
     lines.title("outcome, computed");
-    let id = effect.attacker;
-    let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
-    let who = kind.map_or(id.to_string(), |kind| format!("{kind} {id}"));
-    lines.say("attacker", &visible(&who));
+    let who = |id: i64| {
+        let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
+        kind.map_or(id.to_string(), |kind| format!("{kind} {id}"))
+    };
+    let all: Vec<String> = effect.ids().map(who).collect();
+    let name = if all.len() == 1 {
+        "attacker"
+    } else {
+        "attackers"
+    };
+    lines.say(name, &visible(&all.join(", ")));
     let (words, color) = match effect.consequence {
         Consequence::Collision(c) => (format!("X collision with {c}"), model.theme.danger),
         Consequence::NearMiss => ("! near miss".to_string(), model.theme.warning),
@@ -182,8 +214,6 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     };
     let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
     lines.say_in("outcome", &words, style);
-    let score = |score: Option<u8>| score.map_or("–".to_string(), |s| s.to_string());
-    let change = |before, after| format!("{} → {}", score(before), score(after));
     let (before, after) = (effect.lowest_before(), effect.lowest_after());
     let anyone = change(effect.anyone_before, effect.anyone_after);
     let risk = format!(
@@ -195,7 +225,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         let words = format!("between steps {step} and {}, at neither", step + 1);
         lines.say("between", &words);
     }
-    if let Some(distance) = effect.distance {
+    if let Some(distance) = effect.distance() {
         lines.say(
             "distance",
             &format!("{} m, the smallest", hundredths(distance)),
@@ -252,19 +282,16 @@ fn refused(lines: &mut Lines, made: &GeneratedVariant) {
 }
 
 fn gate(lines: &mut Lines, made: &GeneratedVariant) {
-    let passed = &made.passed;
     lines.title("the gate that it passed");
+    let all = &made.passed;
+    let sum = |of: &dyn Fn(&GateEvidence) -> usize| all.iter().map(of).sum::<usize>();
+    let (steps, exempt) = (sum(&|p| p.steps), sum(&|p| p.exempt));
     lines.say(
         "steps",
-        &format!(
-            "{} checked, {} exempt as recorded",
-            passed.steps, passed.exempt
-        ),
+        &format!("{steps} checked, {exempt} exempt as recorded"),
     );
-    let friction = format!(
-        "at most {:.0} % of the circle used",
-        passed.friction * 100.0
-    );
+    let friction = all.iter().map(|p| p.friction).fold(0.0, f64::max);
+    let friction = format!("at most {:.0} % of the circle used", friction * 100.0);
     lines.say("friction", &friction);
     let style = match made.style {
         AttackStyle::Human => "keeps the limits of people",
@@ -278,18 +305,35 @@ fn gate(lines: &mut Lines, made: &GeneratedVariant) {
         );
         lines.say("plausible", &words);
     }
-    if passed.early > 0 {
-        let words = format!("ends {} steps before the recorded one", passed.early);
-        lines.say("motion", &words);
+    for (passed, id) in all.iter().zip(made.effect.ids()) {
+        if passed.early > 0 {
+            let whose = match all.len() {
+                1 => String::new(),
+                _ => format!("that of {id} "),
+            };
+            let words = format!("{whose}ends {} steps before the recorded one", passed.early);
+            lines.say("motion", &words);
+        }
     }
 }
 
-/// The attacker's two states at the cursor.
+/// The two states of each attacker at the cursor.
 fn difference(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let step = model.clock.step();
     let time = model.clock.time();
-    lines.title(&format!("at {time:.1} s, step {step}: recorded → changed"));
-    let id = made.effect.attacker;
+    for attacker in &made.effect.attackers {
+        let whose = match made.effect.attackers.len() {
+            1 => String::new(),
+            _ => format!("{} ", attacker.obstacle),
+        };
+        let title = format!("{whose}at {time:.1} s, step {step}: recorded → changed");
+        lines.title(&title);
+        states(lines, made, attacker, step);
+    }
+}
+
+fn states(lines: &mut Lines, made: &GeneratedVariant, attacker: &AttackerEffect, step: i64) {
+    let id = attacker.obstacle;
     let at = |scenario: &crate::scenario::Scenario| -> Option<State> {
         scenario.obstacle(id)?.motion_at(step).cloned()
     };
@@ -301,7 +345,7 @@ fn difference(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         (None, Some(_)) => return lines.plain("absent in the recording at this step"),
         (None, None) => return lines.plain("absent at this step"),
     };
-    if step <= made.effect.from {
+    if step <= attacker.from {
         lines.plain("as recorded until here");
     }
     let (p, q) = (before.pose.position, after.pose.position);

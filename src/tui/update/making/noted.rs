@@ -6,7 +6,7 @@ use super::super::super::loaded::{
     GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest,
 };
 use super::super::super::message::{JobId, Update};
-use super::super::super::model::{Job, JobKind, JobState, consequence_words};
+use super::super::super::model::{Job, JobKind, JobState, consequence_words, listed};
 use super::writing;
 
 /// A job for the list of tasks.
@@ -52,7 +52,11 @@ pub fn note(job: &mut Job, update: &Update<GenerationProgress, GenerationOutcome
             let effect = shown.map(|shown| &shown.made.effect);
             JobState::Done(effect.map_or(String::new(), |effect| {
                 let what = consequence_words(&effect.consequence);
-                format!("{what}, attacker {}", effect.attacker)
+                let ids: Vec<i64> = effect.ids().collect();
+                match ids.len() {
+                    1 => format!("{what}, attacker {}", listed(&ids)),
+                    _ => format!("{what}, attackers {}", listed(&ids)),
+                }
             }))
         }
         Err(why) => JobState::Failed(why.clone()),

@@ -136,7 +136,7 @@ fn curves(model: &Model, opened: &Opened, planned: &PlannedEgo, what: Drives) ->
     }
 }
 
-/// The attacker's risk scores: with the changed motion, and against the ego in the original.
+/// The attackers' risk scores: with the changed motions, and against the ego in the original.
 fn risks(model: &Model, dt: f64) -> Vec<Curve> {
     let Some(shown) = model.variant() else {
         return Vec::new();
@@ -148,10 +148,19 @@ fn risks(model: &Model, dt: f64) -> Vec<Curve> {
             .map(|&(step, score)| (step as f64 * dt, f64::from(score)))
             .collect()
     };
-    let effect = &shown.made.effect;
-    let after = line("after", theme.attacker, Dash::Solid, points(&effect.after));
-    let before = line("before", theme.text, Dash::Dotted, points(&effect.before));
-    vec![after, before]
+    let all = &shown.made.effect.attackers;
+    let curves = all.iter().flat_map(|attacker| {
+        let whose = match all.len() {
+            1 => String::new(),
+            _ => format!("{} ", attacker.obstacle),
+        };
+        let (after, before) = (points(&attacker.after), points(&attacker.before));
+        [
+            line(&format!("{whose}after"), theme.attacker, Dash::Solid, after),
+            line(&format!("{whose}before"), theme.text, Dash::Dotted, before),
+        ]
+    });
+    curves.collect()
 }
 
 fn line(name: &str, color: Color, dash: Dash, points: Vec<(f64, f64)>) -> Curve {

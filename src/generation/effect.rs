@@ -1,0 +1,217 @@
+//! The effect of changed motions on the ego: its drive against them, and how dangerous that was.
+
+use std::sync::Arc;
+
+use crate::scenario::Scenario;
+use crate::simulation::{Collision, ContactSide, Rollout};
+
+/// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
+pub type RiskCurve = Vec<(i64, u8)>;
+
+/// Consequence of a change. What also happens to the ego in the baseline is not one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Consequence {
+    /// The ego touches an obstacle: an attacker, or another one.
+    Collision(Collision),
+    /// No obstacle is touched, and the risk score of an attacker is 1 at most at some step.
+    NearMiss,
+    /// Neither.
+    NoEffect,
+}
+
+impl Consequence {
+    /// Its name in documents.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Collision(_) => "collision",
+            Self::NearMiss => "near_miss",
+            Self::NoEffect => "no_effect",
+        }
+    }
+
+    /// How bad its kind is: of a collision most.
+    fn badness(&self) -> u8 {
+        match self {
+            Self::Collision(_) => 2,
+            Self::NearMiss => 1,
+            Self::NoEffect => 0,
+        }
+    }
+
+    /// Whether it is of a worse kind than another one: a collision, a near miss, no effect.
+    #[must_use]
+    pub fn is_worse_than(&self, other: &Self) -> bool {
+        self.badness() > other.badness()
+    }
+}
+
+/// The ego's drive against a change, and how dangerous it was.
+#[derive(Debug, Clone)]
+pub struct Effect {
+    /// The obstacles whose motion was changed, in the order of the change; at least one.
+    pub attackers: Vec<AttackerEffect>,
+    /// The place in `attackers` of the one that the ego touches, or else of the most dangerous one.
+    pub main: usize,
+    /// The step of the last state before the first attacker moves otherwise.
+    pub from: i64,
+    /// The scenario with the changed motions.
+    pub scenario: Arc<Scenario>,
+    /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
+    pub drive: Rollout,
+    /// Its outcome.
+    pub consequence: Consequence,
+    /// The lowest risk score of any obstacle in the baseline; `None` if none ever is there.
+    pub anyone_before: Option<u8>,
+    /// The lowest risk score of any obstacle in this drive.
+    pub anyone_after: Option<u8>,
+    /// The first step after which, before the next one, the ego touches an obstacle. Outcomes go by the steps alone, as
+    /// CommonRoad does; this says where they do not see all.
+    pub between: Option<i64>,
+    /// Cycles that were taken over from another drive, as nothing had changed yet.
+    pub taken_over: usize,
+}
+
+/// How dangerous one attacker is to the ego.
+#[derive(Debug, Clone)]
+pub struct AttackerEffect {
+    /// The obstacle's id.
+    pub obstacle: i64,
+    /// The step of the last state before its motion is another one.
+    pub from: i64,
+    /// The last step of its motion.
+    pub until: i64,
+    /// Its risk scores against the baseline, with its recorded motion.
+    pub before: RiskCurve,
+    /// Its risk scores in this drive.
+    pub after: RiskCurve,
+    /// The smallest distance of its body to the ego's in this drive, metres.
+    pub distance: Option<f64>,
+    /// Its lowest risk score in this drive before it is rounded, see [`crate::metrics::UNROUNDED_RISK`].
+    pub unrounded: Option<f64>,
+    /// What the other attackers come to while this one moves as recorded; `None` where there are no others or that was
+    /// not looked for, see [`super::ClosedLoop::leave_each_out`].
+    pub without: Option<Consequence>,
+}
+
+impl AttackerEffect {
+    /// Its lowest risk score in the baseline; `None` if it never is there.
+    #[must_use]
+    pub fn lowest_before(&self) -> Option<u8> {
+        lowest(&self.before)
+    }
+
+    /// Its lowest risk score in this drive.
+    #[must_use]
+    pub fn lowest_after(&self) -> Option<u8> {
+        lowest(&self.after)
+    }
+
+    /// How dangerous it is: the less, the more.
+    fn safety(&self) -> (f64, f64) {
+        let most = f64::INFINITY;
+        (
+            self.unrounded.unwrap_or(most),
+            self.distance.unwrap_or(most),
+        )
+    }
+}
+
+impl Effect {
+    /// The attacker that the ego touches, or else the most dangerous one.
+    #[must_use]
+    pub fn main(&self) -> &AttackerEffect {
+        &self.attackers[self.main]
+    }
+
+    /// The effect of one of its obstacles.
+    #[must_use]
+    pub fn of(&self, obstacle: i64) -> Option<&AttackerEffect> {
+        self.attackers.iter().find(|a| a.obstacle == obstacle)
+    }
+
+    /// Whether the motion of an obstacle was changed.
+    #[must_use]
+    pub fn is_attacker(&self, obstacle: i64) -> bool {
+        self.of(obstacle).is_some()
+    }
+
+    /// The ids of the attackers.
+    pub fn ids(&self) -> impl Iterator<Item = i64> + '_ {
+        self.attackers.iter().map(|a| a.obstacle)
+    }
+
+    /// The lowest risk score of an attacker in the baseline; `None` if none ever is there.
+    #[must_use]
+    pub fn lowest_before(&self) -> Option<u8> {
+        let all = self.attackers.iter();
+        all.filter_map(AttackerEffect::lowest_before).min()
+    }
+
+    /// The lowest risk score of an attacker in this drive.
+    #[must_use]
+    pub fn lowest_after(&self) -> Option<u8> {
+        let all = self.attackers.iter();
+        all.filter_map(AttackerEffect::lowest_after).min()
+    }
+
+    /// The smallest distance of an attacker's body to the ego's in this drive, metres.
+    #[must_use]
+    pub fn distance(&self) -> Option<f64> {
+        let all = self.attackers.iter().filter_map(|a| a.distance);
+        all.min_by(f64::total_cmp)
+    }
+
+    /// The collision, if there is one.
+    #[must_use]
+    pub fn collision(&self) -> Option<Collision> {
+        match self.consequence {
+            Consequence::Collision(collision) => Some(collision),
+            _ => None,
+        }
+    }
+
+    /// Whether it is an attacker that the ego touches.
+    #[must_use]
+    pub fn hits_attacker(&self) -> bool {
+        self.collision().is_some_and(|c| self.is_attacker(c.with))
+    }
+
+    /// Whether an obstacle drives into the ego's rear with the front: that proves little, since no obstacle reacts to
+    /// the ego.
+    #[must_use]
+    pub fn is_hit_from_behind(&self) -> bool {
+        self.collision()
+            .is_some_and(|c| c.ego == ContactSide::Rear && c.other == ContactSide::Front)
+    }
+
+    /// Whether each of several attackers is needed: without it, the others come to something less bad. `None` of a single
+    /// one, and where that was not looked for.
+    #[must_use]
+    pub fn needs_all(&self) -> Option<bool> {
+        let mut all = self.attackers.iter();
+        all.try_fold(true, |needed, attacker| {
+            let without = attacker.without?;
+            Some(needed && self.consequence.is_worse_than(&without))
+        })
+    }
+
+    /// The place of the attacker that counts most.
+    pub(super) fn place_of_main(attackers: &[AttackerEffect], consequence: Consequence) -> usize {
+        let touched = match consequence {
+            Consequence::Collision(c) => attackers.iter().position(|a| a.obstacle == c.with),
+            _ => None,
+        };
+        let order = |a: &AttackerEffect, b: &AttackerEffect| {
+            let (a, b) = (a.safety(), b.safety());
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        };
+        let all = attackers.iter().enumerate();
+        let nearest = all.min_by(|(_, a), (_, b)| order(a, b));
+        touched.or(nearest.map(|(i, _)| i)).unwrap_or(0)
+    }
+}
+
+fn lowest(curve: &RiskCurve) -> Option<u8> {
+    curve.iter().map(|(_, score)| *score).min()
+}
