@@ -48,6 +48,7 @@ mod failing_servers;
 mod generate;
 #[path = "cli/generate_resume.rs"]
 mod generate_resume;
+#[path = "cli/generate_together.rs"]
 mod generate_together;
 #[path = "cli/hostile.rs"]
 mod hostile;
