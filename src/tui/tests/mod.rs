@@ -64,3 +64,4 @@ mod variant_small;
 mod versions;
 mod views;
 mod written;
+mod written_nothing;
