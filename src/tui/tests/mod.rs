@@ -65,3 +65,4 @@ mod variant_small;
 mod versions;
 mod views;
 mod written;
+mod written_nothing;

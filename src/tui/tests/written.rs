@@ -27,7 +27,6 @@ use crate::tui::loaded::{
 };
 use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use crate::tui::model::{JobState, Model};
-use crate::tui::screens::variant::VariantScreen;
 use crate::verdict::{AttackerChoice, Motion, ObstacleRisk};
 use crate::workflow::{AttackSource, AttackWriter};
 
@@ -35,7 +34,7 @@ use crate::workflow::{AttackSource, AttackWriter};
 const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";
 
 /// The last wish, and its number.
-fn asked(bench: &Bench) -> (JobId, VariantRequest) {
+pub fn asked(bench: &Bench) -> (JobId, VariantRequest) {
     let mut asks = bench.effects.iter().rev();
     let ask = asks.find_map(|effect| match effect {
         Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
@@ -44,18 +43,18 @@ fn asked(bench: &Bench) -> (JobId, VariantRequest) {
     ask.expect("a model was asked")
 }
 
-fn count(bench: &Bench) -> usize {
+pub fn count(bench: &Bench) -> usize {
     let begun = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Generate(..)));
     bench.effects.iter().filter(begun).count()
 }
 
-fn said(model: &Model) -> String {
+pub fn said(model: &Model) -> String {
     let last = model.toasts.last();
     last.map_or(String::new(), |toast| toast.text.clone())
 }
 
 /// The right turn, open, with a model chosen.
-fn open() -> Bench {
+pub fn open() -> Bench {
     let mut bench = Bench::bundled();
     bench.press("/");
     bench.type_text("rightturn");
@@ -366,48 +365,6 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     bench.model.model = "lab/large".into();
     bench.press("space g m enter");
     assert!(!asked(&bench).1.writer.unwrap().fresh);
-}
-
-#[test]
-fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
-    let mut bench = open();
-    bench.model.picked = Some(305);
-    bench.perform("generate-with-model-by");
-    bench.press("enter");
-    assert_eq!(asked(&bench).1.only, Some(305));
-    bench.press("esc esc");
-    bench.model.model = crate::judge::MODEL.into();
-    bench.press("space g m");
-    assert_eq!(count(&bench), 1);
-    let words = said(&bench.model);
-    assert!(
-        words.contains("m chooses a model, Space g g searches without one"),
-        "{words}"
-    );
-}
-
-#[test]
-fn what_came_to_nothing_can_be_read() {
-    let mut bench = open();
-    bench.press("space g v");
-    assert!(bench.model.screens.is_empty());
-    bench.press("space g m enter");
-    let (id, _) = asked(&bench);
-    let nothing = unwritten("lab/\u{1b}[31msmall");
-    bench.send(events::generated(id, Ok(nothing)));
-    assert!(said(&bench.model).ends_with("Space g v details"));
-    bench.press("space g v");
-    assert!(bench.model.screens.is_top::<VariantScreen>());
-    let panel = bench.frame(200, 60);
-    for words in [
-        "what the model wrote",
-        "1 answer, 0 passed the gate",
-        "x rejected: lab/␛[31msmall",
-        "305, by the model",
-    ] {
-        assert!(panel.contains(words), "{words}\n{panel}");
-    }
-    assert!(!panel.contains('\u{1b}'));
 }
 
 #[test]
