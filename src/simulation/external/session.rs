@@ -330,7 +330,12 @@ fn of_step(trajectory: &Trajectory, step: i64) -> Result<(), Fault> {
         return Ok(());
     }
     let details = format!("it is for step {}, asked was step {step}", trajectory.step);
-    Err(Fault::new(PlannerFault::Nonsense, details))
+    // One more answer to an earlier request, or one to none.
+    let fault = match trajectory.step < step {
+        true => PlannerFault::Flood,
+        false => PlannerFault::Nonsense,
+    };
+    Err(Fault::new(fault, details))
 }
 
 /// The line that ends a planner.
