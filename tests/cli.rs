@@ -88,6 +88,8 @@ mod protobuf;
 mod ratings;
 #[path = "cli/reading.rs"]
 mod reading;
+#[path = "cli/recordings.rs"]
+mod recordings;
 #[path = "cli/refused.rs"]
 mod refused;
 #[path = "cli/remote.rs"]

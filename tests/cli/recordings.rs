@@ -1,0 +1,82 @@
+//! Recordings of other data sets in commands: named by file, folder and part.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use super::support::program::Home;
+
+/// Floating car data of 40 s: `7` comes up behind `8`, which stands, and stops short of it.
+fn written(home: &Home) -> PathBuf {
+    let folder = home.files().join("recorded");
+    std::fs::create_dir(&folder).expect("made");
+    let mut xml = String::from("<fcd-export>\n");
+    for step in 0..=400 {
+        let t = f64::from(step) * 0.1;
+        let x = if t < 20.0 { 10.0 * t } else { 200.0 };
+        let row = |id: i64, x: f64, speed: f64| {
+            format!(
+                "<vehicle id='{id}' x='{x:.2}' y='0' angle='90' type='DEFAULT_VEHTYPE' speed='{speed}'/>"
+            )
+        };
+        let (a, b) = (
+            row(7, x, if t < 20.0 { 10.0 } else { 0.0 }),
+            row(8, 210.0, 0.0),
+        );
+        let _ = writeln!(xml, "<timestep time='{t:.1}'>{a}{b}</timestep>");
+    }
+    std::fs::write(folder.join("fcd.xml"), xml + "</fcd-export>\n").expect("written");
+    folder
+}
+
+#[test]
+fn windows_are_found_inspected_measured_and_converted() {
+    let home = Home::new();
+    let folder = written(&home);
+    let text = |path: &PathBuf| path.display().to_string();
+    let lines = home
+        .run(&["inspect", &text(&folder), "--json"])
+        .status(0)
+        .json_lines();
+    let files: Vec<&str> = lines.iter().filter_map(|l| l["file"].as_str()).collect();
+    assert!(
+        files == [folder.join("fcd.xml#track=7@12.8s").display().to_string()],
+        "{files:?}"
+    );
+    assert!(lines[0]["ego"].as_bool().expect("said"), "{lines:?}");
+    let ended = home.run(&["inspect", files[0]]).status(0);
+    assert!(
+        ended.stdout.contains("SUMO") && ended.stdout.contains("no net"),
+        "{}",
+        ended.stdout
+    );
+    let ended = home.run(&["metrics", files[0]]).status(0);
+    assert!(ended.stdout.lines().count() > 90, "{}", ended.stdout);
+    let into = home.files().join("converted");
+    std::fs::create_dir(&into).expect("made");
+    home.run(&["convert", &text(&folder), "-o", &text(&into)])
+        .status(0);
+    let written: Vec<_> = into.read_dir().expect("read").flatten().collect();
+    assert_eq!(written.len(), files.len());
+    let again = home.run(&["inspect", &text(&written[0].path())]).status(0);
+    assert!(
+        again.stdout.contains("CommonRoad 2020a"),
+        "{}",
+        again.stdout
+    );
+}
+
+#[test]
+fn a_part_that_is_not_there_is_named() {
+    let home = Home::new();
+    let folder = written(&home);
+    let file = folder.join("fcd.xml").display().to_string();
+    home.run(&["inspect", &format!("{file}#track=9")])
+        .status(2)
+        .says(&["no vehicle `9`; it has 7, 8"]);
+    home.run(&["inspect", &file])
+        .status(2)
+        .says(&["longer than 30 s", "#track=7@"]);
+    home.run(&["inspect", &format!("{file}x#1")])
+        .status(2)
+        .says(&["no such file"]);
+}
