@@ -95,6 +95,8 @@ mod protobuf;
 mod ratings;
 #[path = "cli/reading.rs"]
 mod reading;
+#[path = "cli/recording_task.rs"]
+mod recording_task;
 #[path = "cli/recordings.rs"]
 mod recordings;
 #[path = "cli/refused.rs"]

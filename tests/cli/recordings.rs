@@ -1,336 +1,82 @@
-//! Whole recordings, safe or of high risk, and risk scores as the truth.
+//! Recordings of other data sets in commands: named by file, folder and part.
 
-use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::PathBuf;
 
-use nearmiss::formats::bundled;
-use nearmiss::metrics::{Context, MEASURES, Series};
-use nearmiss::scenario::Scene;
-use serde_json::{Value, json};
+use super::support::program::Home;
 
-use super::CUT_IN;
-use super::batches::{home as home_with, telling};
-use super::support::program::{Ended, Home};
-use super::support::server::Server;
-
-const RED_LIGHT: &str = "ZAM_RedLight-1_1_T-1";
-
-fn run(home: &Home, arguments: &[&str]) -> Ended {
-    tokio::task::block_in_place(|| home.run(arguments))
-}
-
-/// The bundled scenes with an ego, by name.
-fn scenes() -> BTreeMap<String, Scene> {
-    let scene = |entry: nearmiss::formats::Entry| {
-        let scenario = entry.read().unwrap();
-        let ego = entry.recorded_ego(&scenario).unwrap()?;
-        Some((entry.name.clone(), Scene::new(scenario, ego)))
-    };
-    bundled().into_iter().filter_map(scene).collect()
-}
-
-/// The lowest risk score at these steps, by the registry of measures.
-fn lowest(scene: &Scene, steps: std::ops::RangeInclusive<i64>) -> u8 {
-    let risk = MEASURES.iter().filter(|m| m.id == "risk").collect();
-    let series = Series::from_context(&Context::new(scene), risk);
-    let mut lowest = 5;
-    for &id in series.obstacles() {
-        for (step, reading) in scene.steps().zip(series.row("risk", id)) {
-            if let Some(score) = reading.value().filter(|_| steps.contains(&step)) {
-                lowest = lowest.min(score as u8);
-            }
-        }
-    }
-    lowest
-}
-
-fn lines(text: &str) -> Vec<Value> {
-    let lines = text.lines();
-    lines
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect()
-}
-
-#[test]
-fn a_recording_is_asked_about_as_a_whole() {
-    let home = Home::new();
-    let mut decisions = [0, 0];
-    for (name, scene) in scenes() {
-        let asked = ["ask", &name, "--task", "recording", "--no-store", "--json"];
-        let answer = home.run(&asked).status(0).json();
-        let wanted = lowest(&scene, scene.steps().start..=scene.last_step()) <= 1;
-        assert_eq!(answer["dangerous"], wanted, "{name}");
-        assert_eq!(answer["verdict"]["high_risk"], wanted, "{name}");
-        let all = json!([scene.steps().start, scene.last_step()]);
-        assert_eq!(answer["window"], all, "{name}");
-        decisions[usize::from(wanted)] += 1;
-    }
-    assert!(decisions.iter().all(|count| *count > 0), "{decisions:?}");
-    let words = home
-        .run(&["ask", CUT_IN, "--task", "recording", "--no-store"])
-        .status(0)
-        .stdout;
-    assert!(words.contains("high risk"), "{words}");
-    for option in [&["--at", "20"][..], &["--history", "5"]] {
-        let asked = ["prompt", CUT_IN, "--task", "recording"];
-        home.run(&[&asked[..], option].concat())
-            .status(2)
-            .says(&["whole recording", option[0]]);
-    }
-    home.run(&[
-        "prompt",
-        CUT_IN,
-        "--task",
-        "recording",
-        "--frame",
-        "cartesian",
-    ])
-    .status(2)
-    .says(&["recording", "ego, metrics"]);
-}
-
-#[test]
-fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
-    let home = Home::new();
-    let prompt = |more: &[&str]| {
-        let asked = [
-            "prompt",
-            RED_LIGHT,
-            "--task",
-            "recording",
-            "--techniques",
-            "base",
-            "--json",
-        ];
-        home.run(&[&asked[..], more].concat()).status(0).json()
-    };
-    let user = |document: &Value| {
-        document["messages"][1]["content"]
-            .as_str()
-            .unwrap()
-            .to_string()
-    };
-    let times = |text: &str| {
-        let rows = text.lines().filter(|line| line.contains(",ego,"));
-        rows.map(|row| row.split(',').next().unwrap().to_string())
-            .collect::<Vec<_>>()
-    };
-    let ego = user(&prompt(&["--frame", "ego"]));
-    let (described, nearest) = ego
-        .split_once("The nearest moment of each obstacle")
-        .unwrap();
-    assert!((10..=20).contains(&times(described).len()), "{described}");
-    // The bus passes at -3.50 s, between two described times: its nearest moment is told all the same.
-    assert!(!times(described).contains(&"-3.50".to_string()));
-    assert!(nearest.contains("-3.50,bus 304,"), "{nearest}");
-    // An explicit stride holds.
-    let every = user(&prompt(&["--frame", "ego", "--stride", "1"]));
-    assert_eq!(times(every.split_once("The nearest").unwrap().0).len(), 61);
-    let metrics = user(&prompt(&["--frame", "metrics"]));
-    assert!(metrics.contains("min ttc [s]"), "{metrics}");
-    for told in [",risk", "risk score", "Contact", "collision"] {
-        assert!(!metrics.contains(told) && !ego.contains(told), "{told}");
-    }
-    let chosen = user(&prompt(&[
-        "--frame",
-        "metrics",
-        "--measures",
-        "distance,risk",
-    ]));
-    assert!(chosen.contains(",risk"), "{chosen}");
-    let prose = prompt(&["--frame", "ego", "--form", "prose"]);
-    assert!(user(&prose).contains("The nearest moment of each obstacle from t = -6.00 s"));
-    let lane = user(&prompt(&["--frame", "ego", "--axes", "lane"]));
-    assert!(
-        lane.contains("The nearest moment of each obstacle"),
-        "{lane}"
-    );
-}
-
-#[test]
-fn labels_by_risk_score_are_those_of_the_scores_after_each_window() {
-    let home = Home::new();
-    let scenes = scenes();
-    let names: Vec<&str> = scenes.keys().map(String::as_str).collect();
-    let asked = [
-        "--task",
-        "safety,recording,collision",
-        "--lead",
-        "0.5,1",
-        "--truth",
-        "score",
-        "--questions",
-    ];
-    let text = home.run(&[&["evaluate"], &names[..], &asked].concat());
-    let mut tasks: BTreeMap<(String, bool), usize> = BTreeMap::new();
-    for line in lines(&text.status(0).stdout) {
-        let scene = &scenes[line["scenario"].as_str().unwrap()];
-        let [first, last] = ["first_step", "last_step"].map(|key| line[key].as_i64().unwrap());
-        let task = line["task"].as_str().unwrap();
-        let wanted = match task {
-            "recording" => {
-                assert_eq!((first, last), (scene.steps().start, scene.last_step()));
-                lowest(scene, first..=last) <= 1
-            }
-            "safety" => lowest(scene, last + 1..=last + 20) <= 1,
-            _ => lowest(scene, first..=last) == 0,
+/// Floating car data of 40 s: `7` comes up behind `8`, which stands, and stops short of it.
+fn written(home: &Home) -> PathBuf {
+    let folder = home.files().join("recorded");
+    std::fs::create_dir(&folder).expect("made");
+    let mut xml = String::from("<fcd-export>\n");
+    for step in 0..=400 {
+        let t = f64::from(step) * 0.1;
+        let x = if t < 20.0 { 10.0 * t } else { 200.0 };
+        let row = |id: i64, x: f64, speed: f64| {
+            format!(
+                "<vehicle id='{id}' x='{x:.2}' y='0' angle='90' type='DEFAULT_VEHTYPE' speed='{speed}'/>"
+            )
         };
-        assert_eq!(line["label"] == "dangerous", wanted, "{line}");
-        assert_eq!(
-            line["critical"].as_array().unwrap().is_empty(),
-            !wanted,
-            "{line}"
+        let (a, b) = (
+            row(7, x, if t < 20.0 { 10.0 } else { 0.0 }),
+            row(8, 210.0, 0.0),
         );
-        if task == "safety" && !wanted {
-            assert!(lowest(scene, first..=last) > 1, "{line}");
-        }
-        *tasks.entry((task.into(), wanted)).or_default() += 1;
+        let _ = writeln!(xml, "<timestep time='{t:.1}'>{a}{b}</timestep>");
     }
-    for task in ["safety", "recording", "collision"] {
-        for wanted in [true, false] {
-            let key = (task.to_string(), wanted);
-            assert!(tasks.contains_key(&key), "{key:?}: {tasks:?}");
-        }
-    }
+    std::fs::write(folder.join("fcd.xml"), xml + "</fcd-export>\n").expect("written");
+    folder
 }
 
 #[test]
-fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
+fn windows_are_found_inspected_measured_and_converted() {
     let home = Home::new();
-    let evaluate = |more: &[&str]| {
-        home.run(
-            &[
-                &["evaluate", CUT_IN, RED_LIGHT, "--task", "recording"],
-                more,
-            ]
-            .concat(),
-        )
-    };
-    for own in [&[][..], &["--truth", "score"], &["--truth", "auto"]] {
-        evaluate(own)
-            .status(2)
-            .says(&["--task recording needs --truth", "score:paper"]);
-    }
-    let counts = evaluate(&["--truth", "score:paper", "--json"])
+    let folder = written(&home);
+    let text = |path: &PathBuf| path.display().to_string();
+    let lines = home
+        .run(&["inspect", &text(&folder), "--json"])
         .status(0)
-        .json();
-    assert_eq!(
-        (&counts["task"], &counts["truth"]),
-        (&json!("recording"), &json!("score:paper"))
+        .json_lines();
+    let files: Vec<&str> = lines.iter().filter_map(|l| l["file"].as_str()).collect();
+    assert!(
+        files == [folder.join("fcd.xml#track=7@12.8s").display().to_string()],
+        "{files:?}"
     );
-    let cells = ["tp", "fp", "fn", "tn"].map(|key| counts[key].as_u64().unwrap());
-    assert_eq!(cells.iter().sum::<u64>(), 2, "{counts}");
-    // Leads count from the first moment of extreme risk, which is before the contact.
-    let safety = |truth: &str| {
-        let asked = ["evaluate", CUT_IN, RED_LIGHT, "--lead", "0.5", "--json"];
-        home.run(&[&asked[..], &["--truth", truth]].concat())
-            .status(0)
-            .json()
-    };
-    let (auto, score) = (safety("auto"), safety("score"));
-    assert_eq!(score["truth"], "score");
-    // One of them comes near without a contact.
-    assert_eq!(
-        (&auto["collisions"], &score["collisions"]),
-        (&json!(1), &json!(2))
+    assert!(lines[0]["ego"].as_bool().expect("said"), "{lines:?}");
+    let ended = home.run(&["inspect", files[0]]).status(0);
+    assert!(
+        ended.stdout.contains("SUMO") && ended.stdout.contains("no net"),
+        "{}",
+        ended.stdout
     );
-    evaluate(&["--truth", "scores"])
-        .status(2)
-        .says(&["scores", "score"]);
+    let ended = home.run(&["metrics", files[0]]).status(0);
+    assert!(ended.stdout.lines().count() > 90, "{}", ended.stdout);
+    let into = home.files().join("converted");
+    std::fs::create_dir(&into).expect("made");
+    home.run(&["convert", &text(&folder), "-o", &text(&into)])
+        .status(0);
+    let written: Vec<_> = into.read_dir().expect("read").flatten().collect();
+    assert_eq!(written.len(), files.len());
+    let again = home.run(&["inspect", &text(&written[0].path())]).status(0);
+    assert!(
+        again.stdout.contains("CommonRoad 2020a"),
+        "{}",
+        again.stdout
+    );
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
-    let said = json!({"justification": "so", "obstacles": [], "critical_obstacles": [], "probability": 0.9,
-        "safety_critical": true, "high_risk": true})
-    .to_string();
-    let server = Server::answering(move |_, _| Some(telling(&said))).await;
-    let home = home_with(server.base_url());
-    let asked = [
-        "evaluate",
-        CUT_IN,
-        RED_LIGHT,
-        "--model",
-        "lab/tiny,reference/geometry",
-        "--task",
-        "safety,recording",
-        "--techniques",
-        "base",
-        "--truth",
-        "score",
-    ];
-    let with = |frame: &'static str| [&asked[..], &["--frame", frame]].concat();
-    run(
-        &home,
-        &[&with("metrics")[..], &["--write-experiment", "e.toml"]].concat(),
-    )
-    .status(0);
-    let text = std::fs::read_to_string(home.files().join("e.toml")).unwrap();
-    assert!(text.contains("truth = [\"score\"]"), "{text}");
-    run(&home, &["evaluate", "e.toml"]).status(0);
-    run(&home, &with("ego")).status(0);
-    let report = |batch: &str| {
-        let asked = ["report", "--batch", batch, "--json"];
-        run(&home, &asked).status(0).json()
-    };
-    let notes = |report: &Value| report["notes"].to_string();
-    let (metrics, ego) = (report("b1"), report("b2"));
-    assert!(
-        metrics["truth"]["words"]
-            .as_str()
-            .unwrap()
-            .starts_with("risk score of TTC and MDC"),
-        "{metrics}"
-    );
-    let note = "metrics frame of the safety task prints risk scores";
-    assert!(notes(&metrics).contains(note), "{}", notes(&metrics));
-    assert!(
-        !notes(&ego).contains("prints risk scores"),
-        "{}",
-        notes(&ego)
-    );
-    // Both recordings are of high risk; the judge's answers to that are the truth itself.
-    for report in [&metrics, &ego] {
-        let cells = report["cells"].as_array().unwrap();
-        let of = |model: &str| {
-            let is = |cell: &&Value| {
-                cell["label"] == "all" && cell["task"] == "recording" && cell["model"] == model
-            };
-            let cell = cells.iter().find(is).unwrap();
-            ["tp", "fp", "fn", "tn"].map(|key| cell[key].as_u64().unwrap())
-        };
-        assert_eq!(of("lab/tiny"), [2, 0, 0, 0]);
-        assert_eq!(of("reference/geometry"), [2, 0, 0, 0]);
-    }
-    // Stored answers, whatever their batch said.
-    let stored = |truth: &str| {
-        let asked = ["report", "--truth", truth, "--frame", "ego", "--json"];
-        run(&home, &asked[..3]);
-        run(&home, &["report", "--truth", truth, "--json"])
-            .status(0)
-            .json()
-    };
-    let by_score = stored("score");
-    assert!(notes(&by_score).contains(note), "{}", notes(&by_score));
-    assert_eq!(by_score["truth"]["sources"], json!(["score"]));
-    run(&home, &["report", "--truth", "score,batch"])
+#[test]
+fn a_part_that_is_not_there_is_named() {
+    let home = Home::new();
+    let folder = written(&home);
+    let file = folder.join("fcd.xml").display().to_string();
+    home.run(&["inspect", &format!("{file}#track=9")])
         .status(2)
-        .says(&["--truth score stands alone", "batch"]);
-    // Another truth of the same answers.
-    run(
-        &home,
-        &["evaluate", "--resume", "b2", "--truth", "score:paper"],
-    );
-    let paper = report("b2");
-    assert!(
-        paper["truth"]["words"]
-            .as_str()
-            .unwrap()
-            .contains("the paper's convention"),
-        "{paper}"
-    );
-    let runs = run(
-        &home,
-        &["runs", "--task", "recording", "--verdict", "dangerous"],
-    );
-    assert!(runs.status(0).stdout.contains("high risk"));
+        .says(&["no vehicle `9`; it has 7, 8"]);
+    home.run(&["inspect", &file])
+        .status(2)
+        .says(&["longer than 30 s", "#track=7@"]);
+    home.run(&["inspect", &format!("{file}x#1")])
+        .status(2)
+        .says(&["no such file"]);
 }

@@ -40,6 +40,12 @@ pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
         .iter()
         .map(|level| json!(level))
         .collect();
+    let attacker = json!({
+        "kind": "car", "style": "human", "acceleration": 3.5, "switch_speed": 7.319, "power": 55.551,
+        "braking": 7.59, "lateral": 4.0, "friction": 7.59, "jerk": 12.65, "speed": 50.8, "radius": 5.9,
+        "curvature": 0.169, "steering": 0.412, "steering_rate": 0.4, "wheelbase": 2.578, "rear_to_centre": 1.4,
+        "on_road": true, "least_distance": 0.1, "least_speed": 0.1,
+    });
     let values = json!({
         "task": front.task, "frame": front.frame,
         "cp": bits & 1 != 0, "cot": bits & 2 != 0, "icl": bits & 4 != 0,
@@ -51,12 +57,7 @@ pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
             "level": "critical", "source": "a standard"}],
         "critical": [{"name": "time to collision", "from": false, "value": 1.5, "unit": "s",
             "level": "critical", "source": "a standard"}],
-        "attacker": {
-            "kind": "car", "style": "human", "acceleration": 3.5, "switch_speed": 7.319, "power": 55.551,
-            "braking": 7.59, "lateral": 4.0, "friction": 7.59, "jerk": 12.65, "speed": 50.8, "radius": 5.9,
-            "curvature": 0.169, "steering": 0.412, "steering_rate": 0.4, "wheelbase": 2.578, "rear_to_centre": 1.4,
-            "on_road": true, "least_distance": 0.1, "least_speed": 0.1,
-        },
+        "attacker": attacker,
         "reaction": 0.5,
         "limits": {"acceleration": 3.5, "deceleration": 8.0, "lateral": 8.0, "curvature": 0.2},
         "answer_form": answer_form(&schema), "answer_keys": answer_keys(&schema),

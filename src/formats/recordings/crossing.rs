@@ -107,7 +107,9 @@ mod tests {
             (0.0, 0.0),
         ];
         let lanelet = of_ring(1, &ring(&corners)).unwrap();
-        assert_eq!(lanelet.left.points, ring(&[(0.0, 2.0), (11.0, 2.0)]));
+        // Along its last longest side, here to the left of the picture.
+        assert_eq!(lanelet.left.points, ring(&[(11.0, 0.0), (0.0, 0.0)]));
+        assert_eq!(lanelet.right.points, ring(&[(11.0, 2.0), (0.0, 2.0)]));
         assert_eq!(
             of_ring(1, &ring(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])),
             None

@@ -17,6 +17,9 @@ const SPEED_LIMIT: &str = "274";
 /// The road reaches so far beyond the first and last middle of a vehicle, metres.
 const BEYOND: f64 = 20.0;
 
+/// From a point of a border to the next, metres, at most.
+const PIECE: f64 = 50.0;
+
 /// The lanes of both directions; `extent` is from where to where there is traffic, metres.
 ///
 /// The picture's y points down. Lanes at its top are driven to the left, those at its bottom to the right.
@@ -28,6 +31,7 @@ pub fn map(
 ) -> Result<Map, ReadError> {
     let (low, high) = extent.unwrap_or((0.0, 0.0));
     let (low, high) = (low - BEYOND, high + BEYOND);
+    let pieces = ((high - low) / PIECE).ceil().clamp(1.0, 1000.0) as usize;
     let mut map = Map::default();
     for (place, lines) in recording.markings.iter().enumerate() {
         let to_the_left = place == 0;
@@ -39,7 +43,8 @@ pub fn map(
         let last = lanes.len().saturating_sub(1);
         for (i, pair) in lines.windows(2).enumerate() {
             let bound = |y: f64, outer: bool| {
-                let mut points = vec![Point::new(low, -y), Point::new(high, -y)];
+                let at = |i: usize| low + (high - low) * i as f64 / pieces as f64;
+                let mut points: Vec<Point> = (0..=pieces).map(|i| Point::new(at(i), -y)).collect();
                 if to_the_left {
                     points.reverse();
                 }

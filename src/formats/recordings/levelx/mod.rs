@@ -155,6 +155,16 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
     {
         return Err(report.fail(format!("track {ego} is not there in that window")));
     }
+    let mut ids = Ids::beyond(tracks.keys().copied());
+    tracks.keys().for_each(|id| {
+        ids.take(*id);
+    });
+    // Some data sets count from 0, and ids of CommonRoad from 1.
+    let first_id = ids.fresh();
+    let own = |id: i64| if id == 0 { first_id } else { id };
+    if found.contains_key(&0) {
+        report.note(format!("track 0 is numbered {first_id}"));
+    }
     let mut recorded = Vec::with_capacity(found.len());
     let mut assumed = Vec::new();
     for (id, rows) in found {
@@ -164,7 +174,7 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
                 .warn("not in its _tracksMeta.csv; left out");
             continue;
         };
-        recorded.push(self::track(id, track, &rows, first, &mut assumed));
+        recorded.push(self::track(own(id), track, &rows, first, &mut assumed));
     }
     if !assumed.is_empty() {
         report.note(format!(
@@ -173,16 +183,13 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
             sizes::in_words(assumed)
         ));
     }
-    let mut ids = Ids::beyond(tracks.keys().copied());
-    tracks.keys().for_each(|id| {
-        ids.take(*id);
-    });
     let map = match recording.kind {
         Kind::HighD => highd::map(&report, &recording, extent, &mut ids)?,
         Kind::InD => map::beside(&report, file, &recording, &mut ids)?,
     };
     let number = recording.id.max(0);
-    let configuration = ego.unwrap_or(1).max(1);
+    let ego = ego.map(own);
+    let configuration = ego.unwrap_or(1);
     let about = About {
         source: recording.kind.source(),
         benchmark_id: format!(
