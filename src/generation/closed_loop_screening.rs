@@ -8,6 +8,7 @@ use crate::planner::{Cancel, Forecast, Planner};
 use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
 use crate::simulation::{
     Collision, ContactSide, Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings,
+    TrafficMode,
 };
 
 /// One planning problem, driven once as recorded and then repeatedly against changed traffic.
@@ -100,6 +101,8 @@ impl ClosedLoop {
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Result<Self, DriveError> {
         let driver = Driver::new(&scenario, problem, settings)?.cancelled_by(cancel);
+        // Attacks are judged against recorded traffic.
+        let driver = driver.in_traffic(TrafficMode::Recorded);
         let noted = driver.drive_noted_watched(&scenario, i64::MAX, watch);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
         Ok(Self {

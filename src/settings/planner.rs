@@ -8,7 +8,7 @@ use super::Config;
 use super::validation::{near, shown};
 use crate::planner::Forecast;
 use crate::scenario::VehicleType;
-use crate::simulation::Settings;
+use crate::simulation::{Settings, TrafficMode};
 
 /// A key of the section.
 #[derive(Debug)]
@@ -92,6 +92,19 @@ macro_rules! keys {
             },
         }
     };
+    (@traffic $id:literal, $unit:literal, $words:expr, traffic) => {
+        PlannerKey {
+            id: $id,
+            unit: $unit,
+            allowed: Words($words),
+            get: |settings| settings.traffic.name().into(),
+            set: |settings, value| {
+                if let Some(traffic) = value.as_str().and_then(TrafficMode::parse) {
+                    settings.traffic = traffic;
+                }
+            },
+        }
+    };
     (@vehicle $id:literal, $unit:literal, $bounds:expr, planner.vehicle) => {
         PlannerKey {
             id: $id,
@@ -116,6 +129,7 @@ impl PlannerKey {
         "horizon" "s" number 0.5..=20.0 => planner.horizon;
         "replan" "steps" whole 1..=1000 => replan;
         "prediction" "" word &["recorded", "constant-velocity", "lane"] => forecast;
+        "traffic" "" traffic &["recorded", "reactive"] => traffic;
         "vehicle" "" vehicle 1..=4 => planner.vehicle;
         "share" "" number 0.1..=1.0 => planner.share;
         "low_speed" "m/s" number 0.0..=20.0 => planner.low_speed;
@@ -352,7 +366,7 @@ mod tests {
         let knobs = || {
             PlannerKey::ALL
                 .iter()
-                .filter(|key| !["prediction", "vehicle"].contains(&key.id))
+                .filter(|key| !["prediction", "traffic", "vehicle"].contains(&key.id))
         };
         for key in PlannerKey::ALL {
             assert!(key.allows(&key.value(&settings)), "{}", key.id);
@@ -372,14 +386,17 @@ mod tests {
             |id: &str, value: Value| PlannerKey::named(id).unwrap().set(&mut settings, &value);
         assert_eq!(set("vehicle", Value::Integer(4)), Ok(()));
         assert_eq!(set("prediction", "recorded".into()), Ok(()));
+        assert_eq!(set("traffic", "reactive".into()), Ok(()));
         for (id, value) in [
             ("vehicle", Value::Integer(7)),
             ("prediction", "oracle".into()),
+            ("traffic", "polite".into()),
             ("horizon", "4".into()),
         ] {
             assert!(set(id, value).is_err(), "{id}");
         }
         assert_eq!(settings.planner.vehicle, VehicleType::Truck);
         assert_eq!(settings.forecast, Forecast::Recorded);
+        assert_eq!(settings.traffic, TrafficMode::Reactive);
     }
 }

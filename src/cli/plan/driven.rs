@@ -67,8 +67,8 @@ pub fn drive(
         file: entry.display(),
         problem: prepared.problem().id,
         settings: prepared.settings,
+        scenario: prepared.driven(&drive),
         drive,
-        scenario: prepared.scenario,
         monitor,
     };
     planned.map(|outcome| outcome.map(driven)).transpose()

@@ -6,7 +6,7 @@ use super::{CycleShown, Opened};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast, Limits};
 use crate::scenario::{Ego, Scenario, Scene, VehicleType};
-use crate::simulation::Outcome;
+use crate::simulation::{Outcome, Rollout};
 use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
 /// The record of a planned ego.
@@ -63,7 +63,7 @@ impl Opened {
         let outcome = outcome.map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
-            let planned = PlannedEgo::from_outcome(&prepared, drive.outcome, recorder.cycles);
+            let planned = PlannedEgo::from_outcome(&prepared, &drive, recorder.cycles);
             Self::with_planned(&request.open, ego, planned, thresholds)
         }))
     }
@@ -87,18 +87,18 @@ impl PlannedEgo {
     /// The record of a drive, and its scenario.
     pub(super) fn from_outcome(
         prepared: &PreparedPlan,
-        outcome: Outcome,
+        drive: &Rollout,
         cycles: Vec<CycleShown>,
     ) -> (Arc<Scenario>, Self) {
         let planned = Self {
             forecast: prepared.settings.forecast,
             vehicle: prepared.settings.planner.vehicle,
             problem: prepared.problem().id,
-            outcome,
+            outcome: drive.outcome,
             cycles,
             recorded: prepared.recorded.clone(),
         };
-        (Arc::clone(&prepared.scenario), planned)
+        (prepared.driven(drive), planned)
     }
 }
 
