@@ -123,7 +123,10 @@ impl<'a> Reactive<'a> {
 
     /// What the others did in a drive that is over: what forecasts were told beyond its end is no part of it.
     fn finish(&self, drive: &mut Rollout) {
-        let Some(mut world) = drive.traffic.scenario.take().filter(|_| self.told > 0) else {
+        if self.told == 0 {
+            return;
+        }
+        let Some(mut world) = drive.traffic.scenario.take() else {
             return;
         };
         let changed = Arc::make_mut(&mut world);
