@@ -59,6 +59,7 @@
 //! |---|---|
 //! | limits of vehicles, the single-track model | [`planner::Limits`], [`planner::Feasibility`] |
 //! | is a motion drivable | candidates while planning: `planner/evaluate.rs`; whole motions of anyone: `planner/feasibility.rs` |
+//! | planners that are processes: protocol, process, faults | `simulation/external/`; the loop is that of the built-in one |
 //! | what a key does | `tui/action/default_keys.rs`, then `tui/update/actions.rs` |
 //! | exit statuses of commands | `cli/failure.rs` |
 //! | centre motion of a changed body | `generation/gate/rolling.rs`, after `generation/gate/kinematics.rs` |

@@ -80,6 +80,9 @@ mod older_store;
 mod piped;
 #[path = "cli/plan.rs"]
 mod plan;
+#[cfg(unix)]
+#[path = "cli/planners.rs"]
+mod planners;
 #[path = "cli/prompts.rs"]
 mod prompts;
 #[path = "cli/protobuf.rs"]

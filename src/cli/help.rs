@@ -9,6 +9,7 @@ use clap::CommandFactory;
 use super::open::resolved;
 use super::{Arguments, Failure, Outcome, json, output};
 use crate::docs::{TOPICS, explaining, topic};
+use crate::simulation::{planner_message_names, planner_message_schema};
 use crate::system::{did_you_mean, unknown};
 use crate::workflow::{EXPERIMENT_KEYS, experiment_schema};
 
@@ -18,7 +19,8 @@ pub struct Help {
     /// Topic or command, with its subcommands [default: list both].
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
-    /// With the topic json: print the JSON schema of this output; with the topic experiments: `experiment`.
+    /// With the topic json: print the JSON schema of this output; with the topic experiments: `experiment`;
+    /// with the topic planners: of a message, such as `hello`.
     #[arg(long, value_name = "OUTPUT")]
     schema: Option<String>,
 }
@@ -38,6 +40,7 @@ pub fn run(arguments: &Help) -> Outcome {
         return match topic.name {
             "json" => output::text(&vocabulary()),
             "experiments" => output::text(&experiment_keys()),
+            "planners" => output::text(&planner_messages()),
             _ => Ok(()),
         };
     }
@@ -67,20 +70,24 @@ pub fn program() -> clap::Command {
 /// Prints the JSON schema of an output.
 fn schema(words: &[String], name: &str) -> Outcome {
     let topic = match words {
-        [topic] if ["json", "experiments"].contains(&topic.as_str()) => topic.as_str(),
+        [topic] if ["json", "experiments", "planners"].contains(&topic.as_str()) => topic.as_str(),
         _ => {
             return Err(Failure::input(format!(
-                "--schema needs the topic json or experiments: `nearmiss help json --schema {name}`"
+                "--schema needs the topic json, experiments or planners: `nearmiss help json --schema {name}`"
             )));
         }
     };
     let schema = match topic {
         "json" => json::document(name),
+        "planners" => planner_message_schema(name),
         _ => (name == EXPERIMENT).then(experiment_schema),
     };
     let Some(schema) = schema else {
-        let names = match topic {
+        let names: Vec<String> = match topic {
             "json" => json::names().into_iter().map(|(name, _)| name).collect(),
+            "planners" => planner_message_names()
+                .map(|(name, _)| name.into())
+                .collect(),
             _ => vec![EXPERIMENT.to_string()],
         };
         let unknown = unknown("schema", name, names.iter().map(String::as_str));
@@ -102,6 +109,12 @@ fn experiment_keys() -> String {
         format!("    {:<15} {about}\n", key.name)
     });
     format!("\n## Keys\n\n{}", lines.collect::<String>())
+}
+
+/// The messages of the planner protocol.
+fn planner_messages() -> String {
+    let lines = planner_message_names().map(|(name, about)| format!("    {name:<15} {about}\n"));
+    format!("\n## Messages\n\n{}", lines.collect::<String>())
 }
 
 /// The outputs that have a schema, and the keys that mean the same in all of them.

@@ -10,7 +10,7 @@ use super::{Failure, Outcome, output};
 use crate::evaluation::default_planning;
 use crate::llm::{Address, Environment, Registry};
 use crate::settings::{Config, Folders, PlannerKey, Setting, TextFile};
-use crate::simulation::Settings;
+use crate::simulation::{ExternalOptions, Settings};
 use crate::system::KeyLines;
 
 /// Prints the configuration. Keys are never in it, only the variables they are looked for in.
@@ -41,6 +41,7 @@ pub fn print_config() -> Outcome {
     out += "\n";
     out += &page.settings(&config);
     out += &page.planner(&config.planning(default_planning()));
+    out += &page.planners(&config);
     out += &page.providers(&config, &registry.addresses(&environment));
     output::text(&output::visible(&out))
 }
@@ -89,6 +90,29 @@ impl Page<'_> {
         out
     }
 
+    /// The planners that are processes. Arguments of commands may be secrets.
+    fn planners(&self, config: &Config) -> String {
+        let one = |(name, options): (String, ExternalOptions)| {
+            let program = Value::String(options.command.first().cloned().unwrap_or_default());
+            let table = ["planner", name.as_str()];
+            let line = |key: &str, value: String| {
+                let source = self.source(&[table[0], table[1], key]);
+                format!("{key} = {value}  # {source}\n")
+            };
+            let command = match options.command.len() {
+                1 => program.to_string(),
+                count => format!("{program}  # and {} arguments", count - 1),
+            };
+            format!("\n[planner.{}]\n", quoted(&name))
+                + &line("command", command)
+                + &line("start_timeout", options.start.as_secs_f64().to_string())
+                + &line("timeout", options.cycle.as_secs_f64().to_string())
+                + &line("predictions", options.predictions.to_string())
+                + &line("history", options.history.to_string())
+        };
+        config.external_planners().into_iter().map(one).collect()
+    }
+
     fn providers(&self, config: &Config, addresses: &[Address]) -> String {
         let with_address = addresses.iter().map(|address| address.provider.as_str());
         let names: BTreeSet<&str> = with_address
@@ -103,11 +127,7 @@ impl Page<'_> {
     }
 
     fn provider(&self, name: &str, address: Option<&Address>, said: &toml::Table) -> String {
-        let quoted = Value::String(name.into()).to_string();
-        let bare = name
-            .chars()
-            .all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
-        let mut out = format!("\n[provider.{}]\n", if bare { name } else { &quoted });
+        let mut out = format!("\n[provider.{}]\n", quoted(name));
         if let Some(address) = address {
             let url = Value::String(address.url.clone());
             let source = address.variable.clone();
@@ -129,6 +149,15 @@ impl Page<'_> {
             }
         }
         out
+    }
+}
+
+/// A name as a key of the file.
+fn quoted(name: &str) -> String {
+    let bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    match name.chars().all(bare) {
+        true => name.into(),
+        false => Value::String(name.into()).to_string(),
     }
 }
 

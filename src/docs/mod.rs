@@ -57,6 +57,8 @@ topics! {
         "What counts as an answer, what it cost, intervals, comparisons";
     planning, "planning", "planning.md", ["plan"],
         "The planner: how it drives the ego, and how drives end";
+    planners, "planners", "planners.md", [],
+        "Planners of your own: a protocol of JSON lines, what is reported, an example";
     generating, "generating", "generating.md", ["generate"],
         "Dangerous variants of safe scenarios: attack, gate, certificate";
     figures, "figures", "figures.md", ["render"],

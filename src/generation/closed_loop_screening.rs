@@ -101,15 +101,26 @@ impl ClosedLoop {
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Result<Self, DriveError> {
         let driver = Driver::new(&scenario, problem, settings)?.cancelled_by(cancel);
+        Ok(Self::of_driver(scenario, driver, watch))
+    }
+
+    /// The same with a driver of this scenario, whose planner may be a process: that one is attacked then. Ways out
+    /// of attacks are always those of the built-in planner and of manoeuvres.
+    #[must_use]
+    pub fn of_driver(
+        scenario: Arc<Scenario>,
+        driver: Driver,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Self {
         // Attacks are judged against recorded traffic.
         let driver = driver.in_traffic(TrafficMode::Recorded);
         let noted = driver.drive_noted_watched(&scenario, i64::MAX, watch);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
-        Ok(Self {
+        Self {
             scenario,
             driver,
             baseline: Baseline { noted, scores },
-        })
+        }
     }
 
     /// The recorded scenario.

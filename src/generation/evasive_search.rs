@@ -249,6 +249,7 @@ impl<'a> Search<'a> {
             traffic: DrivenTraffic::default(),
             limits: *driver.limits(),
             dt: driver.dt(),
+            external: None,
         }
     }
 

@@ -54,6 +54,7 @@ pub(super) fn variant_document(
             "prediction": settings.forecast.name(),
             "replan": settings.replan,
             "horizon": settings.planner.horizon,
+            "planner": planner(baseline),
         },
         "outcome": effect.consequence.name(),
         "collision": effect.collision().map(|c| collision(&c, effect.attacker)),
@@ -72,6 +73,21 @@ pub(super) fn variant_document(
         "rejected": variant.refusals.iter().map(refusal).collect::<Vec<_>>(),
         "model": variant.author,
         "made": variant.made,
+    })
+}
+
+/// The planner that is attacked: the built-in one, or a process with what it was told.
+fn planner(baseline: &Rollout) -> Value {
+    let Some(report) = &baseline.external else {
+        return "nearmiss".into();
+    };
+    json!({
+        "named": report.planner,
+        "name": report.name,
+        "version": report.version,
+        "clock": report.clock.name(),
+        "predictions": report.predictions,
+        "history": report.history,
     })
 }
 

@@ -2,6 +2,7 @@
 
 mod config;
 mod editor_keys;
+mod external_planner;
 mod folders;
 mod planner;
 mod tags;

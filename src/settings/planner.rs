@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use toml::{Table, Value};
 
-use super::Config;
 use super::validation::{near, shown};
+use super::{Config, external_planner};
 use crate::planner::Forecast;
 use crate::scenario::VehicleType;
 use crate::simulation::{Settings, TrafficMode};
@@ -38,8 +38,8 @@ enum Allowed {
 
 use Allowed::{Number, Odd, Whole, Words};
 
-/// The names of the tables in the section.
-const TABLES: [&str; 2] = ["sampling", "weights"];
+/// The names of the built-in planner's tables in the section; other tables are planners of their own.
+pub(super) const TABLES: [&str; 2] = ["sampling", "weights"];
 
 macro_rules! keys {
     ($($id:literal $unit:literal $kind:ident $bounds:expr => $($field:ident).+;)+) => {
@@ -260,6 +260,11 @@ pub(super) fn wrong(section: &Table) -> Vec<(Vec<String>, String)> {
                     let words = wrong_value(&format!("{name}.{inner}"), value);
                     found.extend(words.map(|words| (vec![name.clone(), inner.clone()], words)));
                 }
+            }
+            Value::Table(table) if external_planner::is_name(name) => {
+                found.extend(external_planner::wrong(name, table).map(|(key, words)| {
+                    (std::iter::once(name.clone()).chain(key).collect(), words)
+                }));
             }
             value => {
                 let words = match TABLES.contains(&name.as_str()) {

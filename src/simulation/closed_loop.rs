@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::collision::touches_between;
+use super::external::{ExternalPlanner, NoTrajectory, PlannerError, Session};
 use super::rollout::start;
 use super::traffic::World;
 use super::{
     Control, Cycle, DriveError, DrivenTraffic, Look, Outcome, Rollout, Settings, TrafficMode,
 };
 use crate::planner::{
-    Cancel, Forecaster, Limits, Memory, Plan, Planner, ReferenceTrack, Road, VehicleState,
+    Cancel, Forecaster, Limits, Memory, Planner, ReferenceTrack, Road, VehicleState,
 };
 use crate::scenario::{PlanningProblem, Scenario, Scene};
 
@@ -31,6 +31,8 @@ pub struct Driver {
     cancel: Cancel,
     /// With the ego as it was recorded.
     recorded: Option<Arc<Scene>>,
+    /// The planner; the built-in one where none is named.
+    external: Option<Arc<ExternalPlanner>>,
 }
 
 /// Longest drive, steps; a later deadline is treated as unreasonable.
@@ -61,7 +63,7 @@ pub struct ResumableRollout {
 }
 
 /// Sees each cycle with its planner, and says whether to go on.
-type WatchCycle<'a> = dyn FnMut(&Planner<'_>, &Cycle) -> bool + 'a;
+pub(super) type WatchCycle<'a> = dyn FnMut(&Planner<'_>, &Cycle) -> bool + 'a;
 
 impl Driver {
     /// A driver for a problem of `scenario`.
@@ -99,6 +101,7 @@ impl Driver {
             dt,
             cancel: Cancel::default(),
             recorded: None,
+            external: None,
         })
     }
 
@@ -113,6 +116,19 @@ impl Driver {
     #[must_use]
     pub fn recorded(&self) -> Option<&Scene> {
         self.recorded.as_deref()
+    }
+
+    /// The same driver, which asks this planner instead of the built-in one.
+    #[must_use]
+    pub fn driven_by(mut self, planner: Option<Arc<ExternalPlanner>>) -> Self {
+        self.external = planner;
+        self
+    }
+
+    /// The planner that is asked; `None` for the built-in one.
+    #[must_use]
+    pub fn external(&self) -> Option<&ExternalPlanner> {
+        self.external.as_deref()
     }
 
     /// The same driver, whose drives end early when `cancel` asks for it: they are to be dropped then.
@@ -135,10 +151,10 @@ impl Driver {
         self.cancel.is_asked()
     }
 
-    /// The same with other settings, but the same vehicle.
+    /// The built-in planner with other settings, but the same vehicle.
     #[must_use]
     pub fn with(&self, settings: &Settings) -> Self {
-        let mut other = self.clone();
+        let mut other = self.clone().driven_by(None);
         other.settings = *settings;
         other.settings.planner.vehicle = self.settings.planner.vehicle;
         other
@@ -193,116 +209,32 @@ impl Driver {
         }
     }
 
-    /// Drives a stretch, and shows each cycle with its planner to `watch`; where that says no, the drive is a time-out
-    /// there.
-    pub fn drive_watched(
+    pub(super) fn run(
         &self,
         scenario: &Scenario,
         stretch: &DriveSpan,
-        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
-    ) -> Rollout {
-        self.run(scenario, stretch, None, Some(watch), &mut |_| {
-            Control::Follow
-        })
-        .drive
-    }
-
-    /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`;
-    /// nothing where it touches no obstacle but at the steps themselves. Before a collision at a step it of course
-    /// does: that step is left out.
-    #[must_use]
-    pub fn touched_between(&self, scenario: &Scenario, drive: &Rollout) -> Option<i64> {
-        let collided = matches!(drive.outcome, Outcome::Collision(_));
-        let until = drive.states.len() - usize::from(collided).min(drive.states.len());
-        let body = self.road.body();
-        let pose = |state: &VehicleState| state.centre(&self.limits).pose;
-        let pairs = drive.states[..until].windows(2);
-        let mut pairs = pairs.map(|pair| (pair[0].0, (pose(&pair[0].1), pose(&pair[1].1))));
-        let without = self.settings.without;
-        let found =
-            pairs.find(|(step, poses)| touches_between(scenario, body, *poses, *step, without));
-        found.map(|(step, _)| step)
-    }
-
-    /// Drives the whole problem under a control, which is asked at every step before it, perhaps more than once, and
-    /// sees the drive until then.
-    pub fn drive_controlled(
-        &self,
-        scenario: &Scenario,
+        known: Option<(&ResumableRollout, i64)>,
+        watch: Option<&mut WatchCycle<'_>>,
         control: &mut dyn FnMut(&Rollout) -> Control,
-        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
-    ) -> Rollout {
-        self.run(scenario, &self.whole(), None, Some(watch), control)
-            .drive
-    }
-
-    /// Drives a stretch.
-    #[must_use]
-    pub fn drive(&self, scenario: &Scenario, stretch: &DriveSpan) -> Rollout {
-        self.run(scenario, stretch, None, None, &mut |_| Control::Follow)
-            .drive
-    }
-
-    /// Drives the whole problem, so that other drives can take over its first cycles.
-    #[must_use]
-    pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> ResumableRollout {
-        self.run(scenario, &self.until(until), None, None, &mut |_| {
-            Control::Follow
-        })
-    }
-
-    /// The same; `watch` sees each cycle with its planner; where that says no, the drive is a time-out there.
-    #[must_use]
-    pub fn drive_noted_watched(
-        &self,
-        scenario: &Scenario,
-        until: i64,
-        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> ResumableRollout {
-        self.run(scenario, &self.until(until), None, Some(watch), &mut |_| {
-            Control::Follow
-        })
+        let external = self.external.as_deref();
+        let session = external.map(|planner| Session::new(planner, self, scenario, stretch));
+        // A process that remembers has to see every cycle.
+        let known = known.filter(|_| external.is_none_or(ExternalPlanner::is_stateless));
+        let mut session = session;
+        let mut noted = self.steps(scenario, stretch, known, watch, control, session.as_mut());
+        noted.drive.external = session.map(|session| Box::new(session.end()));
+        noted
     }
 
-    /// Drives the whole problem in traffic of which the planner is told the same as in the drive `before` in every
-    /// cycle up to step `same`: those cycles are taken over instead of being planned again.
-    ///
-    /// The drive is exactly that of [`Self::drive_noted`], but for the times that cycles took: planning depends on
-    /// the vehicle's state, on what is told of the traffic and on what the planner carries from cycle to cycle, and on
-    /// nothing else. Contacts and arrivals are looked for at every step again.
-    #[must_use]
-    pub fn drive_again(
-        &self,
-        scenario: &Scenario,
-        before: &ResumableRollout,
-        same: i64,
-        until: i64,
-    ) -> ResumableRollout {
-        self.run(
-            scenario,
-            &self.until(until),
-            Some((before, same)),
-            None,
-            &mut |_| Control::Follow,
-        )
-    }
-
-    /// The whole drive, but no farther than to step `until`.
-    fn until(&self, until: i64) -> DriveSpan {
-        let whole = self.whole();
-        DriveSpan {
-            last: whole.last.min(until),
-            ..whole
-        }
-    }
-
-    fn run(
+    fn steps(
         &self,
         scenario: &Scenario,
         stretch: &DriveSpan,
         known: Option<(&ResumableRollout, i64)>,
         mut watch: Option<&mut WatchCycle<'_>>,
         control: &mut dyn FnMut(&Rollout) -> Control,
+        mut session: Option<&mut Session<'_>>,
     ) -> ResumableRollout {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
         let mut world = World::new(self, scenario);
@@ -321,6 +253,7 @@ impl Driver {
                 traffic: DrivenTraffic::default(),
                 limits: self.limits,
                 dt: self.dt,
+                external: None,
             },
             memories: Vec::new(),
             taken_over: 0,
@@ -354,6 +287,16 @@ impl Driver {
                     noted.taken_over += 1;
                     cycle.clone()
                 }
+                None if let Some(session) = &mut session => {
+                    let there = noted.drive.scenario_in(scenario);
+                    match session.plan(there, &state, step, &self.cancel) {
+                        Ok(cycle) => cycle,
+                        Err(none) => {
+                            noted.drive.outcome = without_plan(&none, step);
+                            return noted;
+                        }
+                    }
+                }
                 None => {
                     let there = noted.drive.scenario_in(scenario);
                     let forecaster = Forecaster::new(there, forecast, without);
@@ -365,11 +308,16 @@ impl Driver {
                     if self.is_cancelled() {
                         return noted;
                     }
-                    Cycle { step, plan, took }
+                    Cycle {
+                        step,
+                        plan,
+                        took,
+                        late: 0,
+                    }
                 }
             };
             let more = watch.as_mut().is_none_or(|watch| watch(&planner, &cycle));
-            let ahead = self.ahead(&cycle.plan);
+            let ahead = self.ahead(&cycle);
             noted.drive.cycles.push(cycle);
             noted.memories.push(planner.memory());
             if ahead.is_empty() {
@@ -400,9 +348,23 @@ impl Driver {
     }
 
     /// The states of a plan that are driven before the next one.
-    fn ahead(&self, plan: &Plan) -> Vec<VehicleState> {
-        let ahead = plan.states.iter().skip(1);
-        ahead.take(self.settings.replan.max(1)).copied().collect()
+    fn ahead(&self, cycle: &Cycle) -> Vec<VehicleState> {
+        let ahead = cycle.plan.states.iter().skip(1);
+        let driven = self.settings.replan.max(cycle.late).max(1);
+        ahead.take(driven).copied().collect()
+    }
+}
+
+/// How a drive ends at a step where its planner's process has no trajectory.
+fn without_plan(none: &NoTrajectory, step: i64) -> Outcome {
+    match none {
+        // It is to be dropped.
+        NoTrajectory::Cancelled => Outcome::Timeout,
+        NoTrajectory::Infeasible => Outcome::Infeasible,
+        NoTrajectory::Fault(fault) => Outcome::PlannerError(PlannerError {
+            fault: *fault,
+            step,
+        }),
     }
 }
 

@@ -14,7 +14,13 @@ impl Rollout {
             severity: Severity::Note,
             line: 0,
             element: String::new(),
-            message: format!("the planned drive ended with: {}", self.outcome),
+            message: match &self.external {
+                None => format!("the planned drive ended with: {}", self.outcome),
+                Some(report) => format!(
+                    "the drive planned by {} ended with: {}",
+                    report.planner, self.outcome
+                ),
+            },
         };
         Ego {
             id: problem.id,

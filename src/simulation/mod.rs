@@ -1,9 +1,15 @@
-//! The closed loop: the planner drives the ego through the recorded traffic, or through traffic that reacts.
+//! The closed loop: a planner drives the ego through the recorded traffic, or through traffic that reacts.
+//!
+//! The planner is the built-in one, or a process that reads JSON from a pipe, see `external`; both drive in the same
+//! loop.
 
 mod closed_loop;
 mod collision;
 mod control;
+mod drives;
 mod ego;
+mod external;
+mod figures;
 mod look;
 mod outcome;
 mod rollout;
@@ -13,6 +19,11 @@ mod traffic;
 pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN, ResumableRollout};
 pub use collision::{Collision, ContactSide};
 pub use control::Control;
+pub use external::{
+    Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
+    PlannerError, PlannerFault, ReferencePoint, planner_message_names, planner_message_schema,
+};
+pub use figures::CollisionKind;
 pub use look::Look;
 pub use outcome::Outcome;
 pub use rollout::{Cycle, DriveError, Rollout, Settings};

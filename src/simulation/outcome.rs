@@ -1,6 +1,6 @@
 //! How a drive ends.
 
-use super::Collision;
+use super::{Collision, PlannerError};
 
 /// Outcome of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +15,8 @@ pub enum Outcome {
     OffRoad,
     /// The vehicle cannot be driven from where it starts.
     Infeasible,
+    /// The planner's process failed.
+    PlannerError(PlannerError),
 }
 
 impl Outcome {
@@ -27,6 +29,7 @@ impl Outcome {
             Self::Timeout => "timeout",
             Self::OffRoad => "off_road",
             Self::Infeasible => "infeasible",
+            Self::PlannerError(_) => "planner_error",
         }
     }
 }
@@ -39,6 +42,7 @@ impl std::fmt::Display for Outcome {
             Self::Timeout => f.write_str("goal not reached in time"),
             Self::OffRoad => f.write_str("off the road"),
             Self::Infeasible => f.write_str("no feasible motion"),
+            Self::PlannerError(error) => error.fmt(f),
         }
     }
 }

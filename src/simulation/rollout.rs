@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{DrivenTraffic, Outcome, TrafficMode};
+use super::{DrivenTraffic, ExternalReport, Outcome, TrafficMode};
 use crate::geometry::Pose;
 use crate::planner::{
     self, Forecast, Limits, MOST_STEPS, Plan, ReferenceTrack, ReferenceTrackError, VehicleState,
@@ -33,6 +33,8 @@ pub struct Cycle {
     pub plan: Plan,
     /// How long planning took, the forecast not counted.
     pub took: Duration,
+    /// In real time: steps until the plan was there; until then its states are what was driven before.
+    pub late: usize,
 }
 
 /// A drive from start to end.
@@ -50,6 +52,8 @@ pub struct Rollout {
     pub limits: Limits,
     /// Seconds between two steps.
     pub dt: f64,
+    /// What is known of the planner's process; `None` for the built-in planner.
+    pub external: Option<Box<ExternalReport>>,
 }
 
 /// Why a drive could not start.

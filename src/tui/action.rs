@@ -92,6 +92,7 @@ pub enum Action {
     RecordedEgo,
     DrivePlanner,
     NextForecast,
+    NextPlanner,
     PlannerCycle,
     PlotDrives,
     SaveDrive,

@@ -34,7 +34,7 @@ use crate::llm::{Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::{Config, Folders, SavedViews, TextFile};
-use crate::simulation::Settings;
+use crate::simulation::{ExternalPlanner, Settings};
 use crate::store::{Origin, Store};
 use crate::workflow::{AskRequest, Models, ask, experiments_in};
 
@@ -62,6 +62,8 @@ pub struct Tasks {
     pictures: pictures::Drawing,
     /// How the configuration wants the ego to be planned.
     planning: Settings,
+    /// The planners of the configuration that are processes.
+    planners: Vec<Arc<ExternalPlanner>>,
     /// Reads for the history, while that is open.
     history: Option<history::Reader>,
     /// Tells the reading of results that is under way to end.
@@ -118,6 +120,9 @@ impl Tasks {
             jobs: RunningJobs::default(),
             pictures: pictures::Drawing::default(),
             planning: config.planning(default_planning()),
+            planners: { config.external_planners().into_iter() }
+                .map(|(name, options)| Arc::new(ExternalPlanner::new(name, options)))
+                .collect(),
             history: None,
             results: Arc::default(),
             batches: batch::Batches::default(),

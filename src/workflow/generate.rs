@@ -14,6 +14,7 @@ use crate::generation::{
 };
 use crate::planner::Cancel;
 use crate::scenario::{ObstacleRole, Scene};
+use crate::simulation::Outcome;
 
 /// A request to generate a variant: the scenario, and the source of attacks.
 pub struct GenerateRequest<'a> {
@@ -113,20 +114,23 @@ pub fn generate(
     let closed = {
         let mut planning = |event: PlanEvent<'_>| on_event(GenerateEvent::Planning(event));
         let mut watch = prepared.watch(&prepared.scenario, &mut planning);
-        ClosedLoop::watched(
-            Arc::clone(&prepared.scenario),
-            prepared.problem(),
-            &prepared.settings,
-            cancel,
-            &mut |planner, cycle| {
+        let driver = prepared.driver(&prepared.scenario, cancel);
+        driver.map(|driver| {
+            let scenario = Arc::clone(&prepared.scenario);
+            ClosedLoop::of_driver(scenario, driver, &mut |planner, cycle| {
                 watch(planner, cycle);
                 !cancel.is_asked()
-            },
-        )
+            })
+        })
     };
     let closed = closed.map_err(|error| prepared.nothing(&error))?;
     if cancel.is_asked() {
         return Ok(None);
+    }
+    let baseline = closed.baseline().drive();
+    if let (Outcome::PlannerError(_), Some(report)) = (baseline.outcome, &baseline.external) {
+        let words = report.fault_in_words().unwrap_or_default();
+        return Err(prepared.nothing(&words));
     }
     let workshop = VariantGenerator::from_closed_loop(closed)
         .map_err(|error| prepared.nothing(&error))?

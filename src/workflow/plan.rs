@@ -6,7 +6,9 @@ use super::{OpenError, OpenRequest, open};
 use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
 use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
-use crate::simulation::{Cycle, DriveError, Driver, Rollout, Settings, TrafficMode};
+use crate::simulation::{
+    Cycle, DriveError, Driver, ExternalPlanner, Rollout, Settings, TrafficMode,
+};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]
@@ -59,6 +61,8 @@ pub struct PreparedPlan {
     pub recorded: Option<Arc<Scene>>,
     /// How is planned.
     pub settings: Settings,
+    /// The planner; the built-in one where none is named.
+    pub planner: Option<Arc<ExternalPlanner>>,
     /// The scenario's name.
     pub name: String,
     /// The scenario, as errors name it.
@@ -98,6 +102,7 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         scenario,
         recorded,
         settings: *request.settings,
+        planner: None,
         name: entry.name.clone(),
         shown: entry.display(),
         problem,
@@ -170,6 +175,25 @@ pub(super) fn prepared_ego(prepared: &PreparedPlan, drive: &Rollout) -> Ego {
 }
 
 impl PreparedPlan {
+    /// The same, planned by this planner; by the built-in one where none is named.
+    #[must_use]
+    pub fn driven_by(self, planner: Option<Arc<ExternalPlanner>>) -> Self {
+        Self { planner, ..self }
+    }
+
+    /// What drives, in a scenario that differs from the prepared one by the motion of obstacles alone.
+    pub(super) fn driver(
+        &self,
+        scenario: &Scenario,
+        cancel: &Cancel,
+    ) -> Result<Driver, DriveError> {
+        let driver = Driver::new(scenario, self.problem(), &self.settings)?;
+        // The ego of another problem is not what this one is compared with.
+        let own = |scene: &&Arc<Scene>| scene.ego.id == self.problem().id;
+        let driver = driver.beside(self.recorded.as_ref().filter(own).cloned());
+        Ok(driver.cancelled_by(cancel).driven_by(self.planner.clone()))
+    }
+
     /// The planning problem that is solved.
     #[must_use]
     pub fn problem(&self) -> &PlanningProblem {
@@ -208,8 +232,8 @@ impl PreparedPlan {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<PlanOutcome>, PlanError> {
-        let driver = self.driver(&self.scenario);
-        let drive = driver.map(|driver| self.drive_with(driver, &self.scenario, cancel, on_event));
+        let driver = self.driver(&self.scenario, cancel);
+        let drive = driver.map(|driver| self.drive_with(&driver, &self.scenario, cancel, on_event));
         let drive = drive.map_err(|error| self.nothing(&error))?;
         Ok(drive.map(|drive| PlanOutcome {
             prepared: self,
@@ -228,18 +252,17 @@ impl PreparedPlan {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<Rollout>, DriveError> {
-        let driver = self.driver(scenario)?.in_traffic(TrafficMode::Recorded);
-        Ok(self.drive_with(driver, scenario, cancel, on_event))
+        let driver = self.driver(scenario, cancel)?.in_traffic(TrafficMode::Recorded);
+        Ok(self.drive_with(&driver, scenario, cancel, on_event))
     }
 
     fn drive_with(
         &self,
-        driver: Driver,
+        driver: &Driver,
         scenario: &Scenario,
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Option<Rollout> {
-        let driver = driver.cancelled_by(cancel);
         let mut watch = self.watch(scenario, on_event);
         let drive = driver.drive_watched(scenario, &driver.whole(), &mut |planner, cycle| {
             watch(planner, cycle);
@@ -253,14 +276,6 @@ impl PreparedPlan {
     pub fn driven(&self, drive: &Rollout) -> Arc<Scenario> {
         let driven = drive.traffic.scenario.as_ref();
         Arc::clone(driven.unwrap_or(&self.scenario))
-    }
-
-    /// What drives, in a scenario that differs from the prepared one by the motion of obstacles alone.
-    pub(super) fn driver(&self, scenario: &Scenario) -> Result<Driver, DriveError> {
-        let driver = Driver::new(scenario, self.problem(), &self.settings)?;
-        // That of another problem is not what this ego is compared with.
-        let own = |scene: &&Arc<Scene>| scene.ego.id == self.problem().id;
-        Ok(driver.beside(self.recorded.as_ref().filter(own).cloned()))
     }
 
     /// Tells `on_event` of each cycle.

@@ -77,7 +77,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
 const EVERYWHERE: &str = "system";
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 19] = [
+const HOMES: [(&str, &[&str]); 20] = [
     ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
@@ -89,6 +89,7 @@ const HOMES: [(&str, &[&str]); 19] = [
     ("rstar", &["geometry/", "scenario/road/"]),
     ("i_overlay", &["geometry/"]),
     ("petgraph", &["scenario/road/"]),
+    ("shell_words", &["simulation/external/"]),
     ("tar", &["workflow/bundle/"]),
     ("flate2", &["workflow/bundle/"]),
     ("parquet", &["cli/output/", "corpus/parts.rs"]),

@@ -12,7 +12,7 @@ use super::support::program::Home;
 const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 
 /// Outputs that need what a test here has not: a provider with batches.
-const ELSEWHERE: [&str; 1] = ["batches"];
+const ELSEWHERE: [&str; 2] = ["batches", "plan-log-stderr"];
 
 /// A home with a few runs, ratings, a variant, a solution and a log.
 fn furnished() -> Home {
@@ -172,6 +172,11 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         let kind = kinds.into_iter().find(is).expect("a line of a known kind");
         all.push((kind, line.to_string()));
     }
+    let compared = ["plan", CUT_IN, "--against", "nearmiss", "--json"];
+    let compared = home.run(&compared).stdout;
+    let (drives, comparison) = compared.trim_end().rsplit_once('\n').unwrap();
+    all.push(("plan", drives.to_string()));
+    all.push(("plan-comparison", comparison.to_string()));
     all.push(("plan-log", read(home, "log.json")));
     all.push(("generate-report", read(home, "report.json")));
     all

@@ -37,6 +37,10 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let effect = chosen.and_then(|c| c.attack.effect.as_ref());
     let collision = effect.and_then(|e| e.collision());
     let baseline = generated.workshop.closed.baseline();
+    let driver = generated.workshop.closed.driver();
+    let planner = driver
+        .external()
+        .map_or("nearmiss", |planner| planner.name());
     let beside_recorded = chosen.and_then(|c| generated.workshop.plausibility(&c.attack.change));
     json!({
         "variant": null,
@@ -73,6 +77,8 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "safe_before": generated.workshop.is_safe(),
         "baseline": baseline.drive().outcome.name(),
         "drive": effect.map(|e| e.drive.outcome.name()),
+        "planner": output::visible(planner),
+        "collision_kind": collision.map(|c| c.kind().name()),
         "reference_ranking": ranking(generated),
         "passed": made.found.attacks.len(),
         "driven": made.found.attacks.iter().filter(|a| a.effect.is_some()).count(),

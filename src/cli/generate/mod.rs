@@ -21,7 +21,7 @@ use super::interrupt::{INTERRUPTED, interrupted};
 use super::many_files::ShardOption;
 use super::open::{configuration, found};
 use super::parallel::in_order_and_kept;
-use super::plan::PlanOptions;
+use super::plan::{PlanOptions, PlannerOptions};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{RETRIES, SAMPLES};
@@ -87,6 +87,8 @@ pub struct GenerateArguments {
     style: Option<AttackStyle>,
     #[command(flatten)]
     how: PlanOptions,
+    #[command(flatten)]
+    planner: PlannerOptions,
     /// Print JSON lines: one object a scenario.
     #[arg(long)]
     json: bool,
@@ -177,9 +179,11 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         return Ok(());
     }
     let past = prepared(arguments)?;
+    let planner = arguments.planner.only(&config)?;
     let wanted = GenerateJob {
         writer,
         settings,
+        planner: planner.and_then(|planner| planner.external),
         problem: arguments.how.planning_problem,
         effort,
         style,

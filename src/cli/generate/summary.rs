@@ -48,7 +48,11 @@ pub struct Summary {
 }
 
 /// How a drive ends that is no collision, and no good either.
-const ASTRAY: [(&str, &str); 2] = [("off_road", "off the road"), ("infeasible", "infeasible")];
+const ASTRAY: [(&str, &str); 3] = [
+    ("off_road", "off the road"),
+    ("infeasible", "infeasible"),
+    ("planner_error", "with an error of the planner"),
+];
 
 impl Summary {
     /// Starts a summary of this many scenarios.

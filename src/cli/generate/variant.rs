@@ -1,6 +1,7 @@
 //! One scenario's variant: newly generated, or taken over from an earlier run.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -14,7 +15,7 @@ use crate::formats::{EgoSelection, Entry};
 use crate::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator};
 use crate::planner::Cancel;
 use crate::settings::PlannerKey;
-use crate::simulation::Settings;
+use crate::simulation::{ExternalPlanner, Settings};
 use crate::workflow::{
     AttackSource, GenerateRequest, ModelWriter, OpenRequest, PlanError, PlanRequest, generate,
     prepare,
@@ -25,6 +26,8 @@ pub struct GenerateJob {
     /// The model; nothing for the search.
     pub writer: Option<Writer>,
     pub settings: Settings,
+    /// The planner that is attacked; the built-in one where none is named.
+    pub planner: Option<Arc<ExternalPlanner>>,
     pub problem: Option<i64>,
     pub effort: Effort,
     pub style: AttackStyle,
@@ -46,7 +49,7 @@ impl GenerateJob {
             "attackers": effort.attackers,
             "seed": effort.seed,
         });
-        json!({
+        let mut said = json!({
             "problem": problem,
             "planning": planning.collect::<BTreeMap<_, _>>(),
             "attacker": self.only,
@@ -54,7 +57,18 @@ impl GenerateJob {
             "style": self.style.name(),
             "search": self.writer.is_none().then_some(search),
             "model": self.writer.as_ref().map(Writer::settings),
-        })
+        });
+        if let Some(planner) = &self.planner {
+            let options = planner.options();
+            said["planner"] = json!({
+                "command": options.command,
+                "seconds": [options.start.as_secs_f64(), options.cycle.as_secs_f64()],
+                "predictions": options.predictions,
+                "history": options.history,
+                "clock": options.clock.name(),
+            });
+        }
+        said
     }
 }
 
@@ -151,7 +165,8 @@ fn make_or_error(
         },
         problem: wanted.problem,
         settings: &wanted.settings,
-    })?;
+    })?
+    .driven_by(wanted.planner.clone());
     let settings = wanted.said(prepared.problem().id);
     let past = wanted.past.as_ref();
     if let Some(line) =

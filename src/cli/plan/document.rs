@@ -7,7 +7,7 @@ use super::monitor;
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
-use crate::simulation::{ContactSide, Cycle, HitFromBehind, Outcome};
+use crate::simulation::{ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome};
 use crate::workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
@@ -50,14 +50,74 @@ pub fn document(driven: &DrivenScenario) -> Value {
             .iter()
             .map(|reaction| json!({"obstacle": reaction.obstacle, "step": reaction.from}))
             .collect::<Vec<_>>(),
-        "largest_deceleration": thousandths(driven.largest_deceleration()),
+        "largest_deceleration": thousandths(driven.drive.largest_deceleration()),
+        "mean_jerk": driven.drive.jerk().map(|(mean, _)| thousandths(mean)),
+        "max_jerk": driven.drive.jerk().map(|(_, most)| thousandths(most)),
+        "seconds_to_goal": driven.drive.seconds_to_goal().map(thousandths),
+        "collision_kind": collision.map(|c| c.kind().name()),
+        "near_misses": driven.near_misses,
+        "planner": output::visible(driven.planner()),
         "note": driven.note(),
     });
+    if let Some(report) = &driven.drive.external {
+        value["external_planner"] = external(driven, report);
+    }
     if let Some(report) = &driven.monitor {
         value["monitor"] = monitor::document(report);
     }
     json::with_old_names(&mut value, &[("collided_with", "collision_with")]);
     value
+}
+
+/// What is known of a planner's process.
+fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
+    let undrivable = driven.drive.undrivable();
+    let first = undrivable.first();
+    json!({
+        "name": output::visible(&report.name),
+        "version": output::visible(&report.version),
+        "clock": report.clock.name(),
+        "predictions": report.predictions.then_some(driven.settings.forecast.name()),
+        "history": report.history,
+        "error": report.fault.map(|fault| fault.name()),
+        "error_step": match driven.outcome() {
+            Outcome::PlannerError(error) => Some(error.step),
+            _ => None,
+        },
+        "message": report.message.as_deref().map(output::visible),
+        "stderr": stderr(report),
+        "start_seconds": report.started_in.map(|took| thousandths(took.as_secs_f64())),
+        "median_overhead_ms": driven.overhead().map(thousandths),
+        "late_steps": report.late_steps,
+        "largest_offset": thousandths(report.largest_offset),
+        "undrivable": undrivable.len(),
+        "first_undrivable_step": first.map(|broken| broken.step),
+        "first_undrivable": first.map(|broken| broken.bound.name()),
+    })
+}
+
+/// The last lines of standard error, as they may be shown.
+fn stderr(report: &ExternalReport) -> Vec<String> {
+    let last = report.stderr.len().saturating_sub(STDERR_LINES);
+    let lines = report.stderr[last..].iter();
+    lines.map(|line| output::visible(line)).collect()
+}
+
+/// Lines of standard error in a document.
+const STDERR_LINES: usize = 20;
+
+/// What a planner's process wrote to standard error, on one line; nothing where it wrote nothing.
+pub fn standard_error(driven: &DrivenScenario) -> Option<Value> {
+    let report = driven.drive.external.as_ref()?;
+    let lines = report.stderr.iter().map(|line| output::visible(line));
+    (!report.stderr.is_empty()).then(|| {
+        json!({
+            "scenario": driven.name,
+            "planning_problem": driven.problem,
+            "planner": output::visible(driven.planner()),
+            "stderr": lines.collect::<Vec<_>>(),
+        })
+    })
 }
 
 /// A scenario that was not driven, and why, on one line.

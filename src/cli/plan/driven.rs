@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::planners::{BUILT_IN, PlannerChoice};
 use crate::cli::output;
 use crate::formats::{EgoSelection, Entry};
 use crate::planner::{Cancel, Emergency};
@@ -24,6 +25,8 @@ pub struct DrivenScenario {
     pub drive: Rollout,
     /// What a judge beside the planner said.
     pub monitor: Option<MonitorReport>,
+    /// Obstacles that came near without contact; counted where a planner was named.
+    pub near_misses: Option<usize>,
 }
 
 /// Opens a scenario to drive its ego.
@@ -49,10 +52,14 @@ pub fn drive(
     entry: &Entry,
     problem: Option<i64>,
     settings: &Settings,
+    planner: Option<&PlannerChoice>,
     monitor: Option<&Monitor<'_>>,
     cancel: &Cancel,
 ) -> Option<Result<DrivenScenario, PlanError>> {
-    let planned = request(entry, problem, settings).and_then(|prepared| match monitor {
+    let external = planner.and_then(|planner| planner.external.clone());
+    let prepared = request(entry, problem, settings);
+    let prepared = prepared.map(|prepared| prepared.driven_by(external));
+    let planned = prepared.and_then(|prepared| match monitor {
         None => {
             let outcome = prepared.run(cancel, &mut |_| {})?;
             Ok(outcome.map(|outcome| (outcome, None)))
@@ -66,6 +73,12 @@ pub fn drive(
         name: output::visible(&entry.name),
         file: entry.display(),
         problem: prepared.problem().id,
+        near_misses: planner.map(|_| {
+            let (problem, settings) = (prepared.problem(), &prepared.settings);
+            drive
+                .near_misses(&prepared.driven(&drive), problem, settings)
+                .len()
+        }),
         settings: prepared.settings,
         scenario: prepared.driven(&drive),
         drive,
@@ -106,9 +119,13 @@ impl DrivenScenario {
                     Outcome::Timeout => "goal's time over at the start",
                     Outcome::OffRoad => "off the road at the start",
                     Outcome::Infeasible => "infeasible from the start",
+                    Outcome::PlannerError(_) => return self.planner_words(),
                 }
                 .into(),
             );
+        }
+        if let Some(words) = self.planner_words() {
+            return Some(words);
         }
         let problems = self.scenario.planning_problems.iter();
         let deadline = { problems }.find(|p| p.id == self.problem)?.deadline()?;
@@ -139,10 +156,24 @@ impl DrivenScenario {
         Some((median(&ms)?, *ms.last()?))
     }
 
-    /// The strongest braking, m/s²; 0 without braking.
-    pub fn largest_deceleration(&self) -> f64 {
-        let states = self.drive.states.iter();
-        states.map(|(_, s)| -s.acceleration).fold(0.0, f64::max)
+    /// Its planner, as it was named.
+    pub fn planner(&self) -> &str {
+        let external = self.drive.external.as_ref();
+        external.map_or(BUILT_IN, |report| &report.planner)
+    }
+
+    /// What went wrong with the planner's process, or why it found nothing to drive.
+    pub fn planner_words(&self) -> Option<String> {
+        let report = self.drive.external.as_ref()?;
+        let words = report.fault_in_words().or_else(|| report.message.clone())?;
+        Some(output::visible(&words))
+    }
+
+    /// Median of the time of a cycle that the planner itself did not measure, milliseconds.
+    pub fn overhead(&self) -> Option<f64> {
+        let mut ms = self.drive.external.as_ref()?.overhead_ms.clone();
+        ms.sort_by(f64::total_cmp);
+        median(&ms)
     }
 }
 

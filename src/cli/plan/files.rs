@@ -39,7 +39,8 @@ pub struct Files {
     /// Vehicle model of the solution: kinematic single-track (KS) or point mass (PM) [default: KS].
     #[arg(long, value_name = "MODEL", value_parser = ["KS", "PM"], default_value = "KS", ignore_case = true)]
     solution_model: String,
-    /// Write JSON lines, one a planning cycle: candidates, rejections, cost and the chosen states.
+    /// Write JSON lines, one a planning cycle: candidates, rejections, cost and the chosen states; of a planner's process
+    /// also what it wrote to standard error.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Replace existing files.
@@ -259,8 +260,10 @@ impl Targets<'_> {
     ) -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
         if let Some(log) = &mut self.log {
-            for cycle in &driven.drive.cycles {
-                let line = output::json_line(&document::cycle(driven, cycle))?;
+            let cycles = driven.drive.cycles.iter();
+            let cycles = cycles.map(|cycle| document::cycle(driven, cycle));
+            for value in cycles.chain(document::standard_error(driven)) {
+                let line = output::json_line(&value)?;
                 log.write_all(line.as_bytes())
                     .map_err(|e| Failure::system("--log", &e))?;
             }

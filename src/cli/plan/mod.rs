@@ -1,11 +1,13 @@
 //! `nearmiss plan`: drives the ego through scenarios with the planner, and reports the outcomes.
 
+mod compare;
 mod document;
 mod driven;
 mod files;
 mod monitor;
 mod options;
 mod places;
+mod planners;
 mod table;
 
 use std::io::{self, Write};
@@ -24,18 +26,21 @@ use super::{Failure, Outcome, output};
 use crate::formats::Entry;
 use crate::planner::Cancel;
 use crate::scenario::VehicleType;
+use crate::simulation::Outcome as Ended;
 use crate::workflow::PlanError;
 pub use document::missing;
 use driven::DrivenScenario;
 use files::{Files, Targets};
 use monitor::MonitorOptions;
 pub use options::PlanOptions;
+pub use planners::PlannerOptions;
 use table::Table;
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: goal, collision (with the obstacle and the side of either body), timeout, off_road, infeasible.\n\
+Outcomes: goal, collision (with the obstacle and the side of either body), timeout, off_road, infeasible, \
+planner_error (the planner's process failed).\n\
 Exit status: 0 all drives reach the goal or run out of time; 1 some end otherwise or could not be planned; \
 2 usage or input error; 130 interrupted.")]
 pub struct PlanArguments {
@@ -44,6 +49,12 @@ pub struct PlanArguments {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: options::PlanOptions,
+    #[command(flatten)]
+    planners: PlannerOptions,
+    /// Drive every scenario with this planner too, and compare both: paired differences with intervals. The same as a
+    /// second --planner.
+    #[arg(long, value_name = "NAME|COMMAND", conflicts_with = "monitor")]
+    against: Option<String>,
     #[command(flatten)]
     monitor: MonitorOptions,
     /// Print JSON lines: one object per scenario; `error` if it could not be planned.
@@ -67,12 +78,26 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         return Ok(());
     }
     let problem = arguments.how.planning_problem;
+    let planners = arguments.planners.clone().and(arguments.against.as_deref());
+    let planners = planners.chosen(&config)?;
+    if planners.len() > 1 {
+        return compare::run(arguments, &entries, &planners, &settings);
+    }
+    let planner = planners.first();
     let setup = arguments.monitor.setup(&folders, &config)?;
     let stop = interrupted(true);
     if let Some(setup) = setup.as_ref().filter(|_| arguments.monitor.is_dry_run()) {
         return setup.dry_run(&entries, problem, &settings, &stop, arguments.json);
     }
-    let said = format!("{settings:?} {problem:?} {:?}", arguments.monitor);
+    let external = planner.and_then(|planner| planner.external.as_ref());
+    let said = match external {
+        None => format!("{settings:?} {problem:?} {:?}", arguments.monitor),
+        Some(planner) => format!(
+            "{settings:?} {problem:?} {:?} {:?}",
+            arguments.monitor,
+            planner.options()
+        ),
+    };
     let targets = arguments.files.begin(&arguments.paths, &entries, &said)?;
     let finished = targets.finished();
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
@@ -95,12 +120,17 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         arguments,
         entries: &entries,
         targets,
-        table: Table::new(names.max().unwrap_or(0), monitor.is_some()),
+        table: Table::new(
+            names.max().unwrap_or(0),
+            monitor.is_some(),
+            planner.is_some(),
+        ),
         begun: false,
         gone: false,
         next: 0,
         kept: 0,
         harmed: 0,
+        failed: 0,
         missed: Missing::default(),
     };
     let progress = Progress::new(entries.len(), "scenarios", true);
@@ -113,7 +143,14 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
             if let Some(notes) = known.as_ref().and_then(|known| known.finished.clone()) {
                 return Some(Work::Kept(notes));
             }
-            let driven = driven::drive(&entries[i], problem, &settings, monitor.as_ref(), &cancel)?;
+            let driven = driven::drive(
+                &entries[i],
+                problem,
+                &settings,
+                planner,
+                monitor.as_ref(),
+                &cancel,
+            )?;
             Some(Work::Driven(driven.map(Box::new), known))
         },
         |work| {
@@ -171,6 +208,8 @@ struct Job<'a> {
     /// Scenarios that an earlier run has driven.
     kept: usize,
     harmed: usize,
+    /// Drives that an error of the planner's process ended.
+    failed: usize,
     missed: Missing,
 }
 
@@ -213,6 +252,7 @@ impl Job<'_> {
             }
         };
         self.harmed += usize::from(!driven.unharmed());
+        self.failed += usize::from(matches!(driven.outcome(), Ended::PlannerError(_)));
         // Files first: who reads a line finds them. What cannot be written of one scenario does not end the others.
         if let Err(failure) = self.targets.write(entry, &driven, known) {
             if self.entries.len() == 1 {
@@ -271,7 +311,7 @@ impl Job<'_> {
     fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
         if !self.arguments.json && self.next > 0 && (all > 1 || self.begun) {
-            let sum = std::mem::replace(&mut self.table, Table::new(0, false)).sum(missed);
+            let sum = std::mem::replace(&mut self.table, Table::new(0, false, false)).sum(missed);
             self.show(&sum)?;
         }
         if self.kept > 0 {
@@ -294,17 +334,19 @@ impl Job<'_> {
             });
         }
         let finding = |message| Err(Failure::finding(message));
+        let harm = match self.failed {
+            0 => "ended in a collision, off the road or infeasible",
+            _ => "ended in a collision, off the road, infeasible or with an error of the planner",
+        };
         match (harmed, missed) {
             (0, 0) => Ok(()),
             _ if self.missed.input == all => Err(Failure::input(format!(
                 "none of the {all} scenarios could be planned"
             ))),
             (0, n) => finding(format!("{n} of {all} scenarios could not be planned")),
-            (n, 0) => finding(format!(
-                "{n} of {all} drives ended in a collision, off the road or infeasible"
-            )),
+            (n, 0) => finding(format!("{n} of {all} drives {harm}")),
             (n, m) => finding(format!(
-                "{n} of {} drives ended in a collision, off the road or infeasible, and {m} scenarios could not be planned",
+                "{n} of {} drives {harm}, and {m} scenarios could not be planned",
                 all - m
             )),
         }

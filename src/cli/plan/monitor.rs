@@ -87,6 +87,11 @@ pub struct MonitorSetup {
 }
 
 impl MonitorOptions {
+    /// Whether there is a monitor.
+    pub fn is_asked(&self) -> bool {
+        self.monitor.is_some()
+    }
+
     /// Whether the drives are only counted.
     pub fn is_dry_run(&self) -> bool {
         self.dry_run

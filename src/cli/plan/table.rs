@@ -3,12 +3,22 @@
 use super::driven::{DrivenScenario, median};
 use super::monitor;
 use crate::cli::output::Align::{Left, Right};
-use crate::cli::output::line;
+use crate::cli::output::{line, visible};
 use crate::planner::Emergency;
-use crate::simulation::{ContactSide, HitFromBehind};
+use crate::simulation::{CollisionKind, ContactSide, ExternalReport, HitFromBehind};
 
 /// The outcomes, in the order in which they are listed.
-const OUTCOMES: [&str; 5] = ["goal", "collision", "timeout", "off_road", "infeasible"];
+pub const OUTCOMES: [&str; 6] = [
+    "goal",
+    "collision",
+    "timeout",
+    "off_road",
+    "infeasible",
+    "planner_error",
+];
+
+/// The columns that drives have where a planner is named.
+const FIGURES: [&str; 4] = ["brake", "jerk", "goal s", "near miss"];
 
 /// What the columns behind the scenario's name are called.
 const HEADER: [&str; 7] = [
@@ -39,11 +49,19 @@ pub struct Table {
     ms: Vec<f64>,
     /// Whether it has the columns of a monitor.
     monitored: bool,
+    /// Whether it has the figures of drives.
+    compared: bool,
+    /// Collisions in which the ego was rear-ended.
+    rear_ended: usize,
+    /// Milliseconds of every scenario's middle cycle beside the planner's own.
+    overhead: Vec<f64>,
+    /// The planner's process, as it names itself, and what it was told.
+    told: Option<String>,
 }
 
 impl Table {
     /// A table of scenarios with names at most `longest` characters long.
-    pub fn new(longest: usize, monitored: bool) -> Self {
+    pub fn new(longest: usize, monitored: bool, compared: bool) -> Self {
         Self {
             width: longest.clamp("scenario".len(), WIDEST),
             counts: [0; OUTCOMES.len()],
@@ -52,16 +70,21 @@ impl Table {
             reacted: 0,
             ms: Vec::new(),
             monitored,
+            compared,
+            rear_ended: 0,
+            overhead: Vec::new(),
+            told: None,
         }
     }
 
     pub fn header(&self) -> String {
-        let more: &[&str] = if self.monitored {
+        let monitor: &[&str] = if self.monitored {
             &monitor::HEADER
         } else {
             &[]
         };
-        self.line("scenario", &HEADER, more)
+        let figures: &[&str] = if self.compared { &FIGURES } else { &[] };
+        self.line("scenario", &HEADER, &[monitor, figures].concat())
     }
 
     /// Counts a drive, and shows it as a line.
@@ -75,6 +98,7 @@ impl Table {
         let (mut with, mut sides) = ("-".into(), "-".into());
         if let Some(c) = driven.collision() {
             self.by_front += usize::from(c.ego == ContactSide::Front);
+            self.rear_ended += usize::from(c.kind() == CollisionKind::RearEnded);
             with = c.with.to_string();
             sides = format!("ego's {}, other's {}", c.ego.name(), c.other.name());
         }
@@ -109,8 +133,12 @@ impl Table {
             &ms.map_or("-".into(), |ms| format!("{ms:.1}")),
             &emergency,
         ];
-        let more = driven.monitor.as_ref().map(monitor::cells);
-        let more: Vec<&str> = more.iter().flatten().map(String::as_str).collect();
+        self.overhead.extend(driven.overhead());
+        self.told = self.told.take().or_else(|| told_of(driven));
+        let monitored = driven.monitor.as_ref().map(monitor::cells);
+        let figures = self.compared.then(|| figures(driven));
+        let more = monitored.iter().flatten().chain(figures.iter().flatten());
+        let more: Vec<&str> = more.map(String::as_str).collect();
         self.line(&driven.name, &cells, &more)
     }
 
@@ -118,7 +146,7 @@ impl Table {
     fn line(&self, scenario: &str, cells: &[&str; 7], more: &[&str]) -> String {
         let mut columns = vec![
             Left(self.width),
-            Left(10),
+            Left(if self.compared { 13 } else { 10 }),
             Right(8),
             Left(26),
             Right(5),
@@ -138,6 +166,12 @@ impl Table {
         for (outcome, count) in OUTCOMES.iter().zip(self.counts) {
             match (count, *outcome) {
                 (0, _) => {}
+                (n, "collision") if self.compared => parts.push(format!(
+                    "{n} collision ({} ran into another, {} rear-ended, {} side)",
+                    self.by_front,
+                    self.rear_ended,
+                    n - self.by_front - self.rear_ended
+                )),
                 (n, "collision") => {
                     let unaware = match self.unaware {
                         0 => String::new(),
@@ -161,6 +195,45 @@ impl Table {
         let ms = median(&self.ms).map_or(String::new(), |ms| format!("; median cycle {ms:.1} ms"));
         let all = driven + missed;
         let scenarios = if all == 1 { "scenario" } else { "scenarios" };
-        format!("{all} {scenarios}: {}{ms}\n", parts.join(", "))
+        self.overhead.sort_by(f64::total_cmp);
+        let told = self.told.map_or(String::new(), |told| {
+            let overhead = median(&self.overhead);
+            let overhead = overhead.map_or(String::new(), |ms| format!("; overhead {ms:.2} ms"));
+            format!("planner {told}{overhead}\n")
+        });
+        format!("{all} {scenarios}: {}{ms}\n{told}", parts.join(", "))
     }
+}
+
+/// The figures of a drive.
+fn figures(driven: &DrivenScenario) -> [String; 4] {
+    let drive = &driven.drive;
+    let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1}"));
+    [
+        format!("{:.1}", drive.largest_deceleration()),
+        number(drive.jerk().map(|(mean, _)| mean)),
+        number(drive.seconds_to_goal()),
+        driven.near_misses.map_or("-".into(), |n| n.to_string()),
+    ]
+}
+
+/// A planner's process and what it was told; nothing where it never got ready.
+pub fn told_of(driven: &DrivenScenario) -> Option<String> {
+    let report = driven.drive.external.as_ref();
+    let report: &ExternalReport = report.filter(|report| !report.name.is_empty())?;
+    let version = match report.version.as_str() {
+        "" => String::new(),
+        version => format!(" {version}"),
+    };
+    let predictions = match report.predictions {
+        true => format!("prediction {}", driven.settings.forecast.name()),
+        false => "no predictions".into(),
+    };
+    let told = format!(
+        "{}{version}: {} time, {predictions}, {} earlier states",
+        report.name,
+        report.clock.name(),
+        report.history
+    );
+    Some(visible(&told))
 }

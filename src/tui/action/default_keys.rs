@@ -83,6 +83,7 @@ table! {
     RecordedEgo, Global, "recorded-ego", ["space e r"], 0, "recorded ego", "Back to the recorded ego (or that of --ego) from a picked or planned one, and to the original scenario from a variant.";
     DrivePlanner, Global, "drive", ["space e p"], 0, "drive", "Let the planner drive the ego from the start of the planning problem; again stops it.";
     NextForecast, Global, "forecast", ["space e f"], 0, "forecast", "Switch the planner's prediction of the traffic: along the lanes, constant velocity, or as recorded.";
+    NextPlanner, Global, "planner", ["space e n"], 0, "planner", "Switch the planner that drives: the built-in one, and the processes of [planner.NAME] in config.toml.";
     PlannerCycle, Global, "planner-cycle", ["space e w"], 0, "planner cycle", "What the planner saw and chose at this step: candidates, rejections, costs.";
     PlotDrives, Global, "plot-drives", ["space p d"], 0, "planned or recorded", "Plot the speeds of the planned and the recorded ego, the distance between them, or the measure again.";
     SaveDrive, Global, "save-drive", ["space e s"], 0, "save drive", "Write the planned ego, as an ego trajectory (CSV) and as a CommonRoad solution, into the folder that pictures go to.";

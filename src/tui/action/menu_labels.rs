@@ -42,6 +42,7 @@ pub fn menu_label(entry: &Entry) -> &'static str {
         TakeAsEgo => "picked obstacle as ego",
         DrivePlanner => "let the planner drive",
         NextForecast => "planner's prediction of traffic",
+        NextPlanner => "planner that drives",
         PlannerCycle => "what the planner saw and chose",
         SaveDrive => "save the planned drive",
         Generate => "search for an attack",

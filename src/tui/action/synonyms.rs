@@ -60,6 +60,7 @@ pub fn synonyms_of(action: Action) -> &'static str {
         NextDisagreement => "wrong mistake differ",
         Generate => "attack adversarial variant danger",
         DrivePlanner => "plan simulate closed loop autopilot",
+        NextPlanner => "external process own planner under test",
         SwitchVariant => "original before after",
         SortScenarios => "order by",
         GroupScenarios => "country folder tag collapse",

@@ -16,6 +16,8 @@ pub struct DriveKey {
     pub change: Option<Transform>,
     /// The forecast given to the planner.
     pub forecast: Forecast,
+    /// The planner: 0 is the built-in one, then those of the configuration.
+    pub planner: usize,
 }
 
 /// A drive to be written.
@@ -43,6 +45,7 @@ impl Opened {
             hash: self.scenario.hash,
             change: self.change,
             forecast: planned.forecast,
+            planner: planned.planner,
         })
     }
 }

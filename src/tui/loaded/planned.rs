@@ -6,7 +6,7 @@ use super::{CycleShown, Opened};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast, Limits};
 use crate::scenario::{Ego, Scenario, Scene, VehicleType};
-use crate::simulation::{Outcome, Rollout};
+use crate::simulation::{ExternalPlanner, ExternalReport, Outcome, Rollout};
 use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
 /// The record of a planned ego.
@@ -14,6 +14,10 @@ use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, Prepared
 pub struct PlannedEgo {
     /// The forecast given to the planner.
     pub forecast: Forecast,
+    /// The planner: 0 is the built-in one, then those of the configuration.
+    pub planner: usize,
+    /// What is known of the planner's process, if it is one.
+    pub process: Option<Box<ExternalReport>>,
     /// The vehicle that was driven.
     pub vehicle: VehicleType,
     /// Id of the planning problem that was solved.
@@ -57,13 +61,30 @@ impl Opened {
         cancel: &Cancel,
         on_step: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Self>, String> {
+        Self::planned_by(request, (0, None), thresholds, cancel, on_step)
+    }
+
+    /// The same by a planner with this place among those that can be chosen; the built-in one is the first.
+    ///
+    /// # Errors
+    /// Those of [`Self::planned`].
+    pub fn planned_by(
+        request: &PlanRequest<'_>,
+        (place, planner): (usize, Option<Arc<ExternalPlanner>>),
+        thresholds: &Thresholds,
+        cancel: &Cancel,
+        on_step: &mut dyn FnMut(usize, usize),
+    ) -> Result<Option<Self>, String> {
         let prepared = prepare(request).map_err(|error| error.to_string())?;
+        let prepared = prepared.driven_by(planner);
         let mut recorder = Recorder::new(&prepared);
         let outcome = prepared.run(cancel, &mut |event| recorder.hear(&event, on_step));
         let outcome = outcome.map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
-            let planned = PlannedEgo::from_outcome(&prepared, &drive, recorder.cycles);
+            let mut planned = PlannedEgo::from_outcome(&prepared, &drive, recorder.cycles);
+            planned.1.planner = place;
+            planned.1.process = drive.external;
             Self::with_planned(&request.open, ego, planned, thresholds)
         }))
     }
@@ -92,6 +113,8 @@ impl PlannedEgo {
     ) -> (Arc<Scenario>, Self) {
         let planned = Self {
             forecast: prepared.settings.forecast,
+            planner: 0,
+            process: None,
             vehicle: prepared.settings.planner.vehicle,
             problem: prepared.problem().id,
             outcome: drive.outcome,

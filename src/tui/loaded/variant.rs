@@ -188,6 +188,8 @@ impl GeneratedVariant {
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
         let planned = PlannedEgo {
             forecast: driver.settings().forecast,
+            planner: 0,
+            process: None,
             vehicle: driver.settings().planner.vehicle,
             problem: driver.problem().id,
             outcome: self.effect.drive.outcome,

@@ -34,6 +34,8 @@ pub enum JobRequest {
     },
     /// Plan the ego of a scenario, after a change of its scene if there is one, under a forecast.
     Plan(Entry, Option<Transform>, Forecast),
+    /// The same by the planner with this place among those of the configuration, from 1.
+    PlanBy(Entry, Option<Transform>, Forecast, usize),
     /// Make a scenario dangerous.
     Generate(Box<VariantRequest>),
     /// Prepare all questions of a batch to know what they take; nothing is asked.

@@ -13,6 +13,10 @@ use crate::tui::message::JobId;
 pub struct Driver {
     /// The forecast given to the planner.
     pub forecast: Forecast,
+    /// The planner that drives: 0 is the built-in one, then those of [`Self::planners`].
+    pub planner: usize,
+    /// Names of the planners that are processes, as configured.
+    pub planners: Vec<String>,
     /// The drive that is under way.
     pub under_way: Option<RunningDrive>,
     /// The place in the list of a scenario without an ego, and the seconds after which one is planned for it.
@@ -42,12 +46,24 @@ impl Default for Driver {
     fn default() -> Self {
         Self {
             forecast: Forecast::Lane,
+            planner: 0,
+            planners: Vec::new(),
             under_way: None,
             waits: None,
             declined: None,
             kept: RolloutCache::default(),
             again: false,
         }
+    }
+}
+
+impl Driver {
+    /// The name of the planner that drives.
+    #[must_use]
+    pub fn planner_name(&self) -> &str {
+        let place = self.planner.checked_sub(1);
+        let name = place.and_then(|place| self.planners.get(place));
+        name.map_or("nearmiss", String::as_str)
     }
 }
 

@@ -21,6 +21,7 @@ impl Model {
             Action::Mouse => is(self.mouse),
             Action::GroupScenarios => Some(self.list.grouping.name()),
             Action::NextForecast => Some(self.driver.forecast.name()),
+            Action::NextPlanner => Some(self.driver.planner_name()),
             Action::PlotMeasure => Some(self.plot.measure.id),
             Action::PickTheme => Some(&self.look.chosen),
             _ => None,

@@ -89,6 +89,8 @@ pub fn prepare(
     }
     model.compare.person = model.config.person();
     model.driver.forecast = model.config.planning(default_planning()).forecast;
+    let planners = model.config.external_planners().into_iter();
+    model.driver.planners = planners.map(|(name, _)| name).collect();
     // The seed need not be secret: no one has to predict the order of answers.
     model.compare.seed = jiff::Timestamp::now().as_nanosecond() as u64;
     match thresholds(&folders.thresholds()) {

@@ -8,9 +8,11 @@ use ratatui::text::{Line, Text};
 use super::{Screen, Step, moves_scene};
 use crate::description::visible;
 use crate::planner::{Emergency, unavoided};
+use crate::simulation::ExternalReport;
 use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, PlannedEgo};
 use crate::tui::model::{Model, forecast_words};
+use crate::tui::theme::Theme;
 use crate::tui::widgets::hints::{self, Hint};
 use crate::tui::widgets::lines::{self, Lines};
 use crate::tui::widgets::window;
@@ -38,6 +40,7 @@ impl Screen for CycleScreen {
             Action::Play
             | Action::PlotDrives
             | Action::NextForecast
+            | Action::NextPlanner
             | Action::SaveDrive
             | Action::Palette => Step::Perform(action),
             _ if moves_scene(action) => Step::Perform(action),
@@ -89,6 +92,9 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     lines.say("ended", &planned.outcome.to_string());
     lines.say("prediction", forecast_words(planned.forecast));
     lines.say("cycles", &planned.cycles.len().to_string());
+    if let Some(process) = &planned.process {
+        external(&mut lines, process, theme);
+    }
     if let Some(words) = model.opened.as_ref().and_then(|o| unavoided(&o.scenario)) {
         lines.say_in("not seen", &words, Style::new().fg(theme.warning));
     }
@@ -109,10 +115,14 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
         "speed",
         &format!("{} m/s, at the end {}", speed(now), speed(end)),
     );
-    lines.say("wanted", &format!("{} m/s", speed(cycle.wanted)));
+    if planned.process.is_none() {
+        lines.say("wanted", &format!("{} m/s", speed(cycle.wanted)));
+    }
     lines.say("took", &took(cycle));
-    candidates(&mut lines, cycle);
-    costs(&mut lines, cycle);
+    if planned.process.is_none() {
+        candidates(&mut lines, cycle);
+        costs(&mut lines, cycle);
+    }
     lines.title("the drive is kept");
     let kept = kept(model);
     lines.text.lines.extend(
@@ -122,6 +132,29 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     );
     lines.text
 }
+
+/// What is known of a planner's process.
+fn external(lines: &mut Lines, process: &ExternalReport, theme: &Theme) {
+    lines.say(
+        "planner",
+        &visible(&format!("{} {}", process.name, process.version)),
+    );
+    let words = match process.predictions {
+        true => "sent",
+        false => "not asked for",
+    };
+    lines.say("predictions", words);
+    let style = Style::new().fg(theme.danger);
+    if let Some(fault) = process.fault_in_words().or(process.message.clone()) {
+        lines.say_in("message", &visible(&fault), style);
+    }
+    for line in process.stderr.iter().rev().take(STDERR_LINES).rev() {
+        lines.say("stderr", &visible(line));
+    }
+}
+
+/// Lines of standard error that are shown.
+const STDERR_LINES: usize = 5;
 
 /// Where the drive is, and for how long.
 fn kept(model: &Model) -> String {

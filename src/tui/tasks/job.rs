@@ -97,7 +97,12 @@ impl Tasks {
                 model,
                 fresh,
             } => self.ask(id, question, &model, fresh),
-            JobRequest::Plan(entry, change, forecast) => self.plan(id, entry, change, forecast),
+            JobRequest::Plan(entry, change, forecast) => {
+                self.plan(id, entry, change, (forecast, 0));
+            }
+            JobRequest::PlanBy(entry, change, forecast, planner) => {
+                self.plan(id, entry, change, (forecast, planner));
+            }
             JobRequest::Generate(request) => self.generate(id, request),
             JobRequest::Estimate(batch) => self.estimate(id, batch),
             JobRequest::Versions(sides) => self.compare_versions(id, sides),

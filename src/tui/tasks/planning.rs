@@ -16,8 +16,10 @@ impl Tasks {
         id: JobId,
         entry: Entry,
         change: Option<Transform>,
-        forecast: Forecast,
+        (forecast, place): (Forecast, usize),
     ) {
+        let chosen = place.checked_sub(1);
+        let planner = chosen.and_then(|chosen| self.planners.get(chosen)).cloned();
         let settings = Settings {
             forecast,
             ..self.planning
@@ -35,7 +37,13 @@ impl Tasks {
                 settings: &settings,
             };
             let mut on_step = |done, of| tell((done, of));
-            let planned = Opened::planned(&request, &thresholds, cancel, &mut on_step)?;
+            let planned = Opened::planned_by(
+                &request,
+                (place, planner),
+                &thresholds,
+                cancel,
+                &mut on_step,
+            )?;
             Ok(planned.map(Box::new))
         });
     }

@@ -255,3 +255,20 @@ fn the_panel_says_where_the_drive_is() {
     bench.send(Msg::DriveSaved(key, Err("the disk is full".into())));
     assert!(said(&bench).contains("not written: the disk is full"));
 }
+
+#[test]
+fn another_planner_is_chosen_from_the_configuration() {
+    let mut bench = Bench::bundled();
+    bench.press("space e n");
+    assert!(said(&bench).starts_with("only the built-in planner"));
+    bench.model.driver.planners = vec!["lab".into()];
+    bench.press("space e n");
+    assert_eq!(bench.model.driver.planner_name(), "lab");
+    bench.press("space e p");
+    let by = |effect: &Effect| matches!(effect, Effect::Start(_, JobRequest::PlanBy(.., 1)));
+    assert!(bench.effects.iter().any(by));
+    // On its way, the next one drives instead.
+    bench.press("space e n");
+    assert_eq!(bench.model.driver.planner_name(), "nearmiss");
+    assert_eq!(begun(&bench), 1);
+}

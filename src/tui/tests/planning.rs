@@ -365,6 +365,7 @@ fn how_it_ended_is_said_in_short() {
         Outcome::Timeout => "ego planned, goal not reached".to_string(),
         Outcome::OffRoad => "ego planned, off the road".to_string(),
         Outcome::Infeasible => "ego planned, cannot be driven".to_string(),
+        Outcome::PlannerError(error) => format!("ego planned, {error}"),
     };
     assert!(bench.frame(120, 40).contains(&words), "{words}");
     let narrow = bench.frame(80, 24);

@@ -65,8 +65,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         PreviousObstacle => obstacles::pick(model, -1),
         TakeAsEgo => return obstacles::take_as_ego(model),
         RecordedEgo => return obstacles::recorded_ego(model),
-        DrivePlanner | NextForecast | PlotDrives | SaveDrive | Generate | GenerateWith
-        | ModelAttacks | ModelAttacksWith | SwitchVariant | SaveVariant => {
+        DrivePlanner | NextForecast | NextPlanner | PlotDrives | SaveDrive | Generate
+        | GenerateWith | ModelAttacks | ModelAttacksWith | SwitchVariant | SaveVariant => {
             return planning::perform(model, action);
         }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {

@@ -81,7 +81,7 @@ fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
             job.state = JobState::Waiting(String::new());
             return Some(job);
         }
-        JobRequest::Plan(entry, _, forecast) => {
+        JobRequest::Plan(entry, _, forecast) | JobRequest::PlanBy(entry, _, forecast, _) => {
             let title = format!("the ego of {} planned, {}", entry.name, forecast.name());
             (JobKind::Plan, title, 1)
         }

@@ -31,6 +31,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     match action {
         Action::DrivePlanner => return drive(model),
         Action::NextForecast => return next_forecast(model),
+        Action::NextPlanner => return next_planner(model),
         Action::SaveDrive => return kept::save(model),
         Action::PlotDrives => plot_drives(model),
         _ => return making::perform(model, action),
@@ -44,8 +45,9 @@ fn drive(model: &mut Model) -> Vec<Effect> {
         model.say("planning is cancelled");
         return cancel(model);
     }
-    let planned = model.planned().map(|planned| planned.forecast);
-    if planned == Some(model.driver.forecast) {
+    let planned = model.planned();
+    let planned = planned.map(|planned| (planned.forecast, planned.planner));
+    if planned == Some((model.driver.forecast, model.driver.planner)) {
         let key = model.look.key(Action::NextForecast);
         model.say(format!(
             "the drive is the same each time; {key} changes the prediction"
@@ -81,6 +83,28 @@ fn next_forecast(model: &mut Model) -> Vec<Effect> {
     Vec::new()
 }
 
+/// Lets another planner drive; where a planned ego is shown or on its way, it drives anew.
+fn next_planner(model: &mut Model) -> Vec<Effect> {
+    if model.driver.planners.is_empty() {
+        model.say("only the built-in planner: [planner.NAME] in config.toml adds others");
+        return Vec::new();
+    }
+    if model.variant().is_some() {
+        model.say(making::fixed(model));
+        return Vec::new();
+    }
+    model.driver.planner = (model.driver.planner + 1) % (model.driver.planners.len() + 1);
+    if model.planned().is_some() || model.driver.under_way.is_some() {
+        let mut effects = stop(model);
+        effects.extend(kept::show(model).unwrap_or_else(|| begin(model)));
+        return effects;
+    }
+    let key = model.look.key(Action::DrivePlanner);
+    let name = model.driver.planner_name();
+    model.say(format!("{key} lets {name} drive"));
+    Vec::new()
+}
+
 fn begin(model: &mut Model) -> Vec<Effect> {
     match (&model.opened, model.list.opened) {
         // Replies go when the scenario is open.
@@ -95,7 +119,11 @@ fn begin(model: &mut Model) -> Vec<Effect> {
             }
             let words = forecast_words(model.driver.forecast);
             let key = model.look.key(Action::DrivePlanner);
-            model.say(format!("the planner drives with {words}; {key} stops it"));
+            let planner = match model.driver.planner {
+                0 => "the planner",
+                _ => model.driver.planner_name(),
+            };
+            model.say(format!("{planner} drives with {words}; {key} stops it"));
             return again(model, place);
         }
     }
@@ -115,7 +143,11 @@ pub fn again(model: &mut Model, place: usize) -> Vec<Effect> {
         of: 0,
     });
     let entry = model.list.rows[place].entry.clone();
-    let request = JobRequest::Plan(entry, change, model.driver.forecast);
+    let forecast = model.driver.forecast;
+    let request = match model.driver.planner {
+        0 => JobRequest::Plan(entry, change, forecast),
+        planner => JobRequest::PlanBy(entry, change, forecast, planner),
+    };
     effects.push(Effect::Start(id, request));
     effects
 }

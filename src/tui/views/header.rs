@@ -270,5 +270,6 @@ fn in_short(outcome: &Outcome) -> String {
         Outcome::Timeout => "goal not reached".into(),
         Outcome::OffRoad => "off the road".into(),
         Outcome::Infeasible => "cannot be driven".into(),
+        Outcome::PlannerError(error) => error.to_string(),
     }
 }

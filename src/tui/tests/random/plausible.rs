@@ -71,7 +71,8 @@ pub fn rating() -> Rating {
 pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
     let events = match request {
         JobRequest::Question { model, .. } => question(&model, n),
-        JobRequest::Plan(entry, change, forecast) => plan(&entry, change, forecast, n),
+        JobRequest::Plan(entry, change, forecast)
+        | JobRequest::PlanBy(entry, change, forecast, _) => plan(&entry, change, forecast, n),
         JobRequest::Generate(request) => generate(*request, n),
         JobRequest::Estimate(batch) => vec![estimate(&batch, n)],
         JobRequest::Batch(batch) => ask(&batch, n),

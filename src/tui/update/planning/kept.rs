@@ -16,6 +16,7 @@ pub fn kept(model: &Model) -> Option<Box<Opened>> {
         hash: opened.scenario.hash,
         change: opened.change,
         forecast: model.driver.forecast,
+        planner: model.driver.planner,
     };
     let drive = model.driver.kept.find(key)?;
     Some(drive.opened.clone())
@@ -69,6 +70,7 @@ pub fn instead(
     };
     model.driver.kept.show(key);
     model.driver.forecast = key.forecast;
+    model.driver.planner = key.planner;
     model.driver.again = true;
     planned
 }

@@ -1,0 +1,392 @@
+//! Two planners side by side: every scenario driven by both, and paired differences.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::Ordering;
+
+use serde_json::{Value, json};
+
+use super::driven::{self, DrivenScenario};
+use super::planners::PlannerChoice;
+use super::table::OUTCOMES;
+use super::{PlanArguments, document};
+use crate::cli::interrupt::{INTERRUPTED, interrupted};
+use crate::cli::output::Align::{Left, Right};
+use crate::cli::output::{self, line};
+use crate::cli::parallel::in_order;
+use crate::cli::progress::Progress;
+use crate::cli::{Failure, Outcome};
+use crate::evaluation::statistics::PairedTest;
+use crate::formats::Entry;
+use crate::planner::Cancel;
+use crate::simulation::{CollisionKind, Settings};
+use crate::workflow::PlanError;
+
+/// A figure of a drive; nothing where the drive has none.
+type Measured = fn(&DrivenScenario) -> Option<f64>;
+
+/// What is compared beside the outcomes, with the decimals that are shown.
+const FIGURES: [(&str, &str, usize, Measured); 7] = [
+    ("near_misses", "near misses", 2, |d| {
+        d.near_misses.map(|n| n as f64)
+    }),
+    ("largest_deceleration", "strongest braking, m/s²", 2, |d| {
+        Some(d.drive.largest_deceleration())
+    }),
+    ("mean_jerk", "mean jerk, m/s³", 2, |d| {
+        d.drive.jerk().map(|j| j.0)
+    }),
+    ("max_jerk", "largest jerk, m/s³", 2, |d| {
+        d.drive.jerk().map(|j| j.1)
+    }),
+    ("seconds_to_goal", "time to goal, s", 2, |d| {
+        d.drive.seconds_to_goal()
+    }),
+    ("median_cycle_ms", "cycle, ms", 2, |d| {
+        d.milliseconds().map(|(median, _)| median)
+    }),
+    (
+        "undrivable_share",
+        "drives beyond the vehicle's limits",
+        2,
+        |d| Some(f64::from(u8::from(!d.drive.undrivable().is_empty()))),
+    ),
+];
+
+/// Collisions by kind.
+const KINDS: [(&str, CollisionKind); 3] = [
+    ("  ran into another", CollisionKind::RanInto),
+    ("  rear-ended", CollisionKind::RearEnded),
+    ("  side", CollisionKind::Side),
+];
+
+/// Longer names of scenarios push the columns behind them.
+const WIDEST: usize = 48;
+
+/// Of two drives of a scenario, how they are shown.
+const HEADER: [&str; 6] = ["scenario", "first", "second", "goal s", "goal s", "with"];
+
+/// Drives every scenario with both planners.
+pub fn run(
+    arguments: &PlanArguments,
+    entries: &[Entry],
+    planners: &[PlannerChoice],
+    settings: &Settings,
+) -> Outcome {
+    let [first, second] = planners else {
+        return Err(Failure::input(format!(
+            "{} planners are named; two can be compared",
+            planners.len()
+        )));
+    };
+    if arguments.files.any() || arguments.files.to_stdout() {
+        return Err(Failure::input(
+            "two planners are compared without files: leave out -o, --solution and --log, or drive each planner alone",
+        ));
+    }
+    if arguments.monitor.is_asked() {
+        return Err(Failure::input(
+            "--monitor watches one planner; name only one",
+        ));
+    }
+    let stop = interrupted(true);
+    let cancel = Cancel::from_flag(&stop);
+    let problem = arguments.how.planning_problem;
+    let mut job = Comparison {
+        json: arguments.json,
+        names: [output::visible(&first.name), output::visible(&second.name)],
+        width: widest(entries),
+        pairs: Vec::new(),
+        missed: 0,
+        harmed: 0,
+    };
+    if !job.json {
+        output::text(&job.title())?;
+    }
+    let progress = Progress::new(entries.len(), "scenarios", true);
+    let mut failure = None;
+    in_order(
+        entries.len(),
+        &stop,
+        |i| {
+            let drive = |planner| {
+                driven::drive(&entries[i], problem, settings, Some(planner), None, &cancel)
+            };
+            let one = drive(first)?;
+            Some((i, one.and_then(|one| Ok((one, drive(second).transpose()?)))))
+        },
+        |work| {
+            let Some((place, pair)) = work else {
+                return ControlFlow::Break(());
+            };
+            let mut taken = Ok(());
+            progress.suspend(|| taken = job.take(&entries[place], pair));
+            progress.step();
+            match taken {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(error) => {
+                    failure = Some(error);
+                    ControlFlow::Break(())
+                }
+            }
+        },
+    );
+    drop(progress);
+    if let Some(failure) = failure {
+        return Err(failure);
+    }
+    job.end()?;
+    if stop.load(Ordering::Relaxed) {
+        return Err(Failure {
+            message: format!(
+                "interrupted after {} of {} scenarios",
+                job.done(),
+                entries.len()
+            ),
+            status: INTERRUPTED,
+        });
+    }
+    match (job.harmed, job.missed) {
+        (0, 0) => Ok(()),
+        (_, missed) if missed == entries.len() => Err(Failure::input(format!(
+            "none of the {missed} scenarios could be planned"
+        ))),
+        (harmed, missed) => Err(Failure::finding(format!(
+            "{harmed} drives ended otherwise than at the goal or out of time; {missed} scenarios could not be planned"
+        ))),
+    }
+}
+
+fn widest(entries: &[Entry]) -> usize {
+    let names = entries
+        .iter()
+        .map(|entry| output::visible(&entry.name).chars().count());
+    let all = names.chain(["drives beyond the vehicle's limits".len()]);
+    all.max().unwrap_or(0).min(WIDEST)
+}
+
+/// Both drives of a scenario; the second one is missing where it was cut short.
+type Pair = Result<(DrivenScenario, Option<DrivenScenario>), PlanError>;
+
+struct Comparison {
+    json: bool,
+    names: [String; 2],
+    width: usize,
+    pairs: Vec<(DrivenScenario, DrivenScenario)>,
+    missed: usize,
+    harmed: usize,
+}
+
+impl Comparison {
+    fn done(&self) -> usize {
+        self.pairs.len() + self.missed
+    }
+
+    fn title(&self) -> String {
+        let [first, second] = &self.names;
+        format!("first:  {first}\nsecond: {second}\n\n") + &self.row(&HEADER)
+    }
+
+    fn row(&self, cells: &[&str; 6]) -> String {
+        let columns = [
+            Left(self.width),
+            Left(13),
+            Left(13),
+            Right(6),
+            Right(6),
+            Left(30),
+        ];
+        line("  ", &columns, cells)
+    }
+
+    fn take(&mut self, entry: &Entry, pair: Pair) -> Result<(), Failure> {
+        let (one, two) = match pair {
+            Ok((one, Some(two))) => (one, two),
+            Ok((_, None)) => return Ok(()),
+            Err(error) => {
+                self.missed += 1;
+                output::say(&format!("nearmiss: {error}"));
+                return match self.json {
+                    true => show(&document::missing(entry, &error)),
+                    false => Ok(()),
+                };
+            }
+        };
+        let harmed = [&one, &two].map(|driven| usize::from(!driven.unharmed()));
+        self.harmed += harmed.iter().sum::<usize>();
+        if self.json {
+            show(&document::document(&one))?;
+            show(&document::document(&two))?;
+        } else {
+            let seconds = |driven: &DrivenScenario| {
+                let goal = driven.drive.seconds_to_goal();
+                goal.map_or("-".into(), |seconds| format!("{seconds:.1}"))
+            };
+            let cells = [
+                one.name.as_str(),
+                one.outcome().name(),
+                two.outcome().name(),
+                &seconds(&one),
+                &seconds(&two),
+                &with(&one, &two),
+            ];
+            output::text(&self.row(&cells))?;
+        }
+        self.pairs.push((one, two));
+        Ok(())
+    }
+
+    /// The differences of all scenarios.
+    fn end(&self) -> Result<(), Failure> {
+        if self.json {
+            return show(&self.document());
+        }
+        let mut out = String::from("\n");
+        let columns = [Left(self.width), Right(13), Right(13), Right(10), Left(24)];
+        let header = ["", "first", "second", "difference", "95 % interval"];
+        out += &line("  ", &columns, &header);
+        for difference in self.differences() {
+            let decimals = difference.decimals;
+            let number = |value: Option<f64>| {
+                value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+            };
+            let test = difference.test.as_ref();
+            let signed = |value: f64| format!("{value:+.2}");
+            let interval = test.and_then(|test| test.interval);
+            let cells = [
+                difference.words.to_string(),
+                number(difference.first),
+                number(difference.second),
+                test.map_or("-".into(), |test| signed(0.0 - test.difference)),
+                interval.map_or(String::new(), |interval| {
+                    format!(
+                        "{} to {}",
+                        signed(0.0 - interval.high),
+                        signed(0.0 - interval.low)
+                    )
+                }),
+            ];
+            out += &line("  ", &columns, &cells);
+        }
+        let told = self.pairs.iter().find_map(|(one, two)| {
+            let both = [one, two].map(super::table::told_of);
+            both.iter().any(Option::is_some).then_some(both)
+        });
+        for told in told.into_iter().flatten().flatten() {
+            out += &format!("planner {told}\n");
+        }
+        out += &format!(
+            "{}; differences are second minus first, a scenario at a time\n",
+            output::counted(self.pairs.len(), "scenario")
+        );
+        output::text(&out)
+    }
+
+    fn differences(&self) -> Vec<Difference> {
+        let outcome = |name: &'static str| {
+            self.difference(name, name, 0, true, &move |driven| {
+                Some(f64::from(u8::from(driven.outcome().name() == name)))
+            })
+        };
+        let mut all = Vec::new();
+        for name in OUTCOMES {
+            all.push(outcome(name));
+            if name != "collision" {
+                continue;
+            }
+            all.extend(KINDS.iter().map(|(words, kind)| {
+                self.difference(kind.name(), words, 0, true, &move |driven| {
+                    let is = driven.collision().is_some_and(|c| c.kind() == *kind);
+                    Some(f64::from(u8::from(is)))
+                })
+            }));
+        }
+        let figures = FIGURES.iter();
+        all.extend(figures.map(|(key, words, decimals, figure)| {
+            self.difference(key, words, *decimals, false, figure)
+        }));
+        all
+    }
+
+    /// The difference of a figure over the scenarios in which both drives have it; sums of counts, means of others.
+    fn difference(
+        &self,
+        key: &'static str,
+        words: &'static str,
+        decimals: usize,
+        summed: bool,
+        figure: &dyn Fn(&DrivenScenario) -> Option<f64>,
+    ) -> Difference {
+        let pairs = self.pairs.iter();
+        let both = pairs.filter_map(|(one, two)| Some((figure(one)?, figure(two)?)));
+        let both: Vec<(f64, f64)> = both.collect();
+        let whole = |sum: f64| match (summed, both.len()) {
+            (true, _) => Some(sum),
+            (false, 0) => None,
+            (false, n) => Some(sum / n as f64),
+        };
+        let differences: Vec<f64> = both.iter().map(|(one, two)| one - two).collect();
+        Difference {
+            key,
+            words,
+            decimals,
+            scenarios: both.len(),
+            first: whole(both.iter().map(|pair| pair.0).sum()),
+            second: whole(both.iter().map(|pair| pair.1).sum()),
+            test: PairedTest::of_differences(&differences),
+        }
+    }
+
+    fn document(&self) -> Value {
+        let differences = self.differences();
+        let differences = differences.iter().map(|difference| {
+            let test = difference.test.as_ref();
+            let interval = test.and_then(|test| test.interval);
+            json!({
+                "figure": difference.key,
+                "scenarios": difference.scenarios,
+                "first": difference.first,
+                "second": difference.second,
+                "difference": test.map(|test| 0.0 - test.difference),
+                "interval": interval.map(|i| [0.0 - i.high, 0.0 - i.low]),
+                "p": test.map(|test| test.p),
+            })
+        });
+        json!({
+            "first": self.names[0],
+            "second": self.names[1],
+            "scenarios": self.pairs.len(),
+            "missed": self.missed,
+            "differences": differences.collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// A figure of both planners.
+struct Difference {
+    key: &'static str,
+    words: &'static str,
+    decimals: usize,
+    scenarios: usize,
+    first: Option<f64>,
+    second: Option<f64>,
+    test: Option<PairedTest>,
+}
+
+/// What the drives of a scenario touch, and what went wrong.
+fn with(one: &DrivenScenario, two: &DrivenScenario) -> String {
+    let touched = |driven: &DrivenScenario| {
+        let collision = driven.collision();
+        let touched = collision.map(|c| format!("{} ({})", c.with, c.kind().name()));
+        touched.or_else(|| driven.planner_words())
+    };
+    match (touched(one), touched(two)) {
+        (None, None) => "-".into(),
+        (one, two) => [one, two]
+            .map(|words| words.unwrap_or("-".into()))
+            .join(" · "),
+    }
+}
+
+fn show(value: &Value) -> Result<(), Failure> {
+    output::text(&output::json_line(value)?)
+}

@@ -1,0 +1,149 @@
+//! `--planner`: which planners drive.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::cli::Failure;
+use crate::cli::output;
+use crate::settings::Config;
+use crate::simulation::{Clock, ExternalOptions, ExternalPlanner};
+use crate::system::did_you_mean;
+
+/// The built-in planner's name.
+pub const BUILT_IN: &str = "nearmiss";
+
+/// Planners that are processes.
+#[derive(Debug, Clone, clap::Args)]
+pub struct PlannerOptions {
+    /// Planner that drives: `nearmiss` (the built-in one), a [planner.NAME] of config.toml, or a command that speaks
+    /// the planner protocol, split into words without a shell (`nearmiss help planners`).
+    #[arg(long = "planner", value_name = "NAME|COMMAND", action = clap::ArgAction::Append)]
+    planners: Vec<String>,
+    /// Seconds that the planner may take for a cycle, 0.001 to 3600 [default: `timeout` of [planner.NAME], else 10].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "planners")]
+    planner_timeout: Option<f64>,
+    /// Do not wait for the planner: a trajectory counts from the time step at which it is there, until then the one
+    /// before is driven. Measured times differ from run to run, and with them the drive.
+    #[arg(long, requires = "planners")]
+    real_time: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|s| (0.001..=3600.0).contains(s));
+    seconds.ok_or_else(|| "expected 0.001 to 3600 seconds".into())
+}
+
+/// A planner that was named.
+#[derive(Debug, Clone)]
+pub struct PlannerChoice {
+    /// Its name: that of the configuration, else its command.
+    pub name: String,
+    /// Its process; `None` for the built-in planner.
+    pub external: Option<Arc<ExternalPlanner>>,
+}
+
+impl PlannerOptions {
+    /// The same with another planner behind those that are named; before it the built-in one where none is.
+    #[must_use]
+    pub fn and(mut self, another: Option<&str>) -> Self {
+        if let Some(another) = another {
+            if self.planners.is_empty() {
+                self.planners.push(BUILT_IN.into());
+            }
+            self.planners.push(another.into());
+        }
+        self
+    }
+
+    /// The planners that were named, in order; none for the built-in one without a word about it.
+    ///
+    /// # Errors
+    /// One of them is neither known nor a program.
+    pub fn chosen(&self, config: &Config) -> Result<Vec<PlannerChoice>, Failure> {
+        let planners = self.planners.iter();
+        planners.map(|said| self.choice(said, config)).collect()
+    }
+
+    /// The one planner that was named, for commands that take only one.
+    ///
+    /// # Errors
+    /// See [`Self::chosen`]; several are named.
+    pub fn only(&self, config: &Config) -> Result<Option<PlannerChoice>, Failure> {
+        let mut chosen = self.chosen(config)?;
+        match chosen.len() {
+            0 | 1 => Ok(chosen.pop()),
+            count => Err(Failure::input(format!(
+                "{count} planners are named, but only one can drive here"
+            ))),
+        }
+    }
+
+    fn choice(&self, said: &str, config: &Config) -> Result<PlannerChoice, Failure> {
+        let name = output::visible(said);
+        if said == BUILT_IN {
+            return match self.real_time {
+                true if self.planners.len() == 1 => Err(Failure::input(
+                    "--real-time needs a planner that is a process; the built-in planner is always waited for",
+                )),
+                _ => Ok(PlannerChoice {
+                    name,
+                    external: None,
+                }),
+            };
+        }
+        let known = config.external_planners();
+        let found = known.iter().find(|(known, _)| known == said);
+        let mut options = match found {
+            Some((_, options)) => options.clone(),
+            None => command(said, known.iter().map(|(name, _)| name.as_str()))?,
+        };
+        if let Some(seconds) = self.planner_timeout {
+            options.cycle = Duration::from_secs_f64(seconds);
+        }
+        if self.real_time {
+            options.clock = Clock::Real;
+        }
+        let external = Some(Arc::new(ExternalPlanner::new(name.clone(), options)));
+        Ok(PlannerChoice { name, external })
+    }
+}
+
+/// The options of a command that is no name of a planner.
+fn command<'a>(
+    said: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> Result<ExternalOptions, Failure> {
+    let words = ExternalOptions::words(said)
+        .map_err(|why| Failure::input(format!("--planner {said}: {why}")))?;
+    // A name that is mistyped is no program.
+    if let [program] = &words[..]
+        && !is_program(program)
+    {
+        let all: Vec<&str> = std::iter::once(BUILT_IN).chain(known).collect();
+        return Err(Failure::input(format!(
+            "--planner {program}: no planner of this name and no such program{}; available: {}",
+            did_you_mean(program, all.iter().copied()),
+            all.join(", ")
+        )));
+    }
+    Ok(ExternalOptions::new(words))
+}
+
+/// Whether a word is the path of a file, or the name of one in the folders of `PATH`.
+fn is_program(word: &str) -> bool {
+    let path = Path::new(word);
+    if path.components().count() > 1 {
+        return path.is_file();
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let mut folders = std::env::split_paths(&folders);
+    folders.any(|folder| {
+        let file = folder.join(word);
+        file.is_file()
+            || file
+                .with_extension(std::env::consts::EXE_EXTENSION)
+                .is_file()
+    })
+}

@@ -1,0 +1,111 @@
+//! Drives of a problem: whole or a stretch of it, watched, controlled, or taking over what another drive has planned.
+
+use super::collision::touches_between;
+use super::{Control, Cycle, DriveSpan, Driver, Outcome, ResumableRollout, Rollout};
+use crate::planner::{Planner, VehicleState};
+use crate::scenario::Scenario;
+
+impl Driver {
+    /// Drives a stretch, and shows each cycle with its planner to `watch`; where that says no, the drive is a time-out
+    /// there.
+    pub fn drive_watched(
+        &self,
+        scenario: &Scenario,
+        stretch: &DriveSpan,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Rollout {
+        self.run(scenario, stretch, None, Some(watch), &mut |_| {
+            Control::Follow
+        })
+        .drive
+    }
+
+    /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`;
+    /// nothing where it touches no obstacle but at the steps themselves. Before a collision at a step it of course
+    /// does: that step is left out.
+    #[must_use]
+    pub fn touched_between(&self, scenario: &Scenario, drive: &Rollout) -> Option<i64> {
+        let collided = matches!(drive.outcome, Outcome::Collision(_));
+        let until = drive.states.len() - usize::from(collided).min(drive.states.len());
+        let body = self.road().body();
+        let pose = |state: &VehicleState| state.centre(self.limits()).pose;
+        let pairs = drive.states[..until].windows(2);
+        let mut pairs = pairs.map(|pair| (pair[0].0, (pose(&pair[0].1), pose(&pair[1].1))));
+        let without = self.settings().without;
+        let found =
+            pairs.find(|(step, poses)| touches_between(scenario, body, *poses, *step, without));
+        found.map(|(step, _)| step)
+    }
+
+    /// Drives the whole problem under a control, which is asked at every step before it, perhaps more than once, and
+    /// sees the drive until then.
+    pub fn drive_controlled(
+        &self,
+        scenario: &Scenario,
+        control: &mut dyn FnMut(&Rollout) -> Control,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Rollout {
+        self.run(scenario, &self.whole(), None, Some(watch), control)
+            .drive
+    }
+
+    /// Drives a stretch.
+    #[must_use]
+    pub fn drive(&self, scenario: &Scenario, stretch: &DriveSpan) -> Rollout {
+        self.run(scenario, stretch, None, None, &mut |_| Control::Follow)
+            .drive
+    }
+
+    /// Drives the whole problem, so that other drives can take over its first cycles.
+    #[must_use]
+    pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> ResumableRollout {
+        self.run(scenario, &self.until(until), None, None, &mut |_| {
+            Control::Follow
+        })
+    }
+
+    /// The same; `watch` sees each cycle with its planner; where that says no, the drive is a time-out there.
+    #[must_use]
+    pub fn drive_noted_watched(
+        &self,
+        scenario: &Scenario,
+        until: i64,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> ResumableRollout {
+        self.run(scenario, &self.until(until), None, Some(watch), &mut |_| {
+            Control::Follow
+        })
+    }
+
+    /// Drives the whole problem in traffic of which the planner is told the same as in the drive `before` in every
+    /// cycle up to step `same`: those cycles are taken over instead of being planned again.
+    ///
+    /// The drive is exactly that of [`Self::drive_noted`], but for the times that cycles took: planning depends on
+    /// the vehicle's state, on what is told of the traffic and on what the planner carries from cycle to cycle, and on
+    /// nothing else. Contacts and arrivals are looked for at every step again.
+    #[must_use]
+    pub fn drive_again(
+        &self,
+        scenario: &Scenario,
+        before: &ResumableRollout,
+        same: i64,
+        until: i64,
+    ) -> ResumableRollout {
+        self.run(
+            scenario,
+            &self.until(until),
+            Some((before, same)),
+            None,
+            &mut |_| Control::Follow,
+        )
+    }
+
+    /// The whole drive, but no farther than to step `until`.
+    fn until(&self, until: i64) -> DriveSpan {
+        let whole = self.whole();
+        DriveSpan {
+            last: whole.last.min(until),
+            ..whole
+        }
+    }
+}

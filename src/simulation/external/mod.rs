@@ -1,0 +1,175 @@
+//! Planners that are processes of their own and read JSON from a pipe.
+//!
+//! nearmiss starts the process, says `hello` with scenario, road and planning problem, and asks for a trajectory each
+//! cycle. The drive itself is that of the built-in planner: the same loop, contacts, goals and edges of the road.
+//! The protocol is described by `nearmiss help planners`.
+
+mod fault;
+mod hello;
+mod process;
+mod protocol;
+mod report;
+mod road_message;
+mod scene_message;
+mod schemas;
+mod session;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
+mod trajectory;
+
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::Duration;
+
+use fault::Fault;
+pub(super) use fault::NoTrajectory;
+pub use fault::{PlannerError, PlannerFault};
+use process::Process;
+use protocol::Ready;
+pub use protocol::{OLDEST_PROTOCOL, PROTOCOL, ReferencePoint};
+pub use report::ExternalReport;
+pub use schemas::{planner_message_names, planner_message_schema};
+pub(super) use session::Session;
+
+/// Whether the ego waits for its planner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Clock {
+    /// It does: the drive is the same however long planning takes.
+    #[default]
+    Simulated,
+    /// It does not: an answer counts from the time step at which it is there.
+    Real,
+}
+
+impl Clock {
+    /// Its name in messages and documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Simulated => "simulated",
+            Self::Real => "real",
+        }
+    }
+}
+
+/// How a planner's process is run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExternalOptions {
+    /// The program and its arguments.
+    pub command: Vec<String>,
+    /// How long it may take from its start to `ready`.
+    pub start: Duration,
+    /// How long it may take for a cycle.
+    pub cycle: Duration,
+    /// Predictions even if it does not ask for them.
+    pub predictions: bool,
+    /// At least so many earlier states of obstacles.
+    pub history: usize,
+    /// Simulated or real time.
+    pub clock: Clock,
+}
+
+impl ExternalOptions {
+    /// How long a planner may take to get ready.
+    pub const START: Duration = Duration::from_secs(60);
+
+    /// How long a planner may take for a cycle.
+    pub const CYCLE: Duration = Duration::from_secs(10);
+
+    /// The usual ones for a command.
+    #[must_use]
+    pub fn new(command: Vec<String>) -> Self {
+        Self {
+            command,
+            start: Self::START,
+            cycle: Self::CYCLE,
+            predictions: false,
+            history: 0,
+            clock: Clock::default(),
+        }
+    }
+
+    /// The words of a command line, as a shell splits them; no shell runs.
+    ///
+    /// # Errors
+    /// A quote is not closed, or there is no word.
+    pub fn words(line: &str) -> Result<Vec<String>, String> {
+        match shell_words::split(line) {
+            Ok(words) if words.is_empty() => Err("an empty command".into()),
+            Ok(words) => Ok(words),
+            Err(_) => Err("a quote that is not closed".into()),
+        }
+    }
+}
+
+/// A planner that is a process; many drives at once may use it, each with a process of its own.
+#[derive(Debug)]
+pub struct ExternalPlanner {
+    name: String,
+    options: ExternalOptions,
+    /// Processes that wait for their next drive.
+    idle: Mutex<Vec<Process>>,
+    ready: OnceLock<Ready>,
+}
+
+impl ExternalPlanner {
+    /// A planner called `name`; its processes start when they are needed.
+    #[must_use]
+    pub fn new(name: impl Into<String>, options: ExternalOptions) -> Self {
+        Self {
+            name: name.into(),
+            options,
+            idle: Mutex::default(),
+            ready: OnceLock::new(),
+        }
+    }
+
+    /// The name under which it was chosen: that of the configuration, else its command.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How it is run.
+    #[must_use]
+    pub fn options(&self) -> &ExternalOptions {
+        &self.options
+    }
+
+    /// Whether its trajectories depend on the scene alone, as it said itself in its first drive, so that drives which
+    /// begin alike can share cycles. Measured times differ: in real time they cannot.
+    #[must_use]
+    pub fn is_stateless(&self) -> bool {
+        let said = self.ready.get().is_some_and(|ready| ready.stateless);
+        said && self.options.clock == Clock::Simulated
+    }
+
+    /// A process that waits, else a new one.
+    fn process(&self) -> Result<Process, Fault> {
+        let idle = self
+            .idle
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop();
+        idle.map_or_else(|| Process::start(&self.options.command), Ok)
+    }
+
+    fn put_back(&self, process: Process) {
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.push(process);
+    }
+
+    fn remember(&self, ready: &Ready) {
+        self.ready.get_or_init(|| ready.clone());
+    }
+}
+
+/// Processes that wait are asked to end; those that do not are ended.
+impl Drop for ExternalPlanner {
+    fn drop(&mut self) {
+        let idle = self.idle.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for process in idle.drain(..) {
+            process.end(session::bye());
+        }
+    }
+}

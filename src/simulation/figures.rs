@@ -1,0 +1,113 @@
+//! Figures of a drive: comfort, time to the goal, and what came near.
+
+use std::sync::Arc;
+
+use super::{Collision, ContactSide, Outcome, Rollout, Settings};
+use crate::metrics::{Series, measure};
+use crate::planner::{Broken, Feasibility};
+use crate::scenario::{PlanningProblem, Scenario, Scene};
+
+/// Which body drove into which, after the sides that touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum CollisionKind {
+    /// The ego's front touches: it ran into the obstacle.
+    RanInto,
+    /// The obstacle's front touches the ego's rear: the ego was rear-ended, in recorded traffic by an obstacle that
+    /// does not see it.
+    RearEnded,
+    /// Neither: a side of the ego, or its rear by another side than the front.
+    Side,
+}
+
+impl CollisionKind {
+    /// Its name in documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RanInto => "ran_into",
+            Self::RearEnded => "rear_ended",
+            Self::Side => "side",
+        }
+    }
+}
+
+impl Collision {
+    /// Which body drove into which.
+    #[must_use]
+    pub fn kind(&self) -> CollisionKind {
+        match (self.ego, self.other) {
+            (ContactSide::Front, _) => CollisionKind::RanInto,
+            (ContactSide::Rear, ContactSide::Front) => CollisionKind::RearEnded,
+            _ => CollisionKind::Side,
+        }
+    }
+}
+
+/// Risk scores at which an obstacle counts as a near miss: 1, or 0 without a contact at a step.
+const NEAR_MISS: u8 = 1;
+
+impl Rollout {
+    /// Absolute values of the change of acceleration from step to step, m/s³: mean and largest; `None` for fewer than
+    /// three states.
+    #[must_use]
+    pub fn jerk(&self) -> Option<(f64, f64)> {
+        let pairs = self.states.windows(2).skip(1);
+        // The first state is the scenario's: what a planner makes of its acceleration is no jerk of the planner.
+        let jerks = pairs.map(|pair| (pair[1].1.acceleration - pair[0].1.acceleration).abs());
+        let jerks: Vec<f64> = jerks.map(|change| change / self.dt).collect();
+        let most = jerks.iter().copied().max_by(f64::total_cmp)?;
+        Some((jerks.iter().sum::<f64>() / jerks.len() as f64, most))
+    }
+
+    /// The strongest braking, m/s²; 0 without braking.
+    #[must_use]
+    pub fn largest_deceleration(&self) -> f64 {
+        let states = self.states.iter();
+        states.map(|(_, s)| -s.acceleration).fold(0.0, f64::max)
+    }
+
+    /// Seconds from the start to the goal; `None` for a drive that does not reach it.
+    #[must_use]
+    pub fn seconds_to_goal(&self) -> Option<f64> {
+        let steps = self.states.len().saturating_sub(1);
+        matches!(self.outcome, Outcome::Goal(_)).then(|| steps as f64 * self.dt)
+    }
+
+    /// What of the drive the vehicle cannot do, in order; empty where it can do all.
+    #[must_use]
+    pub fn undrivable(&self) -> Vec<Broken> {
+        let first = self.states.first().map_or(0, |(step, _)| *step);
+        let states: Vec<_> = self.states.iter().map(|(_, state)| *state).collect();
+        match Feasibility::new(self.limits, self.dt).states(first, &states) {
+            Ok(_) => Vec::new(),
+            Err(error) => error.0,
+        }
+    }
+
+    /// Obstacles whose risk score is 1 or 0 at some step of the drive, without the one that is touched at its end.
+    #[must_use]
+    pub fn near_misses(
+        &self,
+        scenario: &Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> Vec<i64> {
+        let scenario = match settings.without {
+            Some(gone) => {
+                let mut others = Scenario::clone(scenario);
+                others.obstacles.retain(|o| o.id != gone);
+                Arc::new(others)
+            }
+            None => Arc::clone(scenario),
+        };
+        let scene = Scene::new(scenario, self.ego(problem, settings));
+        let series = Series::compute(&scene, measure("risk").into_iter().collect());
+        let near = |id: &i64| {
+            let mut readings = series.row("risk", *id).iter();
+            let is_near = readings.any(|r| r.value().is_some_and(|v| v as u8 <= NEAR_MISS));
+            is_near && !self.touches(*id)
+        };
+        let ids = scene.scenario.obstacles.iter().map(|o| o.id);
+        ids.filter(near).collect()
+    }
+}
