@@ -7,8 +7,8 @@ use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::{Cancel, Forecast, Planner};
 use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
 use crate::simulation::{
-    Collision, ContactSide, Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings,
-    TrafficMode,
+    Collision, ContactSide, Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout,
+    Settings, TrafficMode,
 };
 
 /// One planning problem, driven once as recorded and then repeatedly against changed traffic.

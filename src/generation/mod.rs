@@ -33,6 +33,7 @@ mod variant_document;
 mod variant_generator;
 mod waypoints;
 
+pub use crate::scenario::HumanLimits;
 pub use attack::{Attack, AttackSetup};
 pub use attack_context::AttackContext;
 pub use capability::Capability;
@@ -51,7 +52,6 @@ pub use repair::{AdmittedAttack, FARTHEST, Repair, admit};
 pub use screening::OpenLoopScreening;
 pub use search::{Effort, Progress, SearchResult, search_until};
 pub use select_attack::{SelectedAttack, choose};
-pub use crate::scenario::HumanLimits;
 pub use style::AttackStyle;
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles};

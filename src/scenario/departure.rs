@@ -1,6 +1,8 @@
 //! An obstacle whose motion departs from its recording.
 
-use super::{Motion, Obstacle, ObstacleParts, ObstacleRole, Position, Prediction, Quantity, State, Steps};
+use super::{
+    Motion, Obstacle, ObstacleParts, ObstacleRole, Position, Prediction, Quantity, State, Steps,
+};
 
 impl Obstacle {
     /// The same obstacle with another motion from the first of `motions` on, time steps in order: that one is the

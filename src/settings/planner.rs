@@ -80,27 +80,20 @@ macro_rules! keys {
         }
     };
     (@word $id:literal, $unit:literal, $words:expr, forecast) => {
-        PlannerKey {
-            id: $id,
-            unit: $unit,
-            allowed: Words($words),
-            get: |settings| settings.forecast.name().into(),
-            set: |settings, value| {
-                if let Some(forecast) = value.as_str().and_then(Forecast::parse) {
-                    settings.forecast = forecast;
-                }
-            },
-        }
+        keys!(@named $id, $unit, $words, forecast, Forecast)
     };
-    (@traffic $id:literal, $unit:literal, $words:expr, traffic) => {
+    (@word $id:literal, $unit:literal, $words:expr, traffic) => {
+        keys!(@named $id, $unit, $words, traffic, TrafficMode)
+    };
+    (@named $id:literal, $unit:literal, $words:expr, $field:ident, $type:ident) => {
         PlannerKey {
             id: $id,
             unit: $unit,
             allowed: Words($words),
-            get: |settings| settings.traffic.name().into(),
+            get: |settings| settings.$field.name().into(),
             set: |settings, value| {
-                if let Some(traffic) = value.as_str().and_then(TrafficMode::parse) {
-                    settings.traffic = traffic;
+                if let Some(named) = value.as_str().and_then($type::parse) {
+                    settings.$field = named;
                 }
             },
         }
@@ -129,7 +122,7 @@ impl PlannerKey {
         "horizon" "s" number 0.5..=20.0 => planner.horizon;
         "replan" "steps" whole 1..=1000 => replan;
         "prediction" "" word &["recorded", "constant-velocity", "lane"] => forecast;
-        "traffic" "" traffic &["recorded", "reactive"] => traffic;
+        "traffic" "" word &["recorded", "reactive"] => traffic;
         "vehicle" "" vehicle 1..=4 => planner.vehicle;
         "share" "" number 0.1..=1.0 => planner.share;
         "low_speed" "m/s" number 0.0..=20.0 => planner.low_speed;
@@ -395,7 +388,6 @@ mod tests {
         for (id, value) in [
             ("vehicle", Value::Integer(7)),
             ("prediction", "oracle".into()),
-            ("traffic", "polite".into()),
             ("horizon", "4".into()),
         ] {
             assert!(set(id, value).is_err(), "{id}");

@@ -252,7 +252,9 @@ impl PreparedPlan {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<Rollout>, DriveError> {
-        let driver = self.driver(scenario, cancel)?.in_traffic(TrafficMode::Recorded);
+        let driver = self
+            .driver(scenario, cancel)?
+            .in_traffic(TrafficMode::Recorded);
         Ok(self.drive_with(&driver, scenario, cancel, on_event))
     }
 

@@ -98,7 +98,10 @@ impl Course {
     #[must_use]
     pub fn pose_at(&self, s: f64) -> Pose {
         let next = self.places.partition_point(|(at, _)| *at < s);
-        match (next.checked_sub(1).map(|i| self.places[i]), self.places.get(next)) {
+        match (
+            next.checked_sub(1).map(|i| self.places[i]),
+            self.places.get(next),
+        ) {
             (Some((from, a)), Some((to, b))) => between(&a, b, (s - from) / (to - from)),
             (Some((end, _)), None) => self.beyond.pose_at(s - end),
             (None, _) => self.places[0].1,

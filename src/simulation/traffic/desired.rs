@@ -93,7 +93,9 @@ impl Desired {
     #[must_use]
     pub fn waits_at(&self, s: f64, step: i64) -> Option<f64> {
         let ahead = self.stops.iter().filter(|stop| step < stop.until);
-        let ahead = ahead.map(|stop| stop.place).filter(|place| *place >= s - 0.5);
+        let ahead = ahead
+            .map(|stop| stop.place)
+            .filter(|place| *place >= s - 0.5);
         ahead.min_by(f64::total_cmp)
     }
 }

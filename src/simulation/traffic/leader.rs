@@ -127,13 +127,7 @@ impl<'a, F: Fn(f64) -> Pose> Ahead<'a, F> {
 
     /// A body that joins the same way `gap` metres ahead in `after` seconds: it is followed as if it were on the way
     /// already, if it gets there first.
-    fn merging(
-        &self,
-        other: &Neighbour<'_>,
-        gap: f64,
-        along: f64,
-        after: f64,
-    ) -> Option<Leader> {
+    fn merging(&self, other: &Neighbour<'_>, gap: f64, along: f64, after: f64) -> Option<Leader> {
         let now = gap - along * after;
         let length = self.footprint.reach() + other.body.footprint.reach();
         // Its middle is behind this one's: it is the one that has to follow.
@@ -165,7 +159,10 @@ impl<'a, F: Fn(f64) -> Pose> Ahead<'a, F> {
     /// How far ahead it would touch a body that is where `other` is expected after so many seconds, and its pose there.
     fn touches(&self, other: &Neighbour<'_>, after: f64) -> Option<(f64, Pose)> {
         let body = other.after(after, Expected::Steady);
-        let found = self.poses.iter().position(|pose| touch(&self.footprint.at(*pose), &body))?;
+        let found = self
+            .poses
+            .iter()
+            .position(|pose| touch(&self.footprint.at(*pose), &body))?;
         let Some(before) = found.checked_sub(1) else {
             return Some((0.0, self.poses[0]));
         };

@@ -35,7 +35,9 @@ impl Reacting {
         Some(Self {
             s: course.at_step(step)?,
             v: motion.velocity.abs(),
-            a: motion.acceleration.clamp(-limits.braking, limits.speeding_up),
+            a: motion
+                .acceleration
+                .clamp(-limits.braking, limits.speeding_up),
             desired: Desired::new(&course, obstacle.track(), &limits, dt),
             idm: Idm::of(obstacle.kind),
             limits,
@@ -75,7 +77,9 @@ impl Reacting {
             speed: 0.0,
             gentle: false,
         });
-        let leaders = others.filter_map(|other| ahead.leader(other)).chain(waiting);
+        let leaders = others
+            .filter_map(|other| ahead.leader(other))
+            .chain(waiting);
         let wanted = leaders.fold(free, |least, leader| {
             let towards = free - self.idm.interaction(self.v, leader.gap, leader.speed);
             let towards = match leader.gentle {
@@ -101,7 +105,11 @@ impl Reacting {
         };
         self.s += s;
         self.v = v;
-        self.a = if v == 0.0 { acceleration.max(0.0) } else { acceleration };
+        self.a = if v == 0.0 {
+            acceleration.max(0.0)
+        } else {
+            acceleration
+        };
         let (step, _) = self.motions[self.motions.len() - 1];
         let motion = self.motion();
         self.motions.push((step + 1, motion));

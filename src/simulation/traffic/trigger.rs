@@ -70,7 +70,9 @@ impl Follower<'_> {
     fn ticks(&self) -> impl Iterator<Item = i64> + use<> {
         let stride = ((TICK / self.dt).round() as i64).max(1);
         let last = (HORIZON / self.dt).round() as i64;
-        (1..).map(move |n| n * stride).take_while(move |k| *k <= last.max(stride))
+        (1..)
+            .map(move |n| n * stride)
+            .take_while(move |k| *k <= last.max(stride))
     }
 
     /// Whether its recorded motion touches `other`, and it is the one that runs into the other.
@@ -108,7 +110,9 @@ impl Follower<'_> {
             let after = k as f64 * self.dt;
             let time = (after - self.dt).clamp(0.0, stopping);
             let driven = time * (v - self.idm.deceleration * time / 2.0);
-            let pose = self.course.pose_at(s + driven + self.idm.standstill_gap / 2.0);
+            let pose = self
+                .course
+                .pose_at(s + driven + self.idm.standstill_gap / 2.0);
             touch(&footprint.at(pose), &other.after(after, expected))
         })
     }

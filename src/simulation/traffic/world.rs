@@ -14,7 +14,7 @@ use crate::scenario::prediction::Path;
 use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 use crate::simulation::{Driver, Rollout};
 
-/// The others in one drive. What they did is in the drive, see [`Rollout::scenario_in`].
+/// The others in one drive; what they did is in the drive.
 #[derive(Debug)]
 pub struct World<'a> {
     reactive: Option<Reactive<'a>>,
