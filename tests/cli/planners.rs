@@ -125,31 +125,27 @@ fn each_misbehaviour_is_a_clear_outcome_and_leaves_nothing_running() {
         ("flood_without_end", "flood", "more than 8 MiB"),
         ("die", "died", "exit status 7"),
         ("close", "died", "closed its standard output"),
-        ("hang", "cycle_timeout", "0.5 s"),
+        ("hang", "cycle_timeout", "3 s"),
         ("nonsense", "nonsense", "planning ..."),
         ("nan", "not_finite", "NaN"),
         ("empty", "empty", ""),
         ("short", "too_short", "0 steps"),
         ("elsewhere", "wrong_start", "m away"),
         ("backwards", "wrong_times", "-1 s after 0 s"),
-        ("twice", "flood", "before it was asked at step 4"),
-        (
-            "yesterday",
-            "nonsense",
-            "it is for step 0, asked was step 3",
-        ),
+        ("twice", "flood", "asked"),
+        ("yesterday", "flood", "it is for step 0, asked was step 3"),
     ] {
         let home = home();
         std::fs::write(
             home.config().join("config.toml"),
-            format!("[planner.fake]\ncommand = \"sh fake.sh {mode}\"\nstart_timeout = 0.5\ntimeout = 0.5\n"),
+            format!("[planner.fake]\ncommand = \"sh fake.sh {mode}\"\nstart_timeout = 0.5\n[planner.slow]\ncommand = \"sh fake.sh {mode}\"\ntimeout = 3\n"),
         )
         .unwrap();
-        let patient = ["short", "nan", "die"].contains(&mode);
-        let name = if patient {
-            format!("sh fake.sh {mode}")
-        } else {
-            "fake".into()
+        // On a busy machine, times that are short end other drives, too.
+        let name = match mode {
+            "hang_at_start" => "fake".into(),
+            "hang" => "slow".into(),
+            mode => format!("sh fake.sh {mode}"),
         };
         let ended = home
             .run(&["plan", CUT_IN, "--planner", &name, "--json"])
@@ -349,12 +345,8 @@ fn the_planner_of_the_manual_drives_the_bundled_scenarios() {
     );
     let Some(folder) = python() else { return };
     let planner = format!("python3 '{}'", folder.join("minimal.py").display());
-    let told = [
-        &["plan"][..],
-        &BUNDLED[..],
-        &["--planner", &planner, "--json"],
-    ]
-    .concat();
+    let names = BUNDLED.map(|(name, _)| name);
+    let told = [&["plan"], &names[..], &["--planner", &planner, "--json"]].concat();
     let ended = home.run(&told);
     let drives = lines(&ended);
     assert_eq!(drives.len(), BUNDLED.len(), "{}", ended.stderr);

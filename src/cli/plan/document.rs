@@ -100,11 +100,15 @@ fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
 fn stderr(report: &ExternalReport) -> Vec<String> {
     let last = report.stderr.len().saturating_sub(STDERR_LINES);
     let lines = report.stderr[last..].iter();
-    lines.map(|line| output::visible(line)).collect()
+    let short = |line: &String| line.chars().take(STDERR_COLUMNS).collect::<String>();
+    lines.map(|line| output::visible(&short(line))).collect()
 }
 
 /// Lines of standard error in a document.
 const STDERR_LINES: usize = 20;
+
+/// Characters of such a line; the log has all.
+const STDERR_COLUMNS: usize = 500;
 
 /// What a planner's process wrote to standard error, on one line; nothing where it wrote nothing.
 pub fn standard_error(driven: &DrivenScenario) -> Option<Value> {

@@ -4,6 +4,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::fault::{Fault, PlannerFault};
@@ -42,6 +43,8 @@ pub(super) struct Process {
     to: Option<Sender<Vec<u8>>>,
     from: Receiver<Heard>,
     stderr: Arc<Mutex<Vec<u8>>>,
+    /// Reads standard error until its end.
+    listener: Option<JoinHandle<()>>,
 }
 
 /// Why no line was read.
@@ -92,15 +95,16 @@ impl Process {
         if let Some(stdout) = child.stdout.take() {
             std::thread::spawn(move || read_lines(stdout, &read));
         }
-        if let Some(stream) = child.stderr.take() {
+        let listener = child.stderr.take().map(|stream| {
             let kept = Arc::clone(&stderr);
-            std::thread::spawn(move || keep_last(stream, &kept));
-        }
+            std::thread::spawn(move || keep_last(stream, &kept))
+        });
         Ok(Self {
             child,
             to: Some(to),
             from,
             stderr,
+            listener,
         })
     }
 
@@ -166,8 +170,9 @@ impl Process {
         Fault::new(PlannerFault::Died, details)
     }
 
-    /// Asks it to end, with a last line, and ends it where it does not within half a second.
-    pub fn end(mut self, last: Vec<u8>) {
+    /// Asks it to end, with a last line, and ends it where it does not within half a second; the last lines of its
+    /// standard error.
+    pub fn end(mut self, last: Vec<u8>) -> Vec<String> {
         self.send(last);
         self.to = None;
         let until = Instant::now() + GRACE;
@@ -177,6 +182,23 @@ impl Process {
                 break;
             }
         }
+        self.last_words()
+    }
+
+    /// Ends it, with all that it started; the last lines of its standard error.
+    pub fn last_words(self) -> Vec<String> {
+        kill_group(&self.child);
+        let until = Instant::now() + GRACE;
+        // What has left its group may hold it open.
+        while self
+            .listener
+            .as_ref()
+            .is_some_and(|listener| !listener.is_finished())
+            && Instant::now() < until
+        {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.stderr()
     }
 }
 

@@ -6,8 +6,11 @@ use serde_json::{Value, json};
 
 use super::protocol::{Bye, Hello, PlanMessage, Ready, Refusal, Trajectory};
 
+/// A message: its name, what it is, and its schema without the type.
+type Described = (&'static str, &'static str, fn() -> Value);
+
 /// The names of the messages with what each is, in the order of a drive.
-const MESSAGES: [(&str, &str, fn() -> Value); 6] = [
+const MESSAGES: [Described; 6] = [
     (
         "hello",
         "nearmiss to the planner, once a drive",

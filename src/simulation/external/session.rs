@@ -65,8 +65,9 @@ impl<'a> Session<'a> {
         match self.try_plan(scenario, state, step, cancel) {
             Err(Stop::Fault(fault)) => {
                 wait_for_last_words(&fault);
-                self.keep_stderr();
-                self.running = None;
+                if let Some((process, _)) = self.running.take() {
+                    self.report.stderr = process.last_words();
+                }
                 let kind = fault.fault;
                 self.report.fail(&fault);
                 Err(NoTrajectory::Fault(kind))
@@ -85,20 +86,17 @@ impl<'a> Session<'a> {
 
     /// Gives the process back or ends it; what became of the drive.
     pub fn end(mut self) -> ExternalReport {
-        self.keep_stderr();
         if let Some((process, ready)) = self.running.take() {
-            match ready.reusable {
-                true => self.planner.put_back(process),
+            self.report.stderr = match ready.reusable {
+                true => {
+                    let written = process.stderr();
+                    self.planner.put_back(process);
+                    written
+                }
                 false => process.end(bye()),
-            }
+            };
         }
         self.report
-    }
-
-    fn keep_stderr(&mut self) {
-        if let Some((process, _)) = &self.running {
-            self.report.stderr = process.stderr();
-        }
     }
 
     fn try_plan(
@@ -178,7 +176,7 @@ impl<'a> Session<'a> {
                 if let Stop::Fault(fault) = &stop {
                     wait_for_last_words(fault);
                 }
-                self.report.stderr = process.stderr();
+                self.report.stderr = process.last_words();
                 return Err(stop);
             }
         };
@@ -334,7 +332,12 @@ fn of_step(trajectory: &Trajectory, step: i64) -> Result<(), Fault> {
         return Ok(());
     }
     let details = format!("it is for step {}, asked was step {step}", trajectory.step);
-    Err(Fault::new(PlannerFault::Nonsense, details))
+    // One more answer to an earlier request, or one to none.
+    let fault = match trajectory.step < step {
+        true => PlannerFault::Flood,
+        false => PlannerFault::Nonsense,
+    };
+    Err(Fault::new(fault, details))
 }
 
 /// The line that ends a planner.
