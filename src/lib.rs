@@ -39,7 +39,7 @@
 //! | [`verdict`] | What does an answer say, as data, even where its form is off? |
 //! | [`judge`] | What is the right answer? |
 //! | [`planner`] | Which motion is the best one now? |
-//! | [`simulation`] | How does the ego's drive through the recorded traffic end? |
+//! | [`simulation`] | How does the ego's drive end, through recorded traffic or through traffic that reacts? |
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
 //! | [`corpus`] | Which windows of which manoeuvres, roads and severities does a corpus hold, and which of them cover it? |
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
@@ -60,6 +60,8 @@
 //! | limits of vehicles, the single-track model | [`planner::Limits`], [`planner::Feasibility`] |
 //! | is a motion drivable | candidates while planning: `planner/evaluate.rs`; whole motions of anyone: `planner/feasibility.rs` |
 //! | planners that are processes: protocol, process, faults | `simulation/external/`; the loop is that of the built-in one |
+//! | traffic that reacts to the ego | `simulation/traffic/`: when (`trigger.rs`), how (`idm.rs`, `leader.rs`), step by step (`world.rs`) |
+//! | limits of people | [`scenario::HumanLimits`] |
 //! | what a key does | `tui/action/default_keys.rs`, then `tui/update/actions.rs` |
 //! | exit statuses of commands | `cli/failure.rs` |
 //! | centre motion of a changed body | `generation/gate/rolling.rs`, after `generation/gate/kinematics.rs` |

@@ -1,7 +1,7 @@
 //! Default planner settings.
 
 use crate::planner::{self, Forecast};
-use crate::simulation::Settings;
+use crate::simulation::{Settings, TrafficMode};
 
 /// The default: every step is planned again, and others follow their lanes.
 #[must_use]
@@ -11,5 +11,6 @@ pub fn default_planning() -> Settings {
         forecast: Forecast::Lane,
         replan: 1,
         without: None,
+        traffic: TrafficMode::Recorded,
     }
 }

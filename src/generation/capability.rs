@@ -1,8 +1,8 @@
 //! Physical limits of road users, by kind.
 
-use super::style::{AttackStyle, HumanLimits};
+use super::style::AttackStyle;
 use crate::planner::Limits;
-use crate::scenario::{Obstacle, ObstacleType, VehicleType};
+use crate::scenario::{HumanLimits, Obstacle, ObstacleType, VehicleType};
 
 /// Physical limits of one road user, as a single-track vehicle of its size.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,6 @@
 //! A changed motion for one obstacle, and the scenario with it.
 
-use crate::scenario::{
-    Motion, Obstacle, ObstacleParts, ObstacleRole, Prediction, Quantity, Scenario, State, Steps,
-};
+use crate::scenario::{Motion, Obstacle, ObstacleRole, Scenario};
 
 /// Another motion for one obstacle.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,38 +73,10 @@ impl Change {
         if obstacle.role != ObstacleRole::Dynamic {
             return Err(ChangeError::DoesNotMove(id));
         }
-        let from = self.from().ok_or(ChangeError::NotThere(id))?;
-        let initial = obstacle
-            .initial
-            .clone()
-            .ok_or(ChangeError::DoesNotMove(id))?;
-        if obstacle.track().at(from).is_none() {
-            return Err(ChangeError::NotThere(id));
+        if obstacle.initial.is_none() {
+            return Err(ChangeError::DoesNotMove(id));
         }
-        let kept = obstacle.states().skip(1).filter(|s| s.time.from <= from);
-        let signals = obstacle.signals.iter().filter(|s| s.time.to <= from);
-        let new = self.motions.iter().skip(1).map(|(step, m)| state(*step, m));
-        Ok(Obstacle::new(
-            ObstacleParts {
-                id,
-                role: obstacle.role,
-                kind: obstacle.kind,
-                footprint: obstacle.footprint.clone(),
-                initial: Some(initial),
-                prediction: Prediction::Trajectory(kept.cloned().chain(new).collect()),
-                signals: signals.cloned().collect(),
-            },
-            dt,
-        ))
-    }
-}
-
-fn state(step: i64, motion: &Motion) -> State {
-    State {
-        position: Some(crate::scenario::Position::Point(motion.pose.position)),
-        orientation: Some(Quantity::Exact(motion.pose.heading)),
-        velocity: Some(Quantity::Exact(motion.velocity)),
-        acceleration: Some(Quantity::Exact(motion.acceleration)),
-        ..State::at(Steps::exact(step))
+        let changed = obstacle.departing(&self.motions, dt);
+        changed.ok_or(ChangeError::NotThere(id))
     }
 }

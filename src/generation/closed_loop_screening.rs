@@ -7,7 +7,9 @@ use super::{Change, ChangeError, Consequence, Effect, JointChange, RiskCurve};
 use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::{Cancel, Forecast, Planner};
 use crate::scenario::{Ego, Obstacle, PlanningProblem, Scenario, Scene};
-use crate::simulation::{Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings};
+use crate::simulation::{
+    Cycle, DriveError, Driver, Outcome, ResumableRollout, Rollout, Settings, TrafficMode,
+};
 
 /// One planning problem, driven once as recorded and then repeatedly against changed traffic.
 #[derive(Debug)]
@@ -60,6 +62,8 @@ impl ClosedLoop {
         driver: Driver,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Self {
+        // Attacks are judged against recorded traffic.
+        let driver = driver.in_traffic(TrafficMode::Recorded);
         let noted = driver.drive_noted_watched(&scenario, i64::MAX, watch);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
         let recorded = StagedDrive {

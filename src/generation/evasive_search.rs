@@ -10,7 +10,9 @@ use super::certificate::{
 use super::{ClosedLoop, Effect, EvasiveManoeuvre};
 use crate::planner::{Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};
-use crate::simulation::{Collision, Cycle, DriveSpan, Driver, Look, Outcome, Rollout, Settings};
+use crate::simulation::{
+    Collision, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, Rollout, Settings,
+};
 
 /// A search around one change.
 pub(super) struct Search<'a> {
@@ -244,6 +246,7 @@ impl<'a> Search<'a> {
             states,
             cycles: Vec::new(),
             outcome,
+            traffic: DrivenTraffic::default(),
             limits: *driver.limits(),
             dt: driver.dt(),
             external: None,

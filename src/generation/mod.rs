@@ -38,6 +38,7 @@ mod variant_document;
 mod variant_generator;
 mod waypoints;
 
+pub use crate::scenario::HumanLimits;
 pub use attack::{Attack, AttackSetup, SAME_PLACE, SAME_SPEED};
 pub use attack_context::AttackContext;
 pub use capability::Capability;
@@ -60,7 +61,7 @@ pub use screening::OpenLoopScreening;
 pub use search::search_until;
 pub use search_result::{Progress, SearchResult};
 pub use select_attack::{SelectedAttack, choose};
-pub use style::{AttackStyle, HumanLimits};
+pub use style::AttackStyle;
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles};
 pub use variant_document::{asked, attacker as attacker_document, refusal};

@@ -56,6 +56,8 @@ pub struct Planner<'a> {
     order: Vec<(f64, usize)>,
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,
+    /// What it was told last.
+    told: Option<Traffic>,
     now: Option<VehicleState>,
     cancel: Cancel,
     only_best: bool,
@@ -80,6 +82,7 @@ impl<'a> Planner<'a> {
             candidates: Vec::new(),
             order: Vec::new(),
             near: Traffic::default(),
+            told: None,
             now: None,
             cancel: Cancel::default(),
             only_best: false,
@@ -102,6 +105,17 @@ impl<'a> Planner<'a> {
             only_best: true,
             ..self
         }
+    }
+
+    /// Keeps what it was told of the traffic in the cycle that has just ended, to be shown.
+    pub fn keep_told(&mut self, traffic: Traffic) {
+        self.told = Some(traffic);
+    }
+
+    /// What it was told of the traffic in its last cycle, if that was kept.
+    #[must_use]
+    pub fn told(&self) -> Option<&Traffic> {
+        self.told.as_ref()
     }
 
     /// Steps of the horizon.

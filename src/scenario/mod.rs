@@ -1,7 +1,9 @@
 //! Scenarios: the road network, road users and planning problems; immutable once read.
 
 pub mod benchmark_id;
+mod departure;
 mod ego_source;
+mod human_limits;
 mod identity;
 mod jump;
 mod names;
@@ -25,6 +27,7 @@ mod window;
 use std::collections::BTreeMap;
 
 pub use ego_source::{EgoSource, obstacle_taken};
+pub use human_limits::HumanLimits;
 pub use identity::ContentHash;
 pub use jump::Jump;
 pub use names::{

@@ -8,7 +8,7 @@ use super::validation::{near, shown};
 use super::{Config, external_planner};
 use crate::planner::Forecast;
 use crate::scenario::VehicleType;
-use crate::simulation::Settings;
+use crate::simulation::{Settings, TrafficMode};
 
 /// A key of the section.
 #[derive(Debug)]
@@ -80,14 +80,20 @@ macro_rules! keys {
         }
     };
     (@word $id:literal, $unit:literal, $words:expr, forecast) => {
+        keys!(@named $id, $unit, $words, forecast, Forecast)
+    };
+    (@word $id:literal, $unit:literal, $words:expr, traffic) => {
+        keys!(@named $id, $unit, $words, traffic, TrafficMode)
+    };
+    (@named $id:literal, $unit:literal, $words:expr, $field:ident, $type:ident) => {
         PlannerKey {
             id: $id,
             unit: $unit,
             allowed: Words($words),
-            get: |settings| settings.forecast.name().into(),
+            get: |settings| settings.$field.name().into(),
             set: |settings, value| {
-                if let Some(forecast) = value.as_str().and_then(Forecast::parse) {
-                    settings.forecast = forecast;
+                if let Some(named) = value.as_str().and_then($type::parse) {
+                    settings.$field = named;
                 }
             },
         }
@@ -116,6 +122,7 @@ impl PlannerKey {
         "horizon" "s" number 0.5..=20.0 => planner.horizon;
         "replan" "steps" whole 1..=1000 => replan;
         "prediction" "" word &["recorded", "constant-velocity", "lane"] => forecast;
+        "traffic" "" word &["recorded", "reactive"] => traffic;
         "vehicle" "" vehicle 1..=4 => planner.vehicle;
         "share" "" number 0.1..=1.0 => planner.share;
         "low_speed" "m/s" number 0.0..=20.0 => planner.low_speed;
@@ -357,7 +364,7 @@ mod tests {
         let knobs = || {
             PlannerKey::ALL
                 .iter()
-                .filter(|key| !["prediction", "vehicle"].contains(&key.id))
+                .filter(|key| !["prediction", "traffic", "vehicle"].contains(&key.id))
         };
         for key in PlannerKey::ALL {
             assert!(key.allows(&key.value(&settings)), "{}", key.id);
@@ -377,6 +384,7 @@ mod tests {
             |id: &str, value: Value| PlannerKey::named(id).unwrap().set(&mut settings, &value);
         assert_eq!(set("vehicle", Value::Integer(4)), Ok(()));
         assert_eq!(set("prediction", "recorded".into()), Ok(()));
+        assert_eq!(set("traffic", "reactive".into()), Ok(()));
         for (id, value) in [
             ("vehicle", Value::Integer(7)),
             ("prediction", "oracle".into()),
@@ -386,5 +394,6 @@ mod tests {
         }
         assert_eq!(settings.planner.vehicle, VehicleType::Truck);
         assert_eq!(settings.forecast, Forecast::Recorded);
+        assert_eq!(settings.traffic, TrafficMode::Reactive);
     }
 }

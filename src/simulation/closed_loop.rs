@@ -5,11 +5,14 @@ use std::time::Instant;
 
 use super::external::{ExternalPlanner, NoTrajectory, PlannerError, Session};
 use super::rollout::start;
-use super::{Control, Cycle, DriveError, Look, Outcome, Rollout, Settings};
+use super::traffic::World;
+use super::{
+    Control, Cycle, DriveError, DrivenTraffic, Look, Outcome, Rollout, Settings, TrafficMode,
+};
 use crate::planner::{
     Cancel, Forecaster, Limits, Memory, Planner, ReferenceTrack, Road, VehicleState,
 };
-use crate::scenario::{PlanningProblem, Scenario};
+use crate::scenario::{PlanningProblem, Scenario, Scene};
 
 /// Drives one planning problem as often as one likes, through any traffic on the same road.
 ///
@@ -26,6 +29,8 @@ pub struct Driver {
     last: i64,
     dt: f64,
     cancel: Cancel,
+    /// With the ego as it was recorded.
+    recorded: Option<Arc<Scene>>,
     /// The planner; the built-in one where none is named.
     external: Option<Arc<ExternalPlanner>>,
 }
@@ -95,8 +100,22 @@ impl Driver {
             last: last.min(problem.initial.time.from.saturating_add(MOST_DRIVEN)),
             dt,
             cancel: Cancel::default(),
+            recorded: None,
             external: None,
         })
+    }
+
+    /// The same driver, which knows how the ego of its problem was recorded: traffic that reacts then tells what the
+    /// recording does itself from what is new.
+    #[must_use]
+    pub fn beside(self, recorded: Option<Arc<Scene>>) -> Self {
+        Self { recorded, ..self }
+    }
+
+    /// The scene with the ego as it was recorded, if it is known.
+    #[must_use]
+    pub fn recorded(&self) -> Option<&Scene> {
+        self.recorded.as_deref()
     }
 
     /// The same driver, which asks this planner instead of the built-in one.
@@ -116,6 +135,13 @@ impl Driver {
     #[must_use]
     pub fn cancelled_by(mut self, cancel: &Cancel) -> Self {
         self.cancel = cancel.clone();
+        self
+    }
+
+    /// The same driver among others that do this.
+    #[must_use]
+    pub fn in_traffic(mut self, traffic: TrafficMode) -> Self {
+        self.settings.traffic = traffic;
         self
     }
 
@@ -211,7 +237,7 @@ impl Driver {
         mut session: Option<&mut Session<'_>>,
     ) -> ResumableRollout {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
-        let forecaster = Forecaster::new(scenario, forecast, without);
+        let mut world = World::new(self, scenario);
         let planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
         let mut planner = planner.cancelled_by(&self.cancel);
         if watch.is_none() {
@@ -224,6 +250,7 @@ impl Driver {
                 states: vec![(step, state)],
                 cycles: Vec::new(),
                 outcome: Outcome::Timeout,
+                traffic: DrivenTraffic::default(),
                 limits: self.limits,
                 dt: self.dt,
                 external: None,
@@ -236,7 +263,7 @@ impl Driver {
             noted.drive.outcome = outcome;
             return noted;
         }
-        while step < last {
+        'drive: while step < last {
             match control(&noted.drive) {
                 Control::Follow => {}
                 Control::Stop => return noted,
@@ -244,9 +271,11 @@ impl Driver {
                     step += 1;
                     state = planner.full_braking(&state);
                     noted.drive.states.push((step, state));
-                    if let Some(outcome) = look.at(step, &state) {
+                    world.advance(&mut noted.drive);
+                    let there = noted.drive.scenario_in(scenario);
+                    if let Some(outcome) = look.at_in(there, step, &state) {
                         noted.drive.outcome = outcome;
-                        return noted;
+                        break;
                     }
                     continue;
                 }
@@ -259,7 +288,8 @@ impl Driver {
                     cycle.clone()
                 }
                 None if let Some(session) = &mut session => {
-                    match session.plan(&state, step, &self.cancel) {
+                    let there = noted.drive.scenario_in(scenario);
+                    match session.plan(there, &state, step, &self.cancel) {
                         Ok(cycle) => cycle,
                         Err(none) => {
                             noted.drive.outcome = without_plan(&none, step);
@@ -268,16 +298,20 @@ impl Driver {
                     }
                 }
                 None => {
+                    let there = noted.drive.scenario_in(scenario);
+                    let forecaster = Forecaster::new(there, forecast, without);
                     let traffic = forecaster.traffic(step, planner.steps());
                     let began = Instant::now();
                     let plan = planner.plan(&state, step, &traffic);
+                    let took = began.elapsed();
+                    planner.keep_told(traffic);
                     if self.is_cancelled() {
                         return noted;
                     }
                     Cycle {
                         step,
                         plan,
-                        took: began.elapsed(),
+                        took,
                         late: 0,
                     }
                 }
@@ -288,18 +322,20 @@ impl Driver {
             noted.memories.push(planner.memory());
             if ahead.is_empty() {
                 noted.drive.outcome = Outcome::Infeasible;
-                return noted;
+                break;
             }
             if !more {
-                return noted;
+                break;
             }
             for next in ahead {
                 step += 1;
                 state = next;
                 noted.drive.states.push((step, state));
-                if let Some(outcome) = look.at(step, &state) {
+                world.advance(&mut noted.drive);
+                let there = noted.drive.scenario_in(scenario);
+                if let Some(outcome) = look.at_in(there, step, &state) {
                     noted.drive.outcome = outcome;
-                    return noted;
+                    break 'drive;
                 }
                 // The control is asked again above.
                 if step >= last || control(&noted.drive) != Control::Follow {
@@ -307,6 +343,7 @@ impl Driver {
                 }
             }
         }
+        world.finish(&mut noted.drive);
         noted
     }
 

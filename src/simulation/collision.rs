@@ -103,15 +103,21 @@ impl Collision {
             if apart > far || ego.distance(&other) > 0.0 {
                 return None;
             }
-            let middle = middle(ego, &other);
+            let (own, others) = sides(ego, &other);
             Some(Self {
                 with: obstacle.id,
                 step,
-                ego: face(ego, &middle),
-                other: face(&other, &middle),
+                ego: own,
+                other: others,
             })
         })
     }
+}
+
+/// The sides with which two bodies touch.
+pub(super) fn sides(a: &Placed<'_>, b: &Placed<'_>) -> (ContactSide, ContactSide) {
+    let middle = middle(a, b);
+    (face(a, &middle), face(b, &middle))
 }
 
 fn is_solid(obstacle: &Obstacle) -> bool {
@@ -163,7 +169,7 @@ fn touched_on(
 }
 
 /// The pose a share of the way from one to the other.
-fn between(from: &Pose, to: &Pose, share: f64) -> Pose {
+pub(super) fn between(from: &Pose, to: &Pose, share: f64) -> Pose {
     Pose {
         position: from.position + (to.position - from.position) * share,
         heading: from.heading + angle_between(from.heading, to.heading) * share,

@@ -35,6 +35,16 @@ impl<'a> Look<'a> {
 
     /// How the drive ends with this state, if it does.
     pub fn at(&mut self, step: i64, state: &VehicleState) -> Option<Outcome> {
+        self.at_in(self.scenario, step, state)
+    }
+
+    /// The same among the traffic of another scenario on the same road.
+    pub fn at_in(
+        &mut self,
+        scenario: &Scenario,
+        step: i64,
+        state: &VehicleState,
+    ) -> Option<Outcome> {
         let driver = self.driver;
         let motion = state.centre(driver.limits());
         let body = driver.road().body().at(motion.pose);
@@ -42,7 +52,7 @@ impl<'a> Look<'a> {
         let before = self.before.replace((step, motion.pose));
         let before = before.filter(|(earlier, _)| earlier + 1 == step);
         let before = before.map(|(_, pose)| pose);
-        if let Some(collision) = Collision::first(self.scenario, &body, before, step, without) {
+        if let Some(collision) = Collision::first(scenario, &body, before, step, without) {
             return Some(Outcome::Collision(collision));
         }
         let on = driver.road().holds(state, driver.limits());

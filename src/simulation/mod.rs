@@ -1,4 +1,4 @@
-//! The closed loop: a planner drives the ego through the recorded traffic, which does not react to it.
+//! The closed loop: a planner drives the ego through the recorded traffic, or through traffic that reacts.
 //!
 //! The planner is the built-in one, or a process that reads JSON from a pipe, see `external`; both drive in the same
 //! loop.
@@ -14,6 +14,7 @@ mod look;
 mod outcome;
 mod rollout;
 mod solution;
+mod traffic;
 
 pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN, ResumableRollout};
 pub use collision::{Collision, ContactSide};
@@ -26,6 +27,7 @@ pub use figures::CollisionKind;
 pub use look::Look;
 pub use outcome::Outcome;
 pub use rollout::{Cycle, DriveError, Rollout, Settings};
+pub use traffic::{DrivenTraffic, HitFromBehind, Reaction, TrafficMode};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

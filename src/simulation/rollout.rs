@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{ExternalReport, Outcome};
+use super::{DrivenTraffic, ExternalReport, Outcome, TrafficMode};
 use crate::geometry::Pose;
 use crate::planner::{
     self, Forecast, Limits, MOST_STEPS, Plan, ReferenceTrack, ReferenceTrackError, VehicleState,
@@ -20,6 +20,8 @@ pub struct Settings {
     pub replan: usize,
     /// The obstacle whose place the ego takes.
     pub without: Option<i64>,
+    /// What the others do.
+    pub traffic: TrafficMode,
 }
 
 /// One planning cycle of a drive.
@@ -44,6 +46,8 @@ pub struct Rollout {
     pub cycles: Vec<Cycle>,
     /// How it ended.
     pub outcome: Outcome,
+    /// What the others did.
+    pub traffic: DrivenTraffic,
     /// Whole limits of the vehicle.
     pub limits: Limits,
     /// Seconds between two steps.

@@ -15,6 +15,7 @@ fn usual() -> Settings {
         forecast: Forecast::Lane,
         replan: 1,
         without: None,
+        traffic: TrafficMode::Recorded,
     }
 }
 

@@ -6,7 +6,9 @@ use super::{OpenError, OpenRequest, open};
 use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
 use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
-use crate::simulation::{Cycle, DriveError, Driver, ExternalPlanner, Rollout, Settings};
+use crate::simulation::{
+    Cycle, DriveError, Driver, ExternalPlanner, Rollout, Settings, TrafficMode,
+};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]
@@ -186,6 +188,9 @@ impl PreparedPlan {
         cancel: &Cancel,
     ) -> Result<Driver, DriveError> {
         let driver = Driver::new(scenario, self.problem(), &self.settings)?;
+        // The ego of another problem is not what this one is compared with.
+        let own = |scene: &&Arc<Scene>| scene.ego.id == self.problem().id;
+        let driver = driver.beside(self.recorded.as_ref().filter(own).cloned());
         Ok(driver.cancelled_by(cancel).driven_by(self.planner.clone()))
     }
 
@@ -227,7 +232,8 @@ impl PreparedPlan {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<PlanOutcome>, PlanError> {
-        let drive = self.drive_in(&self.scenario, cancel, on_event);
+        let driver = self.driver(&self.scenario, cancel);
+        let drive = driver.map(|driver| self.drive_with(&driver, &self.scenario, cancel, on_event));
         let drive = drive.map_err(|error| self.nothing(&error))?;
         Ok(drive.map(|drive| PlanOutcome {
             prepared: self,
@@ -235,7 +241,8 @@ impl PreparedPlan {
         }))
     }
 
-    /// Drives in a scenario that differs from the prepared one by the motion of obstacles alone.
+    /// Drives in a scenario that differs from the prepared one by the motion of obstacles alone, which do not react: so
+    /// attacks are judged.
     ///
     /// # Errors
     /// Those of [`Driver::new`].
@@ -245,13 +252,32 @@ impl PreparedPlan {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<Rollout>, DriveError> {
-        let driver = self.driver(scenario, cancel)?;
+        let driver = self
+            .driver(scenario, cancel)?
+            .in_traffic(TrafficMode::Recorded);
+        Ok(self.drive_with(&driver, scenario, cancel, on_event))
+    }
+
+    fn drive_with(
+        &self,
+        driver: &Driver,
+        scenario: &Scenario,
+        cancel: &Cancel,
+        on_event: &mut dyn FnMut(PlanEvent<'_>),
+    ) -> Option<Rollout> {
         let mut watch = self.watch(scenario, on_event);
         let drive = driver.drive_watched(scenario, &driver.whole(), &mut |planner, cycle| {
             watch(planner, cycle);
             !cancel.is_asked()
         });
-        Ok((!cancel.is_asked()).then_some(drive))
+        (!cancel.is_asked()).then_some(drive)
+    }
+
+    /// The scenario as it was driven.
+    #[must_use]
+    pub fn driven(&self, drive: &Rollout) -> Arc<Scenario> {
+        let driven = drive.traffic.scenario.as_ref();
+        Arc::clone(driven.unwrap_or(&self.scenario))
     }
 
     /// Tells `on_event` of each cycle.
@@ -267,10 +293,13 @@ impl PreparedPlan {
         let Settings {
             forecast, without, ..
         } = self.settings;
-        // The planner does not keep what it was told: it is made again from the same past where it is asked for.
+        // Where the planner has not kept what it was told, it is made again from the same past.
         let forecaster = std::cell::OnceCell::new();
         move |planner, cycle| {
             let traffic = || {
+                if let Some(told) = planner.told() {
+                    return told.clone();
+                }
                 let forecaster =
                     forecaster.get_or_init(|| Forecaster::new(scenario, forecast, without));
                 forecaster.traffic(cycle.step, planner.steps())

@@ -601,3 +601,43 @@ fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
     assert_eq!(solved(&[]), id);
     assert_eq!(solved(&["--planning-problem", "98765"]), "98765");
 }
+
+#[test]
+fn traffic_that_reacts_is_written_as_it_was_driven() {
+    let home = Home::new();
+    std::fs::create_dir(home.files().join("out")).unwrap();
+    let told = ["plan", CUT_IN, "--traffic", "reactive", "--json"];
+    let written = [&told[..], &["-o", "out", "--with-scenario"]].concat();
+    let said = home.run(&written).status(0).json();
+    assert_eq!(said["traffic"], "reactive");
+    let reactions = said["reactions"].as_array().unwrap();
+    assert!(!reactions.is_empty(), "{said}");
+    assert_eq!(said["reacted"], reactions.len());
+    assert_eq!(said["first_reaction_step"], reactions[0]["step"]);
+    let recorded = Entry::of_argument(CUT_IN.as_ref()).read().unwrap();
+    let driven = home.files().join(format!("out/{CUT_IN}/{CUT_IN}.xml"));
+    let driven = Entry::of_file(&driven).read().unwrap();
+    for (old, new) in recorded.obstacles.iter().zip(&driven.obstacles) {
+        let mut reactions = reactions.iter();
+        let reaction = reactions.find(|r| r["obstacle"] == old.id);
+        let from = reaction.and_then(|r| r["step"].as_i64());
+        for (step, motion) in old
+            .track()
+            .iter()
+            .take_while(|(s, _)| from.is_none_or(|f| *s <= f))
+        {
+            let there = new.motion_at(step).unwrap();
+            let apart = (there.pose.position - motion.pose.position).norm();
+            assert!(apart < 1e-6, "{} at step {step}", old.id);
+        }
+        let last = said["last_step"].as_i64().unwrap();
+        let differs = old.motion_at(last) != new.motion_at(last);
+        assert!(from.is_none() || differs, "{} is as recorded", old.id);
+    }
+    // Without it, nothing reacts.
+    let said = home.run(&["plan", CUT_IN, "--json"]).status(0).json();
+    assert_eq!(
+        (&said["traffic"], &said["reacted"]),
+        (&"recorded".into(), &0.into())
+    );
+}

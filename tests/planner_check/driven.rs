@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use nearmiss::formats::{Entry, bundled, find};
 use nearmiss::planner::{Broken, Feasibility, Forecast, Settings};
-use nearmiss::simulation::{self, Rollout};
+use nearmiss::simulation::{self, Rollout, TrafficMode};
 use rayon::prelude::*;
 
 use crate::support::drives::drive;
@@ -40,6 +40,7 @@ fn drives(entries: &[Entry]) -> Vec<Named> {
                     forecast,
                     replan: REPLAN,
                     without: None,
+                    traffic: TrafficMode::Recorded,
                 };
                 let name = format!("{} {} {}", entry.name, problem.id, forecast.name());
                 let drive = drive(&scenario, problem, &settings);

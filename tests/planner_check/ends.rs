@@ -62,6 +62,7 @@ fn driven(
         forecast: Forecast::Recorded,
         replan: 3,
         without,
+        traffic: simulation::TrafficMode::Recorded,
     };
     drive(scenario, problem, &settings)
 }

@@ -7,7 +7,7 @@ use super::monitor;
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
-use crate::simulation::{ContactSide, Cycle, ExternalReport, Outcome};
+use crate::simulation::{ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome};
 use crate::workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
@@ -19,6 +19,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
         _ => None,
     };
     let states = &driven.drive.states;
+    let reactions = &driven.drive.traffic.reactions;
     let mut value = json!({
         "outcome": driven.outcome().name(),
         "collision_with": collision.map(|c| c.with),
@@ -41,6 +42,14 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "collision_step": collision.map(|c| c.step),
         "ego_side": collision.map(|c| ContactSide::name(c.ego)),
         "other_side": collision.map(|c| ContactSide::name(c.other)),
+        "hit_from_behind": driven.drive.hit_from_behind().map(HitFromBehind::name),
+        "traffic": driven.settings.traffic.name(),
+        "reacted": reactions.len(),
+        "first_reaction_step": reactions.first().map(|reaction| reaction.from),
+        "reactions": reactions
+            .iter()
+            .map(|reaction| json!({"obstacle": reaction.obstacle, "step": reaction.from}))
+            .collect::<Vec<_>>(),
         "largest_deceleration": thousandths(driven.drive.largest_deceleration()),
         "mean_jerk": driven.drive.jerk().map(|(mean, _)| thousandths(mean)),
         "max_jerk": driven.drive.jerk().map(|(_, most)| thousandths(most)),

@@ -76,12 +76,12 @@ pub fn drive(
         near_misses: planner.map(|_| {
             let (problem, settings) = (prepared.problem(), &prepared.settings);
             drive
-                .near_misses(&prepared.scenario, problem, settings)
+                .near_misses(&prepared.driven(&drive), problem, settings)
                 .len()
         }),
         settings: prepared.settings,
+        scenario: prepared.driven(&drive),
         drive,
-        scenario: prepared.scenario,
         monitor,
     };
     planned.map(|outcome| outcome.map(driven)).transpose()

@@ -26,7 +26,8 @@ pub struct Files {
     /// vehicle.
     #[arg(short, long, value_name = "FILE|FOLDER")]
     output: Option<PathBuf>,
-    /// Also write each scenario to the folder of -o as NAME/NAME.xml; `nearmiss FOLDER` then opens it with this ego.
+    /// Also write each scenario, with the traffic as it was driven, to the folder of -o as NAME/NAME.xml; `nearmiss FOLDER`
+    /// then opens it with this ego.
     /// The folder must not be one that scenarios are read from.
     #[arg(long, requires = "output")]
     with_scenario: bool,
@@ -278,10 +279,11 @@ impl Targets<'_> {
             written.push(path);
         }
         if let Some(path) = files.scenario_of(entry) {
+            let reacted = driven.drive.traffic.scenario.is_some();
             let bytes = match entry.source() {
-                Ok(xml) => xml.into_bytes(),
-                // Protobuf has no text; it is written as `convert` writes it.
-                Err(_) => commonroad::write(&driven.scenario).map_err(Failure::input)?,
+                Ok(xml) if !reacted => xml.into_bytes(),
+                // Protobuf has no text, and traffic that reacted is in no file; both are written as `convert` writes.
+                _ => commonroad::write(&driven.scenario).map_err(Failure::input)?,
             };
             files.save(&path, &bytes)?;
             written.push(path);

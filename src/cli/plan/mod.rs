@@ -98,6 +98,8 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
             planner.options()
         ),
     };
+    // Runs of versions that knew no other traffic can be resumed.
+    let said = said.replace(", traffic: Recorded", "");
     let targets = arguments.files.begin(&arguments.paths, &entries, &said)?;
     let finished = targets.finished();
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();

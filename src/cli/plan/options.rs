@@ -17,6 +17,10 @@ pub struct PlanOptions {
     /// Planning problem to solve [default: that of the recorded ego, else the first of each scenario].
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     pub planning_problem: Option<i64>,
+    /// Other road users: recorded (they follow their recording, whatever the ego does) or reactive (they react once the
+    /// ego's deviation concerns them) [default: `traffic` in config.toml, else recorded].
+    #[arg(long, value_name = "MODE", value_parser = ["recorded", "reactive"])]
+    traffic: Option<String>,
     /// Steps driven before the next plan, at most the horizon [default: `replan` in config.toml, else 1].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = |word: &str| value("replan", word))]
     replan: Option<Value>,
@@ -41,8 +45,10 @@ impl PlanOptions {
     pub fn settings(&self, config: &Config) -> Result<Settings, Failure> {
         let mut settings = config.planning(default_planning());
         let prediction = self.prediction.clone().map(Value::String);
+        let traffic = self.traffic.clone().map(Value::String);
         for (id, said) in [
             ("prediction", &prediction),
+            ("traffic", &traffic),
             ("replan", &self.replan),
             ("horizon", &self.horizon),
             ("vehicle", &self.vehicle),

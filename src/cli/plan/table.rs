@@ -5,7 +5,7 @@ use super::monitor;
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{line, visible};
 use crate::planner::Emergency;
-use crate::simulation::{CollisionKind, ContactSide, ExternalReport};
+use crate::simulation::{CollisionKind, ContactSide, ExternalReport, HitFromBehind};
 
 /// The outcomes, in the order in which they are listed.
 pub const OUTCOMES: [&str; 6] = [
@@ -41,6 +41,10 @@ pub struct Table {
     counts: [usize; OUTCOMES.len()],
     /// Collisions in which the ego's front is the side that is touched.
     by_front: usize,
+    /// Collisions in which traffic that knew nothing of the ego drove into its rear.
+    unaware: usize,
+    /// Obstacles that reacted.
+    reacted: usize,
     /// Milliseconds of every scenario's middle cycle.
     ms: Vec<f64>,
     /// Whether it has the columns of a monitor.
@@ -62,6 +66,8 @@ impl Table {
             width: longest.clamp("scenario".len(), WIDEST),
             counts: [0; OUTCOMES.len()],
             by_front: 0,
+            unaware: 0,
+            reacted: 0,
             ms: Vec::new(),
             monitored,
             compared,
@@ -106,6 +112,15 @@ impl Table {
             n if braking == 0 => n.to_string(),
             n => format!("{n} ({braking} braking)"),
         };
+        let reacted = driven.drive.traffic.reactions.len();
+        if let Some(hit) = driven.drive.hit_from_behind() {
+            self.unaware += usize::from(hit == HitFromBehind::Unaware);
+            emergency.push_str(&format!("  (hit from behind, {})", hit.name()));
+        }
+        if reacted > 0 {
+            self.reacted += reacted;
+            emergency.push_str(&format!("  ({reacted} reacted)"));
+        }
         if let Some(note) = driven.note() {
             emergency.push_str(&format!("  ({note})"));
         }
@@ -157,15 +172,24 @@ impl Table {
                     self.rear_ended,
                     n - self.by_front - self.rear_ended
                 )),
-                (n, "collision") => parts.push(format!(
-                    "{n} collision ({} with the ego's front)",
-                    self.by_front
-                )),
+                (n, "collision") => {
+                    let unaware = match self.unaware {
+                        0 => String::new(),
+                        n => format!(", {n} hit from behind by unaware traffic"),
+                    };
+                    parts.push(format!(
+                        "{n} collision ({} with the ego's front{unaware})",
+                        self.by_front
+                    ));
+                }
                 (n, outcome) => parts.push(format!("{n} {outcome}")),
             }
         }
         if missed > 0 {
             parts.push(format!("{missed} not planned"));
+        }
+        if self.reacted > 0 {
+            parts.push(format!("{} obstacles reacted", self.reacted));
         }
         self.ms.sort_by(f64::total_cmp);
         let ms = median(&self.ms).map_or(String::new(), |ms| format!("; median cycle {ms:.1} ms"));

@@ -17,7 +17,7 @@ use crate::scenario::{
     Motion, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction, Quantity,
     Scenario, State, Steps,
 };
-use crate::simulation::{Driver, Settings};
+use crate::simulation::{Driver, Settings, TrafficMode};
 
 /// The car that is changed.
 const CAR: i64 = 700;
@@ -33,6 +33,7 @@ fn settings(forecast: Forecast) -> Settings {
         forecast,
         replan: 1,
         without: None,
+        traffic: TrafficMode::Recorded,
     }
 }
 

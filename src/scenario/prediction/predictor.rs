@@ -1,8 +1,10 @@
 //! Predicts an obstacle's motion as a few weighted hypotheses; deterministic.
 
+use std::sync::Arc;
+
 use super::lanes::Lanes;
 use super::{Observed, ObservedHistory, Path, Present, Speeds};
-use crate::geometry::Pose;
+use crate::geometry::{Polyline, Pose};
 use crate::scenario::ObstacleType;
 
 /// How the future is thought to go on.
@@ -123,6 +125,18 @@ impl<'a> Predictor<'a> {
             self.courses(seen, &present, reach)
         };
         Prediction { courses, speeds }
+    }
+
+    /// The middle of the likeliest lane on from where `seen` is, `reach` metres long where the road goes on; nothing
+    /// beside all lanes, or for pedestrians.
+    #[must_use]
+    pub fn likeliest_lane(&mut self, seen: &Observed<'_>, reach: f64) -> Option<Arc<Polyline>> {
+        if seen.who.kind == Some(ObstacleType::Pedestrian) {
+            return None;
+        }
+        let speed = Present::estimate(seen).speed;
+        let ways = self.lanes.ways(seen, speed, reach);
+        ways.into_iter().next().map(|way| way.line)
     }
 
     fn speeds(&self, present: &Present, parked: bool) -> Vec<Speeds> {

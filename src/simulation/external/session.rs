@@ -54,14 +54,15 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// A cycle at `step`, where the ego is in `state`: how long it drives, and what.
+    /// A cycle at `step`, where the ego is in `state` among the traffic of `scenario`: how long it drives, and what.
     pub fn plan(
         &mut self,
+        scenario: &Scenario,
         state: &VehicleState,
         step: i64,
         cancel: &Cancel,
     ) -> Result<Cycle, NoTrajectory> {
-        match self.try_plan(state, step, cancel) {
+        match self.try_plan(scenario, state, step, cancel) {
             Err(Stop::Fault(fault)) => {
                 wait_for_last_words(&fault);
                 if let Some((process, _)) = self.running.take() {
@@ -100,6 +101,7 @@ impl<'a> Session<'a> {
 
     fn try_plan(
         &mut self,
+        scenario: &Scenario,
         state: &VehicleState,
         step: i64,
         cancel: &Cancel,
@@ -114,7 +116,7 @@ impl<'a> Session<'a> {
             let details = format!("before it was asked at step {step}: {}", shown(&unasked));
             return Err(Fault::new(PlannerFault::Flood, details).into());
         }
-        let teller = Teller::new(self.driver, self.scenario, self.span.step, ready);
+        let teller = Teller::new(self.driver, scenario, self.span.step, ready);
         let message = teller.message(state, step);
         let began = Instant::now();
         process.send(line(&Message::Plan(&message)));

@@ -130,8 +130,8 @@ impl Opened {
         let ranked = workshop.on(|ground| attacker::rank(ground.stage));
         let ranked = ranked.map_err(|error| error.to_string())?;
         let original = {
-            let outcome = workshop.closed.baseline().drive().outcome;
-            let planned = PlannedEgo::from_outcome(&prepared, outcome, recorder.cycles);
+            let drive = workshop.closed.baseline().drive();
+            let planned = PlannedEgo::from_outcome(&prepared, drive, recorder.cycles);
             Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
         };
         let plausibility = workshop.plausibility(&chosen.attack.change);

@@ -6,7 +6,7 @@ use super::{CycleShown, Opened};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast, Limits};
 use crate::scenario::{Ego, Scenario, Scene, VehicleType};
-use crate::simulation::{ExternalPlanner, ExternalReport, Outcome};
+use crate::simulation::{ExternalPlanner, ExternalReport, Outcome, Rollout};
 use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
 /// The record of a planned ego.
@@ -82,7 +82,7 @@ impl Opened {
         let outcome = outcome.map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
-            let mut planned = PlannedEgo::from_outcome(&prepared, drive.outcome, recorder.cycles);
+            let mut planned = PlannedEgo::from_outcome(&prepared, &drive, recorder.cycles);
             planned.1.planner = place;
             planned.1.process = drive.external;
             Self::with_planned(&request.open, ego, planned, thresholds)
@@ -108,7 +108,7 @@ impl PlannedEgo {
     /// The record of a drive, and its scenario.
     pub(super) fn from_outcome(
         prepared: &PreparedPlan,
-        outcome: Outcome,
+        drive: &Rollout,
         cycles: Vec<CycleShown>,
     ) -> (Arc<Scenario>, Self) {
         let planned = Self {
@@ -117,11 +117,11 @@ impl PlannedEgo {
             process: None,
             vehicle: prepared.settings.planner.vehicle,
             problem: prepared.problem().id,
-            outcome,
+            outcome: drive.outcome,
             cycles,
             recorded: prepared.recorded.clone(),
         };
-        (Arc::clone(&prepared.scenario), planned)
+        (prepared.driven(drive), planned)
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Thresholds;
 use crate::planner::{self, Cancel, Forecast, Sampling};
-use crate::simulation::Settings;
+use crate::simulation::{Settings, TrafficMode};
 use crate::tui::loaded::Opened;
 use crate::workflow::{OpenRequest, PlanRequest};
 
@@ -30,6 +30,7 @@ pub fn coarse(forecast: Forecast) -> Settings {
         forecast,
         replan: 1,
         without: None,
+        traffic: TrafficMode::Recorded,
     }
 }
 

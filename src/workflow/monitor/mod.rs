@@ -80,7 +80,7 @@ impl Monitor<'_> {
         let (_, chosen) = template(self.library, Task::Safety, frame).map_err(|e| wrong(&e))?;
         let decided = self.settings.with(&chosen.front.defaults);
         let ego = prepared_ego(prepared, so_far);
-        let scene = Arc::new(Scene::new(Arc::clone(&prepared.scenario), ego));
+        let scene = Arc::new(Scene::new(prepared.driven(so_far), ego));
         let case = Case {
             name: prepared.name.clone(),
             task: Task::Safety,
@@ -225,7 +225,7 @@ impl PreparedPlan {
         }
         let Some(drive) = drive else { return Ok(None) };
         let ego = prepared_ego(&self, &drive);
-        let scene = Scene::new(Arc::clone(&self.scenario), ego);
+        let scene = Scene::new(self.driven(&drive), ego);
         let report = MonitorReport::new(monitor, answers, braked, &drive, &scene);
         let outcome = PlanOutcome {
             prepared: self,

@@ -213,6 +213,7 @@ fn settings(forecast: Forecast) -> Settings {
         forecast,
         replan: 1,
         without: None,
+        traffic: crate::simulation::TrafficMode::Recorded,
     }
 }
 
