@@ -10,9 +10,12 @@ use super::*;
 
 const ID: &str = "0a1b2c3d-0000-4a98-b02e-0123456789ab";
 
+/// Track, class, step, and x, y, heading and the two velocities.
+type Row = (&'static str, &'static str, i64, [f64; 5]);
+
 /// Three tracks: the recording vehicle, a car that comes later, and a pedestrian.
 pub fn table() -> Vec<u8> {
-    let mut rows: Vec<(&str, &str, i64, [f64; 5])> = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     for step in 0..30 {
         let t = 0.1 * step as f64;
         rows.push(("AV", "vehicle", step, [10.0 * t, 0.0, 0.0, 10.0, 0.0]));
@@ -21,9 +24,7 @@ pub fn table() -> Vec<u8> {
         }
         rows.push(("12", "pedestrian", step, [20.0, 6.0, 0.3, 0.0, 0.0]));
     }
-    let text = |of: fn(&(&str, &str, i64, [f64; 5])) -> String| {
-        Column::Text(rows.iter().map(of).collect())
-    };
+    let text = |of: fn(&Row) -> String| Column::Text(rows.iter().map(of).collect());
     let number = |i: usize| Column::Number(rows.iter().map(|row| row.3[i]).collect());
     let same = |value: f64| Column::Number(vec![value; rows.len()]);
     file(&[

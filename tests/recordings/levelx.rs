@@ -225,7 +225,7 @@ fn a_long_recording_is_listed_as_windows_worth_looking_at() {
     let scene = Scene::new(scenario, ego);
     let ttc = MEASURES.iter().find(|m| m.id == "ttc").unwrap();
     let series = Series::compute(&scene, vec![ttc]);
-    let values = series.row("ttc", 2).into_iter().filter_map(|r| r.value());
+    let values = series.row("ttc", 2).iter().filter_map(|r| r.value());
     let least = values.fold(f64::MAX, f64::min);
     // 15 m apart at 30 s, closing at 2 m/s.
     assert!((7.0..8.0).contains(&least), "{least}");

@@ -28,6 +28,9 @@ const TELLING: [&str; 5] = [
 /// No page of a file of seconds is larger when unpacked, bytes.
 const LARGEST_COLUMN: i64 = 64 << 20;
 
+/// Appends the values of a column in a row group with so many rows.
+type ReadColumn<'f, T> = dyn FnMut(ColumnReader, usize, &mut Vec<T>) -> Result<(), String> + 'f;
+
 /// A Parquet file.
 pub struct Table<'r> {
     file: SerializedFileReader<File>,
@@ -43,7 +46,7 @@ pub fn is_one(path: &Path, head: &[u8]) -> bool {
             .is_some_and(|file| {
                 let schema = file.metadata().file_metadata().schema_descr();
                 let has = |name: &&str| schema.columns().iter().any(|c| c.name() == *name);
-                TELLING.iter().all(|name| has(name))
+                TELLING.iter().all(has)
             })
 }
 
@@ -126,7 +129,7 @@ impl<'r> Table<'r> {
     fn column<T>(
         &self,
         name: &str,
-        read: &mut dyn FnMut(ColumnReader, usize, &mut Vec<T>) -> Result<(), String>,
+        read: &mut ReadColumn<'_, T>,
     ) -> Result<Option<Vec<T>>, String> {
         let schema = self.file.metadata().file_metadata().schema_descr();
         let Some(place) = schema.columns().iter().position(|c| c.name() == name) else {

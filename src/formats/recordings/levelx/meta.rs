@@ -176,7 +176,7 @@ pub fn tracks(path: &Path, recording: &Recording) -> Result<BTreeMap<i64, TrackM
         let at = row.at(length);
         let size = (at.size(row.number(length)?)?, at.size(row.number(width)?)?);
         let heading = match row.optional("drivingDirection")? {
-            Some(direction) if direction == 1.0 => PI,
+            Some(1.0) => PI,
             _ => 0.0,
         };
         let meta = TrackMeta {
