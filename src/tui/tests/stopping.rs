@@ -109,7 +109,7 @@ fn who_cancels_is_driven_against_nothing_more() {
         ..right_turn()
     };
     let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
-    for end in [GenerationStage::Proving, GenerationStage::Trying(0, 1)] {
+    for end in [GenerationStage::Proving, GenerationStage::Trying(0, 2)] {
         let cancel = Cancel::default();
         let mut heard = Vec::new();
         let mut on_event = |event| {
