@@ -12,7 +12,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 
 use super::output;
-use crate::system::remove_unfinished;
+use crate::system::{end_process_groups, remove_unfinished};
 
 /// The exit status of an interrupted program.
 pub const INTERRUPTED: u8 = 130;
@@ -119,6 +119,7 @@ fn end() -> ! {
     });
     // A reader that has stopped reading is not waited for.
     let _ = last_line.recv_timeout(LAST_LINE);
+    end_process_groups();
     remove_unfinished();
     std::process::exit(INTERRUPTED.into())
 }

@@ -63,6 +63,8 @@ topics! {
         "Planners of your own: a protocol of JSON lines, what is reported, an example";
     generating, "generating", "generating.md", ["generate"],
         "Dangerous variants of safe scenarios: attack, gate, certificate";
+    model_attacks, "model-attacks", "model-attacks.md", [],
+        "Attacks by language models: votes, motions, feedback, grades";
     figures, "figures", "figures.md", ["render"],
         "Figures for papers: map, plot, screen; SVG, PNG, GIF";
     corpora, "corpora", "corpora.md", ["index", "sample"],

@@ -28,8 +28,9 @@ pub fn is_valid(id: &str) -> bool {
     country && map && configuration && prediction && parts.next().is_none()
 }
 
-/// The scenarios on the same map, often cut from the same recordings: `DEU_Bremen-7` of `DEU_Bremen-7_12_T-1`. A
-/// name that does not begin as an id is a family of its own.
+/// The scenarios on the same map, often cut from the same recordings: `DEU_Bremen-7` of `DEU_Bremen-7_12_T-1`. Windows
+/// of one long recording, `01_tracks-track-12-34.0s`, show the same traffic and are a family, too; any other name is a
+/// family of its own.
 #[must_use]
 pub fn family(id: &str) -> &str {
     let rest = id.strip_prefix("C-").unwrap_or(id);
@@ -39,7 +40,9 @@ pub fn family(id: &str) -> &str {
         .map_or(rest.len(), |(at, _)| at);
     match is_valid(&rest[..end]) {
         true => &rest[..end],
-        false => id,
+        false => id
+            .rsplit_once("-track-")
+            .map_or(id, |(recording, _)| recording),
     }
 }
 
@@ -125,6 +128,8 @@ mod tests {
             ("DEU_Bremen-7_12_T-1-copy", "DEU_Bremen-7"),
             ("ZAM_Tutorial-1", "ZAM_Tutorial-1"),
             ("my_own_file", "my_own_file"),
+            ("01_tracks-track-12-34.0s", "01_tracks"),
+            ("01_tracks-track-9", "01_tracks"),
             ("", ""),
         ] {
             assert_eq!(family(id), wanted);

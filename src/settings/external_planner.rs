@@ -97,7 +97,12 @@ pub(super) fn wrong(name: &str, table: &Table) -> impl Iterator<Item = (Option<S
         let words = wrong_value(name, key, value)?;
         Some((Some(key.clone()), words))
     });
-    missing.into_iter().chain(values.collect::<Vec<_>>())
+    let taken = (name == "nearmiss").then(|| {
+        let words = "planner.nearmiss: this is the name of the built-in planner".to_string();
+        (None, words)
+    });
+    let missing = missing.into_iter().chain(taken);
+    missing.chain(values.collect::<Vec<_>>())
 }
 
 fn wrong_value(name: &str, key: &str, value: &Value) -> Option<String> {

@@ -266,7 +266,7 @@ impl Driver {
         'drive: while step < last {
             match control(&noted.drive) {
                 Control::Follow => {}
-                Control::Stop => return noted,
+                Control::Stop => break 'drive,
                 Control::Brake => {
                     step += 1;
                     state = planner.full_braking(&state);
@@ -293,7 +293,7 @@ impl Driver {
                         Ok(cycle) => cycle,
                         Err(none) => {
                             noted.drive.outcome = without_plan(&none, step);
-                            return noted;
+                            break 'drive;
                         }
                     }
                 }
@@ -306,7 +306,7 @@ impl Driver {
                     let took = began.elapsed();
                     planner.keep_told(traffic);
                     if self.is_cancelled() {
-                        return noted;
+                        break 'drive;
                     }
                     Cycle {
                         step,

@@ -43,6 +43,7 @@ pub fn report_panics(folder: Option<PathBuf>, redact: Redact) {
         }
         // The main thread unwinds, so that temporary files go, and ends with the same status.
         if std::thread::current().id() != main {
+            super::end_process_groups();
             std::process::exit(STATUS);
         }
     }));

@@ -217,6 +217,7 @@ pub fn give_back_on_panic() {
         give_back();
         report(info);
         if std::thread::current().id() != main {
+            crate::system::end_process_groups();
             std::process::exit(101);
         }
     }));

@@ -96,7 +96,7 @@ async fn what_came_of_the_drive_goes_back_until_it_has_an_effect() {
     for part in [
         &near,
         &score,
-        "The ego got away",
+        "The ego avoided the danger",
         "t = ",
         "step,t [s],x [m]",
         "Give the whole answer again",

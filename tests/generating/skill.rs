@@ -71,16 +71,13 @@ async fn asked(feedback: bool) -> Written {
 }
 
 #[tokio::test]
-async fn news_of_the_drive_makes_a_middling_model_better() {
+async fn retries_and_the_outcome_of_the_drive_make_a_middling_model_effective() {
     let (before, after) = (asked(false).await, asked(true).await);
     let (before, after) = (before.authored().tries(), after.authored().tries());
-    println!("without news of the drive {before:?}, with it {after:?}");
+    println!("without the outcome of the drive {before:?}, with it {after:?}");
     assert_eq!((before.conversations, after.conversations), (6, 6));
     // The first answers are the same.
     assert_eq!(before.first_admitted, after.first_admitted);
-    assert!(before.first_admitted >= 3, "{before:?}");
-    assert!(
-        after.effective >= before.effective && after.effective >= 3,
-        "{before:?} {after:?}"
-    );
+    assert!(after.first_effective < after.effective, "{after:?}");
+    assert!(after.effective >= before.effective, "{before:?} {after:?}");
 }

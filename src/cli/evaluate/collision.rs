@@ -15,12 +15,13 @@ use crate::workflow::batch::BuiltInAnswers;
 
 pub(super) fn run(arguments: &Evaluate, task: Task, truth: &Truth, entries: &[Entry]) -> Outcome {
     let (judge, others): (fn(&Scene, &Thresholds) -> Judgement, _) = match task {
-        Task::Recording => (judge_recording, "CSV, layout or score:paper"),
+        Task::Recording => (judge_recording, "CSV or score:paper"),
         _ => (judge_collision, "CSV or layout"),
     };
     let is_its_own = match truth.known.convention() {
         Some(convention) => task == Task::Collision || convention == RiskConvention::Exact,
-        None => truth.is_geometry(),
+        // Where a layout has no collision, the exact score of the recording is the truth.
+        None => truth.is_geometry() || task == Task::Recording && truth.is_layout(),
     };
     if is_its_own {
         return Err(Failure::input(format!(

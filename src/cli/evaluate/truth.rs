@@ -27,6 +27,11 @@ impl Truth {
         self.source == TruthSource::Geometry
     }
 
+    /// Whether it is the layout of the folders.
+    pub fn is_layout(&self) -> bool {
+        self.source == TruthSource::Layout
+    }
+
     /// Describes the ground truth for people.
     pub fn words(&self) -> String {
         match self.is_geometry() {

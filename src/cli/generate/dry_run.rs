@@ -107,6 +107,7 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             settings: &job.settings,
         });
         let counted = prepared.and_then(|prepared| {
+            let prepared = prepared.driven_by(job.planner.clone());
             let request = GenerateRequest {
                 prepared: &prepared,
                 attackers: &job.only,

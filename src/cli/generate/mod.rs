@@ -215,6 +215,11 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         let gate = (arguments.style, arguments.attackers);
         return check::run(&entries, variant, gate, arguments.json);
     }
+    if arguments.rank == Ranking::Model && arguments.no_grades {
+        return Err(Failure::input(
+            "--rank model ranks by the grades of the model; remove --no-grades",
+        ));
+    }
     let effort = Effort {
         candidates: arguments.candidates,
         seed: arguments.seed,

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
+use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
 use crate::evaluation::annotations;
 use crate::evaluation::batch::{Spec, TruthSource};
 use crate::evaluation::report::{Stored, Truth};
 use crate::formats::{EgoSelection, Entry, bundled, find};
-use crate::metrics::{RiskConvention, Thresholds};
+use crate::metrics::RiskConvention;
 use crate::store::{Outcome as Run, Store};
 use crate::system;
 use crate::workflow::{TruthChoice, TruthSearch, batch_labels};
@@ -24,7 +25,8 @@ pub const BATCH: &str = "batch";
 
 /// Reads what `--truth` names, for these runs; the usual truth where it names nothing, as the results screen has it.
 pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, Failure> {
-    let (ego, thresholds) = (EgoSelection::Beside, Thresholds::shipped());
+    let (folders, _) = configuration()?;
+    let (ego, thresholds) = (EgoSelection::Beside, &user_thresholds(&folders)?);
     let search = |entries| TruthSearch {
         outcomes: runs,
         entries,

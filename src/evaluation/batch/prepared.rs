@@ -44,6 +44,9 @@ pub struct PreparedQuestions {
     pub first: Vec<(String, AxisValues, Arc<Question>)>,
 }
 
+/// What is true of a window, and which obstacles are critical in it; `None` where that is unknown.
+type KnownTruth = Option<(Label, Vec<i64>)>;
+
 impl QuestionBuilder {
     /// Makes the questions about a scenario, and sees which answers the store has.
     ///
@@ -73,7 +76,7 @@ impl QuestionBuilder {
             prepared.doubts.clone_from(&reading.doubts);
         }
         // Many ways ask about the same steps.
-        let mut known: HashMap<(Task, Window), Option<(Label, Vec<i64>)>> = HashMap::new();
+        let mut known: HashMap<(Task, Window), KnownTruth> = HashMap::new();
         for ask in asks {
             let label = ask.truth.as_ref().map_or(label, |truth| Some(truth.label));
             // Windows of safe scenarios are the same at every lead: one is enough.

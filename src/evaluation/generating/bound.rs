@@ -69,6 +69,11 @@ pub fn bound(
         barred: AtomicBool::new(false),
     };
     let ranked = attacker::rank(ground.stage);
+    if let Some(id) = author.attacker {
+        session
+            .can_attack(id, &ranked)
+            .map_err(AuthorError::Attacker)?;
+    }
     let Some((aim, within)) = session.aim(&ranked) else {
         return Ok(Bound {
             usd: Some(0.0),

@@ -302,7 +302,7 @@ impl AuthorSession<'_> {
     }
 
     /// Whether an obstacle can be given another motion.
-    fn can_attack(&self, id: i64, ranked: &[Candidate]) -> Result<(), Refusal> {
+    pub(super) fn can_attack(&self, id: i64, ranked: &[Candidate]) -> Result<(), Refusal> {
         let driver = self.ground.closed_loop.driver();
         let own = [
             self.scene.ego.id,

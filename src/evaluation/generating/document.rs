@@ -38,7 +38,7 @@ impl Authored {
             "repaired_by": taken.and_then(|t| t.admitted.repair.as_ref()).map(|r| r.moved),
             "motions": self.in_order().iter().map(|one| motion(one, taken)).collect::<Vec<_>>(),
             "tries": self.tries(),
-            "ranked_by": self.rank.name(),
+            "ranked_by": self.ranked_by().name(),
             "agreement": self.agreement().map(|agreement| json!({
                 "agrees": agreement.agrees,
                 "of": agreement.of,

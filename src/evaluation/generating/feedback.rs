@@ -174,10 +174,10 @@ fn verdict(attack: &Attack, effect: &Effect, delay: f64, at: &dyn Fn(i64) -> Str
                 None => "That is a near miss".into(),
             };
             format!(
-                "{what}, but no way was found in which even a good driver who reacts {delay} s after the motion departs from the recorded one avoids contact. Leave a little more time or room."
+                "{what}, but no manoeuvre was found with which even a good driver, reacting {delay} s after the motion departs from the recorded one, avoids contact. Leave a little more time or room."
             )
         }
-        _ => "The ego got away. Take away the time or the room that it used: be nearer, earlier in its way, or let it see the danger later, within the limits.".into(),
+        _ => "The ego avoided the danger. Leave it less time or room: be nearer, be in its way earlier, or let it see the danger later, within the limits.".into(),
     }
 }
 

@@ -109,6 +109,15 @@ impl Authored {
         true
     }
 
+    /// What decided between the motions: without a grade that can be read, the exact ranking.
+    #[must_use]
+    pub fn ranked_by(&self) -> Ranking {
+        match self.by_model() {
+            Some(_) => self.rank,
+            None => Ranking::Exact,
+        }
+    }
+
     /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives,
     /// too; or with [`Ranking::Model`] the one that the model grades lowest, if it graded any. Of each refused answer it has the first reason; [`Authored::refusals`] are all.
     #[must_use]

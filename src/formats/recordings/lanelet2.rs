@@ -11,7 +11,7 @@ use super::utm;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::xml::{Element, Xml};
 use crate::geometry::Point;
-use crate::scenario::plausibility::limits::MOST_PARTS;
+use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 use crate::scenario::{
     Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Severity, Sign, SignElement,
 };
@@ -73,7 +73,11 @@ pub fn read(
             "relation" => relations.extend(relation(&mut xml, element)?),
             _ => xml.skip()?,
         }
-        xml.check_count(element, nodes.len().max(relations.len()), "elements")?;
+        xml.check_count(
+            element,
+            nodes.len().max(ways.len()).max(relations.len()),
+            "elements",
+        )?;
     }
     let points = in_metres(&nodes, origin);
     Ok(map(report, &points, &ways, relations, ids))
@@ -200,7 +204,7 @@ fn in_metres(nodes: &HashMap<i64, Place>, origin: (f64, f64)) -> HashMap<i64, Po
         Place::Metres(..) => None,
     });
     let zone = utm::zone(longitudes.fold(f64::MAX, f64::min).min(180.0));
-    let metres = nodes.iter().map(|(id, place)| {
+    let metres = nodes.iter().filter_map(|(id, place)| {
         let (x, y) = match *place {
             Place::Metres(x, y) => (x, y),
             Place::Degrees(lat, lon) => {
@@ -208,7 +212,9 @@ fn in_metres(nodes: &HashMap<i64, Place>, origin: (f64, f64)) -> HashMap<i64, Po
                 (east - origin.0, north - origin.1)
             }
         };
-        (*id, Point::new(x, y))
+        // A place far from all others is a mistake; borders without it are left out, which is said there.
+        let fits = |value: f64| value.is_finite() && refused_coordinate(value).is_none();
+        (fits(x) && fits(y)).then(|| (*id, Point::new(x, y)))
     });
     metres.collect()
 }

@@ -19,7 +19,7 @@ mod tests;
 mod trajectory;
 
 use std::sync::{Mutex, OnceLock, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use fault::Fault;
 pub(super) use fault::NoTrajectory;
@@ -146,12 +146,15 @@ impl ExternalPlanner {
 
     /// A process that waits, else a new one.
     fn process(&self) -> Result<Process, Fault> {
-        let idle = self
-            .idle
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .pop();
-        idle.map_or_else(|| Process::start(&self.options.command), Ok)
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        // One that has ended, or has written something since its last drive, is of no use for another one.
+        while let Some(mut process) = idle.pop() {
+            if process.is_waiting() {
+                return Ok(process);
+            }
+        }
+        drop(idle);
+        Process::start(&self.options.command)
     }
 
     fn put_back(&self, process: Process) {
@@ -164,13 +167,16 @@ impl ExternalPlanner {
     }
 }
 
-/// Processes that wait are asked to end; those that do not are ended.
+/// Processes that wait are asked to end, all at once; those that do not are ended.
 impl Drop for ExternalPlanner {
     fn drop(&mut self) {
         let idle = self.idle.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for process in idle.iter_mut() {
+            process.dismiss(session::bye());
+        }
+        let until = Instant::now() + process::GRACE;
         for process in idle.drain(..) {
-            // What it says at the end belongs to no drive.
-            let _ = process.end(session::bye());
+            process.wait_for_its_end(until);
         }
     }
 }

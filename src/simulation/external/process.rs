@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::fault::{Fault, PlannerFault};
 use crate::planner::Cancel;
-use crate::system;
+use crate::system::{self, ProcessGroup};
 
 /// Longest line that is read, bytes.
 const LONGEST_LINE: u64 = 8 << 20;
@@ -24,7 +24,7 @@ const STDERR: usize = 16 << 10;
 const POLL: Duration = Duration::from_millis(50);
 
 /// How long a planner may take to end by itself.
-const GRACE: Duration = Duration::from_millis(500);
+pub(super) const GRACE: Duration = Duration::from_millis(500);
 
 /// What was read of standard output.
 #[derive(Debug)]
@@ -40,6 +40,7 @@ enum Heard {
 #[derive(Debug)]
 pub(super) struct Process {
     child: Child,
+    group: ProcessGroup,
     to: Option<Sender<Vec<u8>>>,
     from: Receiver<Heard>,
     stderr: Arc<Mutex<Vec<u8>>>,
@@ -75,6 +76,7 @@ impl Process {
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = system::job_control::with_default(|| command.spawn())
             .map_err(|error| not_started(format!("{program}: {}", system::words(&error))))?;
+        let group = ProcessGroup::led_by(child.id());
         let (to, written) = channel::<Vec<u8>>();
         let (read, from) = sync_channel(WAITING);
         let stderr = Arc::new(Mutex::new(Vec::new()));
@@ -101,6 +103,7 @@ impl Process {
         });
         Ok(Self {
             child,
+            group,
             to: Some(to),
             from,
             stderr,
@@ -170,24 +173,39 @@ impl Process {
         Fault::new(PlannerFault::Died, details)
     }
 
+    /// Whether it waits for its next drive: it runs, and wrote nothing that was not asked for.
+    pub fn is_waiting(&mut self) -> bool {
+        self.unasked().is_none() && ended(&mut self.child).is_none()
+    }
+
+    /// Asks it to end, with a last line, and does not wait.
+    pub fn dismiss(&mut self, last: Vec<u8>) {
+        self.send(last);
+        self.to = None;
+    }
+
     /// Asks it to end, with a last line, and ends it where it does not within half a second; the last lines of its
     /// standard error.
     pub fn end(mut self, last: Vec<u8>) -> Vec<String> {
-        self.send(last);
-        self.to = None;
+        self.dismiss(last);
         let until = Instant::now() + GRACE;
+        self.wait_for_its_end(until);
+        self.last_words()
+    }
+
+    /// Waits until it closes its standard output.
+    pub fn wait_for_its_end(&self, until: Instant) {
         while Instant::now() < until {
             let left = until.saturating_duration_since(Instant::now());
             if let Err(RecvTimeoutError::Disconnected) = self.from.recv_timeout(left) {
                 break;
             }
         }
-        self.last_words()
     }
 
     /// Ends it, with all that it started; the last lines of its standard error.
     pub fn last_words(self) -> Vec<String> {
-        kill_group(&self.child);
+        self.group.kill();
         let until = Instant::now() + GRACE;
         // What has left its group may hold it open.
         while self
@@ -205,24 +223,12 @@ impl Process {
 /// Whatever happens, nothing of it is left running.
 impl Drop for Process {
     fn drop(&mut self) {
-        kill_group(&self.child);
+        self.group.kill();
+        self.group.forget();
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
-
-#[cfg(unix)]
-fn kill_group(child: &Child) {
-    use rustix::process::{Pid, Signal, kill_process_group};
-    let id = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-    if let Some(id) = id {
-        // Those that have ended already are not there.
-        let _ = kill_process_group(id, Signal::KILL);
-    }
-}
-
-#[cfg(not(unix))]
-fn kill_group(_: &Child) {}
 
 /// How it ended, if it has. It is not waited for: until then its id, and that of its group, are those of no other
 /// process.

@@ -60,14 +60,30 @@ impl<'a> Teller<'a> {
         }
     }
 
+    /// Whether the acceleration of an obstacle at `step` is not recorded and its first, and so is worked out from the
+    /// state after it, which the planner does not know yet.
+    fn is_from_the_next(&self, id: i64, step: i64) -> bool {
+        self.scenario.obstacle(id).is_some_and(|obstacle| {
+            let said = obstacle
+                .initial
+                .as_ref()
+                .and_then(|first| first.acceleration);
+            obstacle.track().steps().start == step && said.is_none()
+        })
+    }
+
     fn moving(&self, other: &Observed<'_>, step: i64, traffic: Option<&Traffic>) -> Obstacle {
         let kind = other.who.kind.unwrap_or(ObstacleType::Unknown);
         let earlier = other.motions.iter().filter(|(at, _)| *at < step);
+        let mut now = *other.motion;
+        if self.is_from_the_next(other.who.id, step) {
+            now.acceleration = 0.0;
+        }
         Obstacle {
             history: earlier.map(|(at, motion)| past(*at, motion)).collect(),
             predictions: traffic
                 .map_or_else(Vec::new, |traffic| predictions(traffic, other.who.id)),
-            ..obstacle(other.who.id, kind, other.footprint, other.motion)
+            ..obstacle(other.who.id, kind, other.footprint, &now)
         }
     }
 }

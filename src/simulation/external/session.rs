@@ -86,8 +86,8 @@ impl<'a> Session<'a> {
 
     /// Gives the process back or ends it; what became of the drive.
     pub fn end(mut self) -> ExternalReport {
-        if let Some((process, ready)) = self.running.take() {
-            self.report.stderr = match ready.reusable {
+        if let Some((mut process, ready)) = self.running.take() {
+            self.report.stderr = match ready.reusable && process.is_waiting() {
                 true => {
                     let written = process.stderr();
                     self.planner.put_back(process);
@@ -203,6 +203,9 @@ impl<'a> Session<'a> {
         let dt = self.driver.dt();
         let late = (took.as_secs_f64() / dt).ceil().max(1.0) as usize;
         self.report.late_steps = self.report.late_steps.max(late);
+        // Nothing is driven after the end.
+        let left = usize::try_from(self.span.last - step).unwrap_or(0);
+        let late = late.min(left.max(1));
         let mut actual = vec![*state];
         for later in 1..=late {
             let next = match &self.in_force {

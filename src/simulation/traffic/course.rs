@@ -18,6 +18,9 @@ pub struct Course {
     more: f64,
 }
 
+/// Longer ways are jumps of a damaged recording, metres: such an obstacle follows it.
+pub(super) const LONGEST: f64 = 100_000.0;
+
 /// Displacements below this are no way, metres.
 const STANDSTILL: f64 = 1e-3;
 
@@ -44,7 +47,10 @@ impl Course {
             }
             steps.push((step, places.last()?.0));
         }
-        let last = places.last()?.1;
+        let (length, last) = *places.last()?;
+        if length > LONGEST {
+            return None;
+        }
         Some(Self {
             places,
             steps,

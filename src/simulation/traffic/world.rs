@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::course::Course;
+use super::course::{Course, LONGEST};
 use super::neighbour::{Neighbour, Way};
 use super::reacting::Reacting;
 use super::{Reaction, TrafficMode};
@@ -64,7 +64,8 @@ impl<'a> Reactive<'a> {
     fn new(driver: &'a Driver, scenario: &'a Scenario) -> Self {
         let settings = driver.settings();
         let path = &driver.guide().path;
-        let points = (0..=path.length().ceil() as usize).map(|s| path.pose_at(s as f64).position);
+        let points = (0..=path.length().min(LONGEST).ceil() as usize)
+            .map(|s| path.pose_at(s as f64).position);
         Self {
             driver,
             scenario,

@@ -188,6 +188,11 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
         Kind::InD => map::beside(&report, file, &recording, &mut ids)?,
     };
     let number = recording.id.max(0);
+    // Windows of several egos may have the same rows, and sizes and lanes are in other files.
+    let around = format!(
+        "{ego:?} {frames:?} {recording:?} {tracks:?} {:?}",
+        map.lanelets
+    );
     let ego = ego.map(own);
     let configuration = ego.unwrap_or(1);
     let about = About {
@@ -203,7 +208,7 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
             Kind::InD => vec!["urban".into()],
         },
         ego,
-        hash: ContentHash::digest(&hash),
+        hash: ContentHash::of_parts([&hash[..], around.as_bytes()]),
     };
     assemble(report, about, map, recorded)
 }

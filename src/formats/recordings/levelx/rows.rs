@@ -214,6 +214,7 @@ pub fn each(
                 velocity,
             },
         };
+        report.row(line(), "").point(row.x, row.y)?;
         take(&row)?;
     }
 }
