@@ -181,9 +181,13 @@ async fn what_a_model_wrote_is_taken_over_too() {
     assert_eq!(again["taken_over"], true);
     assert_eq!(again["model"], before["model"]);
     // Another way of asking is another matter, though what was paid for stays.
-    let other = run(&["--resume", "--rank", "model"]);
+    let other = run(&["--resume", "--no-feedback"]);
     assert_eq!(other["taken_over"], false);
     assert_eq!(other["model"]["from_store"], 1);
+    // What is not graded cannot be ranked by grades.
+    let told = [&told[..], &["--rank", "model"]].concat();
+    let refused = tokio::task::block_in_place(|| home.run(&told));
+    refused.status(2).says(&["--rank model", "--no-grades"]);
 }
 
 #[cfg(unix)]
