@@ -6,19 +6,34 @@
 use super::windows::Recording;
 use super::{Label, PromptConfig};
 use crate::description::Frame;
+use crate::metrics::paper::TooLarge;
 use crate::metrics::{MeasureList, RiskConvention, ScoreAt, Thresholds};
 use crate::scenario::{Scene, Window};
 use crate::verdict::Task;
 
 /// When which obstacles are of extreme risk in a recording, by step.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CriticalMoments(Vec<ScoreAt>);
 
 impl CriticalMoments {
     /// Those of a scene; the thresholds count for the exact convention alone.
+    ///
+    /// # Errors
+    /// The scene cannot be scored by the paper's convention: nothing is known of it.
+    pub fn new(
+        convention: RiskConvention,
+        scene: &Scene,
+        thresholds: &Thresholds,
+    ) -> Result<Self, TooLarge> {
+        let scores = convention.scores_up_to(Task::HIGH_RISK, scene, thresholds);
+        scores.map(Self)
+    }
+
+    /// Those of a scene by exact geometry, which scores every scene.
     #[must_use]
-    pub fn new(convention: RiskConvention, scene: &Scene, thresholds: &Thresholds) -> Self {
-        Self(convention.scores_up_to(Task::HIGH_RISK, scene, thresholds))
+    pub fn exact(scene: &Scene, thresholds: &Thresholds) -> Self {
+        let high = Task::HIGH_RISK;
+        Self(RiskConvention::exact_up_to(high, scene, thresholds))
     }
 
     /// What windows of the safety task are drawn from: dangerous ones come before the first of these moments.
@@ -73,14 +88,14 @@ pub fn says_the_score(way: &PromptConfig, measures: Option<&MeasureList>) -> boo
     way.frame == Some(Frame::Metrics) && printed
 }
 
-/// The note of a report whose truth is a risk score, on answers to questions whose description prints it.
+/// The note of a report on answers whose truth is a risk score and whose questions print it: how they were asked, and the
+/// measures that were chosen for the metrics frame, if any.
 #[must_use]
 pub fn note_on_score<'a>(
-    ways: impl IntoIterator<Item = &'a PromptConfig>,
-    measures: Option<&MeasureList>,
+    ways: impl IntoIterator<Item = (&'a PromptConfig, Option<&'a MeasureList>)>,
 ) -> Option<String> {
     let mut tasks: Vec<Task> = Vec::new();
-    for way in ways {
+    for (way, measures) in ways {
         if says_the_score(way, measures) && !tasks.contains(&way.task) {
             tasks.push(way.task);
         }
@@ -89,7 +104,7 @@ pub fn note_on_score<'a>(
     tasks.retain(|task| *task != Task::Collision);
     (!tasks.is_empty()).then(|| {
         format!(
-            "The truth is a risk score, and the metrics frame of the {} task prints risk scores: these answers can read \
+            "The truth of the {} task is a risk score, and its metrics frame prints risk scores: these answers can read \
              off what answers in other frames have to work out. Do not compare them.",
             Task::names(&tasks).replace(" or ", " and ")
         )
@@ -145,8 +160,8 @@ mod tests {
         let recording = way(Task::Recording, Frame::Metrics);
         assert!(!says_the_score(&recording, None));
         assert!(says_the_score(&recording, Some(&with)));
-        assert_eq!(note_on_score([&recording], None), None);
-        let note = note_on_score([&recording, &metrics], Some(&with)).unwrap();
+        assert_eq!(note_on_score([(&recording, None)]), None);
+        let note = note_on_score([(&recording, Some(&with)), (&metrics, None)]).unwrap();
         assert!(note.contains("safety and recording task"), "{note}");
     }
 }

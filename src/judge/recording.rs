@@ -19,7 +19,7 @@ const NEGLIGIBLE: u8 = 5;
 /// most [`Task::HIGH_RISK`].
 #[must_use]
 pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
-    let scores = RiskConvention::Exact.scores_up_to(NEGLIGIBLE - 1, scene, thresholds);
+    let scores = RiskConvention::exact_up_to(NEGLIGIBLE - 1, scene, thresholds);
     let mut worst: BTreeMap<i64, ScoreAt> = BTreeMap::new();
     for &at in &scores {
         let known = worst.entry(at.obstacle).or_insert(at);

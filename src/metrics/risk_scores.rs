@@ -1,6 +1,7 @@
 //! The risk scores of a whole scene: of every obstacle at every step, exactly or by the convention of the paper.
 
-use super::{Encounter, MEASURES, Thresholds, paper};
+use super::paper::{self, TooLarge};
+use super::{Encounter, MEASURES, Thresholds};
 use crate::scenario::Scene;
 
 /// By which numbers and thresholds a risk score is computed.
@@ -36,17 +37,31 @@ impl RiskConvention {
 
     /// The scores of a scene that are at most `most`, by step, the worst of a step first.
     ///
-    /// A scene whose numbers are too large for the tables of the paper has none by their convention.
-    #[must_use]
-    pub fn scores_up_to(self, most: u8, scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
-        let mut found = match self {
-            Self::Exact => exact(scene, thresholds),
-            Self::Paper => of_paper(scene),
-        };
-        found.retain(|one| one.score <= most);
-        found.sort_unstable();
-        found
+    /// # Errors
+    /// The scene cannot be scored by the paper's convention, whose tables hold no numbers as large as its own.
+    pub fn scores_up_to(
+        self,
+        most: u8,
+        scene: &Scene,
+        thresholds: &Thresholds,
+    ) -> Result<Vec<ScoreAt>, TooLarge> {
+        match self {
+            Self::Exact => Ok(Self::exact_up_to(most, scene, thresholds)),
+            Self::Paper => Ok(up_to(most, of_paper(scene)?)),
+        }
     }
+
+    /// The same by [`Self::Exact`], which scores every scene.
+    #[must_use]
+    pub fn exact_up_to(most: u8, scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
+        up_to(most, exact(scene, thresholds))
+    }
+}
+
+fn up_to(most: u8, mut found: Vec<ScoreAt>) -> Vec<ScoreAt> {
+    found.retain(|one| one.score <= most);
+    found.sort_unstable();
+    found
 }
 
 fn exact(scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
@@ -69,13 +84,13 @@ fn exact(scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
     scene.steps().flat_map(of_step).collect()
 }
 
-fn of_paper(scene: &Scene) -> Vec<ScoreAt> {
-    let rows = paper::rows(scene).unwrap_or_default();
+fn of_paper(scene: &Scene) -> Result<Vec<ScoreAt>, TooLarge> {
+    let rows = paper::rows(scene)?;
     let near = rows.iter().filter(|row| row.distance <= paper::RADIUS);
     let score = |row: &paper::Row| ScoreAt {
         step: row.timestep,
         score: row.risk.risk_score,
         obstacle: row.obstacle,
     };
-    near.map(score).collect()
+    Ok(near.map(score).collect())
 }

@@ -278,31 +278,6 @@ impl Store {
         })
     }
 
-    /// Replaces the ground truth: by place, whether the ego collides, and with which obstacle.
-    ///
-    /// # Errors
-    /// SQLite refused; no change is made.
-    pub fn set_truth(
-        &self,
-        batch: BatchId,
-        spec: &str,
-        truth: &[(u64, Option<bool>, Option<i64>)],
-    ) -> Result<(), StoreError> {
-        self.durably(|transaction| {
-            transaction.execute(
-                "UPDATE batches SET spec = ?2 WHERE id = ?1",
-                params![batch.0, spec],
-            )?;
-            let mut statement = transaction.prepare_cached(
-                "UPDATE items SET collides = ?3, obstacle = ?4 WHERE batch = ?1 AND place = ?2",
-            )?;
-            for (place, collides, obstacle) in truth {
-                statement.execute(params![batch.0, place, collides, obstacle])?;
-            }
-            Ok(())
-        })
-    }
-
     /// Whether a whole answer to this request and sample is there.
     ///
     /// # Errors

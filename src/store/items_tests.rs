@@ -28,6 +28,58 @@ pub fn item(scenario: &str, sample: u32) -> NewItem {
     }
 }
 
+fn told(place: u64, collides: Option<bool>, critical: Option<&[i64]>) -> ItemTruth {
+    ItemTruth {
+        place,
+        collides,
+        obstacle: None,
+        critical: critical.map(<[i64]>::to_vec),
+    }
+}
+
+#[test]
+fn another_truth_brings_its_own_critical_obstacles() {
+    let store = Store::in_memory().unwrap();
+    let facts = WindowFacts {
+        steps: (3, 9),
+        critical: vec![7, 8],
+        speed: 2.5,
+        ..WindowFacts::default()
+    };
+    let known = NewItem {
+        facts: Some(facts.clone()),
+        ..item("A", 0)
+    };
+    let asked = [known.clone(), NewItem { sample: 1, ..known }, item("B", 0)];
+    let id = store.begin_batch("{}", None, &asked).unwrap();
+    let truth = [
+        told(0, Some(true), Some(&[9])),
+        told(1, Some(true), None),
+        told(2, Some(true), Some(&[9])),
+    ];
+    let mut before = store.items(id).unwrap();
+    store.set_truth(id, "{}", &truth).unwrap();
+    let items = store.items(id).unwrap();
+    let critical = |place: usize| {
+        items[place]
+            .asked
+            .facts
+            .as_ref()
+            .map(|f| f.critical.clone())
+    };
+    assert_eq!(critical(0), Some(vec![9]));
+    assert_eq!(critical(1), Some(vec![7, 8]));
+    assert_eq!(critical(2), None);
+    let rest = items[0].asked.facts.clone().unwrap();
+    assert_eq!((rest.steps, rest.speed), ((3, 9), 2.5));
+    // The same as the program has it before it is stored.
+    before
+        .iter_mut()
+        .zip(&truth)
+        .for_each(|(item, one)| item.tell(one));
+    assert_eq!(before, items);
+}
+
 #[test]
 fn items_come_back_as_they_were_and_say_where_they_stand() {
     let store = Store::in_memory().unwrap();
@@ -49,7 +101,7 @@ fn items_come_back_as_they_were_and_say_where_they_stand() {
         .set_item(id, 1, Some(&key), failed, None, Some("cut off"))
         .unwrap();
     store
-        .set_truth(id, "{}", &[(3, Some(false), None)])
+        .set_truth(id, "{}", &[told(3, Some(false), None)])
         .unwrap();
     let items = store.items(id).unwrap();
     let states: Vec<_> = items.iter().map(|i| (i.place, i.state)).collect();

@@ -69,7 +69,7 @@ pub use run_origins::RunOrigin;
 pub use scene_record::SceneRecord;
 pub use secondary_runs::SecondaryRuns;
 pub use split::{Look, SplitPart, SplitProgress};
-pub use truths::RunLabel;
+pub use truths::{ItemTruth, RunLabel};
 pub use unstored::UnstoredAnswer;
 pub use verdicts::StoredVerdict;
 

@@ -1,7 +1,10 @@
 //! Ground truths that batches store for their runs.
 
+use rusqlite::params;
+
 use super::rows::{self, from_row};
-use super::{BatchId, RunId, Store, StoreError, WindowFacts};
+use super::{BatchId, Item, RunId, Store, StoreError, WindowFacts};
+use crate::verdict::Task;
 
 /// What is true about a run, from its batch.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
@@ -10,6 +13,8 @@ pub struct RunLabel {
     pub run: RunId,
     /// The batch.
     pub batch: BatchId,
+    /// The task.
+    pub task: Task,
     /// Whether the ego collides: in the scenario, or as the truth of its window says where that was drawn.
     pub collides: bool,
     /// The colliding obstacle, where known.
@@ -21,7 +26,76 @@ pub struct RunLabel {
     pub facts: Option<WindowFacts>,
 }
 
+/// Another truth of a question.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ItemTruth {
+    /// The question's place in the batch.
+    pub place: u64,
+    /// What is true; `None` if it is unknown.
+    pub collides: Option<bool>,
+    /// The obstacle that the truth names, if it names one.
+    pub obstacle: Option<i64>,
+    /// The critical obstacles of its window, in place of those in [`WindowFacts`]; `None` leaves these.
+    pub critical: Option<Vec<i64>>,
+}
+
+impl Item {
+    /// Has this truth from now on.
+    pub fn tell(&mut self, truth: &ItemTruth) {
+        (self.asked.collides, self.asked.obstacle) = (truth.collides, truth.obstacle);
+        if let (Some(facts), Some(critical)) = (&mut self.asked.facts, &truth.critical) {
+            facts.critical.clone_from(critical);
+        }
+    }
+}
+
 impl Store {
+    /// Replaces the ground truth: by place, whether the ego collides, and with which obstacle.
+    ///
+    /// # Errors
+    /// SQLite refused; no change is made.
+    pub fn set_truth(
+        &self,
+        batch: BatchId,
+        spec: &str,
+        truth: &[ItemTruth],
+    ) -> Result<(), StoreError> {
+        self.durably(|transaction| {
+            transaction.execute(
+                "UPDATE batches SET spec = ?2 WHERE id = ?1",
+                params![batch.0, spec],
+            )?;
+            let mut statement = transaction.prepare_cached(
+                "UPDATE items SET collides = ?3, obstacle = ?4,
+                     facts = CASE WHEN ?5 IS NOT NULL AND json_type(facts, '$.critical') IS NOT NULL
+                         THEN json_set(facts, '$.critical', json(?5)) ELSE facts END
+                 WHERE batch = ?1 AND place = ?2",
+            )?;
+            for one in truth {
+                let critical = one
+                    .critical
+                    .as_ref()
+                    .map(serde_json::to_string)
+                    .transpose()?;
+                let told = (one.place, one.collides, one.obstacle);
+                statement.execute(params![batch.0, told.0, told.1, told.2, critical])?;
+            }
+            Ok(())
+        })
+    }
+
+    /// The batch that each run was made for, in words; runs that were made for none are left out.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn run_batches(&self) -> Result<Vec<(RunId, String)>, StoreError> {
+        let connection = self.lock();
+        let mut statement =
+            connection.prepare_cached("SELECT id, batch FROM runs WHERE batch IS NOT NULL")?;
+        let rows = statement.query_map([], |row| Ok((RunId(row.get(0)?), row.get(1)?)))?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+
     /// Labels of runs from their batches, one a run. If several batches have one, the batch that the run was made for
     /// counts. Changed scenes are left out, as their obstacles can have other ids.
     ///
@@ -30,7 +104,7 @@ impl Store {
     pub fn truths(&self) -> Result<Vec<RunLabel>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
-            "SELECT items.run, items.batch, collides, obstacle,
+            "SELECT items.run, items.batch, items.task, collides, obstacle,
                  items.window_first IS NOT NULL AS drawn, items.facts
              FROM items JOIN runs ON runs.id = items.run
              WHERE collides IS NOT NULL AND transform IS NULL

@@ -23,6 +23,7 @@
 
 mod answer_page;
 mod ask;
+mod asked_as;
 pub mod batch;
 mod bundle;
 mod claims;
@@ -41,6 +42,7 @@ mod versions;
 
 pub use answer_page::answer_page;
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
+pub use asked_as::asked_as;
 pub use bundle::{
     BUNDLE_FORMAT, BundleError, Manifest, Member, PackRequest, Packed, PackedScenario,
     UnpackRequest, Unpacked, pack, read_manifest, stored_bundle, unpack,

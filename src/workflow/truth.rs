@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::StoredQuestion;
+use super::{StoredQuestion, asked_as};
 use crate::evaluation::batch::{self, Spec, TruthSource};
-use crate::evaluation::report::{BatchTruth, QuestionKey, RecordedScene, Truth};
-use crate::evaluation::{Case, CriticalMoments, Label, Labelled};
+use crate::evaluation::report::{BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
+use crate::evaluation::{CriticalMoments, Label, Labelled};
 use crate::formats::{EgoSelection, Entry};
 use crate::judge;
 use crate::metrics::{RiskConvention, Thresholds};
@@ -82,16 +82,12 @@ pub struct BatchLabels {
 /// # Errors
 /// The store cannot be read.
 pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
-    let computed: BTreeSet<_> = store
-        .batches()?
-        .into_iter()
-        .filter(|(batch, _)| {
-            let spec = Spec::from_json(&batch.spec);
-            spec.is_ok_and(|spec| {
-                matches!(spec.truth, TruthSource::Geometry | TruthSource::Score(_))
-            })
+    let batches = store.batches()?.into_iter();
+    let sources: HashMap<String, TruthSource> = batches
+        .filter_map(|(batch, _)| {
+            let spec = Spec::from_json(&batch.spec).ok()?;
+            Some((batch.id.to_string(), spec.truth))
         })
-        .map(|(batch, _)| batch.id.to_string())
         .collect();
     let mut labels = BatchLabels::default();
     for one in store.truths()? {
@@ -99,15 +95,19 @@ pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
             true => Label::Collision(one.obstacle),
             false => Label::Safe,
         };
+        let batch = one.batch.to_string();
+        let source = sources.get(&batch);
+        let computed = matches!(source, Some(TruthSource::Geometry | TruthSource::Score(_)));
         let truth = BatchTruth {
-            batch: one.batch.to_string(),
+            batch,
             label,
             critical: batch::critical_of(label, one.facts.as_ref()),
+            by_score: source.is_some_and(|source| source.is_score(one.task)),
         };
         if one.drawn {
             labels.windows.insert(one.run, truth.clone());
         }
-        if !computed.contains(&truth.batch) {
+        if !computed {
             labels.told.insert(one.run, truth.clone());
         }
         labels.all.insert(one.run, truth);
@@ -138,6 +138,7 @@ impl TruthSearch<'_> {
         choices.extend([RiskConvention::Exact, RiskConvention::Paper].map(Score));
         let mut truth = Truth {
             windows,
+            asked: asked_as(store)?,
             ..Truth::default()
         };
         match choice {
@@ -194,6 +195,7 @@ impl TruthSearch<'_> {
             return true;
         }
         let wanted = self.wanted(truth);
+        let known = &*truth;
         let (done, of) = (AtomicUsize::new(0), wanted.len());
         let found: Vec<_> = wanted
             .into_par_iter()
@@ -202,7 +204,9 @@ impl TruthSearch<'_> {
                     true => Vec::new(),
                     false => match choice {
                         TruthChoice::Judge => self.verdicts(&files, &asked),
-                        TruthChoice::Score(convention) => self.scores(convention, &files, &asked),
+                        TruthChoice::Score(convention) => {
+                            self.scores(convention, &files, &asked, known)
+                        }
                         _ => self.recorded(&files, &asked),
                     },
                 };
@@ -247,7 +251,12 @@ impl TruthSearch<'_> {
             };
             let hash = one.scenario_hash.as_deref();
             let each = truth.judge.is_some() || truth.scores.is_some();
-            let question = each.then_some((one.task.name(), one.window));
+            if truth.scores.is_some() && truth.score_key(one).is_none() {
+                // How far it looks ahead is not known.
+                continue;
+            }
+            let ahead = truth.asked_as(one.run).horizon.map(f64::to_bits);
+            let question = each.then_some((one.task.name(), one.window, ahead));
             let whole = one.task == Task::Recording;
             if seen.insert((&one.scenario, hash, &one.ego, whole, question)) {
                 let scene = scenes.entry((&one.scenario, &one.ego));
@@ -270,10 +279,9 @@ impl TruthSearch<'_> {
                 .iter()
                 .filter_map(|entry| unchanged.scene(entry, self.ego));
             if let Some(scene) = scenes.next() {
-                let exact = RiskConvention::Exact;
                 let (label, critical) = match one.task {
                     Task::Recording => {
-                        CriticalMoments::new(exact, &scene, self.thresholds).of_recording()
+                        CriticalMoments::exact(&scene, self.thresholds).of_recording()
                     }
                     _ => alone(Labelled::new(&scene, None).label),
                 };
@@ -295,6 +303,7 @@ impl TruthSearch<'_> {
         convention: RiskConvention,
         files: &[&Entry],
         asked: &[&Outcome],
+        known: &Truth,
     ) -> Vec<Found> {
         let Some(first) = asked.first().map(|one| StoredQuestion::from(*one)) else {
             return Vec::new();
@@ -307,17 +316,19 @@ impl TruthSearch<'_> {
         };
         let moments = CriticalMoments::new(convention, &scene, self.thresholds);
         let told = |one: &&Outcome| {
+            let (key, moments) = (known.score_key(one)?, moments.as_ref().ok());
             let told = match (one.task, one.window) {
-                (Task::Recording, _) => moments.of_recording(),
+                (Task::Recording, _) => moments?.of_recording(),
                 (Task::Safety, Some((_, last))) => {
                     let window = Window::ending_at(&scene, last, 1);
-                    moments.after(&window, Case::HORIZON, scene.scenario.dt())
+                    let horizon = known.asked_as(one.run).horizon?;
+                    moments?.after(&window, horizon, scene.scenario.dt())
                 }
                 // Contact is the lowest score by exact geometry.
                 (Task::Collision, _) => alone(Labelled::new(&scene, None).label),
                 _ => return None,
             };
-            Some(Found::Score(QuestionKey::from(*one), told))
+            Some(Found::Score(key, told))
         };
         asked.iter().filter_map(told).collect()
     }
@@ -346,7 +357,7 @@ enum Found {
     /// For which task, and the scenario's name.
     Scene(Task, String, RecordedScene),
     Verdict(QuestionKey, Verdict),
-    Score(QuestionKey, (Label, Vec<i64>)),
+    Score(ScoreKey, (Label, Vec<i64>)),
 }
 
 /// A label with the obstacle that it tells.

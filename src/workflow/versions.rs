@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use super::batch::{BatchError, BatchPlan, DryRun, DryRunEvent};
-use crate::evaluation::batch::{Estimate, Variant, label_of, way_of};
+use crate::evaluation::batch::{Estimate, Variant, critical_of, label_of, way_of};
 use crate::evaluation::statistics::{FEWEST, PairedTest};
 use crate::evaluation::{AnswerStatus, Judges, Label, Outcome, Scored, with_token_probability};
 use crate::formats::Entry;
@@ -215,11 +215,8 @@ fn scored(item: &NewItem, run: Option<Run>) -> Result<Scored, StoreError> {
         way: way_of(item).map_err(StoreError::Word)?,
         sample: item.sample,
         truth: label_of(item),
-        critical: item
-            .facts
-            .iter()
-            .flat_map(|facts| facts.critical.clone())
-            .collect(),
+        critical: label_of(item)
+            .map_or_else(Vec::new, |label| critical_of(label, item.facts.as_ref())),
         status,
         reference: None,
         window: item.window,

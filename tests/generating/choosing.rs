@@ -1,9 +1,11 @@
 //! The attacker is chosen by the model where that can be taken, else by the reference, and the report says which.
 
-use nearmiss::evaluation::generating::{AuthorError, ChosenBy};
+use nearmiss::evaluation::generating::{Author, AuthorError, Bound, ChosenBy, bound};
 use serde_json::json;
 
-use super::bench::{ATTACKER, OTHER, PARKED, chooses, cut_in, does, says, scene, written};
+use super::bench::{
+    ATTACKER, OTHER, PARKED, author, chooses, cut_in, does, on_ground, says, scene, written,
+};
 
 #[tokio::test]
 async fn a_choice_that_cannot_be_taken_is_refused_with_the_reason() {
@@ -224,14 +226,63 @@ async fn the_attacker_is_one_that_comes_near_ahead_or_beside() {
         asked.contains(&format!("within {between} m of the ego")),
         "{asked}"
     );
+}
 
-    // Where none comes so near, the choice is among all, as it was before.
-    let scripts = vec![chooses(json!(OTHER)), says("none")];
-    let all = written(scripts, |author| {
+#[tokio::test]
+async fn where_no_obstacle_comes_near_nothing_is_voted_on() {
+    let scripts = vec![chooses(json!(OTHER)), does(&cut_in())];
+    let far = written(scripts[1..].to_vec(), |author| {
         author.method.within = 0.5;
-        author.method.retries = 0;
+        author.method.votes = 3;
     })
     .await;
-    let choice = &all.authored().choice;
-    assert_eq!((choice.within, choice.attacker), (None, Some(OTHER)));
+    let authored = far.authored();
+    let choice = &authored.choice;
+    assert_eq!(
+        (choice.by, choice.attacker),
+        (ChosenBy::Reference, Some(ATTACKER))
+    );
+    assert!(choice.votes.is_empty() && choice.within.is_none());
+    // The only request is the one for the motion.
+    assert_eq!((far.requests.len(), authored.attacks.len()), (1, 1));
+    let document = authored.document(None);
+    assert_eq!(
+        document["not_asked"],
+        "no obstacle comes within 0.5 m ahead of the ego or beside it"
+    );
+    assert_eq!(document["attacker_by"], "reference");
+
+    let obeyed = written(scripts, |author| {
+        author.method.within = 0.5;
+        author.obey = true;
+    })
+    .await;
+    assert_eq!(obeyed.authored().choice.by, ChosenBy::NoAttacker);
+    assert!(obeyed.requests.is_empty());
+    assert_eq!(obeyed.authored().document(None)["attacker_by"], "none");
+}
+
+/// What would be asked at most.
+fn bounded(with: impl FnOnce(&mut Author)) -> Bound {
+    let mut author = author("http://127.0.0.1:1/v1");
+    author.method.retries = 0;
+    with(&mut author);
+    let scene = scene();
+    on_ground(&scene, |ground| bound(&author, ground, &scene, 0.5)).unwrap()
+}
+
+#[test]
+fn the_bound_holds_whichever_obstacle_the_model_chooses() {
+    // Without votes only motions are counted.
+    let any = bounded(|author| author.method.votes = 0);
+    assert_eq!((any.votes, any.motions), (0, 1));
+    let named = |id| bounded(|author| author.attacker = Some(id)).tokens;
+    let (first, other) = (named(ATTACKER), named(OTHER));
+    assert!(other > first && any.tokens >= other, "{first} {other}");
+
+    // Nothing is voted on where no obstacle comes near, and only the reference's first attacks.
+    let far = bounded(|author| (author.method.votes, author.method.within) = (3, 0.5));
+    assert_eq!((far.votes, far.motions, far.tokens), (0, 1, first));
+    let obeyed = bounded(|author| (author.obey, author.method.within) = (true, 0.5));
+    assert_eq!(obeyed.requests(), 0);
 }

@@ -198,6 +198,16 @@ async fn motions_are_graded_and_both_rankings_are_compared() {
     let (model, document) = taken(authored);
     assert_eq!((model, &document["ranked_by"]), (0, &json!("model")));
 
+    // The same motion once more is no further one: two of three answers have the one that the exact ranking prefers.
+    let twice = authored.attacks[0].clone();
+    assert!(twice.source == authored.agreement().unwrap().exact);
+    authored.attacks.push(twice.clone());
+    let agreement = authored.agreement().unwrap();
+    assert_eq!(agreement.of, 2);
+    assert!((agreement.by_chance - 2.0 / 3.0).abs() < 1e-12);
+    authored.attacks = vec![twice.clone(), twice];
+    assert!(authored.agreement().is_none(), "one motion is no ranking");
+
     // Nothing is paid twice.
     let again = again(&graded).await;
     assert_eq!(

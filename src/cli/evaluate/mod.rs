@@ -275,6 +275,9 @@ fn built_in<T: Send>(
                 doubts.for_each(|doubt| output::say(&doubt));
             }
             BuiltInEvent::LeftOut => {}
+            BuiltInEvent::NotScored { entry, why } => {
+                output::say(&format!("nearmiss: {}: {why}", entry.name));
+            }
             BuiltInEvent::Failed(error) => not_opened(error).say(),
         });
     });
@@ -319,7 +322,7 @@ fn outcome<T>(answers: &BuiltInAnswers<T>) -> Outcome {
     }
     if unlabelled > 0 {
         let some = some(&answers.unlabelled);
-        reasons.push(format!("{unlabelled} without a label ({some})"));
+        reasons.push(format!("{unlabelled} without a label or score ({some})"));
     }
     Err(Failure {
         message: format!("of {}, {}", number(all, "scenario"), reasons.join(", ")),

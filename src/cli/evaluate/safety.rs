@@ -54,12 +54,13 @@ pub(super) fn run(
 fn judged(setting: &Setting, truth: &Truth, entries: &[Entry]) -> Result<Judged, Failure> {
     let thresholds = &*setting.thresholds;
     let known = built_in((Task::Safety, thresholds), truth, entries, |entry, case| {
-        let recording =
-            match truth.known.convention() {
-                Some(convention) => CriticalMoments::new(convention, case.scene, thresholds)
-                    .recording(&entry.name, case.scene, setting.radius),
-                None => Recording::new(&entry.name, case, setting.radius),
-            };
+        let recording = match truth.known.convention() {
+            // A scene without scores is left out before.
+            Some(convention) => CriticalMoments::new(convention, case.scene, thresholds)
+                .unwrap_or_default()
+                .recording(&entry.name, case.scene, setting.radius),
+            None => Recording::new(&entry.name, case, setting.radius),
+        };
         (path_of(entry), recording)
     })?;
     let (paths, recordings): (Vec<String>, Vec<Recording>) =

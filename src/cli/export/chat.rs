@@ -218,11 +218,12 @@ pub fn run(
     let [train, validation] = [parts[0].runs.len(), parts[1].runs.len()];
     let written = parts.iter().flat_map(|part| part.runs.iter().copied());
     let provenance = Provenance::of_runs(store, &written.collect()).map_err(Failure::input)?;
-    let score_note = known
-        .scores
-        .is_some()
-        .then(|| note_on_score(&ways(&chosen), None))
-        .flatten();
+    let by_score = chosen.iter().filter(|run| known.is_score(run));
+    let ways: Vec<_> = by_score
+        .map(|run| (way(run), known.asked_as(run.run).measures))
+        .collect();
+    let ways = ways.iter().map(|(way, measures)| (way, measures.as_ref()));
+    let score_note = note_on_score(ways);
     let document = ChatManifest {
         truth: words,
         allowed_wrong_claims: rules.wrong_claims,
@@ -252,17 +253,16 @@ pub fn run(
     Ok(())
 }
 
-/// How these were asked, as far as their descriptions matter.
-fn ways(runs: &[&Run]) -> Vec<PromptConfig> {
-    let way = |run: &&Run| PromptConfig {
+/// How an answer was asked for, as far as its description matters.
+fn way(run: &Run) -> PromptConfig {
+    PromptConfig {
         task: run.task,
         frame: Frame::parse(&run.frame),
         techniques: None,
         model: run.model.clone(),
         settings: AxisValues::default(),
         template: None,
-    };
-    runs.iter().map(way).collect()
+    }
 }
 
 fn save_manifest(mut file: NewFile, document: &ChatManifest) -> Outcome {

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::variant::Generated;
 use crate::cli::output;
-use crate::evaluation::generating::Authored;
+use crate::evaluation::generating::{Authored, ChosenBy};
 use crate::generation::{
     Attack, Avoidability, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
     attacker_document, refusal,
@@ -142,12 +142,16 @@ fn ranking(generated: &Generated) -> Value {
 /// Notes on a model's work beside the table.
 pub fn said(authored: &Authored) -> Vec<String> {
     let proposal = authored.choice.proposal.as_ref();
-    let choice = proposal.and_then(|p| p.refused.as_ref()).map(|why| {
-        format!(
-            "attacker rejected: {why}; chosen instead by: {}",
-            authored.choice.by.name()
-        )
-    });
+    let instead = match authored.choice.by {
+        ChosenBy::NoAttacker => "nothing is generated (--obey)",
+        _ => "the first of the reference ranking attacks",
+    };
+    let choice = proposal
+        .and_then(|p| p.refused.as_ref())
+        .map(|why| format!("attacker rejected: {why}; {instead}"));
+    let not_asked = { authored.choice.not_asked() }
+        .map(|why| format!("{why}: the model is not asked who attacks; {instead}"));
+    let choice = choice.or(not_asked);
     let tally = authored.choice.tally();
     let disagree = (tally.len() > 1).then(|| {
         let votes = tally.iter().map(|(id, votes)| format!("{id} ({votes})"));

@@ -110,6 +110,9 @@ pub struct Consumed {
 pub struct Agreed {
     pub agrees: bool,
     pub of: usize,
+    /// Of versions that counted equal motions as different ones none.
+    #[serde(default)]
+    pub by_chance: Option<f64>,
 }
 
 impl OutcomeName {

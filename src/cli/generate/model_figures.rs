@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::line::Consumed;
+use crate::cli::output::counted;
 use crate::evaluation::generating::Tries;
 
 /// Counts over all scenarios that a model wrote attacks for.
@@ -18,7 +19,7 @@ pub struct ModelFigures {
     /// Scenarios in which both rankings were compared, and those of them in which they agree.
     compared: usize,
     agreed: usize,
-    /// Scenarios in which they would agree if the model's preference were drawn by lot, on average.
+    /// Scenarios in which they would agree, on average, if one of the model's answers were drawn by lot.
     by_chance: f64,
 }
 
@@ -38,7 +39,8 @@ impl ModelFigures {
         if let Some(agreed) = consumed.agreement {
             self.compared += 1;
             self.agreed += usize::from(agreed.agrees);
-            self.by_chance += 1.0 / agreed.of.max(1) as f64;
+            let even = 1.0 / agreed.of.max(1) as f64;
+            self.by_chance += agreed.by_chance.unwrap_or(even);
         }
     }
 
@@ -56,13 +58,16 @@ impl ModelFigures {
         } = self.tries;
         if conversations > 0 {
             text.push_str(&format!(
-                "of {conversations} conversations, first answers: {first_admitted} pass the gate, {first_effective} effective and survivable; in the end {effective}\n"
+                "{}: first answers that pass the gate {first_admitted}, effective and survivable {first_effective}; after retries {effective}\n",
+                counted(conversations as usize, "conversation"),
             ));
         }
         if self.compared > 0 {
             text.push_str(&format!(
-                "best motion by the model's grades and by the exact ranking: the same in {} of {} scenarios (by chance {:.1})\n",
-                self.agreed, self.compared, self.by_chance
+                "the model's grades and the exact ranking prefer the same motion in {} of {} (by chance in {:.1})\n",
+                self.agreed,
+                counted(self.compared, "scenario"),
+                self.by_chance
             ));
         }
         text + &self.consumed()
@@ -74,15 +79,20 @@ impl ModelFigures {
             0 => format!("{:.4} USD", self.usd),
             n if n >= self.requests => "price unknown".into(),
             n => format!(
-                "{:.4} USD, plus {n} answers without a known price",
-                self.usd
+                "{:.4} USD, plus {} without a known price",
+                self.usd,
+                counted(n as usize, "answer")
             ),
         };
         let stored = match self.stored {
             0 => String::new(),
-            n => format!(", {n} answers from the store (counted here, paid before)"),
+            n => format!(
+                ", {} from the store (counted here, paid before)",
+                counted(n as usize, "answer")
+            ),
         };
-        format!("{sent} requests{stored}; {} tokens, {cost}\n", self.tokens)
+        let sent = counted(sent as usize, "request");
+        format!("{sent}{stored}; {} tokens, {cost}\n", self.tokens)
     }
 
     /// Adds the figures to the document of a report.
@@ -126,7 +136,8 @@ mod tests {
         let mut figures = ModelFigures::default();
         assert_eq!(figures.words(), "");
         figures.count(&consumed(&tries, &json!({"agrees": true, "of": 2})));
-        figures.count(&consumed(&tries, &json!({"agrees": false, "of": 4})));
+        let twice = json!({"agrees": false, "of": 2, "by_chance": 0.25});
+        figures.count(&consumed(&tries, &twice));
         // As versions before it wrote them.
         figures.count(&consumed(&Value::Null, &Value::Null));
         let mut document = json!({});
@@ -135,9 +146,12 @@ mod tests {
         let agreement = json!({"compared": 2, "agreed": 1, "share": 0.5, "by_chance": 0.75});
         assert_eq!(document["agreement"], agreement);
         let words = figures.words();
-        assert!(words.contains("the same in 1 of 2 scenarios"), "{words}");
         assert!(
-            words.contains("of 4 conversations, first answers: 4 pass"),
+            words.contains("the same motion in 1 of 2 scenarios"),
+            "{words}"
+        );
+        assert!(
+            words.contains("4 conversations: first answers that pass the gate 4, "),
             "{words}"
         );
         assert!(words.ends_with("9 requests, 3 answers from the store (counted here, paid before); 99 tokens, 1.5000 USD\n"));

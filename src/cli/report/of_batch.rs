@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{AnyReport, Format, ReportArguments, answers as answers_page, claims, pivot};
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{
-    self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit, TruthSource,
+    self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit,
     UnjudgedScenario, beside_the_judge,
 };
 use crate::evaluation::report::{
@@ -171,13 +171,11 @@ fn read(
         output::counted(scored.len(), "question")
     )];
     notes.extend(more.iter().cloned());
-    if matches!(spec.truth, TruthSource::Score(_)) {
-        let measures = spec.matrix.request.measures;
-        notes.extend(note_on_score(
-            scored.iter().map(|one| &one.way),
-            measures.as_ref(),
-        ));
-    }
+    let measures = spec.matrix.request.measures.as_ref();
+    let ways = scored.iter().map(|one| (&one.way, measures));
+    notes.extend(note_on_score(
+        ways.filter(|(way, _)| spec.truth.is_score(way.task)),
+    ));
     let described = described(spec);
     notes.push(output::visible(&spec.asked_words(described.as_ref())));
     if answers.others > 0 {

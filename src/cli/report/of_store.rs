@@ -1,5 +1,6 @@
 //! The report of stored runs.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 use super::{AnyReport, Format, ReportArguments, answers, claims, of_batch, pivot, truth};
@@ -85,12 +86,14 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     )];
     notes.extend(notices);
     notes.extend(unchecked);
-    if truth.scores.is_some() {
-        notes.extend(note_on_score(
-            stored.scored.iter().map(|one| &one.way),
-            None,
-        ));
-    }
+    let by_score = runs.iter().filter(|run| truth.is_score(run));
+    let by_score: HashMap<_, _> = by_score
+        .map(|run| (run.run, truth.asked_as(run.run)))
+        .collect();
+    notes.extend(note_on_score(stored.scored.iter().filter_map(|one| {
+        let asked = by_score.get(&one.run?)?;
+        Some((&one.way, asked.measures.as_ref()))
+    })));
     if !stored.scored.iter().any(|one| one.reference.is_some()) {
         notes.push(
             "No agreement with the built-in judge: no run of reference/geometry has the same question; \

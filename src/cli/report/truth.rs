@@ -15,7 +15,8 @@ use crate::formats::{EgoSelection, Entry, bundled, find};
 use crate::metrics::RiskConvention;
 use crate::store::{Outcome as Run, Store};
 use crate::system;
-use crate::workflow::{TruthChoice, TruthSearch, batch_labels};
+use crate::verdict::Task;
+use crate::workflow::{TruthChoice, TruthSearch, asked_as, batch_labels};
 
 /// The word for the exact geometry.
 pub const AUTO: &str = "auto";
@@ -36,6 +37,7 @@ pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, 
     let of_batches = batch_labels(store).map_err(Failure::input)?;
     let mut truth = Truth {
         windows: of_batches.windows,
+        asked: asked_as(store).map_err(Failure::input)?,
         ..Truth::default()
     };
     let mut entries: Vec<Entry> = Vec::new();
@@ -69,6 +71,16 @@ pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, 
     // Nothing stops it.
     let choice = score.map_or(TruthChoice::Usual, TruthChoice::Score);
     let _ = search.complete(choice, &mut truth, &never, &shown);
+    if score.is_some() {
+        let unknown = |run: &&Run| run.task == Task::Safety && truth.score_key(run).is_none();
+        match runs.iter().filter(unknown).count() {
+            0 => {}
+            n => output::say(&format!(
+                "nearmiss: {} of the safety task without a truth: the batch that says how far ahead they look is not in the store",
+                output::counted(n, "answer")
+            )),
+        }
+    }
     Ok(truth)
 }
 

@@ -34,7 +34,7 @@ pub use prepared::{Ask, PreparedQuestions};
 pub use question_builder::{QuestionBuilder, Reading, path_of, question_key};
 pub use question_line::QuestionLine;
 pub use request_summary::SceneDescriptions;
-pub use scored::{Answers, Relabelled, answers, answers_of_part, label_of, retold, way_of};
+pub use scored::{Answers, answers, answers_of_part, label_of, retold, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
 pub use split::{Split, Subset};

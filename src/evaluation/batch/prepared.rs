@@ -74,6 +74,11 @@ impl QuestionBuilder {
         }
         if let Ok(reading) = &opened {
             prepared.doubts.clone_from(&reading.doubts);
+            let scored = |ask: &Ask| ask.way.task != Task::Collision;
+            if asks.iter().any(scored) {
+                let why = truth.not_scored(&reading.scene, &self.thresholds);
+                prepared.doubts.extend(why);
+            }
         }
         // Many ways ask about the same steps.
         let mut known: HashMap<(Task, Window), KnownTruth> = HashMap::new();

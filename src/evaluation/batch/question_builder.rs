@@ -222,9 +222,9 @@ impl QuestionBuilder {
         item: &Item,
         label: Label,
         (first, last): (i64, i64),
-    ) -> Label {
+    ) -> (Label, Vec<i64>) {
         let (Ok(reading), Some(horizon)) = (self.open(entry), self.request.within) else {
-            return label;
+            return (label, label.critical());
         };
         let scene = &reading.scene;
         let moment = match item.asked.task {
@@ -235,7 +235,7 @@ impl QuestionBuilder {
         let window = Window::ending_at(scene, last, steps);
         let case = Labelled::new(scene, Some(label));
         let recording = Recording::new(&entry.name, &case, self.request.radius.unwrap_or(0.0));
-        recording.truth(moment, &window, horizon).0
+        recording.truth(moment, &window, horizon)
     }
 
     /// The built-in judge's verdict on the same steps of the unchanged scene.

@@ -21,8 +21,8 @@ use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::{Transform, Window};
 use crate::store::{
-    BatchId, ClaimCounts, Consumed, Item, ItemState, NewItem, NewestAnswer, QuestionRun, SplitPart,
-    Store, StoreError,
+    BatchId, ClaimCounts, Consumed, Item, ItemState, ItemTruth, NewItem, NewestAnswer, QuestionRun,
+    SplitPart, Store, StoreError,
 };
 use crate::verdict::{self, Task, Verdict};
 
@@ -286,10 +286,8 @@ fn without_answer(item: &Item) -> AnswerStatus {
         }
     }
 }
-/// Another truth of a question: its place in the batch, whether the ego collides, and with whom.
-pub type Relabelled = (u64, Option<bool>, Option<i64>);
 
-/// The same answers beside another truth: by place in the batch, whether the ego collides, and with whom.
+/// The questions of a batch beside another truth, with the critical obstacles that it tells.
 ///
 /// The `builder` opens scenarios where the truth needs their scene.
 ///
@@ -299,7 +297,7 @@ pub fn retold(
     items: &[Item],
     truth: &Truth,
     builder: &super::QuestionBuilder,
-) -> Result<Vec<Relabelled>, LabelError> {
+) -> Result<Vec<ItemTruth>, LabelError> {
     items
         .par_iter()
         .map(|item| {
@@ -316,25 +314,33 @@ pub fn retold(
             let scene = scene.as_ref().map(|reading| &*reading.scene);
             truth.fits(&entry, scene)?;
             let by_score = task == Task::Safety && truth.convention().is_some();
-            let label = match (scene, asked_steps(item)) {
+            let told = match (scene, asked_steps(item)) {
                 (Some(scene), Some((first, last))) if by_score || task == Task::Recording => {
                     let steps = usize::try_from(last - first + 1).unwrap_or(1);
                     let window = Window::ending_at(scene, last, steps);
                     let about = (&entry, Some(scene));
                     let horizon = builder.horizon();
-                    let told =
-                        truth.of_question(task, about, (&window, horizon), builder.thresholds());
-                    told.map(|(label, _)| label)
+                    truth.of_question(task, about, (&window, horizon), builder.thresholds())
                 }
-                _ => truth.label(&entry, scene),
+                // Which steps a score would have to be about is not known.
+                _ if by_score => None,
+                _ => truth
+                    .label(&entry, scene)
+                    .map(|label| (label, label.critical())),
             };
-            let label = match (label, item.asked.window) {
-                (Some(label), Some(steps)) if !by_score => {
+            let told = match (told, item.asked.window) {
+                (Some((label, _)), Some(steps)) if !by_score => {
                     Some(builder.window_truth(&entry, item, label, steps))
                 }
-                _ => label,
+                (told, _) => told,
             };
-            Ok((item.place, label.map(Label::collides), obstacle(label)))
+            let (label, critical) = told.unzip();
+            Ok(ItemTruth {
+                place: item.place,
+                collides: label.map(Label::collides),
+                obstacle: obstacle(label),
+                critical: Some(critical.unwrap_or_default()),
+            })
         })
         .collect()
 }

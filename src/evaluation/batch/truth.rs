@@ -109,6 +109,16 @@ impl TruthSource {
         )
     }
 
+    /// Whether a risk score tells what is true about a task: of whole recordings it does beside folders, too.
+    #[must_use]
+    pub fn is_score(&self, task: Task) -> bool {
+        match self {
+            Self::Score(_) => matches!(task, Task::Safety | Task::Recording),
+            Self::Geometry | Self::Layout => task == Task::Recording,
+            Self::Files(_) => false,
+        }
+    }
+
     /// The same as words of `--truth`: `auto`, `layout`, `score`, or files.
     #[must_use]
     pub fn sources(&self) -> Vec<String> {
@@ -235,6 +245,14 @@ impl Truth {
         }
     }
 
+    /// Why the risk score says nothing about a scene, where it is the truth and does not.
+    #[must_use]
+    pub fn not_scored(&self, scene: &Scene, thresholds: &Thresholds) -> Option<String> {
+        let convention = self.convention()?;
+        let why = CriticalMoments::new(convention, scene, thresholds).err()?;
+        Some(format!("not scored, so left out of the counts: {why}"))
+    }
+
     /// What is true about a task's question about this window, and the critical obstacles; `None` if unknown.
     ///
     /// Whether a recording is of high risk is told by risk scores, but for labels; a folder tells of collisions alone.
@@ -246,9 +264,8 @@ impl Truth {
         (window, horizon): (&Window, f64),
         thresholds: &Thresholds,
     ) -> Option<(Label, Vec<i64>)> {
-        let moments = |convention: RiskConvention| {
-            scene.map(|scene| CriticalMoments::new(convention, scene, thresholds))
-        };
+        let moments =
+            |convention: RiskConvention| CriticalMoments::new(convention, scene?, thresholds).ok();
         let whole = |convention| Some(moments(convention)?.of_recording());
         let alone = |label: Label| (label, label.critical());
         match (self, task) {

@@ -113,12 +113,15 @@ impl BatchWindows {
         let wanted = self.wanted(source, truth.convention());
         let of = wanted.len() * source.entries.len();
         let mut without: BTreeSet<String> = BTreeSet::new();
+        let mut not_scored: BTreeSet<String> = BTreeSet::new();
         for (round, ((history, radius, by_score), slots)) in wanted.into_iter().enumerate() {
             let before = round * source.entries.len();
             let radius = f64::from_bits(radius);
             let moments = truth.convention().filter(|_| by_score);
             let reading = (truth, moments, radius);
-            let recordings = source.recordings(reading, &mut |done| on_read(before + done, of))?;
+            let (recordings, unscored) =
+                source.recordings(reading, &mut |done| on_read(before + done, of))?;
+            not_scored.extend(unscored.iter().cloned());
             let parts = source.parts(recordings);
             for (slot, moment) in slots {
                 if source.cancel.is_asked() {
@@ -150,6 +153,8 @@ impl BatchWindows {
                 }
                 let empty = by_path.iter().filter(|(_, windows)| windows.is_empty());
                 without.extend(empty.map(|(path, _)| path.clone()));
+                // A window whose truth cannot be known is not worth an answer.
+                by_path.extend(unscored.iter().map(|path| (path.clone(), Vec::new())));
                 self.0.insert(slot, by_path);
             }
         }
@@ -158,7 +163,9 @@ impl BatchWindows {
             slots.any(|by_path| by_path.get(path).is_some_and(|windows| !windows.is_empty()))
         };
         without.retain(|path| !asked(path));
-        Some(left_out(without.len(), request))
+        let words = [left_out(without.len(), request), without_score(&not_scored)];
+        let words: Vec<String> = words.into_iter().flatten().collect();
+        Some((!words.is_empty()).then(|| words.join("; ")))
     }
 
     /// The slots without windows, by number of steps, radius, and whether a risk score tells what is dangerous.
@@ -231,6 +238,19 @@ fn left_out(scenarios: usize, request: &RequestSettings) -> Option<String> {
     ))
 }
 
+/// Which scenarios have no risk score.
+fn without_score(paths: &BTreeSet<String>) -> Option<String> {
+    let first = paths.first()?;
+    let are = match paths.len() {
+        1 => "1 scenario is".to_string(),
+        n => format!("{n} scenarios are"),
+    };
+    Some(format!(
+        "{are} not asked about: numbers too large for the paper's risk score ({first}{})",
+        if paths.len() > 1 { ", …" } else { "" }
+    ))
+}
+
 /// Recordings that are read between two looks at whether to go on, for each core.
 const AT_ONCE: usize = 4;
 
@@ -254,18 +274,22 @@ impl WindowSource<'_> {
             .collect()
     }
 
-    /// The recordings with a label, by path; those that cannot be opened are left out. Nothing where it is cancelled.
+    /// The recordings with a label, by path, and the paths of those without the risk score that is the truth; those that
+    /// cannot be opened are left out. Nothing where it is cancelled.
     fn recordings(
         &self,
         (truth, score, radius): (&Truth, Option<RiskConvention>, f64),
         on_read: &mut dyn FnMut(usize),
-    ) -> Option<Vec<(String, Recording)>> {
+    ) -> Option<(Vec<(String, Recording)>, Vec<String>)> {
         let of = |entry: &Entry| {
             let scene = self.builder.open(entry).ok()?.scene;
             let recording = match score {
                 Some(convention) => {
                     let moments =
                         CriticalMoments::new(convention, &scene, self.builder.thresholds());
+                    let Ok(moments) = moments else {
+                        return Some((path_of(entry), None));
+                    };
                     moments.recording(&entry.name, &scene, radius)
                 }
                 None => {
@@ -274,9 +298,9 @@ impl WindowSource<'_> {
                     Recording::new(&entry.name, &case, radius)
                 }
             };
-            Some((path_of(entry), recording))
+            Some((path_of(entry), Some(recording)))
         };
-        let mut found = Vec::with_capacity(self.entries.len());
+        let mut found: Vec<(String, Option<Recording>)> = Vec::with_capacity(self.entries.len());
         let mut done = 0;
         for part in self.entries.chunks(AT_ONCE * rayon::current_num_threads()) {
             if self.cancel.is_asked() {
@@ -286,7 +310,11 @@ impl WindowSource<'_> {
             done += part.len();
             on_read(done);
         }
-        Some(found)
+        let unscored = found.iter().filter(|(_, recording)| recording.is_none());
+        let unscored = unscored.map(|(path, _)| path.clone()).collect();
+        let scored = found.into_iter();
+        let scored = scored.filter_map(|(path, recording)| Some((path, recording?)));
+        Some((scored.collect(), unscored))
     }
 }
 

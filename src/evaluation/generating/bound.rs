@@ -49,8 +49,8 @@ impl Bound {
     }
 }
 
-/// The bound for a scenario with the ego's drive in it. Nothing is asked. Questions are taken to be about the reference's
-/// first attacker where the user names none: other obstacles are described at about the same length.
+/// The bound for a scenario with the ego's drive in it. Nothing is asked. Where the user names no attacker, the model may
+/// choose any candidate: the longest of their questions counts. Grades count as the longest about any second of the drive.
 ///
 /// # Errors
 /// No prompt can be made, or the attacker that the user names cannot be one.
@@ -85,13 +85,25 @@ pub fn bound(
         usd: Some(0.0),
         ..Bound::default()
     };
-    bound.votes = method.votes_for(author.attacker);
-    if bound.votes > 0 {
-        let question = session.choice_question(&aim, within)?;
-        bound.add(author, &question, bound.votes);
+    let named = author.attacker;
+    // Without an obstacle near enough there are no votes: the reference's first attacks, or none.
+    let may_attack: Vec<i64> = match (named, within) {
+        (Some(id), _) => vec![id],
+        (None, Some(_)) => ranked.iter().map(|c| c.obstacle).collect(),
+        (None, None) if author.obey => return Ok(bound),
+        (None, None) => vec![aim.obstacle],
+    };
+    if let Some(within) = within {
+        bound.votes = method.votes_for(named);
+        if bound.votes > 0 {
+            let question = session.choice_question(&aim, within)?;
+            bound.add(author, &question, bound.votes);
+        }
     }
-    let attacker = author.attacker.unwrap_or(aim.obstacle);
-    let mut question = session.motion_question(attacker, &ranked)?;
+    let motion = |id: i64| session.motion_question(id, &ranked);
+    let Some(mut question) = longest(may_attack.into_iter().map(motion))? else {
+        return Ok(bound);
+    };
     for _ in 0..=method.retries {
         bound.motions += method.samples;
         bound.add(author, &question, method.samples);
@@ -99,10 +111,41 @@ pub fn bound(
     }
     bound.grades = method.most_grades();
     if bound.grades > 0 {
-        let question = session.grade_question_about(Arc::clone(scene), aim.step)?;
-        bound.add(author, &question, bound.grades);
+        let steps = &ground.stage.steps;
+        let second = ((1.0 / ground.stage.dt()).round() as usize).max(1);
+        let ends = steps
+            .clone()
+            .step_by(second)
+            .chain([aim.step, *steps.end()]);
+        let grade = |end: i64| Ok(session.grade_question_about(Arc::clone(scene), end)?);
+        if let Some(question) = longest(ends.map(grade))? {
+            bound.add(author, &question, bound.grades);
+        }
     }
     Ok(bound)
+}
+
+/// The longest of these questions; those that cannot be made are asked as little.
+///
+/// # Errors
+/// None of them can be made.
+fn longest(
+    questions: impl Iterator<Item = Result<Question, AuthorError>>,
+) -> Result<Option<Question>, AuthorError> {
+    let (mut found, mut failed): (Option<Question>, _) = (None, None);
+    for question in questions {
+        match question {
+            Ok(one) if found.as_ref().is_none_or(|f| f.tokens() < one.tokens()) => {
+                found = Some(one)
+            }
+            Ok(_) => {}
+            Err(error) => failed = failed.or(Some(error)),
+        }
+    }
+    match (found, failed) {
+        (None, Some(error)) => Err(error),
+        (found, _) => Ok(found),
+    }
 }
 
 impl Bound {

@@ -26,9 +26,11 @@ pub struct Choice {
     pub votes: Vec<Proposal>,
     /// Others that got as many votes as the attacker, which the reference ranks first.
     pub tied: Vec<i64>,
-    /// The model chose among obstacles this near ahead of the ego or beside it, metres; `None` where it was not asked,
-    /// and where none comes so near and all could be chosen.
+    /// The model chose among obstacles this near ahead of the ego or beside it, metres; `None` where it was not asked.
     pub within: Option<f64>,
+    /// No obstacle comes this near ahead of the ego or beside it, metres: the model has nothing to choose from and was
+    /// not asked. `None` where one does, or the user named the attacker.
+    pub none_within: Option<f64>,
     /// The attacker, if there is one.
     pub attacker: Option<i64>,
     /// The origin of the choice.
@@ -41,6 +43,14 @@ impl Choice {
     #[must_use]
     pub fn tally(&self) -> Vec<(i64, usize)> {
         tally(&self.votes, &self.ranked)
+    }
+
+    /// Why the model was not asked for an attacker, where no obstacle comes near enough.
+    #[must_use]
+    pub fn not_asked(&self) -> Option<String> {
+        self.none_within.map(|within| {
+            format!("no obstacle comes within {within} m ahead of the ego or beside it")
+        })
     }
 }
 
@@ -65,9 +75,9 @@ pub enum ChosenBy {
     User,
     /// The model chose it.
     Model,
-    /// It is the first of the reference's ranking, since the model's choice cannot be taken.
+    /// It is the first of the reference's ranking: the model's choice cannot be taken, or it had none to choose from.
     Reference,
-    /// No attacker: no obstacle can attack, or the model's choice is binding and cannot be used.
+    /// No attacker: no obstacle can attack, or only the model may choose and it did not.
     NoAttacker,
 }
 
@@ -79,7 +89,7 @@ impl ChosenBy {
             Self::User => "user",
             Self::Model => "model",
             Self::Reference => "reference",
-            Self::NoAttacker => "nobody",
+            Self::NoAttacker => "none",
         }
     }
 }
@@ -114,7 +124,7 @@ struct Field {
     /// The steps of the window that are described.
     steps: Vec<i64>,
     /// See [`Choice::within`].
-    within: Option<f64>,
+    within: f64,
 }
 
 impl AuthorSession<'_> {
@@ -126,6 +136,7 @@ impl AuthorSession<'_> {
             votes: Vec::new(),
             tied: Vec::new(),
             within: None,
+            none_within: None,
             attacker: None,
             by: ChosenBy::NoAttacker,
         };
@@ -139,10 +150,17 @@ impl AuthorSession<'_> {
         let Some((aim, within)) = self.aim(&choice.ranked) else {
             return Ok(choice);
         };
-        choice.within = within;
-        choice.votes = self
-            .poll(&aim, choice.within, &choice.ranked, spent)
-            .await?;
+        let Some(within) = within else {
+            // The question would describe no obstacle that can be named.
+            choice.none_within = Some(self.author.method.within);
+            if !self.author.obey {
+                choice.attacker = Some(aim.obstacle);
+                choice.by = ChosenBy::Reference;
+            }
+            return Ok(choice);
+        };
+        choice.within = Some(within);
+        choice.votes = self.poll(&aim, within, &choice.ranked, spent).await?;
         let counts = choice.tally();
         match counts.first() {
             Some(&(winner, most)) => {
@@ -163,8 +181,8 @@ impl AuthorSession<'_> {
         Ok(choice)
     }
 
-    /// The first of a ranking that comes near, ahead of the ego or beside it, and how near; where none does, the choice
-    /// is among all.
+    /// The first of a ranking that comes near, ahead of the ego or beside it, and how near; where none does, the first of
+    /// all, and nothing is left to vote on.
     pub(super) fn aim(&self, ranked: &[Candidate]) -> Option<(Candidate, Option<f64>)> {
         let within = self.author.method.within;
         let near = |c: &&Candidate| !c.behind && self.is_near(c.obstacle, c.step, within);
@@ -178,7 +196,7 @@ impl AuthorSession<'_> {
     pub(super) fn choice_question(
         &self,
         aim: &Candidate,
-        within: Option<f64>,
+        within: f64,
     ) -> Result<Question, CaseError> {
         let task = Task::Attacker;
         let usual = || default_frame(&self.author.library, task);
@@ -186,7 +204,7 @@ impl AuthorSession<'_> {
         let window = Window::ending_at(self.scene, aim.step, self.history(task, frame)?);
         let settings = Settings {
             obstacle: None,
-            radius: within.or(self.author.settings.radius),
+            radius: Some(within),
             ..self.author.settings
         };
         self.question((task, frame), window, settings)
@@ -196,7 +214,7 @@ impl AuthorSession<'_> {
     async fn poll(
         &self,
         aim: &Candidate,
-        within: Option<f64>,
+        within: f64,
         ranked: &[Candidate],
         spent: &mut AuthoringUsage,
     ) -> Result<Vec<Proposal>, AuthorError> {
@@ -286,9 +304,7 @@ impl AuthorSession<'_> {
     /// Whether an obstacle can be given another motion, and is one of those that can be chosen.
     fn can_be_chosen(&self, id: i64, field: &Field, ranked: &[Candidate]) -> Result<(), Refusal> {
         self.can_attack(id, ranked)?;
-        let Some(within) = field.within else {
-            return Ok(());
-        };
+        let within = field.within;
         match field
             .steps
             .iter()

@@ -37,14 +37,16 @@ pub struct Grade {
 }
 
 /// Whether the model's grades and the exact ranking prefer the same motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Agreement {
     /// The motion with the lowest grade; of several the one written first.
     pub model: Source,
     /// The best of the same motions in the closed loop.
     pub exact: Source,
-    /// How many motions were compared.
+    /// How many different motions were compared.
     pub of: usize,
+    /// How probable it is that they agree if the model's answer is drawn by lot.
+    pub by_chance: f64,
     /// Whether they are the same motion.
     pub agrees: bool,
 }
@@ -189,8 +191,9 @@ impl Authored {
         graded.min_by_key(|one| (one.score(), one.source.sample, one.source.retry))
     }
 
-    /// Whether the model's grades and the exact ranking prefer the same motion; `None` where fewer than two motions
-    /// were both graded and driven against.
+    /// Whether the model's grades and the exact ranking prefer the same motion; `None` where fewer than two different
+    /// motions were both graded and driven against. Answers with the same motion are one motion, though a lot among the
+    /// answers draws it more often.
     #[must_use]
     pub fn agreement(&self) -> Option<Agreement> {
         let both =
@@ -205,11 +208,20 @@ impl Authored {
         let model = compared
             .iter()
             .min_by_key(|one| (one.score(), order(one)))?;
-        (compared.len() > 1).then(|| Agreement {
+        let same = |a: &AuthoredAttack, b: &AuthoredAttack| {
+            a.admitted.attack.change == b.admitted.attack.change
+        };
+        let is_new = |(place, one): &(usize, &&AuthoredAttack)| {
+            !compared[..*place].iter().any(|other| same(other, one))
+        };
+        let of = compared.iter().enumerate().filter(is_new).count();
+        let like_exact = compared.iter().filter(|one| same(one, exact)).count();
+        (of > 1).then(|| Agreement {
             model: model.source,
             exact: exact.source,
-            of: compared.len(),
-            agrees: model.admitted.attack.change == exact.admitted.attack.change,
+            of,
+            by_chance: like_exact as f64 / compared.len() as f64,
+            agrees: same(model, exact),
         })
     }
 }

@@ -26,6 +26,7 @@ impl Authored {
         json!({
             "attacker_by": choice.by.name(),
             "within": choice.within,
+            "not_asked": choice.not_asked(),
             "votes": choice.votes.iter().map(vote).collect::<Vec<_>>(),
             "tally": tally.map(|(id, votes)| json!({ "attacker": id, "votes": votes })).collect::<Vec<_>>(),
             "tied_with": choice.tied,
@@ -42,6 +43,7 @@ impl Authored {
             "agreement": self.agreement().map(|agreement| json!({
                 "agrees": agreement.agrees,
                 "of": agreement.of,
+                "by_chance": agreement.by_chance,
                 "by_model": place(agreement.model),
                 "exact": place(agreement.exact),
             })),

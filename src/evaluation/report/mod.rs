@@ -45,7 +45,7 @@ pub use pivot::{AskedFacts, Axis, Measure, Pivot, PivotRequest};
 pub use split::{PartProgress, SplitReport, joined};
 pub use stored::{Stored, stored};
 pub use subject::ReportSubject;
-pub use truth::{BatchTruth, QuestionKey, RecordedScene, Truth};
+pub use truth::{AskedAs, BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
 pub use varied::{SAME_WORDS, Varied};
 pub use votes::Samples;
 

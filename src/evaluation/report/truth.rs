@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::super::{Label, Labels};
+use super::super::{Case, Label, Labels};
 use crate::judge;
+use crate::metrics::MeasureList;
 use crate::scenario::{Transform, obstacle_taken};
 use crate::store::{Origin, Outcome, RunId};
 use crate::verdict::{Task, Verdict};
@@ -27,7 +28,9 @@ pub struct Truth {
     /// Whether whole recordings are of high risk, by scenario.
     pub risks: BTreeMap<String, Vec<RecordedScene>>,
     /// What risk scores say about questions, where these are the truth.
-    pub scores: Option<HashMap<QuestionKey, (Label, Vec<i64>)>>,
+    pub scores: Option<HashMap<ScoreKey, (Label, Vec<i64>)>>,
+    /// How runs were asked, where that is not the usual way.
+    pub asked: HashMap<RunId, AskedAs>,
     /// The built-in judge's verdicts on the same questions, where these are the truth, prediction included.
     pub judge: Option<HashMap<QuestionKey, Verdict>>,
 }
@@ -41,6 +44,29 @@ pub struct BatchTruth {
     pub label: Label,
     /// The obstacles that are truly critical.
     pub critical: Vec<i64>,
+    /// Whether a risk score says so.
+    pub by_score: bool,
+}
+
+/// A question with the look ahead that it was asked with, seconds as bits: what scores say about it.
+pub type ScoreKey = (QuestionKey, u64);
+
+/// How a run was asked, as far as its messages do not tell it apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AskedAs {
+    /// The look ahead of the safety task, seconds; `None` where the batch is gone that knew it.
+    pub horizon: Option<f64>,
+    /// The measures chosen for the metrics frame, if any.
+    pub measures: Option<MeasureList>,
+}
+
+impl Default for AskedAs {
+    fn default() -> Self {
+        Self {
+            horizon: Some(Case::HORIZON),
+            measures: None,
+        }
+    }
 }
 
 /// The exact geometry of one recording, and of whom.
@@ -144,8 +170,37 @@ impl Truth {
     pub fn known(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>)> {
         match (&self.judge, &self.scores) {
             (Some(verdicts), _) => Some(judged(verdicts.get(&QuestionKey::from(outcome))?)),
-            (None, Some(scores)) => scores.get(&QuestionKey::from(outcome)).cloned(),
-            (None, None) => self.told(outcome),
+            (None, Some(scores)) => scores.get(&self.score_key(outcome)?).cloned(),
+            (None, None) => {
+                let (label, critical, _) = self.told(outcome)?;
+                Some((label, critical))
+            }
+        }
+    }
+
+    /// How a run was asked.
+    #[must_use]
+    pub fn asked_as(&self, run: RunId) -> AskedAs {
+        self.asked.get(&run).copied().unwrap_or_default()
+    }
+
+    /// The question of an answer with its look ahead; `None` where it needs one that is not known.
+    #[must_use]
+    pub fn score_key(&self, outcome: &Outcome) -> Option<ScoreKey> {
+        let horizon = match outcome.task {
+            Task::Safety => self.asked_as(outcome.run).horizon?,
+            _ => 0.0,
+        };
+        Some((QuestionKey::from(outcome), horizon.to_bits()))
+    }
+
+    /// Whether what is true about an answer is told by a risk score.
+    #[must_use]
+    pub fn is_score(&self, outcome: &Outcome) -> bool {
+        match (&self.judge, &self.scores) {
+            (Some(_), _) => false,
+            (None, Some(_)) => outcome.task != Task::Collision && self.known(outcome).is_some(),
+            (None, None) => self.told(outcome).is_some_and(|(.., by_score)| by_score),
         }
     }
 
@@ -155,21 +210,22 @@ impl Truth {
         self.known(outcome).map(|(label, _)| label)
     }
 
-    /// What labels and recordings say is true about an answer, and which obstacles are truly critical.
-    fn told(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>)> {
-        let of = |truth: &BatchTruth| (truth.label, truth.critical.clone());
+    /// What labels and recordings say is true about an answer, which obstacles are truly critical, and whether a risk score
+    /// says so.
+    fn told(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>, bool)> {
+        let of = |truth: &BatchTruth| (truth.label, truth.critical.clone(), truth.by_score);
         if let Some(window) = self.windows.get(&outcome.run) {
             return Some(of(window));
         }
         let (name, _) = Transform::of_name(&outcome.scenario);
         let of_batch = || self.of_batches.get(&outcome.run).map(of);
-        let alone = |label: Label| (label, label.critical());
+        let alone = |label: Label| (label, label.critical(), false);
         let whole = outcome.task == Task::Recording;
         let known = if whole { &self.risks } else { &self.recorded };
         let recorded = || {
             let mut scenes = known.get(name)?.iter();
             let scene = scenes.find(|scene| scene.fits(outcome))?;
-            Some((scene.label, scene.critical.clone()))
+            Some((scene.label, scene.critical.clone(), whole))
         };
         let label = self.labels.get(name).map(alone);
         label

@@ -96,6 +96,7 @@ fn choice(attacker: i64, ranked: Vec<Candidate>, words: &str) -> Choice {
         votes: vec![vote(attacker), vote(301), vote(attacker)],
         tied: Vec::new(),
         within: Some(30.0),
+        none_within: None,
         attacker: Some(attacker),
         by: ChosenBy::Model,
     }

@@ -34,7 +34,7 @@ pub struct BuiltInAnswers<T> {
     pub failed: usize,
     /// Names of those without a recorded ego.
     pub without_ego: Vec<String>,
-    /// Names of those without a label.
+    /// Names of those without a label, or without the risk score that is the truth.
     pub unlabelled: Vec<String>,
 }
 
@@ -52,6 +52,13 @@ pub enum BuiltInEvent<'a> {
     },
     /// It has no ego or no label.
     LeftOut,
+    /// The risk score that is the truth cannot be computed.
+    NotScored {
+        /// The scenario.
+        entry: &'a Entry,
+        /// Why.
+        why: String,
+    },
     /// It could not be opened.
     Failed(OpenError),
 }
@@ -61,6 +68,7 @@ enum One<T> {
     Judged(Arc<Scene>, Option<&'static str>, (Label, T)),
     WithoutEgo,
     Unlabelled,
+    NotScored(String),
     Mislabelled(LabelError),
 }
 
@@ -98,6 +106,10 @@ impl BuiltInRequest<'_> {
                     answers.unlabelled.push(entry.name.clone());
                     BuiltInEvent::LeftOut
                 }
+                Ok(One::NotScored(why)) => {
+                    answers.unlabelled.push(entry.name.clone());
+                    BuiltInEvent::NotScored { entry, why }
+                }
                 Ok(One::Mislabelled(wrong)) => return Err(wrong),
                 Err(error) => {
                     answers.failed += 1;
@@ -129,6 +141,12 @@ impl BuiltInRequest<'_> {
         if let Err(wrong) = self.truth.fits(entry, Some(&scene)) {
             return Ok(One::Mislabelled(wrong));
         }
+        // Contact is contact by any score.
+        let scored = self.task != Task::Collision;
+        let not_scored = { self.truth.not_scored(&scene, self.thresholds) }.filter(|_| scored);
+        if let Some(why) = not_scored {
+            return Ok(One::NotScored(why));
+        }
         let case = self.labelled(entry, &scene, label);
         let answer = (case.label, judge(entry, &case));
         // What is of high risk need not be a collision.
@@ -140,8 +158,9 @@ impl BuiltInRequest<'_> {
     fn labelled<'s>(&self, entry: &Entry, scene: &'s Scene, label: Option<Label>) -> Labelled<'s> {
         match (self.task, self.truth.convention()) {
             (Task::Safety, Some(convention)) => {
+                // What cannot be scored does not come here.
                 let moments = CriticalMoments::new(convention, scene, self.thresholds);
-                Labelled::by_moments(scene, &moments)
+                Labelled::by_moments(scene, &moments.unwrap_or_default())
             }
             (Task::Recording, _) => {
                 let about = (entry, Some(scene));

@@ -7,15 +7,15 @@ use std::sync::Arc;
 use super::plan::{Origin, PlanningEvent};
 use super::{BatchError, BatchPlan, DryRun, Selection};
 use crate::evaluation::batch::{
-    Ask, AskedWindow, BatchWindows, Matrix, MatrixAdditions, Relabelled, Spec, Truth, TruthSource,
-    Variant, WindowSource, retold, way_of,
+    Ask, AskedWindow, BatchWindows, Matrix, MatrixAdditions, Spec, Truth, TruthSource, Variant,
+    WindowSource, retold, way_of,
 };
 use crate::evaluation::{Lead, PromptConfig, Protocol};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::prompts::Library;
-use crate::store::{Batch, BatchId, Identity, Item, NewItem, Store, StoreError};
+use crate::store::{Batch, BatchId, Identity, Item, ItemTruth, NewItem, Store, StoreError};
 use crate::verdict::Task;
 
 /// A batch to resume.
@@ -96,7 +96,7 @@ impl ResumeRequest {
             let (truth, doubtful) = Truth::open(source, &entries)?;
             doubts = doubtful;
             let labels = retold(&items, &truth, &builder)?;
-            if labels.iter().all(|(_, collides, _)| collides.is_none()) {
+            if labels.iter().all(|told| told.collides.is_none()) {
                 return Err(BatchError::NoLabel(batch.id));
             }
             relabelling = Some(Relabelling {
@@ -104,8 +104,8 @@ impl ResumeRequest {
                 before: spec.truth,
                 unlabelled: unlabelled(&items, &labels),
             });
-            for (item, (_, collides, obstacle)) in items.iter_mut().zip(&labels) {
-                (item.asked.collides, item.asked.obstacle) = (*collides, *obstacle);
+            for (item, told) in items.iter_mut().zip(&labels) {
+                item.tell(told);
             }
             spec.truth = source.clone();
             before.truth = source.clone();
@@ -236,11 +236,11 @@ fn identities(items: &[Item]) -> HashSet<Identity<'_>> {
 }
 
 /// The scenarios that another truth says nothing about, by name.
-fn unlabelled(items: &[Item], labels: &[Relabelled]) -> Vec<String> {
+fn unlabelled(items: &[Item], labels: &[ItemTruth]) -> Vec<String> {
     let without = items
         .iter()
         .zip(labels)
-        .filter(|(_, label)| label.1.is_none());
+        .filter(|(_, told)| told.collides.is_none());
     let names: BTreeSet<&str> = without
         .map(|(item, _)| item.asked.scenario.as_str())
         .collect();
@@ -255,13 +255,18 @@ fn newly_named(before: &Matrix, now: &Matrix) -> Option<String> {
 }
 
 /// The truth about scenarios that could not be read when the batch was begun, and can be now.
-fn known_now(items: &[Item], now: &[NewItem]) -> Vec<Relabelled> {
+fn known_now(items: &[Item], now: &[NewItem]) -> Vec<ItemTruth> {
     let known = now.iter().filter(|item| item.collides.is_some());
     let known: BTreeMap<&str, &NewItem> = known.map(|item| (item.path.as_str(), item)).collect();
     let unknown = items.iter().filter(|item| item.asked.collides.is_none());
     let found = unknown.filter_map(|item| {
         let now = known.get(item.asked.path.as_str())?;
-        Some((item.place, now.collides, now.obstacle))
+        Some(ItemTruth {
+            place: item.place,
+            collides: now.collides,
+            obstacle: now.obstacle,
+            critical: now.facts.as_ref().map(|facts| facts.critical.clone()),
+        })
     });
     found.collect()
 }

@@ -87,6 +87,7 @@ fn a_cut_answer_counts_as_failed_whatever_it_says_and_what_was_cancelled_as_not_
 
 fn told(run: i64, batch: &str, label: Label, critical: &[i64]) -> (RunId, BatchTruth) {
     let truth = BatchTruth {
+        by_score: false,
         batch: batch.into(),
         label,
         critical: critical.to_vec(),

@@ -140,6 +140,7 @@ fn chosen(choice: &Choice, stopped: Option<&str>) -> String {
             false => format!("; the model's choice was rejected: {why}"),
         }
     });
+    let why = { choice.not_asked() }.map_or(why, |why| format!("; {why}"));
     match choice.by {
         ChosenBy::User => format!("{who}, by you"),
         ChosenBy::Model => format!("{who}, by the model"),
@@ -352,6 +353,7 @@ mod tests {
             votes: vec![proposal(refused)],
             tied: Vec::new(),
             within: None,
+            none_within: None,
             attacker: Some(7),
             by: ChosenBy::Reference,
         };
