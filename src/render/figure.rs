@@ -259,12 +259,13 @@ impl<'a> Figure<'a> {
             trails: [TRAIL, TrailSpan::WHOLE],
         };
         let dt = self.subject.scenario.dt();
-        let attacker = self.variations.iter().next().map(|both| both.changed.id);
+        let attackers = self.variations.iter().map(|both| both.changed.id);
+        let place = |id: i64| emphasised.iter().position(|&e| e == id);
         let map = Map {
             scene: MapScene::new(&request),
             seconds: step as f64 * dt,
             dt,
-            attacker: attacker.and_then(|id| emphasised.iter().position(|&e| e == id)),
+            attackers: attackers.map(place).collect(),
             palette: &self.look.palette,
             view,
             letters,

@@ -67,12 +67,13 @@ impl MapPage {
     ) -> Picture {
         let view = self.view();
         let dt = request.subject.scenario.dt();
-        let attacker = request.variations.iter().next().map(|both| both.changed.id);
+        let attackers = request.variations.iter().map(|both| both.changed.id);
+        let place = |id: i64| request.highlighted.iter().position(|&e| e == id);
         let map = Map {
             scene,
             seconds: request.step as f64 * dt,
             dt,
-            attacker: attacker.and_then(|id| request.highlighted.iter().position(|&e| e == id)),
+            attackers: attackers.map(place).collect(),
             palette,
             view,
             letters: LETTERS,

@@ -206,6 +206,12 @@ impl<'a> Variations<'a> {
         self.iter().next().is_none()
     }
 
+    /// The place of an obstacle among the attackers.
+    #[must_use]
+    pub fn place_of(&self, obstacle: i64) -> Option<usize> {
+        self.iter().position(|both| both.changed.id == obstacle)
+    }
+
     /// That of an obstacle.
     #[must_use]
     pub fn of(&self, obstacle: i64) -> Option<&Variation<'a>> {

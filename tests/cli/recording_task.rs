@@ -281,7 +281,8 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
             .starts_with("risk score of TTC and MDC"),
         "{metrics}"
     );
-    let note = "metrics frame of the safety task prints risk scores";
+    let note =
+        "The truth of the safety task is a risk score, and its metrics frame prints risk scores";
     assert!(notes(&metrics).contains(note), "{}", notes(&metrics));
     assert!(
         !notes(&ego).contains("prints risk scores"),
@@ -333,4 +334,154 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
         &["runs", "--task", "recording", "--verdict", "dangerous"],
     );
     assert!(runs.status(0).stdout.contains("high risk"));
+}
+
+/// A home with a model that calls everything dangerous, and the answers to a question of it.
+async fn alarmed() -> (Home, Server) {
+    let named = json!([{"id": 301, "probability": 0.9}]);
+    let said = json!({"justification": "so", "obstacles": [], "critical_obstacles": named, "probability": 0.9,
+        "safety_critical": true, "high_risk": true})
+    .to_string();
+    let server = Server::answering(move |_, _| Some(telling(&said))).await;
+    let home = home_with(server.base_url());
+    (home, server)
+}
+
+const ASKED: [&str; 7] = [
+    "evaluate",
+    CUT_IN,
+    RED_LIGHT,
+    "--model",
+    "lab/tiny",
+    "--techniques",
+    "base",
+];
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chats_say_so() {
+    let (home, _server) = alarmed().await;
+    let options = ["--task", "recording", "--frame", "metrics"];
+    let measured = ["--measures", "distance,risk", "--truth", "auto"];
+    run(&home, &[&ASKED[..], &options, &measured].concat()).status(0);
+    let note =
+        "The truth of the recording task is a risk score, and its metrics frame prints risk scores";
+    for asked in [
+        &["report", "--batch", "b1", "--json"][..],
+        &["report", "--json"],
+    ] {
+        let report = run(&home, asked).status(0).json();
+        let notes = report["notes"].to_string();
+        assert!(notes.contains(note), "{asked:?}: {notes}");
+    }
+    run(&home, &["export", "--format", "chat", "-o", "chats"]).status(0);
+    let manifest = std::fs::read(home.files().join("chats").join("manifest.json")).unwrap();
+    let manifest: Value = serde_json::from_slice(&manifest).unwrap();
+    let notes = manifest["notes"].to_string();
+    assert!(notes.contains(note), "{notes}");
+    // Labels are no score.
+    home.write(
+        "truth.csv",
+        format!("scenario,label\n{CUT_IN},collision\n{RED_LIGHT},safe\n"),
+    );
+    run(
+        &home,
+        &["evaluate", "--resume", "b1", "--truth", "truth.csv"],
+    );
+    for asked in [
+        &["report", "--batch", "b1", "--json"][..],
+        &["report", "--json"],
+    ] {
+        let notes = run(&home, asked).status(0).json()["notes"].to_string();
+        assert!(!notes.contains("prints risk scores"), "{asked:?}: {notes}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
+    let (home, _server) = alarmed().await;
+    let safety = ["--task", "safety", "--frame", "ego", "--lead", "0.5"];
+    run(
+        &home,
+        &[&ASKED[..], &safety, &["--truth", "score"]].concat(),
+    )
+    .status(0);
+    let critical = || -> Vec<String> {
+        let sql = "SELECT json_extract(facts, '$.critical') AS critical FROM items ORDER BY place";
+        let rows = home.rows(sql).into_iter();
+        rows.filter_map(|row| row["critical"].clone()).collect()
+    };
+    let by_score = critical();
+    assert!(by_score.iter().any(|ids| ids != "[]"), "{by_score:?}");
+    // A collision with an unknown obstacle.
+    home.write(
+        "truth.csv",
+        format!("scenario,label\n{CUT_IN},collision\n{RED_LIGHT},collision\n"),
+    );
+    let resume = |truth: &str| run(&home, &["evaluate", "--resume", "b1", "--truth", truth]);
+    resume("truth.csv");
+    assert!(critical().iter().all(|ids| ids == "[]"), "{:?}", critical());
+    resume("score");
+    assert_eq!(critical(), by_score);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn stored_answers_are_judged_over_the_look_ahead_that_they_were_asked_with() {
+    let (home, _server) = alarmed().await;
+    let safety = ["--task", "safety", "--frame", "ego", "--history", "5"];
+    let far = ["--lead", "3", "--within", "4", "--truth", "score"];
+    run(&home, &[&ASKED[..], &safety, &far].concat()).status(0);
+    let counts = |asked: &[&str]| {
+        let report = run(&home, asked).status(0).json();
+        let cells = report["cells"].as_array().unwrap().clone();
+        let all = cells.iter().find(|cell| cell["label"] == "all").unwrap();
+        ["tp", "fp", "fn", "tn"].map(|key| all[key].as_u64().unwrap())
+    };
+    let own = counts(&["report", "--batch", "b1", "--json"]);
+    assert!(own[0] > 0, "{own:?}");
+    assert_eq!(counts(&["report", "--truth", "score", "--json"]), own);
+    // Without the batch it is not known how far ahead the question looks.
+    home.rows("UPDATE runs SET batch = 'b77'");
+    let lost = run(&home, &["report", "--truth", "score", "--json"]);
+    assert!(
+        lost.stderr
+            .contains("the batch that says how far ahead they look is not in the store"),
+        "{}",
+        lost.stderr
+    );
+}
+
+#[test]
+fn a_scene_beyond_the_papers_numbers_is_not_scored_instead_of_safe() {
+    let home = Home::new();
+    let xml = super::bundled_xml(CUT_IN);
+    // One state of one obstacle is far beyond everything.
+    let at = xml.find("<trajectory>").unwrap();
+    let x = at + xml[at..].find("<x>").unwrap() + 3;
+    let end = x + xml[x..].find('<').unwrap();
+    home.write("huge.xml", format!("{}1e308{}", &xml[..x], &xml[end..]));
+    let ego = super::bundled_ego(CUT_IN);
+    home.write("huge.ego_trajectory.csv", ego);
+    for task in ["recording", "safety"] {
+        let asked = [
+            "evaluate",
+            "huge.xml",
+            CUT_IN,
+            "--task",
+            task,
+            "--truth",
+            "score:paper",
+            "--json",
+        ];
+        let ended = home.run(&asked).status(1);
+        assert!(
+            ended.stderr.contains("huge: not scored"),
+            "{}",
+            ended.stderr
+        );
+        let counts = ended.json();
+        assert_eq!(counts["unlabelled"], json!(["huge"]), "{counts}");
+    }
+    // Exact geometry scores it.
+    home.run(&["evaluate", "huge.xml", CUT_IN, "--truth", "score", "--json"])
+        .status(0);
 }

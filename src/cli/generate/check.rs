@@ -93,9 +93,9 @@ pub fn run(
             match &one.verdict {
                 Ok(passed) => {
                     words.push_str(&format!(
-                        "obstacle {id}, changed from step {}: passes; {} steps checked, {} left as recorded, at most {:.0} % of the friction circle\n",
+                        "obstacle {id}, changed from step {}: passes; {} checked, {} left as recorded, at most {:.0} % of the friction circle\n",
                         one.from,
-                        passed.steps,
+                        output::counted(passed.steps, "step"),
                         passed.exempt,
                         100.0 * passed.friction,
                     ));

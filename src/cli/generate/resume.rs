@@ -76,7 +76,7 @@ impl EarlierRun {
         // As a file says it: digits that no file keeps make no difference.
         let settings: Value = serde_json::from_str(&settings.to_string()).ok()?;
         let same = self.papers.get(&original.to_string())?.iter();
-        let mut same = same.filter(|papers| papers.settings == settings);
+        let mut same = same.filter(|papers| papers.differences(&settings).is_empty());
         let name = output::visible(&entry.name);
         let named = same.clone().find(|p| p.line.figures.scenario == name);
         let mut line = named.or_else(|| same.next())?.line.clone();
@@ -85,7 +85,73 @@ impl EarlierRun {
         line.figures.scenario = name;
         Some(line)
     }
+
+    /// Which variant of a scenario with this content is nearest to these settings, and why it is not taken over; `None`
+    /// where there is none of it.
+    pub fn why_not(&self, original: &ContentHash, settings: &Value) -> Option<String> {
+        let settings: Value = serde_json::from_str(&settings.to_string()).ok()?;
+        let papers = self.papers.get(&original.to_string())?.iter();
+        let all = papers.map(|papers| (papers, papers.differences(&settings)));
+        let (papers, differences) = all.min_by_key(|(_, differences)| differences.len())?;
+        let named = &differences[..differences.len().min(NAMED)];
+        let more = match differences.len() - named.len() {
+            0 => String::new(),
+            n => format!("; and {n} more"),
+        };
+        let prompts = differences.iter().any(|one| one.starts_with(PROMPTS));
+        let todo = match prompts {
+            // No option brings back the prompts of another version.
+            true => "keep it as it is in another folder, or drop it",
+            false => "give the options of then to reuse it",
+        };
+        Some(format!(
+            "variant {} is not reused, its settings differ: {}{more}; a new one is generated; {todo}",
+            papers.line.figures.id.as_deref().unwrap_or("without an id"),
+            named.join("; "),
+        ))
+    }
 }
+
+/// Differences that are named.
+const NAMED: usize = 4;
+
+/// How a difference of prompts begins.
+const PROMPTS: &str = "model.templates";
+
+impl Papers {
+    /// Where its settings are others than these: `key then, now`.
+    fn differences(&self, settings: &Value) -> Vec<String> {
+        let mut found = Vec::new();
+        differences("", &self.settings, settings, &mut found);
+        found
+    }
+}
+
+fn differences(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
+    match (then, now) {
+        (Value::Object(then), Value::Object(now)) => {
+            let more = now.keys().filter(|key| !then.contains_key(*key));
+            for key in then.keys().chain(more) {
+                let inner = match path {
+                    "" => key.clone(),
+                    _ => format!("{path}.{key}"),
+                };
+                let of = |all: &serde_json::Map<String, Value>| {
+                    all.get(key).cloned().unwrap_or(Value::Null)
+                };
+                differences(&inner, &of(then), &of(now), found);
+            }
+        }
+        // Versions without `--within` let the model choose among all that it was told of.
+        (Value::Null, _) if path == WITHIN => {}
+        (then, now) if then == now => {}
+        _ if path.starts_with(PROMPTS) => found.push(format!("{path}, another version")),
+        _ => found.push(output::visible(&format!("{path} {then}, now {now}"))),
+    }
+}
+
+/// The setting that old manifests do not know.
+const WITHIN: &str = "model.method.within";
 
 /// Reads a manifest, and compares it with its variant.
 fn read(path: &Path) -> Result<FileKind, String> {

@@ -180,7 +180,7 @@ fn a_models_variant_of_a_version_without_votes_is_taken_over() {
     wanted["model"] = json!({
         "id": "lab/tiny", "obey": false,
         "method": {
-            "votes": 1, "within": null, "samples": 5, "retries": 2, "feedback": false, "grades": false,
+            "votes": 1, "within": 30.0, "samples": 5, "retries": 2, "feedback": false, "grades": false,
             "rank": "exact",
         },
     });
@@ -190,4 +190,17 @@ fn a_models_variant_of_a_version_without_votes_is_taken_over() {
     // With votes it is another way of asking.
     wanted["model"]["method"]["votes"] = 3.into();
     assert!(past.line_for(&entry("mine"), &original, &wanted).is_none());
+    let why = past.why_not(&original, &wanted).unwrap();
+    assert_eq!(
+        why,
+        "variant A_T-2 is not reused, its settings differ: model.method.votes 1, now 3; a new one is generated; give the options of then to reuse it"
+    );
+    wanted["model"]["templates"] = json!({"trajectory.md": "abc"});
+    let why = past.why_not(&original, &wanted).unwrap();
+    assert!(why.contains("model.templates, another version"), "{why}");
+    assert!(
+        why.ends_with("keep it as it is in another folder, or drop it"),
+        "{why}"
+    );
+    assert_eq!(past.why_not(&ContentHash::digest(b"new"), &wanted), None);
 }

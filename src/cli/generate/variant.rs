@@ -177,6 +177,12 @@ fn make_or_error(
     {
         return Ok(Some(Product::TakenOver(Box::new(line))));
     }
+    if let Some(why) = past.and_then(|past| past.why_not(&prepared.scenario.hash, &settings)) {
+        output::say(&format!(
+            "nearmiss: {}: {why}",
+            output::visible(&entry.name)
+        ));
+    }
     let writer = wanted.writer.as_ref();
     let author = writer.map(|writer| (writer.author(&entry.name), writer.runtime()));
     let model = author

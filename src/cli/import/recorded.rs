@@ -46,7 +46,8 @@ pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     let loose = runs.iter().filter(without).count();
     if loose > 0 {
         output::say(&format!(
-            "nearmiss: {loose} answers are linked to scenarios by name only: no such files below {}",
+            "nearmiss: {} linked to scenarios by name only: no such files below {}",
+            output::counted(loose, "answer"),
             root.display()
         ));
     }

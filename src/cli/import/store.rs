@@ -25,9 +25,9 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     let merged = merged.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     if merged.running > 0 {
         output::say(&format!(
-            "nearmiss: {}: {} answers are still streaming there and were skipped; import it again when they are complete",
+            "nearmiss: {}: skipped {} still streaming there; import it again when complete",
             path.display(),
-            merged.running
+            output::counted(merged.running, "answer")
         ));
     }
     super::merged(path, merged, counts);

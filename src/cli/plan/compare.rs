@@ -151,7 +151,9 @@ pub fn run(
             "none of the {missed} scenarios could be planned"
         ))),
         (harmed, missed) => Err(Failure::finding(format!(
-            "{harmed} drives ended otherwise than at the goal or out of time; {missed} scenarios could not be planned"
+            "{} ended otherwise than at the goal or out of time; {} could not be planned",
+            output::counted(harmed, "drive"),
+            output::counted(missed, "scenario")
         ))),
     }
 }

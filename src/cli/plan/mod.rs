@@ -345,11 +345,15 @@ impl Job<'_> {
             _ if self.missed.input == all => Err(Failure::input(format!(
                 "none of the {all} scenarios could be planned"
             ))),
-            (0, n) => finding(format!("{n} of {all} scenarios could not be planned")),
-            (n, 0) => finding(format!("{n} of {all} drives {harm}")),
+            (0, n) => finding(format!(
+                "{n} of {} could not be planned",
+                output::counted(all, "scenario")
+            )),
+            (n, 0) => finding(format!("{n} of {} {harm}", output::counted(all, "drive"))),
             (n, m) => finding(format!(
-                "{n} of {} drives {harm}, and {m} scenarios could not be planned",
-                all - m
+                "{n} of {} {harm}, and {} could not be planned",
+                output::counted(all - m, "drive"),
+                output::counted(m, "scenario")
             )),
         }
     }

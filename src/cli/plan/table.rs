@@ -3,7 +3,7 @@
 use super::driven::{DrivenScenario, median};
 use super::monitor;
 use crate::cli::output::Align::{Left, Right};
-use crate::cli::output::{line, visible};
+use crate::cli::output::{counted, line, visible};
 use crate::planner::Emergency;
 use crate::simulation::{CollisionKind, ContactSide, ExternalReport, HitFromBehind};
 
@@ -189,7 +189,8 @@ impl Table {
             parts.push(format!("{missed} not planned"));
         }
         if self.reacted > 0 {
-            parts.push(format!("{} obstacles reacted", self.reacted));
+            let reacted = counted(self.reacted, "obstacle");
+            parts.push(format!("{reacted} reacted"));
         }
         self.ms.sort_by(f64::total_cmp);
         let ms = median(&self.ms).map_or(String::new(), |ms| format!("; median cycle {ms:.1} ms"));

@@ -179,8 +179,9 @@ impl Job<'_> {
         };
         spread(from, until, columns).ok_or_else(|| {
             let count = until - from + 1;
+            let steps = output::counted(usize::try_from(count).unwrap_or(0), "step");
             format!(
-                "--grid 2x{columns}: only {count} steps from the first changed one ({from}) to the contact or nearest approach ({until}); use --grid 2x{count}"
+                "--grid 2x{columns}: only {steps} from the first changed one ({from}) to the contact or nearest approach ({until}); use --grid 2x{count}"
             )
         })
     }

@@ -88,7 +88,7 @@ impl Appearance<'_> {
             Role::Highlighted(_) => theme.picked,
             Role::Danger => theme.danger,
             Role::Warning => theme.danger_medium,
-            Role::Attacker => theme.attacker,
+            Role::Attacker(place) => attacker_color(theme, place),
             Role::Recorded | Role::Rejected => theme.dim,
             Role::RecordedEgo | Role::ConstantVelocity => theme.text,
             Role::Prediction | Role::Tape => theme.accent,
@@ -96,6 +96,13 @@ impl Appearance<'_> {
             Role::Feasible => theme.safe,
         }
     }
+}
+
+/// The colour of an attacker at this place among those of a variant: each is unlike the first in every theme.
+#[must_use]
+pub fn attacker_color(theme: &Theme<Color>, place: usize) -> Color {
+    let colors = [theme.attacker, theme.text, theme.accent];
+    colors[place % colors.len()]
 }
 
 /// Draws a scene into an area of the buffer.

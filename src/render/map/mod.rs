@@ -24,8 +24,8 @@ pub struct Map<'a> {
     pub seconds: f64,
     /// Seconds of a time step.
     pub dt: f64,
-    /// The place of a variant's attacker among the obstacles that are pointed out.
-    pub attacker: Option<usize>,
+    /// The place of each of a variant's attackers among the obstacles that are pointed out.
+    pub attackers: Vec<Option<usize>>,
     /// Its colours.
     pub palette: &'a Palette,
     /// How the world lies on the page.
@@ -85,8 +85,7 @@ impl Map<'_> {
             }
             Role::StaticObstacle => palette.static_obstacle,
             Role::Highlighted(place) => palette.emphasised(place),
-            Role::Attacker => self
-                .attacker
+            Role::Attacker(among) => { self.attackers[..].get(among).copied().flatten() }
                 .map_or(palette.text, |place| palette.emphasised(place)),
             Role::Danger | Role::Warning => palette.danger,
             Role::Recorded | Role::Rejected => palette.dim,

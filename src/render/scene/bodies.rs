@@ -111,7 +111,10 @@ fn obstacle<'a>(request: &MapRequest<'a>, obstacle: &'a Obstacle) -> Option<Body
     let attacks = variation.is_some_and(|both| both.shows_changed);
     Some(Body {
         owner: Owner::Obstacle(obstacle.id),
-        role: if attacks { Role::Attacker } else { role },
+        role: match request.variations.place_of(obstacle.id) {
+            Some(place) if attacks => Role::Attacker(place),
+            _ => role,
+        },
         highlighted,
         importance,
         distance: value("distance"),

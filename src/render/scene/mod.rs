@@ -52,8 +52,8 @@ pub enum Role {
     Danger,
     /// A risky obstacle.
     Warning,
-    /// The attacker of a variant, as it was changed.
-    Attacker,
+    /// An attacker of a variant, as it was changed, by its place among them.
+    Attacker(usize),
     /// The attacker of a variant, as it was recorded.
     Recorded,
     /// The recorded ego beside a planned one.
@@ -208,7 +208,16 @@ impl<'a> MapScene<'a> {
     /// Whether an owner is an attacker of a variant, changed or not.
     #[must_use]
     pub fn is_attacker(&self, owner: Owner) -> bool {
-        matches!(owner, Owner::Obstacle(id) if self.attackers.contains(&id))
+        self.attacker_place(owner).is_some()
+    }
+
+    /// The place of an owner among the attackers of a variant.
+    #[must_use]
+    pub fn attacker_place(&self, owner: Owner) -> Option<usize> {
+        let Owner::Obstacle(owner) = owner else {
+            return None;
+        };
+        self.attackers.iter().position(|id| *id == owner)
     }
 
     /// Hollow bodies that have names.

@@ -69,19 +69,22 @@ impl Overlay {
 /// what is shown hollow, where the two are not in one place.
 pub(super) fn of_variation(request: &MapRequest<'_>) -> Vec<Overlay> {
     let all = request.variations.iter();
-    all.flat_map(|both| of_attacker(request, both)).collect()
+    let all = all.enumerate();
+    all.flat_map(|(place, both)| of_attacker(request, place, both))
+        .collect()
 }
 
-fn of_attacker(request: &MapRequest<'_>, both: &Variation<'_>) -> Vec<Overlay> {
+fn of_attacker(request: &MapRequest<'_>, place: usize, both: &Variation<'_>) -> Vec<Overlay> {
+    let attacker = Role::Attacker(place);
     let after = both.from..=i64::MAX;
     let way = |obstacle: &crate::scenario::Obstacle| positions(obstacle.track().during(&after));
     let mut found = vec![
         Overlay::path(Role::Recorded, LineStyle::Dashed, way(both.recorded)),
-        Overlay::path(Role::Attacker, LineStyle::Thick, way(both.changed)),
+        Overlay::path(attacker, LineStyle::Thick, way(both.changed)),
     ];
     let (role, other, word) = match both.shows_changed {
         true => (Role::Recorded, both.recorded, "recorded"),
-        false => (Role::Attacker, both.changed, "changed"),
+        false => (attacker, both.changed, "changed"),
     };
     if let Some(placed) = other.placed_at(request.step)
         && request.step > both.from

@@ -96,3 +96,35 @@ fn a_contact_lies_on_both_bodies() {
         assert!(bounds.squared_distance(&contact.at) < 0.01, "{contact:?}");
     }
 }
+
+#[test]
+fn each_attacker_of_a_variant_has_a_role_of_its_own() {
+    use super::super::view::Variation;
+    let scene = scene("RedLight");
+    let basemap = Basemap::new(&scene.scenario);
+    let there = |o: &&crate::scenario::Obstacle| o.placed_at(30).is_some();
+    let two: Vec<_> = Subject::with_ego(&scene)
+        .others()
+        .filter(there)
+        .take(2)
+        .collect();
+    let varied = |obstacle| Variation {
+        recorded: obstacle,
+        changed: obstacle,
+        from: 10,
+        shows_changed: true,
+    };
+    let request = MapRequest {
+        variations: two.iter().map(|obstacle| varied(*obstacle)).collect(),
+        ..request(&scene, &basemap, 30, 10_000.0)
+    };
+    let map = MapScene::new(&request);
+    for (place, obstacle) in two.iter().enumerate() {
+        let owner = Owner::Obstacle(obstacle.id);
+        assert_eq!(map.attacker_place(owner), Some(place));
+        let body = map.bodies.iter().find(|body| body.owner == owner).unwrap();
+        assert_eq!(body.role, Role::Attacker(place));
+        let has_way = |overlay: &Overlay| matches!(overlay, Overlay::Path(path) if path.role == Role::Attacker(place));
+        assert!(map.variation.iter().any(has_way), "{place}");
+    }
+}

@@ -26,6 +26,7 @@ fn of_several_batches_the_one_that_asked_says_what_is_true() {
             .unwrap();
     }
     let told = RunLabel {
+        task: Task::Collision,
         run,
         batch: second,
         collides: true,

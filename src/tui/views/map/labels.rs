@@ -4,6 +4,7 @@ use ratatui::style::{Modifier, Style};
 
 use super::CellView;
 use super::label_placer::{Area, Body, LabelPlacer};
+use crate::render::cells::attacker_color;
 use crate::render::scene::{Importance, MapScene, NAMED, Owner, Role};
 use crate::tui::model::{Model, Moment};
 
@@ -44,9 +45,13 @@ pub fn draw(
                 _ => (id.to_string(), Style::new().fg(theme.dim)),
             },
         };
-        let (text, style) = match named.role {
-            _ if !scene.is_attacker(named.owner) => (text, style),
-            Role::Attacker => (format!("{text} attacker"), bold(theme.attacker)),
+        let place = scene.attacker_place(named.owner);
+        let (text, style) = match (named.role, place) {
+            (_, None) => (text, style),
+            (Role::Attacker(place), _) => (
+                format!("{text} attacker"),
+                bold(attacker_color(theme, place)),
+            ),
             _ => (format!("{text} recorded"), style),
         };
         let body = board.cells(&body);

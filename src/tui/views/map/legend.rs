@@ -92,8 +92,15 @@ fn entries(model: &Model, shown: Placed) -> Vec<Entry> {
             line(LineStyle::Crossed, straight, "constant velocity"),
         ]
     };
-    if model.variant().is_some() && model.map.layers.variant {
-        entries.push(line(LineStyle::Thick, Role::Attacker, "attack"));
+    if let Some(variant) = model.variant().filter(|_| model.map.layers.variant) {
+        let all = &variant.made.effect.attackers;
+        for (place, attacker) in all.iter().enumerate() {
+            let words = match all.len() {
+                1 => "attack".into(),
+                _ => format!("attack {}", attacker.obstacle),
+            };
+            entries.push(line(LineStyle::Thick, Role::Attacker(place), &words));
+        }
         entries.push(line(LineStyle::Dashed, Role::Recorded, "recorded instead"));
     }
     if let Some(planned) = model.planned().filter(|_| model.map.layers.planner) {

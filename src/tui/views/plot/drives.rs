@@ -11,6 +11,7 @@ use super::strokes::Dash;
 use super::{lines, marks};
 use crate::generation::RiskCurve;
 use crate::render::Ticks;
+use crate::render::cells::attacker_color;
 use crate::scenario::Track;
 use crate::tui::loaded::{Opened, PlannedEgo};
 use crate::tui::model::{Drives, Model, Pane};
@@ -149,15 +150,17 @@ fn risks(model: &Model, dt: f64) -> Vec<Curve> {
             .collect()
     };
     let all = &shown.made.effect.attackers;
-    let curves = all.iter().flat_map(|attacker| {
+    let curves = all.iter().enumerate().flat_map(|(place, attacker)| {
         let whose = match all.len() {
             1 => String::new(),
             _ => format!("{} ", attacker.obstacle),
         };
         let (after, before) = (points(&attacker.after), points(&attacker.before));
+        let color = attacker_color(theme, place);
+        let recorded = if all.len() == 1 { theme.text } else { color };
         [
-            line(&format!("{whose}after"), theme.attacker, Dash::Solid, after),
-            line(&format!("{whose}before"), theme.text, Dash::Dotted, before),
+            line(&format!("{whose}after"), color, Dash::Solid, after),
+            line(&format!("{whose}before"), recorded, Dash::Dotted, before),
         ]
     });
     curves.collect()
