@@ -164,4 +164,42 @@ mod tests {
         let note = note_on_score([(&recording, Some(&with)), (&metrics, None)]).unwrap();
         assert!(note.contains("safety and recording task"), "{note}");
     }
+
+    /// The bundled cut-in with one state of an obstacle beyond all numbers, as no file may hold it.
+    fn beyond() -> Scene {
+        use crate::geometry::Point;
+        use crate::scenario::{Position, Prediction, Scenario};
+        let entry = crate::formats::bundled().into_iter();
+        let entry = { entry }.find(|e| e.name.contains("CutIn")).unwrap();
+        let mut scenario = Scenario::clone(&entry.read().unwrap());
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let is_driven = |p: &Prediction| matches!(p, Prediction::Trajectory(_));
+        let other = { scenario.obstacles.iter_mut() }.find(|o| is_driven(&o.prediction));
+        let Prediction::Trajectory(states) = &mut other.unwrap().prediction else {
+            unreachable!()
+        };
+        states[3].position = Some(Position::Point(Point::new(1.7e308, -1.7e308)));
+        Scene::new(std::sync::Arc::new(scenario), ego)
+    }
+
+    #[test]
+    fn what_the_papers_tables_cannot_hold_is_not_scored_instead_of_safe() {
+        use crate::evaluation::batch::Truth;
+        let (scene, shipped) = (beyond(), Thresholds::shipped());
+        let paper = RiskConvention::Paper;
+        assert!(CriticalMoments::new(paper, &scene, shipped).is_err());
+        assert!(CriticalMoments::new(RiskConvention::Exact, &scene, shipped).is_ok());
+        let entry = crate::formats::Entry::of_argument(std::path::Path::new("beyond.xml"));
+        let window = Window::whole(&scene);
+        let told = |truth: &Truth, task| {
+            truth.of_question(task, (&entry, Some(&scene)), (&window, 2.0), shipped)
+        };
+        for task in [Task::Safety, Task::Recording] {
+            assert_eq!(told(&Truth::Score(paper), task), None);
+            assert!(told(&Truth::Score(RiskConvention::Exact), task).is_some());
+        }
+        let why = Truth::Score(paper).not_scored(&scene, shipped).unwrap();
+        assert!(why.starts_with("not scored, so left out"), "{why}");
+        assert_eq!(Truth::Geometry.not_scored(&scene, shipped), None);
+    }
 }

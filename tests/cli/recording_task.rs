@@ -405,8 +405,10 @@ async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
         &[&ASKED[..], &safety, &["--truth", "score"]].concat(),
     )
     .status(0);
+    // The ego comes near there, and touches nothing.
     let critical = || -> Vec<String> {
-        let sql = "SELECT json_extract(facts, '$.critical') AS critical FROM items ORDER BY place";
+        let sql = "SELECT json_extract(facts, '$.critical') AS critical FROM items
+             WHERE scenario LIKE '%CutIn%' ORDER BY place";
         let rows = home.rows(sql).into_iter();
         rows.filter_map(|row| row["critical"].clone()).collect()
     };
@@ -448,40 +450,4 @@ async fn stored_answers_are_judged_over_the_look_ahead_that_they_were_asked_with
         "{}",
         lost.stderr
     );
-}
-
-#[test]
-fn a_scene_beyond_the_papers_numbers_is_not_scored_instead_of_safe() {
-    let home = Home::new();
-    let xml = super::bundled_xml(CUT_IN);
-    // One state of one obstacle is far beyond everything.
-    let at = xml.find("<trajectory>").unwrap();
-    let x = at + xml[at..].find("<x>").unwrap() + 3;
-    let end = x + xml[x..].find('<').unwrap();
-    home.write("huge.xml", format!("{}1e308{}", &xml[..x], &xml[end..]));
-    let ego = super::bundled_ego(CUT_IN);
-    home.write("huge.ego_trajectory.csv", ego);
-    for task in ["recording", "safety"] {
-        let asked = [
-            "evaluate",
-            "huge.xml",
-            CUT_IN,
-            "--task",
-            task,
-            "--truth",
-            "score:paper",
-            "--json",
-        ];
-        let ended = home.run(&asked).status(1);
-        assert!(
-            ended.stderr.contains("huge: not scored"),
-            "{}",
-            ended.stderr
-        );
-        let counts = ended.json();
-        assert_eq!(counts["unlabelled"], json!(["huge"]), "{counts}");
-    }
-    // Exact geometry scores it.
-    home.run(&["evaluate", "huge.xml", CUT_IN, "--truth", "score", "--json"])
-        .status(0);
 }

@@ -77,7 +77,7 @@ async fn what_came_of_the_drive_goes_back_until_it_has_an_effect() {
     assert_eq!(first[..], second[..2]);
     // The first prompt says that the ego reacts, and the second turn how it did.
     for words in [
-        "plans its way anew",
+        "replans at every step",
         "reacts",
         "0.5 s after the motion departs",
     ] {

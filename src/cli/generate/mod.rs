@@ -80,7 +80,8 @@ pub struct GenerateArguments {
     /// Do not tell the model what came of the drives; a conversation ends with its first motion that passes the gate.
     #[arg(long)]
     no_feedback: bool,
-    /// Generate nothing if the model names an attacker that is not possible; without it the nearest one attacks.
+    /// Generate nothing if the model names no possible attacker, or is not asked as no obstacle comes near; without it the
+    /// first of the reference ranking attacks.
     #[arg(long)]
     obey: bool,
     /// Ask the model even if the store has its answer.

@@ -148,8 +148,8 @@ impl Summary {
         }
         if self.unsafe_before > 0 {
             text.push_str(&format!(
-                "not safe as recorded (collision, or risk score of 1 or below): {} originals\n",
-                self.unsafe_before
+                "not safe as recorded (collision, or risk score of 1 or below): {}\n",
+                output::counted(self.unsafe_before, "original")
             ));
         }
         if self.taken_over > 0 {
@@ -161,8 +161,8 @@ impl Summary {
         }
         let refused: usize = self.refused.values().sum();
         text.push_str(&format!(
-            "{} motions tried, {refused} rejected\n",
-            self.candidates
+            "{} tried, {refused} rejected\n",
+            output::counted(self.candidates, "motion")
         ));
         let kinds: Vec<String> = self.kinds.iter().map(|(k, n)| format!("{n} {k}")).collect();
         if !kinds.is_empty() {
