@@ -15,7 +15,7 @@ use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 use crate::scenario::{
     Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Severity, Sign, SignElement,
 };
-use crate::system;
+use crate::system::{self, FileCache};
 
 /// No map is larger, bytes.
 const LARGEST: u64 = 256 << 20;
@@ -45,6 +45,18 @@ struct Course {
     right: Vec<i64>,
 }
 
+/// A map as it is in its file.
+struct Osm {
+    nodes: HashMap<i64, Place>,
+    ways: HashMap<i64, Way>,
+    relations: Vec<Relation>,
+}
+
+/// Maps that are kept for other windows of a recording, bytes of their files.
+const KEPT: usize = 64 << 20;
+
+static MAPS: FileCache<Osm> = FileCache::new(KEPT);
+
 /// Reads a map; `origin` is east and north in UTM of what the recording's coordinates are relative to.
 pub fn read(
     report: &Report,
@@ -52,6 +64,13 @@ pub fn read(
     origin: (f64, f64),
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
+    let osm = MAPS.get(&[path], || elements(path))?;
+    let points = in_metres(&osm.nodes, origin);
+    Ok(map(report, &points, &osm.ways, &osm.relations, ids))
+}
+
+/// The elements of a map, and the size of its file in bytes.
+fn elements(path: &Path) -> Result<(Osm, usize), ReadError> {
     let file = path.display().to_string();
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
     let mut xml = Xml::new(&bytes, &file)?;
@@ -79,8 +98,12 @@ pub fn read(
             "elements",
         )?;
     }
-    let points = in_metres(&nodes, origin);
-    Ok(map(report, &points, &ways, relations, ids))
+    let osm = Osm {
+        nodes,
+        ways,
+        relations,
+    };
+    Ok((osm, bytes.len()))
 }
 
 /// The attribute as a number.
@@ -223,14 +246,14 @@ fn map(
     report: &Report,
     points: &HashMap<i64, Point>,
     ways: &HashMap<i64, Way>,
-    relations: Vec<Relation>,
+    relations: &[Relation],
     ids: &mut Ids,
 ) -> Map {
     let mut map = Map::default();
     let mut courses = Vec::new();
     let mut borders = Vec::new();
     let mut limits: HashMap<String, i64> = HashMap::new();
-    for relation in relations.into_iter().take(MOST_PARTS) {
+    for relation in relations.iter().take(MOST_PARTS) {
         let way = |id: Option<i64>| ways.get(&id?).filter(|way| way.nodes.len() > 1);
         let element = || format!("relation {}", relation.id);
         let (Some(left), Some(right)) = (way(relation.left), way(relation.right)) else {

@@ -25,6 +25,7 @@ pub(super) use argoverse::Argoverse;
 pub(super) use levelx::LevelX;
 pub(super) use sumo::Sumo;
 pub(super) use waymo::Waymo;
+pub use windows::{LongRecording, MOST as MOST_WINDOWS};
 
 /// The file of a format in which each file is one scenario.
 ///

@@ -13,7 +13,7 @@ use super::{sizes, whole_file};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::Format;
+use crate::formats::dispatch::{Format, Parts};
 use crate::scenario::{ContentHash, ObstacleType, Scenario};
 use crate::system;
 use table::Table;
@@ -35,8 +35,8 @@ impl Format for Argoverse {
         table::is_one(path, head)
     }
 
-    fn parts(&self, _: &Path) -> Result<Vec<String>, ReadError> {
-        Ok(Vec::new())
+    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
+        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
