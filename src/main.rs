@@ -17,6 +17,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {
+    cli::use_maps();
     let (ego, index) = (cli::chosen_ego(&arguments)?, cli::chosen_index(&arguments)?);
     let paths = cli::chosen_paths(&arguments)?;
     match &arguments.command {

@@ -330,6 +330,18 @@ pub fn configuration() -> Result<(Folders, Config), Failure> {
     Ok((folders, config))
 }
 
+/// Tells readers of recordings where the user's maps are. What is wrong with the configuration is said by those who need
+/// it.
+pub fn use_maps() {
+    let config = Folders::find().map(|folders| Config::read(&folders.config_file()));
+    if let Ok(Ok(Config {
+        maps: Some(maps), ..
+    })) = config
+    {
+        formats::look_for_maps_in(maps);
+    }
+}
+
 /// What is wrong with the configuration, a line for each mistake.
 pub fn unusable(error: ConfigError) -> Failure {
     let mut mistakes: Vec<String> = error.mistakes_in_words().collect();

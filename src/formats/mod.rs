@@ -15,7 +15,7 @@ pub use ego::{
     write_recording,
 };
 pub use library::{Entry, EntryLocation, bundled};
-pub use recordings::{LongRecording, MOST_WINDOWS};
+pub use recordings::{LongRecording, MOST_WINDOWS, look_for_maps_in};
 pub use resolve::resolved;
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,

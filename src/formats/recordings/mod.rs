@@ -23,6 +23,7 @@ use super::address::Address;
 use super::commonroad::ReadError;
 pub(super) use argoverse::Argoverse;
 pub(super) use levelx::LevelX;
+pub use levelx::look_for_maps_in;
 pub(super) use sumo::Sumo;
 pub(super) use waymo::Waymo;
 pub use windows::{LongRecording, MOST as MOST_WINDOWS};

@@ -1,6 +1,7 @@
 //! Argoverse 2 motion forecasting: a Parquet file of tracks and a map in JSON beside it.
 
 mod map;
+mod pages;
 mod table;
 mod tracks;
 
@@ -44,7 +45,7 @@ impl Format for Argoverse {
         let name = path.display().to_string();
         let report = Report::about(&name);
         let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&name, &e))?;
-        let table = Table::open(path, &report)?;
+        let table = Table::open(path, &bytes, &report)?;
         let rows = tracks::read(&report, &table)?;
         let dt = time_step(&report, &table)?;
         drop(table);
