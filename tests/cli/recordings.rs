@@ -1,7 +1,8 @@
 //! Recordings of other data sets in commands: named by file, folder and part.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use super::support::program::Home;
 
@@ -85,7 +86,7 @@ fn a_part_that_is_not_there_is_named() {
 fn maps_may_lie_elsewhere() {
     let home = Home::new();
     let folder = home.files().join("drone");
-    let maps = home.files().join("maps");
+    let maps = home.files().join("elsewhere");
     for made in [&folder, &maps] {
         std::fs::create_dir(made).expect("made");
     }
@@ -132,4 +133,60 @@ fn maps_may_lie_elsewhere() {
     assert!(ended.stdout.contains("location4.osm"), "{}", ended.stdout);
     let ended = home.run(&["--print-config"]).status(0);
     assert!(ended.stdout.contains("maps"), "{}", ended.stdout);
+}
+
+/// Real samples, compared with what a script of its own reads in their files.
+#[test]
+fn the_samples_are_what_their_files_hold() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);
+    let python = std::env::var("NEARMISS_LOADERS_PYTHON").unwrap_or_else(|_| "python3".into());
+    let script = root.join("tests/support/recordings.py");
+    for (kind, below, end) in [
+        ("waymo", "waymo-motion", "tfrecord"),
+        ("argoverse", "argoverse2", "parquet"),
+    ] {
+        let Some(file) = first_file(&shared.join("data").join(below), end) else {
+            println!("skipped: no .{end} below {}", shared.display());
+            continue;
+        };
+        let home = Home::new();
+        let into = home.files().join("converted.xml").display().to_string();
+        let shown = file.display().to_string();
+        home.run(&["convert", &shown, "-o", &into]).status(0);
+        let source = match kind {
+            "argoverse" => file.parent().expect("in a folder").to_path_buf(),
+            _ => file,
+        };
+        let mut command = Command::new(&python);
+        let Ok(ended) = command
+            .arg(&script)
+            .arg(kind)
+            .arg(source)
+            .arg(into)
+            .output()
+        else {
+            println!("skipped: no {python}; set NEARMISS_LOADERS_PYTHON");
+            return;
+        };
+        let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+        match ended.status.code() {
+            Some(0) => println!("{kind}: {said}"),
+            // As the script says.
+            Some(3) => println!("skipped: {kind}: {said}"),
+            _ => panic!("{kind}: {said}{}", String::from_utf8_lossy(&ended.stderr)),
+        }
+    }
+}
+
+/// The first file whose name ends so, in a folder or below.
+fn first_file(folder: &Path, end: &str) -> Option<PathBuf> {
+    let mut paths: Vec<PathBuf> = { folder.read_dir().ok()?.flatten() }
+        .map(|f| f.path())
+        .collect();
+    paths.sort();
+    paths.into_iter().find_map(|path| match path.is_dir() {
+        true => first_file(&path, end),
+        false => path.extension().is_some_and(|e| e == end).then_some(path),
+    })
 }

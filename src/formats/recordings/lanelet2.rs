@@ -1,5 +1,7 @@
 //! Lanelet2 maps: OpenStreetMap XML with lanelets as relations between two ways.
 
+mod tags;
+
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -12,10 +14,9 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::xml::{Element, Xml};
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
-use crate::scenario::{
-    Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Severity, Sign, SignElement,
-};
+use crate::scenario::{Adjacent, Bound, Lanelet, LineMarking, Severity, Sign, SignElement};
 use crate::system::{self, FileCache};
+use tags::{kind, limit};
 
 /// No map is larger, bytes.
 const LARGEST: u64 = 256 << 20;
@@ -387,34 +388,4 @@ fn link(lanelets: &mut [Lanelet], courses: &[Course], borders: &[(Option<i64>, O
         lanelets[i].adjacent_right =
             other(by_left.get(&right), true).or_else(|| other(by_right.get(&right), false));
     }
-}
-
-fn kind(subtype: &str, location: &str) -> (Vec<LaneletType>, Vec<RoadUser>) {
-    match subtype {
-        "highway" => (vec![LaneletType::Highway], vec![RoadUser::Vehicle]),
-        "crosswalk" => (vec![LaneletType::Crosswalk], vec![RoadUser::Pedestrian]),
-        "walkway" => (vec![LaneletType::Sidewalk], vec![RoadUser::Pedestrian]),
-        "shared_walkway" => (
-            vec![LaneletType::Sidewalk],
-            vec![RoadUser::Pedestrian, RoadUser::Bicycle],
-        ),
-        "bicycle_lane" => (vec![LaneletType::BicycleLane], vec![RoadUser::Bicycle]),
-        "bus_lane" => (vec![LaneletType::BusLane], vec![RoadUser::Bus]),
-        "emergency_lane" => (vec![LaneletType::Shoulder], vec![RoadUser::Vehicle]),
-        "parking" => (vec![LaneletType::Parking], vec![RoadUser::Vehicle]),
-        _ if location == "nonurban" => (vec![LaneletType::Country], vec![RoadUser::Vehicle]),
-        _ => (vec![LaneletType::Urban], vec![RoadUser::Vehicle]),
-    }
-}
-
-/// A speed limit, m/s: kilometres an hour where no unit is said.
-fn limit(text: &str) -> Option<f64> {
-    let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
-    let value: f64 = digits.trim().parse().ok()?;
-    let metres = match text.trim_start_matches(digits).trim() {
-        "mph" => value * 0.447_04,
-        "m/s" | "mps" => value,
-        _ => value / 3.6,
-    };
-    (metres > 0.0 && metres < 100.0).then_some((metres * 1e4).round() / 1e4)
 }

@@ -114,7 +114,7 @@ impl LongRecording {
 pub fn too_long(report: &Report, file: &Path, track: &str, start: f64) -> ReadError {
     let file = file.display();
     report.fail(format!(
-        "longer than {SHORT} s; name ten seconds around a track, such as {file}#track={track}@{start:.1}s (`nearmiss inspect` lists those worth looking at)"
+        "longer than {SHORT} s; name ten seconds around a track, such as {file}#track={track}@{start:.1}s (`nearmiss inspect` of its folder lists those worth looking at)"
     ))
 }
 

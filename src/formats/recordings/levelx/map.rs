@@ -93,7 +93,7 @@ fn collect(folder: &Path, deeper: usize, maps: &mut Vec<PathBuf>) {
             .is_some_and(|x| x.eq_ignore_ascii_case("osm"))
         {
             maps.push(path);
-        } else if deeper > 0 && path.is_dir() && !folder.ends_with(".") {
+        } else if deeper > 0 && path.is_dir() {
             collect(&path, deeper - 1, maps);
         }
     }

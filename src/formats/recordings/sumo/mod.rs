@@ -35,6 +35,9 @@ const KEPT: usize = 512 << 20;
 
 static RECORDINGS: FileCache<(Recorded, HashedBeginning)> = FileCache::new(KEPT);
 
+/// So many vehicles of a file are named in a message.
+const NAMED: usize = 5;
+
 /// Numbers of vehicles that are told.
 const TOLD: usize = 12;
 
@@ -184,14 +187,14 @@ fn scenario(
     let name = wanted.as_ref().map_or(EGO, |w| w.track.as_str());
     let chosen = recorded.vehicles.iter().find(|v| v.name == name);
     if let (Some(wanted), None) = (&wanted, chosen) {
-        let known: Vec<&str> = recorded
-            .vehicles
-            .iter()
-            .take(5)
-            .map(|v| v.name.as_str())
-            .collect();
+        let known = recorded.vehicles.iter().take(NAMED);
+        let known: Vec<&str> = known.map(|v| v.name.as_str()).collect();
+        let more = match recorded.vehicles.len() - known.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
         let message = format!(
-            "no vehicle `{}`; it has {}, …",
+            "no vehicle `{}`; it has {}{more}",
             wanted.track,
             known.join(", ")
         );
