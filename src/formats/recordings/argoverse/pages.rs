@@ -9,6 +9,14 @@ const LARGEST_PAGE: i64 = 64 << 20;
 /// streams of bytes.
 const ENCODINGS: [i64; 6] = [0, 2, 3, 4, 8, 9];
 
+/// Those of them whose values are places in a dictionary; of the dictionary itself one says the same.
+const BY_DICTIONARY: [i64; 2] = [2, 8];
+
+/// Kinds of pages: data, a dictionary, and data in the second version of the format.
+const DATA: i64 = 0;
+const DICTIONARY: i64 = 2;
+const DATA_2: i64 = 3;
+
 /// Structs and lists in each other.
 const DEEPEST: usize = 16;
 
@@ -22,6 +30,7 @@ pub fn check(column: &[u8], most: usize) -> Result<(), String> {
         at: 0,
     };
     let mut place = 0;
+    let mut has_dictionary = false;
     while thrift.at < column.len() {
         place += 1;
         let damaged = || format!("the header of page {place} is damaged");
@@ -53,6 +62,17 @@ pub fn check(column: &[u8], most: usize) -> Result<(), String> {
                 header.encoding
             ));
         }
+        // Others are taken for what they are not.
+        match (header.kind, header.of) {
+            (DICTIONARY, 7) if place == 1 => has_dictionary = true,
+            (DATA, 5) | (DATA_2, 8) => {}
+            _ => return Err(format!("page {place} is no page of data")),
+        }
+        if BY_DICTIONARY.contains(&header.encoding) && !has_dictionary {
+            return Err(format!(
+                "page {place} needs a dictionary, and there is none"
+            ));
+        }
     }
     Ok(())
 }
@@ -60,6 +80,9 @@ pub fn check(column: &[u8], most: usize) -> Result<(), String> {
 /// What the header of a page says.
 #[derive(Default)]
 struct Header {
+    kind: i64,
+    /// The field with what there is to say about its kind.
+    of: i64,
     unpacked: i64,
     packed: i64,
     values: i64,
@@ -76,10 +99,11 @@ impl Thrift<'_> {
     fn header(&mut self) -> Option<Header> {
         let mut header = Header::default();
         self.fields(0, &mut |path, value| match path {
+            (0, 1) => header.kind = value,
             (0, 2) => header.unpacked = value,
             (0, 3) => header.packed = value,
             // Pages of data, of the dictionary, and of data in the second version.
-            (5 | 7 | 8, 1) => header.values = value,
+            (of @ (5 | 7 | 8), 1) => (header.of, header.values) = (of, value),
             (5 | 7, 2) | (8, 4) => header.encoding = value,
             _ => {}
         })?;
@@ -213,6 +237,18 @@ mod tests {
         assert!(error(&page(&[40], 20, 10, 16), 10).contains("encoding 5"));
         assert!(error(&good[..30], 10).contains("reach beyond"));
         assert!(error(&good[..9], 10).contains("is damaged"));
+        // Values by a dictionary come after it.
+        assert!(error(&page(&[40], 20, 16, 16), 10).contains("page 1 needs a dictionary"));
+        let dictionary = [
+            &[0x15, 4, 0x15, 8, 0x15, 8, 0x4c, 0x15, 4, 0x15, 0, 0, 0][..],
+            &[7; 4],
+        ];
+        let dictionary = dictionary.concat();
+        let both = [dictionary.clone(), page(&[40], 20, 16, 16)].concat();
+        assert_eq!(check(&both, 10), Ok(()));
+        assert!(
+            error(&[good.clone(), dictionary].concat(), 10).contains("page 2 is no page of data")
+        );
         // Lists in lists.
         let deep: Vec<u8> = [0x19].into_iter().chain([0x19; 100]).collect();
         assert!(error(&deep, 10).contains("is damaged"));

@@ -168,10 +168,14 @@ impl<'r> Table<'r> {
             let start = about.column(place).dictionary_page_offset();
             let start = start.unwrap_or_else(|| about.column(place).data_page_offset());
             self.check(start, about.column(place).compressed_size())?;
-            let group = self.file.get_row_group(group).map_err(|e| e.to_string())?;
-            let reader = group.get_column_reader(place).map_err(|e| e.to_string())?;
             let before = into.len();
-            read(reader, rows, &mut into)?;
+            // The crate asserts that what is in the pages is sound.
+            let done = system::crash::contained(|| {
+                let group = self.file.get_row_group(group).map_err(|e| e.to_string())?;
+                let reader = group.get_column_reader(place).map_err(|e| e.to_string())?;
+                read(reader, rows, &mut into)
+            });
+            done.unwrap_or_else(|| Err("its values are damaged".into()))?;
             match into.len() - before {
                 found if found == rows => {}
                 found => {
