@@ -6,8 +6,7 @@ use nearmiss::{cli, tui};
 
 fn main() -> ExitCode {
     cli::report_panics();
-    let arguments = cli::arguments();
-    match run(arguments) {
+    match run(cli::arguments()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.say();
