@@ -41,7 +41,7 @@
 //! | [`planner`] | Which motion is the best one now? |
 //! | [`simulation`] | How does the ego's drive end, through recorded traffic or through traffic that reacts? |
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
-//! | [`corpus`] | Which windows of which manoeuvres, roads and severities does a corpus hold, and which of them cover it? |
+//! | [`corpus`] | Which windows of which manoeuvres, roads and severities does a corpus hold, and which of them cover it? Which stretches of a long recording are worth looking at? |
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
 //! | [`paper`] | What did the authors of "From Words to Collisions" record and print, and does it agree? |

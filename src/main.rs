@@ -6,8 +6,7 @@ use nearmiss::{cli, tui};
 
 fn main() -> ExitCode {
     cli::report_panics();
-    let arguments = cli::arguments();
-    match run(arguments) {
+    match run(cli::arguments()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.say();
@@ -17,6 +16,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {
+    cli::use_maps();
     let (ego, index) = (cli::chosen_ego(&arguments)?, cli::chosen_index(&arguments)?);
     let paths = cli::chosen_paths(&arguments)?;
     match &arguments.command {

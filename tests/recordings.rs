@@ -22,8 +22,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss::formats::commonroad::{conform, read, write};
-use nearmiss::formats::{EgoSelection, Entry, EntryLocation, find};
+use nearmiss::formats::{EgoSelection, Entry, EntryLocation};
 use nearmiss::scenario::{Ego, Scenario, Scene};
+use nearmiss::workflow::find;
 
 /// The scenario at a path.
 #[track_caller]

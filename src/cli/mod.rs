@@ -50,7 +50,7 @@ mod verdicts;
 
 pub use crash::report_panics;
 pub use failure::{Failure, Outcome};
-pub use open::{EgoChoice, chosen_ego, chosen_index, chosen_paths};
+pub use open::{EgoChoice, chosen_ego, chosen_index, chosen_paths, use_maps};
 pub use print_config::print_config;
 pub use themes_and_keys::Workbench;
 pub use verdicts::{has_terminal, without_terminal};

@@ -8,8 +8,7 @@ use std::sync::Arc;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
-    self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, find,
-    not_standard_input,
+    self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, not_standard_input,
 };
 use crate::metrics::Thresholds;
 use crate::prompts::{Pack, Techniques};
@@ -17,7 +16,9 @@ use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::system::unknown;
 use crate::verdict::Task;
-use crate::workflow::{OpenError, OpenRequest, OpenedScene, experiment_among, index_parts, open};
+use crate::workflow::{
+    OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
+};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -327,6 +328,18 @@ pub fn configuration() -> Result<(Folders, Config), Failure> {
     folders.close();
     let config = Config::read(&folders.config_file()).map_err(unusable)?;
     Ok((folders, config))
+}
+
+/// Tells readers of recordings where the user's maps are. What is wrong with the configuration is said by those who need
+/// it.
+pub fn use_maps() {
+    let config = Folders::find().map(|folders| Config::read(&folders.config_file()));
+    if let Ok(Ok(Config {
+        maps: Some(maps), ..
+    })) = config
+    {
+        formats::look_for_maps_in(maps);
+    }
 }
 
 /// What is wrong with the configuration, a line for each mistake.

@@ -1,7 +1,7 @@
 //! What a corpus of recordings holds: windows of pairs of road users, their manoeuvre, road and severity.
 //!
 //! [`for_each_window`] measures the windows of one scenario, [`Coverage`] counts them, and [`Sampler`] draws windows so
-//! that they cover what is there. [`Part`] reads a part of an index, and [`CorpusIndex`] all of them.
+//! that they cover what is there. [`worst_moments`] finds what is worth looking at in a long recording. [`Part`] reads a part of an index, and [`CorpusIndex`] all of them.
 
 mod coverage;
 mod index;
@@ -9,9 +9,11 @@ mod manoeuvre;
 mod parts;
 mod road_type;
 mod sampler;
+
 #[cfg(test)]
 mod tests;
 mod windows;
+mod worst_moments;
 
 pub use coverage::{Cell, Coverage, SEVERITIES};
 pub use index::{
@@ -22,3 +24,4 @@ pub use parts::{IndexError, Part, PartRow, part_files};
 pub use road_type::RoadType;
 pub use sampler::{Axis, Candidate, Drawn, Sampler};
 pub use windows::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
+pub use worst_moments::{WorstMoment, worst_moments};

@@ -109,3 +109,51 @@ fn coverage_counts() {
     assert_eq!(coverage.totals(), [1, 0, 0, 0, 0, 1]);
     assert_eq!(coverage.largest(), 1);
 }
+
+#[test]
+fn worst_moments_are_those_of_the_index() {
+    for name in ["CutIn", "HardBraking", "Overtaking", "Merge", "JamTail"] {
+        let entry = bundled().into_iter().find(|e| e.name.contains(name));
+        let scenario = entry.unwrap().read().unwrap();
+        let moments = worst_moments(&scenario, 50.0, Thresholds::shipped());
+        assert!(!moments.is_empty(), "{name}");
+        assert!(
+            moments.is_sorted_by_key(|m| m.severity),
+            "{name}: {moments:?}"
+        );
+        let windows = windows(name);
+        let worst = |ego: i64| {
+            let of_ego = windows.iter().filter(|w| w.ego == WindowEgo::Obstacle(ego));
+            of_ego.map(|w| w.severity).min()
+        };
+        for moment in &moments {
+            assert_eq!(
+                Some(moment.severity),
+                worst(moment.ego),
+                "{name}: {moment:?}"
+            );
+            let here = windows.iter().find(|w| {
+                w.ego == WindowEgo::Obstacle(moment.ego)
+                    && w.obstacle == moment.other
+                    && w.severity == moment.severity
+                    && (w.steps.0..=w.steps.1).contains(&moment.step)
+            });
+            assert!(here.is_some(), "{name}: {moment:?} is in no window");
+            // Each pair once.
+            let twin = |m: &&WorstMoment| (m.ego, m.other) == (moment.other, moment.ego);
+            assert!(
+                moments
+                    .iter()
+                    .find(twin)
+                    .is_none_or(|t| (t.step - moment.step).abs() >= 100)
+            );
+        }
+        // What is left out is not worse.
+        let least = windows.iter().filter(|w| w.ego != WindowEgo::Recorded);
+        assert_eq!(
+            Some(moments[0].severity),
+            least.map(|w| w.severity).min(),
+            "{name}"
+        );
+    }
+}

@@ -6,19 +6,32 @@ use std::path::{Path, PathBuf};
 
 use super::address::Address;
 use super::commonroad::{self, ReadError, beginning_of_file};
-use super::recordings;
+use super::recordings::{self, LongRecording};
 use crate::scenario::Scenario;
+
+/// The scenarios in a file.
+pub(super) enum Parts {
+    /// The file as a whole is one.
+    One,
+    /// Several, with names.
+    Named(Vec<String>),
+    /// A recording of minutes, of which windows are.
+    Long(Box<LongRecording>),
+}
+
+/// Which windows of a long recording are listed, and in which order.
+pub type Ranking<'a> = &'a (dyn Fn(&LongRecording) -> Vec<String> + Sync);
 
 /// A format of scenarios.
 pub(super) trait Format: Sync {
     /// Whether a file begins as those of this format do; `head` is its first [`HEAD`] bytes or all of it.
     fn recognises(&self, path: &Path, head: &[u8]) -> bool;
 
-    /// Names of the scenarios in a file, without reading them; none where the file as a whole is one.
+    /// The scenarios in a file, without reading each.
     ///
     /// # Errors
     /// The file is damaged.
-    fn parts(&self, path: &Path) -> Result<Vec<String>, ReadError>;
+    fn parts(&self, path: &Path) -> Result<Parts, ReadError>;
 
     /// Reads one scenario.
     ///
@@ -46,8 +59,8 @@ impl Format for CommonRoad {
         true
     }
 
-    fn parts(&self, _: &Path) -> Result<Vec<String>, ReadError> {
-        Ok(Vec::new())
+    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
+        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
@@ -89,16 +102,22 @@ pub(super) fn is_recording_name(path: &Path) -> bool {
     })
 }
 
-/// The paths of the scenarios in a file: the file itself, or one for each of them.
-pub(super) fn scenarios_in(path: &Path) -> Result<Vec<PathBuf>, ReadError> {
+/// The paths of the scenarios in a file: the file itself, or one for each of them; of a long recording the windows that
+/// `ranking` names.
+pub(super) fn scenarios_in(path: &Path, ranking: Ranking<'_>) -> Result<Vec<PathBuf>, ReadError> {
     let address = Address::of(path);
+    let whole = || Ok(vec![path.to_path_buf()]);
     if address.part.is_some() {
-        return Ok(vec![path.to_path_buf()]);
+        return whole();
     }
-    let parts = format_of(path).parts(path)?;
-    if parts.is_empty() {
-        return Ok(vec![path.to_path_buf()]);
+    let names = match format_of(path).parts(path)? {
+        Parts::One => return whole(),
+        Parts::Named(names) => names,
+        Parts::Long(recording) => ranking(&recording),
+    };
+    if names.is_empty() {
+        return whole();
     }
     let path = |part: &String| Address::path(&address.file, part);
-    Ok(parts.iter().map(path).collect())
+    Ok(names.iter().map(path).collect())
 }

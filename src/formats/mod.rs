@@ -9,13 +9,15 @@ mod recordings;
 mod resolve;
 mod search;
 
+pub use dispatch::Ranking;
 pub use ego::{
     EgoError, EgoSelection, ego_of_solution, find_recording, read_ego, read_ego_file,
     write_recording,
 };
 pub use library::{Entry, EntryLocation, bundled};
+pub use recordings::{LongRecording, MOST_WINDOWS, look_for_maps_in};
 pub use resolve::resolved;
 pub use search::{
-    LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces,
+    LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,
     not_standard_input,
 };

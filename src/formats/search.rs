@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use super::address::Address;
 use super::commonroad::{self, ReadError, Unrecognised};
-use super::dispatch;
+use super::dispatch::{self, Ranking};
 use super::library::{Entry, EntryLocation};
+use super::recordings::LongRecording;
 use crate::system;
 
 /// Results of a search.
@@ -144,18 +145,28 @@ pub fn not_standard_input(path: &Path) -> Result<(), LibraryError> {
 ///
 /// A scenario that is several files in a folder (2024 protobuf) is there once, with the file that needs the others.
 ///
+/// Long recordings are there with the beginnings of their tracks; [`find_ranked`] gives windows that a measure chose.
+///
 /// In a folder laid out like the repository of "From Words to Collisions" (with `Scenarios` and
 /// `Results`), the scenarios are those below `Scenarios`.
 ///
 /// # Errors
 /// A path that cannot be read, or not one scenario at any of them.
 pub fn find(paths: &[PathBuf]) -> Result<SearchResults, LibraryError> {
+    find_ranked(paths, &LongRecording::beginnings)
+}
+
+/// The same, with the windows of long recordings that `ranking` names.
+///
+/// # Errors
+/// As [`find`].
+pub fn find_ranked(paths: &[PathBuf], ranking: Ranking<'_>) -> Result<SearchResults, LibraryError> {
     let mut entries = Vec::new();
     let mut passed_over = Vec::new();
     let mut seen = HashSet::new();
     for path in paths {
         let mut of_path = Vec::new();
-        passed_over.extend(search(path, &mut |found| of_path.extend(found))?);
+        passed_over.extend(search(path, ranking, &mut |found| of_path.extend(found))?);
         // Windows of a recording stay in their order: those worth looking at come first.
         of_path.sort_by_cached_key(|p| Address::of(p).file);
         of_path.retain(|p| seen.insert(p.clone()));
@@ -180,6 +191,7 @@ pub fn find(paths: &[PathBuf]) -> Result<SearchResults, LibraryError> {
 /// As [`find`]; scenarios found before an unreadable path have been delivered by then.
 pub fn find_in_pieces(
     paths: &[PathBuf],
+    ranking: Ranking<'_>,
     give: &mut dyn FnMut(Vec<Entry>),
 ) -> Result<Vec<PassedOver>, LibraryError> {
     let mut seen = HashSet::new();
@@ -191,7 +203,7 @@ pub fn find_in_pieces(
                 give(found.iter().map(|p| Entry::of_argument(p)).collect());
             }
         };
-        passed_over.extend(search(path, &mut piece)?);
+        passed_over.extend(search(path, ranking, &mut piece)?);
     }
     match paths.first() {
         Some(first) if seen.is_empty() => {
@@ -221,6 +233,7 @@ const FIRST_PIECE: usize = 64;
 /// Searches one path, file or folder, and gives out what is there.
 fn search(
     path: &Path,
+    ranking: Ranking<'_>,
     give: &mut dyn FnMut(Vec<PathBuf>),
 ) -> Result<Vec<PassedOver>, LibraryError> {
     not_standard_input(path)?;
@@ -235,12 +248,12 @@ fn search(
     }
     if !path.metadata().map_err(io)?.is_dir() {
         // A damaged file is opened by what comes next, which says what is wrong with it.
-        give(dispatch::scenarios_in(path).unwrap_or_else(|_| vec![path.to_path_buf()]));
+        give(dispatch::scenarios_in(path, ranking).unwrap_or_else(|_| vec![path.to_path_buf()]));
         return Ok(Vec::new());
     }
     let scenarios = path.join("Scenarios");
     let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
-    Search::of(if whole { path } else { &scenarios }, give).map_err(io)
+    Search::of(if whole { path } else { &scenarios }, ranking, give).map_err(io)
 }
 
 /// A search below one folder.
@@ -250,18 +263,24 @@ struct Search<'a> {
     entered: HashSet<PathBuf>,
     found: Vec<PathBuf>,
     given: usize,
+    ranking: Ranking<'a>,
     give: &'a mut dyn FnMut(Vec<PathBuf>),
     passed_over: Vec<PassedOver>,
 }
 
 impl<'a> Search<'a> {
-    fn of(root: &Path, give: &'a mut dyn FnMut(Vec<PathBuf>)) -> std::io::Result<Vec<PassedOver>> {
+    fn of(
+        root: &Path,
+        ranking: Ranking<'a>,
+        give: &'a mut dyn FnMut(Vec<PathBuf>),
+    ) -> std::io::Result<Vec<PassedOver>> {
         let mut search = Self {
             folders: Vec::new(),
             links: Vec::new(),
             entered: HashSet::from([root.canonicalize()?]),
             found: Vec::new(),
             given: 0,
+            ranking,
             give,
             passed_over: Vec::new(),
         };
@@ -362,7 +381,7 @@ impl<'a> Search<'a> {
         if !dispatch::is_recording(&path) {
             return;
         }
-        match dispatch::scenarios_in(&path) {
+        match dispatch::scenarios_in(&path, self.ranking) {
             Ok(scenarios) => self.found.extend(scenarios),
             Err(error) => self.pass_over(path, PassedOverReason::Recording(error)),
         }

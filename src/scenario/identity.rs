@@ -30,6 +30,28 @@ impl ContentHash {
     }
 }
 
+/// Contents that many begin with: hashed once, and gone on from.
+#[derive(Clone)]
+pub struct HashedBeginning(Sha256);
+
+impl HashedBeginning {
+    /// What they begin with.
+    #[must_use]
+    pub fn of(bytes: &[u8]) -> Self {
+        let mut hasher = Sha256::new();
+        hasher.update(bytes);
+        Self(hasher)
+    }
+
+    /// The hash of the beginning with these parts after it.
+    #[must_use]
+    pub fn with<'a>(&self, parts: impl IntoIterator<Item = &'a [u8]>) -> ContentHash {
+        let mut hasher = self.0.clone();
+        parts.into_iter().for_each(|part| hasher.update(part));
+        ContentHash(hasher.finalize().into())
+    }
+}
+
 impl fmt::Display for ContentHash {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
@@ -56,5 +78,9 @@ mod tests {
     fn parts_have_the_hash_of_the_whole() {
         let parts: [&[u8]; 3] = [b"ma", b"", b"p"];
         assert_eq!(ContentHash::of_parts(parts), ContentHash::digest(b"map"));
+        let beginning = HashedBeginning::of(b"ma");
+        let [_, rest @ ..] = parts;
+        assert_eq!(beginning.with(rest), ContentHash::digest(b"map"));
+        assert_eq!(beginning.with([]), ContentHash::digest(b"ma"));
     }
 }

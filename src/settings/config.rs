@@ -60,6 +60,9 @@ pub struct Config {
     pub pictures: Option<PathBuf>,
     /// Folder of the index that the workbench opens with; none where it is not set.
     pub index: Option<PathBuf>,
+    /// A Lanelet2 map, or a folder of them, for drone recordings whose map does not lie with them; none where it is not
+    /// set.
+    pub maps: Option<PathBuf>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -92,6 +95,7 @@ impl Default for Config {
             person: None,
             pictures: None,
             index: None,
+            maps: None,
             providers: toml::Table::new(),
             planner: toml::Table::new(),
         }

@@ -42,7 +42,7 @@ const BOOLEAN: &str = "expected true or false";
 const COUNT: &str = "expected a whole number from 1 to 4294967295";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 24] = [
+pub(super) const KEYS: [Key; 25] = [
     key(
         "theme",
         "expected the name of a theme, such as \"dark\"",
@@ -152,6 +152,12 @@ pub(super) const KEYS: [Key; 24] = [
         "expected the folder of an index",
         "no index",
         |config| Some(config.index.as_ref()?.display().to_string().into()),
+    ),
+    key(
+        "maps",
+        "expected a folder of Lanelet2 maps, or one map",
+        "only those beside recordings",
+        |config| Some(config.maps.as_ref()?.display().to_string().into()),
     ),
     // These are printed as sections.
     key(

@@ -1,6 +1,7 @@
 //! What happens if the program panics in spite of all: one sentence, a report, exit status 101.
 
 use std::backtrace::Backtrace;
+use std::cell::Cell;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,28 @@ const MOST_REPORTS: usize = 20;
 /// Takes secrets out of a text.
 pub type Redact = fn(&str) -> String;
 
+thread_local! {
+    /// Whether a panic of this thread is an error of what it reads.
+    static CONTAINED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What `read` gives; nothing if it panics, which is neither reported nor the end of the program.
+///
+/// For crates that read files of others and assert that these are sound. Nothing that `read` changes may be used after
+/// that.
+pub fn contained<T>(read: impl FnOnce() -> T) -> Option<T> {
+    let before = CONTAINED.replace(true);
+    let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(read));
+    CONTAINED.set(before);
+    found.ok()
+}
+
+/// Whether a panic of this thread is contained: hooks let it pass.
+#[must_use]
+pub fn is_contained() -> bool {
+    CONTAINED.get()
+}
+
 /// Makes every panic, in whichever thread, write a report into `folder`, say so in one sentence, and end the program.
 ///
 /// `folder` may be missing; the report is then said to be unwritten. `redact` takes out secrets.
@@ -27,6 +50,9 @@ pub fn report_panics(folder: Option<PathBuf>, redact: Redact) {
     let main = std::thread::current().id();
     let command: Vec<String> = std::env::args().map(|argument| redact(&argument)).collect();
     std::panic::set_hook(Box::new(move |info| {
+        if is_contained() {
+            return;
+        }
         // Of several panics at once the first is the cause; a panic in here must not come back.
         if !BEGUN.swap(true, Ordering::SeqCst) {
             let crashed = activity::crashed();
@@ -143,6 +169,14 @@ mod tests {
             tasks: vec!["running `plan`".into(), "planning".into()],
             file: Some("a\u{1b}[2J.xml".into()),
         }
+    }
+
+    #[test]
+    fn a_contained_panic_is_no_crash() {
+        assert_eq!(contained(is_contained), Some(true));
+        let fails = || -> i32 { panic!("the file is damaged") };
+        assert_eq!(contained(fails), None);
+        assert!(!is_contained());
     }
 
     #[test]

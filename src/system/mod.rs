@@ -4,6 +4,7 @@ pub mod activity;
 mod activity_locks;
 mod atomic_write;
 pub mod crash;
+mod file_cache;
 pub mod job_control;
 mod key_binding;
 mod private;
@@ -20,6 +21,7 @@ mod without_folders;
 mod words;
 
 pub use atomic_write::{NewFile, SaveError, save, save_private};
+pub use file_cache::FileCache;
 pub use key_binding::KeyBinding;
 pub use private::{close_file, close_folder, make_file, make_folder};
 pub use process_groups::{ProcessGroup, end_process_groups};

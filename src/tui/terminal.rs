@@ -214,6 +214,9 @@ pub fn give_back_on_panic() {
     let report = std::panic::take_hook();
     let main = std::thread::current().id();
     std::panic::set_hook(Box::new(move |info| {
+        if crate::system::crash::is_contained() {
+            return;
+        }
         give_back();
         report(info);
         if std::thread::current().id() != main {

@@ -1,5 +1,6 @@
 //! What the program does, shared by command line and workbench: a request, events on the way, an outcome.
 //!
+//! - [`find`]: the scenarios in files and folders, and the windows of long recordings
 //! - [`open`]: a scenario with its ego, optionally with a changed scene
 //! - [`ask`]: one question to a model, its answer stored before it is shown
 //! - [`batch`]: many questions, stored before they are asked, and resumable
@@ -31,6 +32,7 @@ mod corpus_index;
 mod experiment;
 mod generate;
 pub mod journal;
+mod listing;
 mod monitor;
 mod open;
 mod original;
@@ -58,6 +60,7 @@ pub use experiment::{
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
 };
+pub use listing::{INDEX_RADIUS, find, find_in_pieces};
 pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };

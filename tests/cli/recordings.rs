@@ -1,7 +1,8 @@
 //! Recordings of other data sets in commands: named by file, folder and part.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use super::support::program::Home;
 
@@ -79,4 +80,113 @@ fn a_part_that_is_not_there_is_named() {
     home.run(&["inspect", &format!("{file}x#1")])
         .status(2)
         .says(&["no such file"]);
+}
+
+#[test]
+fn maps_may_lie_elsewhere() {
+    let home = Home::new();
+    let folder = home.files().join("drone");
+    let maps = home.files().join("elsewhere");
+    for made in [&folder, &maps] {
+        std::fs::create_dir(made).expect("made");
+    }
+    let mut rows = String::from(
+        "recordingId,trackId,frame,xCenter,yCenter,heading,width,length,xVelocity,yVelocity\n",
+    );
+    for frame in 0..50 {
+        let _ = writeln!(rows, "18,1,{frame},{},0,0,2,4,10,0", f64::from(frame) * 0.4);
+    }
+    let write = |path: PathBuf, text: &str| std::fs::write(path, text).expect("written");
+    write(folder.join("18_tracks.csv"), &rows);
+    write(
+        folder.join("18_tracksMeta.csv"),
+        "recordingId,trackId,initialFrame,finalFrame,numFrames,width,length,class\n18,1,0,49,50,2,4,car\n",
+    );
+    write(
+        folder.join("18_recordingMeta.csv"),
+        "recordingId,locationId,frameRate,xUtmOrigin,yUtmOrigin\n18,4,25,0,0\n",
+    );
+    let node = |id: i64, x: i64, y: i64| {
+        format!(
+            "<node id='{id}' lat='50' lon='6'><tag k='local_x' v='{x}'/><tag k='local_y' v='{y}'/></node>"
+        )
+    };
+    let way =
+        |id: i64, a: i64, b: i64| format!("<way id='{id}'><nd ref='{a}'/><nd ref='{b}'/></way>");
+    let osm = format!(
+        "<osm>{}{}{}{}{}{}<relation id='9'><member type='way' ref='5' role='left'/><member type='way' ref='6' role='right'/><tag k='type' v='lanelet'/></relation></osm>",
+        node(1, -10, 2),
+        node(2, 90, 2),
+        node(3, -10, -2),
+        node(4, 90, -2),
+        way(5, 1, 2),
+        way(6, 3, 4)
+    );
+    write(maps.join("location4.osm"), &osm);
+    let file = folder.join("18_tracks.csv").display().to_string();
+    let ended = home.run(&["inspect", &file]).status(0);
+    let said = "no Lanelet2 file (.osm) of place 4 beside it";
+    assert!(ended.stdout.contains(said), "{}", ended.stdout);
+    let config = format!("maps = \"{}\"\n", maps.display());
+    home.write(home.config().join("config.toml"), config);
+    let ended = home.run(&["inspect", &file]).status(0);
+    assert!(ended.stdout.contains("location4.osm"), "{}", ended.stdout);
+    let ended = home.run(&["--print-config"]).status(0);
+    assert!(ended.stdout.contains("maps"), "{}", ended.stdout);
+}
+
+/// Real samples, compared with what a script of its own reads in their files.
+#[test]
+fn the_samples_are_what_their_files_hold() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);
+    let python = std::env::var("NEARMISS_LOADERS_PYTHON").unwrap_or_else(|_| "python3".into());
+    let script = root.join("tests/support/recordings.py");
+    for (kind, below, end) in [
+        ("waymo", "waymo-motion", "tfrecord"),
+        ("argoverse", "argoverse2", "parquet"),
+    ] {
+        let Some(file) = first_file(&shared.join("data").join(below), end) else {
+            println!("skipped: no .{end} below {}", shared.display());
+            continue;
+        };
+        let home = Home::new();
+        let into = home.files().join("converted.xml").display().to_string();
+        let shown = file.display().to_string();
+        home.run(&["convert", &shown, "-o", &into]).status(0);
+        let source = match kind {
+            "argoverse" => file.parent().expect("in a folder").to_path_buf(),
+            _ => file,
+        };
+        let mut command = Command::new(&python);
+        let Ok(ended) = command
+            .arg(&script)
+            .arg(kind)
+            .arg(source)
+            .arg(into)
+            .output()
+        else {
+            println!("skipped: no {python}; set NEARMISS_LOADERS_PYTHON");
+            return;
+        };
+        let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+        match ended.status.code() {
+            Some(0) => println!("{kind}: {said}"),
+            // As the script says.
+            Some(3) => println!("skipped: {kind}: {said}"),
+            _ => panic!("{kind}: {said}{}", String::from_utf8_lossy(&ended.stderr)),
+        }
+    }
+}
+
+/// The first file whose name ends so, in a folder or below.
+fn first_file(folder: &Path, end: &str) -> Option<PathBuf> {
+    let mut paths: Vec<PathBuf> = { folder.read_dir().ok()?.flatten() }
+        .map(|f| f.path())
+        .collect();
+    paths.sort();
+    paths.into_iter().find_map(|path| match path.is_dir() {
+        true => first_file(&path, end),
+        false => path.extension().is_some_and(|e| e == end).then_some(path),
+    })
 }

@@ -47,6 +47,41 @@ pub fn table() -> Vec<u8> {
     ])
 }
 
+/// The table with the first page to be 2 GiB when unpacked, and no byte longer for it.
+fn lying() -> Vec<u8> {
+    let mut bytes = table();
+    // The header of the dictionary of the first column: its kind, the two sizes, each with a byte before it.
+    assert_eq!(bytes[4..7], [0x15, 0x04, 0x15]);
+    let varint = |at: usize| bytes[at..].iter().position(|b| *b < 0x80).unwrap() + 1;
+    let unpacked = 7..7 + varint(7);
+    let packed = unpacked.end + 1..unpacked.end + 1 + varint(unpacked.end + 1);
+    assert_eq!(packed.len(), 1, "a small page");
+    let largest = [0xfe, 0xff, 0xff, 0xff, 0x0f];
+    let longer = largest.len() - unpacked.len();
+    let size = usize::from(bytes[packed.start] / 2);
+    // What follows the header is as much shorter.
+    bytes[packed.start] -= 2 * longer as u8;
+    let struct_end = 9;
+    let from = packed.end + struct_end;
+    bytes.drain(from..from + longer.min(size));
+    bytes.splice(unpacked, largest);
+    bytes
+}
+
+#[test]
+fn sizes_that_lie_are_refused_before_there_is_room_for_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scenario_x.parquet");
+    let bytes = lying();
+    assert_eq!(bytes.len(), table().len());
+    std::fs::write(&path, bytes).unwrap();
+    let error = refused(&path);
+    assert!(
+        error.contains("in column track_id: page 1 is to have 2147483647 bytes unpacked"),
+        "{error}"
+    );
+}
+
 pub fn map() -> String {
     let line = |points: &[(f64, f64)]| {
         let each = points

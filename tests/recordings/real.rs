@@ -44,6 +44,13 @@ fn the_sample_of_waymo() {
         .iter()
         .map(|l| l.cycle.iter().map(|p| p.duration).sum::<i64>());
     assert!(lasts.into_iter().all(|steps| steps == 91));
+    // Readers of CommonRoad refuse others.
+    let network = &scenario.network;
+    for sign in &network.signs {
+        let refer = |lane: &nearmiss::scenario::Lanelet| lane.signs.contains(&sign.id);
+        assert!(network.lanelets.iter().any(refer), "sign {}", sign.id);
+    }
+    assert!(messages(&scenario).contains("stop signs of no lane in the map left out: 5"));
     survives_conversion(&scenario);
     any_track_can_be_the_ego(&path, 2406, 1580);
 }

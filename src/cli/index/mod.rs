@@ -16,6 +16,7 @@ use crate::corpus::IndexOptions;
 use crate::metrics::{MEASURES, Measure, Thresholds, measure};
 use crate::settings::Folders;
 use crate::system::unknown;
+use crate::workflow::INDEX_RADIUS;
 pub use show::{ShowDocument, severity_names};
 use throughput::Throughput;
 
@@ -46,7 +47,7 @@ pub struct Index {
     #[arg(long, value_name = "S", default_value = "1", value_parser = positive)]
     stride: f64,
     /// Leave out pairs whose centres are farther apart throughout a window, metres.
-    #[arg(long, value_name = "M", default_value = "50", value_parser = positive)]
+    #[arg(long, value_name = "M", default_value_t = INDEX_RADIUS, value_parser = positive)]
     radius: f64,
     /// Measures of each window, separated by commas, or `all`; `nearmiss metrics --list` lists them. The risk score is
     /// always measured.

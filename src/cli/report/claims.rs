@@ -8,9 +8,9 @@ use super::truth::AUTO;
 use crate::cli::filters::store as store_to_write;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
-use crate::formats::{Entry, bundled, find};
+use crate::formats::{Entry, bundled};
 use crate::store::{Outcome as Run, Store};
-use crate::workflow::{count_claims, files_of_batches, is_unchecked};
+use crate::workflow::{count_claims, files_of_batches, find, is_unchecked};
 
 /// Counts the claims of answers that have no counts of this version, where their scenario is one of `files`, of the
 /// bundled ones, or of a batch; gives what is to be said of the others.

@@ -11,12 +11,12 @@ use crate::cli::{Failure, output};
 use crate::evaluation::annotations;
 use crate::evaluation::batch::{Spec, TruthSource};
 use crate::evaluation::report::{Stored, Truth};
-use crate::formats::{EgoSelection, Entry, bundled, find};
+use crate::formats::{EgoSelection, Entry, bundled};
 use crate::metrics::RiskConvention;
 use crate::store::{Outcome as Run, Store};
 use crate::system;
 use crate::verdict::Task;
-use crate::workflow::{TruthChoice, TruthSearch, asked_as, batch_labels};
+use crate::workflow::{TruthChoice, TruthSearch, asked_as, batch_labels, find};
 
 /// The word for the exact geometry.
 pub const AUTO: &str = "auto";

@@ -1,5 +1,7 @@
 //! Lanelet2 maps: OpenStreetMap XML with lanelets as relations between two ways.
 
+mod tags;
+
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -12,10 +14,9 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::xml::{Element, Xml};
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
-use crate::scenario::{
-    Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Severity, Sign, SignElement,
-};
-use crate::system;
+use crate::scenario::{Adjacent, Bound, Lanelet, LineMarking, Severity, Sign, SignElement};
+use crate::system::{self, FileCache};
+use tags::{kind, limit};
 
 /// No map is larger, bytes.
 const LARGEST: u64 = 256 << 20;
@@ -45,6 +46,18 @@ struct Course {
     right: Vec<i64>,
 }
 
+/// A map as it is in its file.
+struct Osm {
+    nodes: HashMap<i64, Place>,
+    ways: HashMap<i64, Way>,
+    relations: Vec<Relation>,
+}
+
+/// Maps that are kept for other windows of a recording, bytes of their files.
+const KEPT: usize = 64 << 20;
+
+static MAPS: FileCache<Osm> = FileCache::new(KEPT);
+
 /// Reads a map; `origin` is east and north in UTM of what the recording's coordinates are relative to.
 pub fn read(
     report: &Report,
@@ -52,6 +65,13 @@ pub fn read(
     origin: (f64, f64),
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
+    let osm = MAPS.get(&[path], || elements(path))?;
+    let points = in_metres(&osm.nodes, origin);
+    Ok(map(report, &points, &osm.ways, &osm.relations, ids))
+}
+
+/// The elements of a map, and the size of its file in bytes.
+fn elements(path: &Path) -> Result<(Osm, usize), ReadError> {
     let file = path.display().to_string();
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
     let mut xml = Xml::new(&bytes, &file)?;
@@ -79,8 +99,12 @@ pub fn read(
             "elements",
         )?;
     }
-    let points = in_metres(&nodes, origin);
-    Ok(map(report, &points, &ways, relations, ids))
+    let osm = Osm {
+        nodes,
+        ways,
+        relations,
+    };
+    Ok((osm, bytes.len()))
 }
 
 /// The attribute as a number.
@@ -223,14 +247,14 @@ fn map(
     report: &Report,
     points: &HashMap<i64, Point>,
     ways: &HashMap<i64, Way>,
-    relations: Vec<Relation>,
+    relations: &[Relation],
     ids: &mut Ids,
 ) -> Map {
     let mut map = Map::default();
     let mut courses = Vec::new();
     let mut borders = Vec::new();
     let mut limits: HashMap<String, i64> = HashMap::new();
-    for relation in relations.into_iter().take(MOST_PARTS) {
+    for relation in relations.iter().take(MOST_PARTS) {
         let way = |id: Option<i64>| ways.get(&id?).filter(|way| way.nodes.len() > 1);
         let element = || format!("relation {}", relation.id);
         let (Some(left), Some(right)) = (way(relation.left), way(relation.right)) else {
@@ -364,34 +388,4 @@ fn link(lanelets: &mut [Lanelet], courses: &[Course], borders: &[(Option<i64>, O
         lanelets[i].adjacent_right =
             other(by_left.get(&right), true).or_else(|| other(by_right.get(&right), false));
     }
-}
-
-fn kind(subtype: &str, location: &str) -> (Vec<LaneletType>, Vec<RoadUser>) {
-    match subtype {
-        "highway" => (vec![LaneletType::Highway], vec![RoadUser::Vehicle]),
-        "crosswalk" => (vec![LaneletType::Crosswalk], vec![RoadUser::Pedestrian]),
-        "walkway" => (vec![LaneletType::Sidewalk], vec![RoadUser::Pedestrian]),
-        "shared_walkway" => (
-            vec![LaneletType::Sidewalk],
-            vec![RoadUser::Pedestrian, RoadUser::Bicycle],
-        ),
-        "bicycle_lane" => (vec![LaneletType::BicycleLane], vec![RoadUser::Bicycle]),
-        "bus_lane" => (vec![LaneletType::BusLane], vec![RoadUser::Bus]),
-        "emergency_lane" => (vec![LaneletType::Shoulder], vec![RoadUser::Vehicle]),
-        "parking" => (vec![LaneletType::Parking], vec![RoadUser::Vehicle]),
-        _ if location == "nonurban" => (vec![LaneletType::Country], vec![RoadUser::Vehicle]),
-        _ => (vec![LaneletType::Urban], vec![RoadUser::Vehicle]),
-    }
-}
-
-/// A speed limit, m/s: kilometres an hour where no unit is said.
-fn limit(text: &str) -> Option<f64> {
-    let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
-    let value: f64 = digits.trim().parse().ok()?;
-    let metres = match text.trim_start_matches(digits).trim() {
-        "mph" => value * 0.447_04,
-        "m/s" | "mps" => value,
-        _ => value / 3.6,
-    };
-    (metres > 0.0 && metres < 100.0).then_some((metres * 1e4).round() / 1e4)
 }

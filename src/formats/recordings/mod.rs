@@ -23,8 +23,10 @@ use super::address::Address;
 use super::commonroad::ReadError;
 pub(super) use argoverse::Argoverse;
 pub(super) use levelx::LevelX;
+pub use levelx::look_for_maps_in;
 pub(super) use sumo::Sumo;
 pub(super) use waymo::Waymo;
+pub use windows::{LongRecording, MOST as MOST_WINDOWS};
 
 /// The file of a format in which each file is one scenario.
 ///

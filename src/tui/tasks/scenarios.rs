@@ -7,11 +7,12 @@ use super::super::loaded::{Facts, Verdicts, worst_of};
 use super::super::message::Msg;
 use super::super::session::SavedLocation;
 use super::Tasks;
-use crate::formats::{Entry, bundled, find_in_pieces};
+use crate::formats::{Entry, bundled};
 use crate::judge;
 use crate::settings::Tags;
 use crate::store::Store;
 use crate::system::activity::{self, ActivityGuard, Subject, trying};
+use crate::workflow::find_in_pieces;
 
 /// The message for a scenario that is skipped.
 const HELD: &str =

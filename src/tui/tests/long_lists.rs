@@ -4,11 +4,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::bench::Bench;
-use crate::formats::{EgoSelection, Entry, bundled, find_in_pieces};
+use crate::formats::{EgoSelection, Entry, bundled};
 use crate::metrics::Thresholds;
 use crate::tui::loaded::{Facts, Verdicts};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::update::update;
+use crate::workflow::find_in_pieces;
 
 const MANY: usize = 2_000;
 

@@ -45,6 +45,7 @@ mod quitting;
 mod random;
 mod rating;
 mod reasoning;
+mod recordings;
 mod results;
 mod results_table;
 mod results_unasked;

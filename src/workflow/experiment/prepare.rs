@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use super::Experiment;
 use crate::evaluation::batch::{MatrixAdditions, Shard, Subset};
-use crate::formats::{Entry, SearchResults, find, resolved};
+use crate::formats::{Entry, SearchResults, resolved};
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::prompts::Library;
 use crate::store::{BatchId, Store};
-use crate::workflow::Selector;
 use crate::workflow::batch::{
     BatchError, BatchPlan, BatchRequest, PlanningEvent, ResumeRequest, Selection,
 };
+use crate::workflow::{Selector, find};
 
 /// What an experiment is run with, beside its file.
 #[derive(Debug, Clone, Copy)]

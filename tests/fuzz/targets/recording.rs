@@ -3,7 +3,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use nearmiss::formats::commonroad::{read, write};
-use nearmiss::formats::{Entry, find};
+use nearmiss::formats::Entry;
+use nearmiss::workflow::find;
 
 fuzz_target!(|bytes: &[u8]| {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,6 +1,7 @@
 //! Argoverse 2 motion forecasting: a Parquet file of tracks and a map in JSON beside it.
 
 mod map;
+mod pages;
 mod table;
 mod tracks;
 
@@ -13,7 +14,7 @@ use super::{sizes, whole_file};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::Format;
+use crate::formats::dispatch::{Format, Parts};
 use crate::scenario::{ContentHash, ObstacleType, Scenario};
 use crate::system;
 use table::Table;
@@ -35,8 +36,8 @@ impl Format for Argoverse {
         table::is_one(path, head)
     }
 
-    fn parts(&self, _: &Path) -> Result<Vec<String>, ReadError> {
-        Ok(Vec::new())
+    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
+        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
@@ -44,7 +45,7 @@ impl Format for Argoverse {
         let name = path.display().to_string();
         let report = Report::about(&name);
         let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&name, &e))?;
-        let table = Table::open(path, &report)?;
+        let table = Table::open(path, &bytes, &report)?;
         let rows = tracks::read(&report, &table)?;
         let dt = time_step(&report, &table)?;
         drop(table);

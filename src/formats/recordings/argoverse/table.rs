@@ -10,6 +10,7 @@ use parquet::data_type::{
 };
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
+use super::pages;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::report::Report;
@@ -25,7 +26,7 @@ const TELLING: [&str; 5] = [
     "position_y",
 ];
 
-/// No page of a file of seconds is larger when unpacked, bytes.
+/// No column of a file of seconds is larger when unpacked, bytes.
 const LARGEST_COLUMN: i64 = 64 << 20;
 
 /// Appends the values of a column in a row group with so many rows.
@@ -34,6 +35,7 @@ type ReadColumn<'f, T> = dyn FnMut(ColumnReader, usize, &mut Vec<T>) -> Result<(
 /// A Parquet file.
 pub struct Table<'r> {
     file: SerializedFileReader<File>,
+    bytes: &'r [u8],
     report: &'r Report,
 }
 
@@ -51,12 +53,17 @@ pub fn is_one(path: &Path, head: &[u8]) -> bool {
 }
 
 impl<'r> Table<'r> {
-    pub fn open(path: &Path, report: &'r Report) -> Result<Self, ReadError> {
+    /// Opens a file, which has these bytes.
+    pub fn open(path: &Path, bytes: &'r [u8], report: &'r Report) -> Result<Self, ReadError> {
         let file = system::open_file(path);
         let file = file.map_err(|error| ReadError::io(report.file(), &error))?;
         let file = SerializedFileReader::new(file);
         let file = file.map_err(|e| report.fail(format!("not a whole Parquet file ({e})")))?;
-        let table = Self { file, report };
+        let table = Self {
+            file,
+            bytes,
+            report,
+        };
         let rows = table.rows();
         if usize::try_from(rows).is_ok_and(|rows| rows <= MOST_PARTS) {
             return Ok(table);
@@ -126,6 +133,15 @@ impl<'r> Table<'r> {
         self.report.at(format!("column {column}")).fail(what)
     }
 
+    /// Checks the pages of a column in a row group.
+    fn check(&self, start: i64, length: i64) -> Result<(), String> {
+        let start = usize::try_from(start).ok();
+        let end = start.zip(usize::try_from(length).ok());
+        let end = end.and_then(|(start, length)| start.checked_add(length));
+        let column = start.zip(end).and_then(|(a, b)| self.bytes.get(a..b));
+        pages::check(column.ok_or("it reaches beyond the file")?, MOST_PARTS)
+    }
+
     fn column<T>(
         &self,
         name: &str,
@@ -149,10 +165,17 @@ impl<'r> Table<'r> {
             if about.column(place).uncompressed_size() > LARGEST_COLUMN {
                 return Err(format!("more than {} MiB", LARGEST_COLUMN >> 20));
             }
-            let group = self.file.get_row_group(group).map_err(|e| e.to_string())?;
-            let reader = group.get_column_reader(place).map_err(|e| e.to_string())?;
+            let start = about.column(place).dictionary_page_offset();
+            let start = start.unwrap_or_else(|| about.column(place).data_page_offset());
+            self.check(start, about.column(place).compressed_size())?;
             let before = into.len();
-            read(reader, rows, &mut into)?;
+            // The crate asserts that what is in the pages is sound.
+            let done = system::crash::contained(|| {
+                let group = self.file.get_row_group(group).map_err(|e| e.to_string())?;
+                let reader = group.get_column_reader(place).map_err(|e| e.to_string())?;
+                read(reader, rows, &mut into)
+            });
+            done.unwrap_or_else(|| Err("its values are damaged".into()))?;
             match into.len() - before {
                 found if found == rows => {}
                 found => {

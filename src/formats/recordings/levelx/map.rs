@@ -1,6 +1,8 @@
-//! The map of an inD, rounD, uniD or exiD recording: a Lanelet2 file that lies beside it or in the data set's folder.
+//! The map of an inD, rounD, uniD or exiD recording: a Lanelet2 file that lies beside it, in the data set's folder, or
+//! where the user says.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use super::meta::Recording;
 use crate::formats::commonroad::ReadError;
@@ -13,6 +15,16 @@ use crate::formats::recordings::report::Report;
 /// Folders of the data sets with their maps, from the folder of the recordings.
 const FOLDERS: [&str; 4] = [".", "../lanelets", "../maps/lanelets", "../maps"];
 
+/// Where the user's maps are.
+static MAPS: OnceLock<PathBuf> = OnceLock::new();
+
+/// Says where maps are that do not lie with their recordings: a Lanelet2 file, or a folder of them. Said once, before the
+/// first recording is read, so that all readings of a recording have the same map.
+pub fn look_for_maps_in(place: PathBuf) {
+    // What is said again is what is said already: there is one configuration.
+    let _ = MAPS.set(place);
+}
+
 /// Reads the map, if there is one.
 pub fn beside(
     report: &Report,
@@ -20,26 +32,41 @@ pub fn beside(
     recording: &Recording,
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
-    match find(recording_file, recording.location) {
+    match find(
+        recording_file,
+        recording.location,
+        MAPS.get().map(PathBuf::as_path),
+    ) {
         Some(file) => {
             report.note(format!("map {}", file.display()));
             lanelet2::read(report, &file, recording.origin, ids)
         }
         None => {
-            let message = "no map: no Lanelet2 file (.osm) beside it or in ../lanelets; the scenario has no lanes";
-            report.at("").warn(message);
+            let elsewhere = MAPS.get().map_or_else(String::new, |maps| {
+                format!(" or in {} (`maps` in config.toml)", maps.display())
+            });
+            report.at("").warn(format!(
+                "no map: no Lanelet2 file (.osm) of place {} beside it, in ../lanelets{elsewhere}; the scenario has no lanes",
+                recording.location.map_or_else(|| "?".into(), |place| place.to_string())
+            ));
             Ok(Map::default())
         }
     }
 }
 
-/// The map beside a recording: the only one there, or the one whose name has the number of the place.
-fn find(recording: &Path, location: Option<i64>) -> Option<PathBuf> {
+/// The map of a recording: beside it, or else where the user has maps; the only one there, or the one whose name has the
+/// number of the place.
+fn find(recording: &Path, location: Option<i64>, users: Option<&Path>) -> Option<PathBuf> {
     let folder = recording.parent().filter(|f| !f.as_os_str().is_empty());
     let folder = folder.unwrap_or_else(|| Path::new("."));
-    FOLDERS.iter().find_map(|below| {
+    let folders = FOLDERS.iter().map(|below| folder.join(below));
+    let mut folders = folders.chain(users.map(Path::to_path_buf));
+    folders.find_map(|folder| {
+        if folder.is_file() {
+            return Some(folder);
+        }
         let mut maps = Vec::new();
-        collect(&folder.join(below), 1, &mut maps);
+        collect(&folder, 1, &mut maps);
         maps.sort();
         if let [only] = &maps[..] {
             return Some(only.clone());
@@ -66,8 +93,44 @@ fn collect(folder: &Path, deeper: usize, maps: &mut Vec<PathBuf>) {
             .is_some_and(|x| x.eq_ignore_ascii_case("osm"))
         {
             maps.push(path);
-        } else if deeper > 0 && path.is_dir() && !folder.ends_with(".") {
+        } else if deeper > 0 && path.is_dir() {
             collect(&path, deeper - 1, maps);
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_lie_beside_the_recording_or_where_the_user_says() {
+        let root = tempfile::tempdir().unwrap();
+        let make = |name: &str| {
+            let path = root.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, "").unwrap();
+            path
+        };
+        let recording = make("data/18_tracks.csv");
+        let (one, two) = (
+            make("maps-of-mine/location1.osm"),
+            make("maps-of-mine/02_b.osm"),
+        );
+        let folder = one.parent();
+        assert_eq!(find(&recording, Some(1), None), None);
+        assert_eq!(find(&recording, Some(1), folder), Some(one.clone()));
+        assert_eq!(find(&recording, Some(2), folder), Some(two));
+        assert_eq!(find(&recording, Some(3), folder), None);
+        // A file is the map of all.
+        assert_eq!(find(&recording, Some(3), Some(&one)), Some(one.clone()));
+        // What lies beside the recording is nearer.
+        let beside = make("lanelets/location1.osm");
+        let found = find(&recording, Some(1), folder).unwrap();
+        assert_eq!(
+            found.canonicalize().unwrap(),
+            beside.canonicalize().unwrap()
+        );
     }
 }

@@ -6,22 +6,25 @@
 mod highd;
 mod map;
 mod meta;
+mod recorded;
 mod rows;
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
 
-use super::assembly::{About, RecordedTrack, assemble};
+use super::assembly::{About, Map, RecordedTrack, assemble};
 use super::ids::Ids;
 use super::report::Report;
 use super::sizes;
-use super::windows::{self, Looks, Wanted};
+use super::windows::{self, LongRecording, Wanted};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::Format;
+use crate::formats::dispatch::{Format, Parts};
 use crate::scenario::{ContentHash, ObstacleType, Scenario};
-use meta::{Recording, TrackMeta};
+pub use map::look_for_maps_in;
+use meta::TrackMeta;
+use recorded::Recorded;
 use rows::{Kind, Row};
 
 /// The format.
@@ -30,33 +33,18 @@ pub struct LevelX;
 /// The end of the names of recordings.
 const TRACKS: &str = "_tracks.csv";
 
-/// Moments a second that are looked at for windows.
-const LOOKS: f64 = 5.0;
-
 impl Format for LevelX {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
         Kind::of(head).is_some()
     }
 
-    fn parts(&self, path: &Path) -> Result<Vec<String>, ReadError> {
-        let report = Report::about(path.display().to_string());
-        let (recording, tracks) = beside(path, &report)?;
-        let mut looks = Looks::default();
-        let every = (recording.frame_rate / LOOKS).round().max(1.0) as i64;
-        rows::each(path, &report, &mut |row: &Row| {
-            if row.frame % every != 0 {
-                return Ok(());
-            }
-            let Some(track) = tracks.get(&row.track) else {
-                return Ok(());
-            };
-            looks.add(row.frame, row.look(track, recording.frame_rate), &report)
-        })?;
-        let (from, to) = looks.span();
-        if to - from <= windows::SHORT {
-            return Ok(Vec::new());
+    fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
+        let recorded = recorded::of(path)?;
+        if !recorded.is_long() {
+            return Ok(Parts::One);
         }
-        Ok(looks.windows(|track| track.to_string()))
+        let report = Report::about(path.display().to_string());
+        Ok(Parts::Long(Box::new(whole(&recorded, report)?)))
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
@@ -67,47 +55,88 @@ impl Format for LevelX {
             .as_ref()
             .map(|p| Wanted::parse(p, &report))
             .transpose()?;
-        if wanted.is_none() {
-            let windows = self.parts(file)?;
-            if let Some(first) = windows.first() {
-                return Err(report.fail(format!(
-                    "longer than {} s; open a window of it, such as {}#{first} (`nearmiss inspect` of its folder lists {})",
-                    windows::SHORT,
-                    file.display(),
-                    windows.len()
-                )));
-            }
+        let recorded = recorded::of(file)?;
+        if wanted.is_none() && recorded.is_long() {
+            let first = recorded.tracks.first_key_value();
+            let (track, start) = first.map_or((1, 0.0), |(id, track)| {
+                (*id, track.frames.0 as f64 / recorded.recording.frame_rate)
+            });
+            return Err(windows::too_long(&report, file, &track.to_string(), start));
         }
-        scenario(file, report, wanted)
+        scenario(file, report, &recorded, wanted)
     }
 }
 
-/// The file of the same recording whose name ends differently.
-fn sibling(path: &Path, end: &str) -> Option<PathBuf> {
-    let name = path.file_name()?.to_str()?;
-    let prefix = name.strip_suffix(TRACKS)?;
-    Some(path.with_file_name(format!("{prefix}{end}")))
-}
-
-/// What the files beside a recording tell.
-fn beside(
-    path: &Path,
-    report: &Report,
-) -> Result<(Recording, BTreeMap<i64, TrackMeta>), ReadError> {
-    let find = |end: &str| {
-        sibling(path, end).filter(|file| file.is_file()).ok_or_else(|| {
-            report.fail(format!(
-                "its `{end}` is not beside it; recordings of levelXdata are XX{TRACKS}, XX_tracksMeta.csv and XX_recordingMeta.csv"
-            ))
-        })
+/// Everyone in a long recording, a few times a second.
+fn whole(recorded: &Recorded, report: Report) -> Result<LongRecording, ReadError> {
+    let rate = recorded.recording.frame_rate;
+    let every = (rate / windows::MOMENTS).round().max(1.0) as i64;
+    // Frames that are looked at are multiples, whichever is there first.
+    let first = recorded.frames().map_or(0, |(first, _)| first) / every * every;
+    let mut found: BTreeMap<i64, Vec<&Row>> = BTreeMap::new();
+    for row in recorded.rows((i64::MIN, i64::MAX)) {
+        if row.frame() % every == 0 {
+            found.entry(row.track()).or_default().push(row);
+        }
+    }
+    let own = OwnIds::of(recorded);
+    let mut names = HashMap::with_capacity(found.len());
+    let mut tracks = Vec::with_capacity(found.len());
+    for (id, rows) in found {
+        let Some(meta) = recorded.tracks.get(&id) else {
+            continue;
+        };
+        names.insert(own.id(id), id.to_string());
+        tracks.push(track(
+            own.id(id),
+            meta,
+            &rows,
+            (first, every),
+            &mut Vec::new(),
+        ));
+    }
+    let about = About {
+        source: recorded.recording.kind.source(),
+        benchmark_id: recorded.recording.kind.prefix().to_string(),
+        time_step_size: every as f64 / rate,
+        tags: Vec::new(),
+        ego: None,
+        hash: ContentHash::digest(b""),
     };
-    let recording = meta::recording(&find("_recordingMeta.csv")?)?;
-    let tracks = meta::tracks(&find("_tracksMeta.csv")?, &recording)?;
-    Ok((recording, tracks))
+    let scenario = assemble(report, about, Map::default(), tracks)?;
+    Ok(LongRecording::new(scenario, names, first as f64 / rate))
 }
 
-fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scenario, ReadError> {
-    let (recording, tracks) = beside(file, &report)?;
+/// Ids of tracks in a scenario: some data sets count from 0, and ids of CommonRoad from 1.
+struct OwnIds {
+    ids: Ids,
+    zero: i64,
+}
+
+impl OwnIds {
+    fn of(recorded: &Recorded) -> Self {
+        let mut ids = Ids::beyond(recorded.tracks.keys().copied());
+        recorded.tracks.keys().for_each(|id| {
+            ids.take(*id);
+        });
+        let zero = ids.fresh();
+        Self { ids, zero }
+    }
+
+    fn id(&self, of: i64) -> i64 {
+        if of == 0 { self.zero } else { of }
+    }
+}
+
+fn scenario(
+    file: &Path,
+    report: Report,
+    recorded: &Recorded,
+    wanted: Option<Wanted>,
+) -> Result<Scenario, ReadError> {
+    let Recorded {
+        recording, tracks, ..
+    } = recorded;
     let rate = recording.frame_rate;
     let mut frames = (i64::MIN, i64::MAX);
     let mut ego = None;
@@ -134,20 +163,19 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
             None => (track.frames.0, track.frames.1),
         };
     }
-    let mut found: BTreeMap<i64, Vec<Row>> = BTreeMap::new();
+    let mut found: BTreeMap<i64, Vec<&Row>> = BTreeMap::new();
     let mut hash = Vec::new();
-    let mut extent: Option<(f64, f64)> = None;
-    rows::each(file, &report, &mut |row: &Row| {
-        let (low, high) = extent.unwrap_or((row.x, row.x));
-        extent = Some((low.min(row.x), high.max(row.x)));
-        if (frames.0..=frames.1).contains(&row.frame) {
-            hash.extend(row.bytes());
-            found.entry(row.track).or_default().push(*row);
-        }
-        Ok(())
-    })?;
+    for row in recorded.rows(frames) {
+        hash.extend(row.bytes());
+        found.entry(row.track()).or_default().push(row);
+    }
     let first = match frames.0 {
-        i64::MIN => found.values().flatten().map(|r| r.frame).min().unwrap_or(0),
+        i64::MIN => found
+            .values()
+            .flatten()
+            .map(|r| r.frame())
+            .min()
+            .unwrap_or(0),
         first => first,
     };
     if let Some(ego) = ego
@@ -155,17 +183,11 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
     {
         return Err(report.fail(format!("track {ego} is not there in that window")));
     }
-    let mut ids = Ids::beyond(tracks.keys().copied());
-    tracks.keys().for_each(|id| {
-        ids.take(*id);
-    });
-    // Some data sets count from 0, and ids of CommonRoad from 1.
-    let first_id = ids.fresh();
-    let own = |id: i64| if id == 0 { first_id } else { id };
+    let mut own = OwnIds::of(recorded);
     if found.contains_key(&0) {
-        report.note(format!("track 0 is numbered {first_id}"));
+        report.note(format!("track 0 is numbered {}", own.zero));
     }
-    let mut recorded = Vec::with_capacity(found.len());
+    let mut moving = Vec::with_capacity(found.len());
     let mut assumed = Vec::new();
     for (id, rows) in found {
         let Some(track) = tracks.get(&id) else {
@@ -174,7 +196,13 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
                 .warn("not in its _tracksMeta.csv; left out");
             continue;
         };
-        recorded.push(self::track(own(id), track, &rows, first, &mut assumed));
+        moving.push(self::track(
+            own.id(id),
+            track,
+            &rows,
+            (first, 1),
+            &mut assumed,
+        ));
     }
     if !assumed.is_empty() {
         report.note(format!(
@@ -184,16 +212,16 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
         ));
     }
     let map = match recording.kind {
-        Kind::HighD => highd::map(&report, &recording, extent, &mut ids)?,
-        Kind::InD => map::beside(&report, file, &recording, &mut ids)?,
+        Kind::HighD => highd::map(&report, recording, recorded.extent, &mut own.ids)?,
+        Kind::InD => map::beside(&report, file, recording, &mut own.ids)?,
     };
     let number = recording.id.max(0);
     // Windows of several egos may have the same rows, and sizes and lanes are in other files.
     let around = format!(
-        "{ego:?} {frames:?} {recording:?} {tracks:?} {:?}",
-        map.lanelets
+        "{ego:?} {frames:?} {recording:?} {} {:?}",
+        recorded.tracks_in_words, map.lanelets
     );
-    let ego = ego.map(own);
+    let ego = ego.map(|id| own.id(id));
     let configuration = ego.unwrap_or(1);
     let about = About {
         source: recording.kind.source(),
@@ -210,14 +238,14 @@ fn scenario(file: &Path, report: Report, wanted: Option<Wanted>) -> Result<Scena
         ego,
         hash: ContentHash::of_parts([&hash[..], around.as_bytes()]),
     };
-    assemble(report, about, map, recorded)
+    assemble(report, about, map, moving)
 }
 
 fn track(
     id: i64,
     meta: &TrackMeta,
-    rows: &[Row],
-    first: i64,
+    rows: &[&Row],
+    steps: (i64, i64),
     assumed: &mut Vec<ObstacleType>,
 ) -> RecordedTrack {
     let (mut length, mut width) = meta.size;
@@ -225,7 +253,7 @@ fn track(
         (length, width) = sizes::usual(meta.kind);
         assumed.push(meta.kind);
     }
-    let mut states: Vec<_> = rows.iter().map(|row| row.state(meta, first)).collect();
+    let mut states: Vec<_> = rows.iter().map(|row| row.state(meta, steps)).collect();
     states.sort_by_key(|s| s.step);
     states.dedup_by_key(|s| s.step);
     RecordedTrack {

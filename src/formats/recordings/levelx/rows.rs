@@ -11,7 +11,6 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{TrackState, along};
 use crate::formats::recordings::report::Report;
-use crate::formats::recordings::windows::Look;
 use crate::geometry::{Point, Vector};
 use crate::system;
 
@@ -87,37 +86,39 @@ impl Kind {
 /// A track at a frame. The middle of its body, y upwards, whatever the file has.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
-    pub track: i64,
-    pub frame: i64,
+    // Millions of rows are kept, and both numbers are below 10⁹.
+    track: u32,
+    frame: u32,
     pub x: f64,
     pub y: f64,
-    /// Radians; `None` where it is the track's driving direction.
-    heading: Option<f64>,
+    /// Radians; of highD not a number, as it is the track's driving direction.
+    heading: f64,
     velocity: Vector,
 }
 
 impl Row {
-    fn heading(&self, track: &TrackMeta) -> f64 {
-        self.heading.unwrap_or(track.heading)
+    /// Which track.
+    pub fn track(&self) -> i64 {
+        i64::from(self.track)
     }
 
-    /// For the search of windows.
-    pub fn look(&self, track: &TrackMeta, rate: f64) -> Look {
-        Look {
-            track: u32::try_from(self.track).unwrap_or(0),
-            time: self.frame as f64 / rate,
-            position: Point::new(self.x, self.y),
-            velocity: self.velocity,
-            heading: self.heading(track),
-            half: (track.size.0 / 2.0, track.size.1 / 2.0),
+    /// At which frame.
+    pub fn frame(&self) -> i64 {
+        i64::from(self.frame)
+    }
+
+    fn heading(&self, track: &TrackMeta) -> f64 {
+        match self.heading.is_nan() {
+            true => track.heading,
+            false => self.heading,
         }
     }
 
-    /// As a state; steps are counted from `first`.
-    pub fn state(&self, track: &TrackMeta, first: i64) -> TrackState {
+    /// As a state; the first step is at the frame `first`, and one is so many frames.
+    pub fn state(&self, track: &TrackMeta, (first, frames): (i64, i64)) -> TrackState {
         let heading = self.heading(track);
         TrackState {
-            step: self.frame - first,
+            step: (self.frame() - first) / frames,
             position: Point::new(self.x, self.y),
             heading,
             velocity: Some(along(heading, self.velocity.x, self.velocity.y)),
@@ -126,17 +127,16 @@ impl Row {
     }
 
     /// Everything that it says.
-    pub fn bytes(&self) -> Vec<u8> {
-        let numbers = [self.x, self.y, self.velocity.x, self.velocity.y];
-        let heading = self.heading.unwrap_or(0.0);
-        let whole = [self.track, self.frame]
-            .into_iter()
-            .flat_map(i64::to_le_bytes);
-        let numbers = numbers
-            .into_iter()
-            .chain([heading])
-            .flat_map(f64::to_le_bytes);
-        whole.chain(numbers).collect()
+    pub fn bytes(&self) -> impl Iterator<Item = u8> {
+        let heading = if self.heading.is_nan() {
+            0.0
+        } else {
+            self.heading
+        };
+        let whole = [self.track(), self.frame()];
+        let numbers = [self.x, self.y, self.velocity.x, self.velocity.y, heading];
+        let whole = whole.into_iter().flat_map(i64::to_le_bytes);
+        whole.chain(numbers.into_iter().flat_map(f64::to_le_bytes))
     }
 }
 
@@ -186,10 +186,10 @@ pub fn each(
                 ))),
             }
         };
-        let whole = |i: usize| -> Result<i64, ReadError> {
+        let whole = |i: usize| -> Result<u32, ReadError> {
             let value = number(i)?;
             if value.fract() == 0.0 && (0.0..1e9).contains(&value) {
-                return Ok(value as i64);
+                return Ok(value as u32);
             }
             let at = report.row(line(), format!("column {}", kind_columns(kind)[i]));
             Err(at.fail(format!("`{value}` is not a whole number from 0")))
@@ -202,7 +202,7 @@ pub fn each(
                 frame: whole(1)?,
                 x: x + number(5)? / 2.0,
                 y: -(y + number(6)? / 2.0),
-                heading: None,
+                heading: f64::NAN,
                 velocity: Vector::new(velocity.x, -velocity.y),
             },
             Kind::InD => Row {
@@ -210,7 +210,7 @@ pub fn each(
                 frame: whole(1)?,
                 x,
                 y,
-                heading: Some(number(4)?.to_radians()),
+                heading: number(4)?.to_radians(),
                 velocity,
             },
         };

@@ -44,6 +44,18 @@ pub struct Seen {
     pub acceleration: Option<f64>,
 }
 
+impl Recorded {
+    /// Bytes, about.
+    pub fn size(&self) -> usize {
+        let states: usize = self.vehicles.iter().map(|v| v.seen.capacity()).sum();
+        let each = size_of::<Vehicle>() + 64;
+        self.comment.len()
+            + self.times.len() * size_of::<f64>()
+            + self.vehicles.len() * each
+            + states * size_of::<Seen>()
+    }
+}
+
 impl Vehicle {
     /// Its first and last step.
     pub fn span(&self) -> (i64, i64) {

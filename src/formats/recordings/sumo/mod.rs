@@ -6,20 +6,22 @@ mod lights;
 mod net;
 mod types;
 
+use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::assembly::{About, Map, RecordedTrack, TrackState, assemble};
 use super::ids::Ids;
 use super::report::Report;
-use super::windows::{self, Look, Looks, Wanted};
+use super::windows::{self, LongRecording, Wanted};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::Format;
-use crate::geometry::{Point, Vector};
-use crate::scenario::{ContentHash, Scenario};
-use crate::system;
-use fcd::{Recorded, Seen};
+use crate::formats::dispatch::{Format, Parts};
+use crate::geometry::Point;
+use crate::scenario::{ContentHash, HashedBeginning, Scenario};
+use crate::system::{self, FileCache};
+use fcd::{Recorded, Seen, Vehicle};
 use types::{Types, VehicleType};
 
 /// The format.
@@ -28,8 +30,13 @@ pub struct Sumo;
 /// The vehicle that is the ego where none is chosen.
 const EGO: &str = "ego";
 
-/// Moments a second that are looked at for windows.
-const LOOKS: f64 = 5.0;
+/// Recordings that are kept for other windows of them, bytes.
+const KEPT: usize = 512 << 20;
+
+static RECORDINGS: FileCache<(Recorded, HashedBeginning)> = FileCache::new(KEPT);
+
+/// So many vehicles of a file are named in a message.
+const NAMED: usize = 5;
 
 /// Numbers of vehicles that are told.
 const TOLD: usize = 12;
@@ -39,11 +46,13 @@ impl Format for Sumo {
         fcd::begins(head)
     }
 
-    fn parts(&self, path: &Path) -> Result<Vec<String>, ReadError> {
+    fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
+        let (recorded, _) = &*read(path)?;
+        if !is_long(recorded) {
+            return Ok(Parts::One);
+        }
         let report = Report::about(path.display().to_string());
-        let bytes = system::read_file(path, system::LARGEST);
-        let bytes = bytes.map_err(|e| ReadError::io(report.file(), &e))?;
-        windows_of(path, &fcd::read(&bytes, report.file())?, &report)
+        Ok(Parts::Long(Box::new(whole(path, recorded, report)?)))
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
@@ -54,52 +63,108 @@ impl Format for Sumo {
             .as_ref()
             .map(|p| Wanted::parse(p, &report))
             .transpose()?;
-        let bytes = system::read_file(file, system::LARGEST);
-        let bytes = bytes.map_err(|e| ReadError::io(report.file(), &e))?;
-        let recorded = fcd::read(&bytes, &file.display().to_string())?;
-        if wanted.is_none() {
-            let windows = windows_of(file, &recorded, &report)?;
-            if let Some(first) = windows.first() {
-                return Err(report.fail(format!(
-                    "longer than {} s; open a window of it, such as {}#{first} (`nearmiss inspect` of its folder lists {})",
-                    windows::SHORT,
-                    file.display(),
-                    windows.len()
-                )));
-            }
+        let (recorded, hashed) = &*read(file)?;
+        if wanted.is_none() && is_long(recorded) {
+            let first = recorded.vehicles.first();
+            let (name, step) = first.map_or(("1", 0), |v| (v.name.as_str(), v.span().0));
+            let start = recorded.start + step as f64 * recorded.time_step;
+            return Err(windows::too_long(&report, file, name, start));
         }
-        scenario(file, &bytes, recorded, report, wanted)
+        scenario(file, hashed, recorded, report, wanted)
     }
 }
 
-fn windows_of(path: &Path, recorded: &Recorded, report: &Report) -> Result<Vec<String>, ReadError> {
+/// The data in a file, with the hash of its bytes.
+fn read(path: &Path) -> Result<Arc<(Recorded, HashedBeginning)>, ReadError> {
+    let file = path.display().to_string();
+    RECORDINGS.get(&[path], || {
+        let bytes = system::read_file(path, system::LARGEST);
+        let bytes = bytes.map_err(|e| ReadError::io(&file, &e))?;
+        let recorded = fcd::read(&bytes, &file)?;
+        let size = recorded.size();
+        Ok(((recorded, HashedBeginning::of(&bytes)), size))
+    })
+}
+
+fn is_long(recorded: &Recorded) -> bool {
     let last = recorded.times.len().saturating_sub(1) as f64 * recorded.time_step;
-    if last <= windows::SHORT {
-        return Ok(Vec::new());
+    last > windows::SHORT
+}
+
+/// Everyone in a long recording, a few times a second.
+fn whole(path: &Path, recorded: &Recorded, report: Report) -> Result<LongRecording, ReadError> {
+    let types = Types::beside(path, recorded, &report)?;
+    let every = (1.0 / windows::MOMENTS / recorded.time_step)
+        .round()
+        .max(1.0) as i64;
+    let mut names = HashMap::with_capacity(recorded.vehicles.len());
+    let mut ids = OwnIds::of(recorded);
+    let tracks = recorded.vehicles.iter().map(|vehicle| {
+        let id = ids.id(vehicle).0;
+        names.insert(id, vehicle.name.clone());
+        let seen = vehicle.seen.iter().filter(|seen| seen.step % every == 0);
+        track(id, types.of(&vehicle.kind), seen, (0, every))
+    });
+    let tracks = tracks.collect();
+    let about = About {
+        source: SOURCE,
+        benchmark_id: "ZAM_Sumo".into(),
+        time_step_size: recorded.time_step * every as f64,
+        tags: Vec::new(),
+        ego: None,
+        hash: ContentHash::digest(b""),
+    };
+    let scenario = assemble(report, about, Map::default(), tracks)?;
+    Ok(LongRecording::new(scenario, names, recorded.start))
+}
+
+/// The simulator, as scenarios name their source.
+const SOURCE: &str = "SUMO";
+
+/// Ids of vehicles in a scenario: their names where these are numbers.
+struct OwnIds(Ids);
+
+impl OwnIds {
+    fn of(recorded: &Recorded) -> Self {
+        let names = recorded.vehicles.iter().map(|vehicle| &vehicle.name);
+        let numbers = names.filter_map(|name| name.parse::<i64>().ok());
+        let mut ids = Ids::beyond(numbers.clone());
+        numbers.filter(|id| *id > 0).for_each(|id| {
+            ids.take(id);
+        });
+        Self(ids)
     }
-    let types = Types::beside(path, recorded, report)?;
-    let every = (1.0 / LOOKS / recorded.time_step).round().max(1.0) as i64;
-    let mut looks = Looks::default();
-    for (place, vehicle) in recorded.vehicles.iter().enumerate() {
-        let size = types.of(&vehicle.kind);
-        for seen in vehicle.seen.iter().filter(|s| s.step % every == 0) {
-            let heading = seen.heading;
-            let look = Look {
-                track: u32::try_from(place).unwrap_or(u32::MAX),
-                time: recorded.start + seen.step as f64 * recorded.time_step,
-                position: middle(seen, size),
-                velocity: Vector::new(heading.cos(), heading.sin()) * seen.speed,
-                heading,
-                half: (size.length / 2.0, size.width / 2.0),
-            };
-            looks.add(seen.step, look, report)?;
+
+    /// The id of a vehicle, and whether it is other than its name.
+    fn id(&mut self, vehicle: &Vehicle) -> (i64, bool) {
+        match vehicle.name.parse::<i64>() {
+            Ok(id) if id > 0 => (id, false),
+            _ => (self.0.fresh(), true),
         }
     }
-    let name = |place: u32| {
-        let vehicle = recorded.vehicles.get(place as usize);
-        vehicle.map_or_else(String::new, |v| v.name.clone())
-    };
-    Ok(looks.windows(name))
+}
+
+/// A vehicle at some steps; the first one of the scenario is `first`, and one is so many of the recording's.
+fn track<'s>(
+    id: i64,
+    size: &VehicleType,
+    seen: impl Iterator<Item = &'s Seen>,
+    (first, steps): (i64, i64),
+) -> RecordedTrack {
+    let states = seen.map(|seen| TrackState {
+        step: (seen.step - first) / steps,
+        position: middle(seen, size),
+        heading: seen.heading,
+        velocity: Some(seen.speed),
+        acceleration: seen.acceleration,
+    });
+    RecordedTrack {
+        id,
+        kind: size.kind,
+        length: size.length,
+        width: size.width,
+        states: states.collect(),
+    }
 }
 
 /// The middle of a body: SUMO gives that of its front.
@@ -111,25 +176,25 @@ fn middle(seen: &Seen, size: &VehicleType) -> Point {
 
 fn scenario(
     file: &Path,
-    bytes: &[u8],
-    recorded: Recorded,
+    hashed: &HashedBeginning,
+    recorded: &Recorded,
     report: Report,
     wanted: Option<Wanted>,
 ) -> Result<Scenario, ReadError> {
     let dt = recorded.time_step;
-    let types = Types::beside(file, &recorded, &report)?;
+    let types = Types::beside(file, recorded, &report)?;
     let net = files::net(file, &recorded.comment);
     let name = wanted.as_ref().map_or(EGO, |w| w.track.as_str());
     let chosen = recorded.vehicles.iter().find(|v| v.name == name);
     if let (Some(wanted), None) = (&wanted, chosen) {
-        let known: Vec<&str> = recorded
-            .vehicles
-            .iter()
-            .take(5)
-            .map(|v| v.name.as_str())
-            .collect();
+        let known = recorded.vehicles.iter().take(NAMED);
+        let known: Vec<&str> = known.map(|v| v.name.as_str()).collect();
+        let more = match recorded.vehicles.len() - known.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
         let message = format!(
-            "no vehicle `{}`; it has {}, …",
+            "no vehicle `{}`; it has {}{more}",
             wanted.track,
             known.join(", ")
         );
@@ -157,50 +222,24 @@ fn scenario(
         let message = format!("vehicle `{}` is not there in that window", wanted.track);
         return Err(report.fail(message));
     }
-    let numbers = recorded
-        .vehicles
-        .iter()
-        .filter_map(|v| v.name.parse::<i64>().ok());
-    let mut ids = Ids::beyond(numbers.clone());
-    numbers.filter(|id| *id > 0).for_each(|id| {
-        ids.take(id);
-    });
+    let mut ids = OwnIds::of(recorded);
     let (mut tracks, mut told, mut ego) = (Vec::new(), Vec::new(), None);
     for vehicle in &recorded.vehicles {
-        let id = match vehicle.name.parse::<i64>() {
-            Ok(id) if id > 0 => id,
-            _ => {
-                let id = ids.fresh();
-                told.push(format!("`{}` {id}", vehicle.name));
-                id
-            }
-        };
-        let size = types.of(&vehicle.kind);
-        let seen = vehicle
-            .seen
-            .iter()
-            .filter(|s| (steps.0..=steps.1).contains(&s.step));
-        let states = seen.map(|seen| TrackState {
-            step: seen.step - steps.0,
-            position: middle(seen, size),
-            heading: seen.heading,
-            velocity: Some(seen.speed),
-            acceleration: seen.acceleration,
-        });
-        let states: Vec<TrackState> = states.collect();
-        if states.is_empty() {
+        let (id, is_new) = ids.id(vehicle);
+        let seen = vehicle.seen.iter();
+        let mut seen = seen
+            .filter(|s| (steps.0..=steps.1).contains(&s.step))
+            .peekable();
+        if seen.peek().is_none() {
             continue;
+        }
+        if is_new {
+            told.push(format!("`{}` {id}", vehicle.name));
         }
         if chosen.is_some_and(|c| c.name == vehicle.name) {
             ego = Some(id);
         }
-        tracks.push(RecordedTrack {
-            id,
-            kind: size.kind,
-            length: size.length,
-            width: size.width,
-            states,
-        });
+        tracks.push(track(id, types.of(&vehicle.kind), seen, (steps.0, 1)));
     }
     if !told.is_empty() {
         let more = match told.len().saturating_sub(TOLD) {
@@ -213,7 +252,7 @@ fn scenario(
     let (map, map_hash) = match net {
         Some(net) => {
             let start = recorded.start + steps.0 as f64 * dt;
-            net::read(&report, &net, &mut ids, (start, dt))?
+            net::read(&report, &net, &mut ids.0, (start, dt))?
         }
         None => {
             let message = "no net: no .net.xml beside it; the scenario has no lanes";
@@ -224,7 +263,7 @@ fn scenario(
     let window = part_bytes(steps, ego);
     let sizes = types.bytes();
     let about = About {
-        source: "SUMO",
+        source: SOURCE,
         benchmark_id: format!(
             "ZAM_Sumo-1_{}_T-{}",
             ego.unwrap_or(1).max(1),
@@ -233,7 +272,7 @@ fn scenario(
         time_step_size: dt,
         tags: vec!["simulated".into()],
         ego,
-        hash: ContentHash::of_parts([bytes, &map_hash.bytes()[..], &sizes, &window]),
+        hash: hashed.with([&map_hash.bytes()[..], &sizes, &window]),
     };
     assemble(report, about, map, tracks)
 }

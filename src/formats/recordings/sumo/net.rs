@@ -15,7 +15,7 @@ use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 use crate::scenario::{
     Adjacent, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement,
 };
-use crate::system;
+use crate::system::{self, FileCache};
 
 /// No net is larger, bytes.
 const LARGEST: u64 = 512 << 20;
@@ -46,6 +46,53 @@ struct Connection {
     light: Option<(String, usize)>,
 }
 
+/// A net as it is in its file.
+struct Net {
+    lanes: Vec<NetLane>,
+    connections: Vec<Connection>,
+    programs: HashMap<String, Program>,
+    hash: ContentHash,
+}
+
+/// Nets that are kept for other windows of a recording, bytes of their files.
+const KEPT: usize = 256 << 20;
+
+static NETS: FileCache<Net> = FileCache::new(KEPT);
+
+impl Net {
+    fn read(path: &Path) -> Result<(Self, usize), ReadError> {
+        let file = path.display().to_string();
+        let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
+        let mut xml = Xml::new(&bytes, &file)?;
+        if xml.next()?.is_none_or(|root| root.name != "net") {
+            return Err(xml.fail(0, "not a SUMO net: its root is not <net>".into()));
+        }
+        let (mut lanes, mut connections) = (Vec::new(), Vec::new());
+        let mut programs: HashMap<String, Program> = HashMap::new();
+        while let Some(element) = xml.next()? {
+            match element.name {
+                "edge" => edge(&mut xml, element, &mut lanes)?,
+                "connection" => connections.extend(connection(&mut xml, element)?),
+                "tlLogic" => {
+                    let (id, program) = program(&mut xml, element)?;
+                    // Of several programs the first one runs.
+                    programs.entry(id).or_insert(program);
+                }
+                _ => xml.skip()?,
+            }
+            let most = lanes.len().max(connections.len());
+            xml.check_count(element, most, "lanes or connections")?;
+        }
+        let net = Self {
+            lanes,
+            connections,
+            programs,
+            hash: ContentHash::digest(&bytes),
+        };
+        Ok((net, bytes.len()))
+    }
+}
+
 /// The lanes of a net, with the lights as they are from `start` on in steps of `dt` seconds.
 pub fn read(
     report: &Report,
@@ -53,35 +100,20 @@ pub fn read(
     ids: &mut Ids,
     (start, dt): (f64, f64),
 ) -> Result<(Map, ContentHash), ReadError> {
-    let file = path.display().to_string();
-    let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-    let mut xml = Xml::new(&bytes, &file)?;
-    if xml.next()?.is_none_or(|root| root.name != "net") {
-        return Err(xml.fail(0, "not a SUMO net: its root is not <net>".into()));
-    }
-    let (mut lanes, mut connections) = (Vec::new(), Vec::new());
-    let mut programs: HashMap<String, Program> = HashMap::new();
-    while let Some(element) = xml.next()? {
-        match element.name {
-            "edge" => edge(&mut xml, element, &mut lanes)?,
-            "connection" => connections.extend(connection(&mut xml, element)?),
-            "tlLogic" => {
-                let (id, program) = program(&mut xml, element)?;
-                // Of several programs the first one runs.
-                programs.entry(id).or_insert(program);
-            }
-            _ => xml.skip()?,
-        }
-        let most = lanes.len().max(connections.len());
-        xml.check_count(element, most, "lanes or connections")?;
-    }
-    let mut map = lanelets(lanes, &connections, ids);
+    let net = NETS.get(&[path], || Net::read(path))?;
+    let Net {
+        lanes,
+        connections,
+        programs,
+        hash,
+    } = &*net;
+    let mut map = lanelets(lanes, connections, ids);
     let actuated = programs.values().filter(|p| !p.is_static).count();
     report.note_count(actuated, |n| {
         format!("traffic lights that are not static: {n}; the phases of their program are taken as they stand")
     });
     let places = names(&map.names);
-    for connection in &connections {
+    for connection in connections {
         let Some((light, link)) = &connection.light else {
             continue;
         };
@@ -107,7 +139,7 @@ pub fn read(
         signs: map.signs,
         lights: map.lights,
     };
-    Ok((map, ContentHash::digest(&bytes)))
+    Ok((map, *hash))
 }
 
 fn names(names: &[String]) -> HashMap<String, usize> {
@@ -235,7 +267,7 @@ struct NamedMap {
     lights: Vec<crate::scenario::TrafficLight>,
 }
 
-fn lanelets(lanes: Vec<NetLane>, connections: &[Connection], ids: &mut Ids) -> NamedMap {
+fn lanelets(lanes: &[NetLane], connections: &[Connection], ids: &mut Ids) -> NamedMap {
     let mut map = NamedMap {
         names: Vec::new(),
         lanelets: Vec::new(),
@@ -305,7 +337,7 @@ fn lanelets(lanes: Vec<NetLane>, connections: &[Connection], ids: &mut Ids) -> N
     map
 }
 
-fn link(map: &mut NamedMap, lanes: &[NetLane], connections: &[Connection]) {
+fn link(map: &mut NamedMap, lanes: &[&NetLane], connections: &[Connection]) {
     let places = names(&map.names);
     for connection in connections {
         let to = connection.via.clone();

@@ -1,7 +1,7 @@
 //! Sizes of vehicles: from the types in route and additional files, or SUMO's defaults of their class.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::fcd::Recorded;
 use super::files;
@@ -9,7 +9,7 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::xml::{Element, Xml};
 use crate::formats::recordings::report::Report;
 use crate::scenario::ObstacleType;
-use crate::system;
+use crate::system::{self, FileCache};
 
 /// A type of vehicles.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +26,11 @@ pub struct Types {
     known: HashMap<String, VehicleType>,
     default: VehicleType,
 }
+
+/// Types that are kept for other windows of a recording, bytes.
+const KEPT: usize = 16 << 20;
+
+static DEFINED: FileCache<HashMap<String, VehicleType>> = FileCache::new(KEPT);
 
 /// No file of types is larger, bytes.
 const LARGEST: u64 = 512 << 20;
@@ -66,9 +71,21 @@ impl Types {
             ]
             .map(|(name, of)| (name.to_string(), class(of))),
         );
-        for file in files::with_types(path, &recorded.comment) {
-            read(&file, &mut known)?;
-        }
+        let files = files::with_types(path, &recorded.comment);
+        let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+        let defined = DEFINED.get(&files, || {
+            let mut defined = HashMap::new();
+            for file in &files {
+                read(file, &mut defined)?;
+            }
+            let size = defined.len() * (size_of::<VehicleType>() + 128);
+            Ok::<_, ReadError>((defined, size))
+        })?;
+        known.extend(
+            defined
+                .iter()
+                .map(|(name, kind)| (name.clone(), kind.clone())),
+        );
         let used: BTreeSet<&str> = recorded.vehicles.iter().map(|v| v.kind.as_str()).collect();
         let missing: Vec<&str> = used
             .into_iter()

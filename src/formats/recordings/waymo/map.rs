@@ -160,16 +160,23 @@ fn stop_signs(
     ids: &mut Ids,
     map: &mut Map,
 ) -> Result<(), ReadError> {
+    let mut alone = 0;
     for (place, feature) in features.iter().enumerate() {
         let Some(StopSign { lane, position }) = &feature.stop_sign else {
             continue;
         };
         let at = report.at(format!("map_features[{place}]/stop_sign"));
+        let known: Vec<usize> = { lane.iter() }
+            .filter_map(|l| lanes.get(l).copied())
+            .collect();
+        // Readers of CommonRoad refuse a sign to which no lane refers.
+        if known.is_empty() {
+            alone += 1;
+            continue;
+        }
         let id = ids.keep(feature.id.unwrap_or_default());
-        for lane in lane {
-            if let Some(lanelet) = lanes.get(lane).map(|i| &mut map.lanelets[*i]) {
-                lanelet.signs.push(id);
-            }
+        for lane in known {
+            map.lanelets[lane].signs.push(id);
         }
         map.signs.push(Sign {
             id,
@@ -181,6 +188,9 @@ fn stop_signs(
             }],
         });
     }
+    report.note_count(alone, |n| {
+        format!("stop signs of no lane in the map left out: {n}")
+    });
     Ok(())
 }
 

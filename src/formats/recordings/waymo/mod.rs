@@ -21,7 +21,7 @@ use super::report::Report;
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::Format;
+use crate::formats::dispatch::{Format, Parts};
 use crate::scenario::{ContentHash, Scenario};
 use messages::Scenario as Recorded;
 use tfrecord::Records;
@@ -34,8 +34,8 @@ impl Format for Waymo {
         tfrecord::begins(head)
     }
 
-    fn parts(&self, path: &Path) -> Result<Vec<String>, ReadError> {
-        Ok(index::of(path)?.names.clone())
+    fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
+        Ok(Parts::Named(index::of(path)?.names.clone()))
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {

@@ -15,6 +15,9 @@ pub const HALF_BICYCLE_LANE: f64 = 0.75;
 /// What lies nearer to or farther from the middle of a lane than this is not its border, metres.
 const BORDER: (f64, f64) = (0.3, 5.0);
 
+/// Distances along a line are exact to less than this, metres.
+const ROUNDED: f64 = 1e-6;
+
 /// Lines and lanes of the map, by the ids of the data set.
 pub type Lines = HashMap<i64, Vec<Point>>;
 
@@ -37,30 +40,72 @@ pub fn told(
         (index(from)..=index(to)).contains(&place)
     };
     let usable = |d: &f64| (BORDER.0..=BORDER.1).contains(d);
+    let boundaries = side.boundaries.iter().filter_map(|b| {
+        let line = Measured::of(lines.get(&b.boundary_feature_id?)?)?;
+        Some((b.lane_start_index, b.lane_end_index, line))
+    });
+    let neighbors = side.neighbors.iter().filter_map(|n| {
+        let line = Measured::of(lanes.get(&n.feature_id?)?)?;
+        Some((n.self_start_index, n.self_end_index, line))
+    });
+    let (boundaries, neighbors): (Vec<_>, Vec<_>) = (boundaries.collect(), neighbors.collect());
     let each = centre.iter().zip(places).map(|(p, place)| {
-        let boundary = side.boundaries.iter().filter_map(|b| {
-            let here = within(*place, b.lane_start_index, b.lane_end_index);
-            let line = lines.get(&b.boundary_feature_id?).filter(|_| here)?;
-            distance(p, line)
-        });
+        let here =
+            |(from, to, _): &&(Option<i32>, Option<i32>, Measured<'_>)| within(*place, *from, *to);
+        let boundary = boundaries.iter().filter(here);
+        let boundary = boundary.filter_map(|(.., line)| line.distance(p, BORDER.1));
         let nearest = boundary.filter(usable).reduce(f64::min);
         nearest.or_else(|| {
-            let beside = side.neighbors.iter().filter_map(|n| {
-                let here = within(*place, n.self_start_index, n.self_end_index);
-                let lane = lanes.get(&n.feature_id?).filter(|_| here)?;
-                distance(p, lane).map(|d| d / 2.0)
-            });
-            beside.filter(usable).reduce(f64::min)
+            let beside = neighbors.iter().filter(here);
+            let beside = beside.filter_map(|(.., line)| line.distance(p, 2.0 * BORDER.1));
+            beside.map(|d| d / 2.0).filter(usable).reduce(f64::min)
         })
     });
     each.collect()
 }
 
-fn distance(p: &Point, line: &[Point]) -> Option<f64> {
-    let pieces = line
-        .windows(2)
-        .map(|w| distance_to_segment(p, &w[0], &w[1]));
-    pieces.reduce(f64::min)
+/// A line with the distance along it from its first point to each.
+struct Measured<'l> {
+    points: &'l [Point],
+    along: Vec<f64>,
+}
+
+impl<'l> Measured<'l> {
+    fn of(points: &'l [Point]) -> Option<Self> {
+        if points.len() < 2 {
+            return None;
+        }
+        let mut length = 0.0;
+        let pieces = points.windows(2).map(|pair| {
+            length += (pair[1] - pair[0]).norm();
+            length
+        });
+        Some(Self {
+            points,
+            along: std::iter::once(0.0).chain(pieces).collect(),
+        })
+    }
+
+    /// How far a point is from the line; nothing if it is farther than `most`.
+    ///
+    /// Where a point of the line is far away, so are those not far along from it: they are passed over.
+    fn distance(&self, p: &Point, most: f64) -> Option<f64> {
+        let mut nearest = f64::MAX;
+        let mut i = 0;
+        while i + 1 < self.points.len() {
+            let (a, b) = (&self.points[i], &self.points[i + 1]);
+            nearest = nearest.min(distance_to_segment(p, a, b));
+            let spare = (b - p).norm() - nearest.min(most) - ROUNDED;
+            i += 1;
+            if spare > 0.0 {
+                let clear = self.along[i] + spare;
+                let ahead = self.along[i..].partition_point(|s| *s < clear);
+                // The piece that ends beyond what is clear.
+                i += ahead.saturating_sub(1);
+            }
+        }
+        (nearest <= most).then_some(nearest)
+    }
 }
 
 /// Both sides along a lane: a point without a width has that of the nearest one with it, and a side without any the
@@ -92,8 +137,32 @@ pub fn filled(
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_passed_over_is_farther() {
+        let bend = |i: i32| {
+            let angle = f64::from(i) * 0.05;
+            Point::new(
+                30.0 * angle.sin() + 0.3 * f64::from(i % 3),
+                -30.0 * angle.cos(),
+            )
+        };
+        let line: Vec<Point> = (0..100).map(bend).collect();
+        let measured = Measured::of(&line).unwrap();
+        for (x, y) in (-40..40).flat_map(|x| (-40..40).map(move |y| (x, y))) {
+            let p = Point::new(f64::from(x), f64::from(y));
+            let pieces = line
+                .windows(2)
+                .map(|w| distance_to_segment(&p, &w[0], &w[1]));
+            let nearest = pieces.fold(f64::MAX, f64::min);
+            let expected = (nearest <= 5.0).then_some(nearest);
+            assert_eq!(measured.distance(&p, 5.0), expected, "{p}");
+        }
+        assert!(Measured::of(&line[..1]).is_none());
+    }
 
     #[test]
     fn a_gap_has_the_nearest_width_and_a_side_without_any_that_of_its_ends() {

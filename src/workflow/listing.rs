@@ -1,0 +1,46 @@
+//! Finds scenarios; of long recordings the windows that the index would grade worst.
+
+use std::path::PathBuf;
+
+use crate::corpus::worst_moments;
+use crate::formats::{
+    self, Entry, LibraryError, LongRecording, MOST_WINDOWS, PassedOver, SearchResults,
+};
+use crate::metrics::Thresholds;
+
+/// Pairs farther apart are not measured, metres: as far as `nearmiss index` looks where nothing else is said.
+pub const INDEX_RADIUS: f64 = 50.0;
+
+/// The scenarios at `paths`, as [`formats::find`] finds them; of long recordings the windows around the worst moments,
+/// the most dangerous first.
+///
+/// # Errors
+/// As [`formats::find`].
+pub fn find(paths: &[PathBuf]) -> Result<SearchResults, LibraryError> {
+    formats::find_ranked(paths, &worst_windows)
+}
+
+/// The same in pieces, as [`formats::find_in_pieces`].
+///
+/// # Errors
+/// As [`formats::find`].
+pub fn find_in_pieces(
+    paths: &[PathBuf],
+    give: &mut dyn FnMut(Vec<Entry>),
+) -> Result<Vec<PassedOver>, LibraryError> {
+    formats::find_in_pieces(paths, &worst_windows, give)
+}
+
+/// The windows of a long recording that are listed. They are the same for all users: their own thresholds grade windows
+/// that are open, and do not change what can be named.
+fn worst_windows(recording: &LongRecording) -> Vec<String> {
+    let moments = worst_moments(&recording.scenario, INDEX_RADIUS, Thresholds::shipped());
+    let windows = moments
+        .iter()
+        .filter_map(|m| recording.window(m.ego, m.step));
+    let windows: Vec<String> = windows.take(MOST_WINDOWS).collect();
+    match windows.is_empty() {
+        true => recording.beginnings(),
+        false => windows,
+    }
+}
