@@ -43,8 +43,9 @@ struct Sums {
 }
 
 impl Judge<'_> {
-    /// Follows a candidate from `now`, the state it starts from; no farther than to where it costs more than `most`: no
-    /// term of the cost is negative.
+    /// Follows a candidate from `now`, the state it starts from; no farther than to where it is sure to cost more than
+    /// `most`. What it costs at least after each step is the sum of both of `rest`; nothing where they are empty.
+    #[allow(clippy::too_many_arguments)]
     pub fn follow(
         &self,
         now: &Moved,
@@ -52,6 +53,7 @@ impl Judge<'_> {
         profile: &Profile,
         stations: &[Station],
         lateral: Lateral,
+        rest: [&[f64]; 2],
         most: Option<f64>,
     ) -> Candidate {
         let effort = self.effort(profile, &lateral, now.velocity);
@@ -78,9 +80,12 @@ impl Judge<'_> {
             sums.speed += (moved.velocity - wanted).powi(2);
             sums.offset += offset[0] * offset[0];
             before = moved;
-            if most.is_some_and(|most| self.cost(&sums, effort).total() > most) {
-                rejected = Some((step, Rejection::Costlier));
-                break;
+            if let Some(most) = most {
+                let [along, across] = rest.map(|rest| rest.get(step).copied().unwrap_or(0.0));
+                if self.cost(&sums, effort).total() + along + across > most {
+                    rejected = Some((step, Rejection::Costlier));
+                    break;
+                }
             }
         }
         Candidate {
@@ -93,13 +98,22 @@ impl Judge<'_> {
 
     /// The cost of the jerks.
     fn effort(&self, profile: &Profile, lateral: &Lateral, speed: f64) -> f64 {
-        let weights = &self.settings.weights;
+        self.along_jerk(profile) + self.lateral_jerk(lateral, speed)
+    }
+
+    /// The cost of the jerk along the path.
+    pub fn along_jerk(&self, profile: &Profile) -> f64 {
         let horizon = self.steps as f64 * self.dt;
         let end = profile.duration.min(horizon + profile.elapsed);
         let along =
             profile.along.squared_jerk(end) - profile.along.squared_jerk(profile.elapsed.min(end));
-        weights.longitudinal_jerk * along / horizon
-            + weights.lateral_jerk * lateral.squared_jerk(horizon, speed)
+        self.settings.weights.longitudinal_jerk * along / horizon
+    }
+
+    /// The cost of the jerk across the path, at about `speed` m/s.
+    pub fn lateral_jerk(&self, lateral: &Lateral, speed: f64) -> f64 {
+        let horizon = self.steps as f64 * self.dt;
+        self.settings.weights.lateral_jerk * lateral.squared_jerk(horizon, speed)
     }
 
     /// The cost with these sums, and so much for jerks.

@@ -95,6 +95,26 @@ impl Lateral {
         self
     }
 
+    /// Bounds of the offset (m) and of its first derivative: by time (m/s), or by arc length.
+    pub fn bounds(&self) -> [f64; 2] {
+        let (across, end, target) = match self {
+            Self::Time {
+                across,
+                duration,
+                target,
+                ..
+            } => (across, duration, target),
+            Self::Length {
+                across,
+                length,
+                target,
+                ..
+            } => (across, length, target),
+        };
+        let [offset, slope] = across.bounds(*end);
+        [offset.max(target.abs()), slope]
+    }
+
     /// The mean squared jerk across the path over `horizon` seconds at about `speed` m/s, (m/s³)².
     pub fn squared_jerk(&self, horizon: f64, speed: f64) -> f64 {
         match self {

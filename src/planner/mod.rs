@@ -5,6 +5,7 @@
 //! cannot drive, that leave the road or that touch an obstacle's predicted body are rejected, and the cheapest
 //! remaining one is driven. The planner is deterministic: the same input gives the same plan.
 
+mod best_first;
 mod brake;
 mod cancel;
 mod candidate;
@@ -16,6 +17,7 @@ mod forecast;
 mod goal;
 mod lateral;
 mod limits;
+mod lower_bound;
 mod motion;
 mod place;
 mod plan;

@@ -4,6 +4,7 @@ use super::cancel::Cancel;
 use super::candidate::{Candidate, Cost, Rejection};
 use super::evaluate::{Allowed, CLEAR, Judge};
 use super::lateral::{Lateral, Start};
+use super::lower_bound::Ways;
 use super::motion::{Moved, Station, state};
 use super::place::place;
 use super::profile::Profile;
@@ -49,8 +50,8 @@ pub struct Planner<'a> {
     /// What was chosen last, and at which step.
     pub(super) last: Option<(i64, Profile, Lateral)>,
     pub(super) hint: Option<f64>,
-    profiles: Vec<Profile>,
-    stations: Vec<Station>,
+    pub(super) profiles: Vec<Profile>,
+    pub(super) stations: Vec<Station>,
     pub(super) candidates: Vec<Candidate>,
     /// Costs and indices of the feasible candidates.
     order: Vec<(f64, usize)>,
@@ -59,10 +60,16 @@ pub struct Planner<'a> {
     /// What it was told last.
     told: Option<Traffic>,
     now: Option<VehicleState>,
-    cancel: Cancel,
+    pub(super) cancel: Cancel,
     only_best: bool,
     /// Of only the best: the cheapest candidate so far that stays on the road, with its cost.
-    best: Option<(f64, usize)>,
+    pub(super) best: Option<(f64, usize)>,
+    /// Changes of the offset of a level: over time, and over arc length.
+    pub(super) ways: [Ways; 2],
+    /// Of only the best: what each profile costs at least after each of its steps.
+    pub(super) rest: Vec<f64>,
+    /// Of only the best: the least that each candidate costs, its index and its way.
+    pub(super) least: Vec<(f64, usize, usize)>,
 }
 
 impl<'a> Planner<'a> {
@@ -87,6 +94,9 @@ impl<'a> Planner<'a> {
             cancel: Cancel::default(),
             only_best: false,
             best: None,
+            ways: Default::default(),
+            rest: Vec::new(),
+            least: Vec::new(),
         }
     }
 
@@ -225,8 +235,12 @@ impl<'a> Planner<'a> {
         let place = self.profiles.len();
         self.profiles.push(profile);
         let lateral = lateral.later(later);
-        let candidate = judge.follow(now, place, &profile, &self.stations[first..], lateral, None);
-        self.add(candidate);
+        let stations = &self.stations[first..];
+        let candidate = judge.follow(now, place, &profile, stations, lateral, [&[]; 2], None);
+        self.candidates.push(candidate);
+        if self.only_best {
+            self.ask_road(self.candidates.len() - 1);
+        }
     }
 
     fn sample(
@@ -255,40 +269,25 @@ impl<'a> Planner<'a> {
             }
         }
         self.profiles.truncate(kept);
+        for (ways, by_length) in self.ways.iter_mut().zip([false, true]) {
+            ways.lay(judge, level, start, along, by_length);
+        }
+        if self.only_best {
+            return self.follow_best(first..kept, judge, now);
+        }
         for place in first..kept {
             let profile = self.profiles[place];
-            for target in level.offsets(self.settings.sampling.widest, start.by_length[0]) {
+            let stations = &self.stations[place * (steps + 1)..][..=steps];
+            let slow = usize::from(profile.slowest < self.settings.low_speed);
+            for way in &self.ways[slow].list {
                 if self.cancel.is_asked() {
                     return;
                 }
-                for change in level.changes(self.settings.horizon) {
-                    let lateral = if profile.slowest < self.settings.low_speed {
-                        // As long as it would be at the present speed: braking does not turn sharper.
-                        Lateral::over_length(start, target, along[0], along[1] * change)
-                    } else {
-                        Lateral::over_time(start, target, change)
-                    };
-                    let most = self.best.map(|(cost, _)| cost);
-                    let stations = &self.stations[place * (steps + 1)..][..=steps];
-                    let candidate = judge.follow(now, place, &profile, stations, lateral, most);
-                    self.add(candidate);
-                }
+                let followed =
+                    judge.follow(now, place, &profile, stations, way.lateral, [&[]; 2], None);
+                self.candidates.push(followed);
             }
         }
-    }
-
-    /// Keeps a candidate; where only the best one matters, asks the road at once whether it is that.
-    fn add(&mut self, mut candidate: Candidate) {
-        let place = self.candidates.len();
-        let cost = candidate.cost.total();
-        let is_best = self.best.is_none_or(|(least, _)| cost < least);
-        if self.only_best && candidate.rejected.is_none() && is_best {
-            match self.leaves_road(&candidate) {
-                Some(step) => candidate.rejected = Some((step, Rejection::OffRoad)),
-                None => self.best = Some((cost, place)),
-            }
-        }
-        self.candidates.push(candidate);
     }
 
     /// The cheapest candidate that stays on the road.

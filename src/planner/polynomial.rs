@@ -47,6 +47,19 @@ impl Polynomial {
         ]
     }
 
+    /// Bounds of the size of its value and of its first derivative between 0 and `t`.
+    ///
+    /// Between its ends a polynomial stays within the hull of its Bernstein coefficients (Farouki, The Bernstein
+    /// polynomial basis: a centennial retrospective, 2012).
+    #[must_use]
+    pub fn bounds(&self, t: f64) -> [f64; 2] {
+        let [c0, c1, c2, c3, c4, c5] = self.0;
+        [
+            bernstein_bound([c0, c1, c2, c3, c4, c5], t),
+            bernstein_bound([c1, 2.0 * c2, 3.0 * c3, 4.0 * c4, 5.0 * c5], t),
+        ]
+    }
+
     /// The integral of the squared third derivative from 0 to `t`.
     #[must_use]
     pub fn squared_jerk(&self, t: f64) -> f64 {
@@ -55,6 +68,26 @@ impl Polynomial {
         t * (a * a
             + t * (a * b + t * ((b * b + 2.0 * a * c) / 3.0 + t * (b * c / 2.0 + t * c * c / 5.0))))
     }
+}
+
+/// The largest Bernstein coefficient, by size, of Σ cₖxᵏ between 0 and `t`.
+fn bernstein_bound<const N: usize>(coefficients: [f64; N], t: f64) -> f64 {
+    // Differences of the Bernstein coefficients are cₖtᵏ by the binomial coefficient of the degree.
+    let mut differences = coefficients;
+    let (mut power, mut binomial) = (1.0, 1.0);
+    for (k, c) in differences.iter_mut().enumerate() {
+        *c *= power / binomial;
+        power *= t;
+        binomial *= (N - 1 - k) as f64 / (k + 1) as f64;
+    }
+    let mut most = differences[0].abs();
+    for left in (1..N).rev() {
+        for k in 0..left {
+            differences[k] += differences[k + 1];
+        }
+        most = most.max(differences[0].abs());
+    }
+    most
 }
 
 #[cfg(test)]
@@ -79,6 +112,25 @@ mod tests {
         let [_, velocity, acceleration] = quartic.at(3.5);
         assert!(near(velocity, 7.0) && near(acceleration, 0.5));
         assert_eq!(quartic.at(0.0), from);
+    }
+
+    #[test]
+    fn bounds_hold_and_are_met_by_lines() {
+        let line = Polynomial::quintic([1.0, -2.0, 0.0], [-3.0, -2.0, 0.0], 2.0);
+        let [value, slope] = line.bounds(2.0);
+        assert!(near(value, 3.0) && near(slope, 2.0), "{value}, {slope}");
+        let p = Polynomial::quintic([0.4, 1.5, -2.0], [-3.0, 0.0, 0.0], 3.0);
+        let [value, slope] = p.bounds(3.0);
+        let (mut most, mut steepest) = (0.0_f64, 0.0_f64);
+        for i in 0..=3000 {
+            let [x, v, _] = p.at(f64::from(i) / 1000.0);
+            (most, steepest) = (most.max(x.abs()), steepest.max(v.abs()));
+        }
+        assert!(most <= value && value < 1.5 * most, "{most}, {value}");
+        assert!(
+            steepest <= slope && slope < 2.0 * steepest,
+            "{steepest}, {slope}"
+        );
     }
 
     #[test]
