@@ -10,8 +10,8 @@ mod resolve;
 mod search;
 
 pub use ego::{
-    EgoError, EgoSelection, ego_of_solution, find_recording, read_ego, read_ego_file,
-    write_recording,
+    EgoError, EgoSelection, PlannerDrives, ego_of_solution, find_recording, read_ego,
+    read_ego_file, write_recording,
 };
 pub use library::{Entry, EntryLocation, bundled};
 pub use resolve::resolved;

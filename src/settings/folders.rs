@@ -100,6 +100,12 @@ impl Folders {
         self.data.join("sessions")
     }
 
+    /// Egos that planners drove, for other commands.
+    #[must_use]
+    pub fn drives(&self) -> PathBuf {
+        self.data.join("drives")
+    }
+
     /// Reports of crashes.
     #[must_use]
     pub fn crashes(&self) -> PathBuf {

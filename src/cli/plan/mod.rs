@@ -1,5 +1,6 @@
 //! `nearmiss plan`: drives the ego through scenarios with the planner, and reports the outcomes.
 
+pub mod as_ego;
 mod compare;
 mod document;
 mod driven;

@@ -46,6 +46,7 @@ impl Screen for VariantScreen {
             Action::Play
             | Action::PlotDrives
             | Action::SwitchVariant
+            | Action::CertificateMap
             | Action::SaveVariant
             | Action::Palette => Step::Perform(action),
             _ if moves_scene(action) => Step::Perform(action),
@@ -85,6 +86,7 @@ impl Screen for VariantScreen {
         let mut hints = vec![hints::steps(model, "step"), hints::scroll(model)];
         hints.push(hints::close(model));
         hints.extend(hints::hint_of(model, Action::SwitchVariant));
+        hints.extend(hints::hint_of(model, Action::CertificateMap));
         hints.extend(hints::hint_of(model, Action::PlotDrives));
         hints
     }
