@@ -160,6 +160,7 @@ fn is_ours(name: &str) -> bool {
     let own = [
         "crashes",
         "drafts",
+        "drives",
         "marks",
         "sessions",
         "tags.toml",

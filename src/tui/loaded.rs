@@ -126,7 +126,10 @@ impl Opened {
         };
         let OpenedScene { scenario, scene } = open(&request).map_err(|error| error.to_string())?;
         let mut opened = Self::with(entry, change, scenario, scene, thresholds);
-        opened.chosen = matches!(wanted, EgoSelection::File { .. });
+        opened.chosen = matches!(
+            wanted,
+            EgoSelection::File { .. } | EgoSelection::Planner(_)
+        );
         Ok(opened)
     }
 

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use super::certificate::CertificateOption;
 use crate::cli::Failure;
 use crate::cli::at::At;
 use crate::cli::many_files::ManyFiles;
 use crate::cli::open::{EgoChoice, task};
 use crate::cli::span::history;
 use crate::evaluation::{Settings, window_end};
-use crate::generation::DELAYS;
 use crate::metrics::{MEASURES, Measure, measure};
 use crate::prompts::Defaults;
 use crate::render::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
@@ -48,10 +48,8 @@ pub struct Render {
     /// the contact with the attacker or the nearest approach, at equal intervals; --grid 2xN sets how many [default: 4].
     #[arg(long, conflicts_with_all = ["at", "all", "with_original"])]
     pub case_study: bool,
-    /// Below each map of a variant of `nearmiss generate` the good driver of its certificate with this reaction time at
-    /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
-    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego", "planning_problem"])]
-    pub with_certificate: Option<Reaction>,
+    #[command(flatten)]
+    pub certificate: CertificateOption,
     /// What is drawn.
     #[arg(long, value_enum, default_value = "map")]
     pub what: RenderContent,
@@ -121,25 +119,6 @@ pub enum RenderContent {
     Screen,
 }
 
-/// Reaction time of a certificate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reaction {
-    Longest,
-    Seconds(f64),
-}
-
-fn reaction(word: &str) -> Result<Reaction, String> {
-    let known = DELAYS.into_iter().find(|s| word.parse() == Ok(*s));
-    match (word, known) {
-        ("longest", _) => Ok(Reaction::Longest),
-        (_, Some(seconds)) => Ok(Reaction::Seconds(seconds)),
-        _ => {
-            let known = DELAYS.map(|delay| format!("{delay:.1}"));
-            Err(format!("expected one of {}", known.join(", ")))
-        }
-    }
-}
-
 /// Rows and columns of a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GridShape {
@@ -163,12 +142,6 @@ fn grid_shape(text: &str) -> Result<GridShape, String> {
         })
     })
     .ok_or_else(|| format!("expected ROWSxCOLUMNS, such as 2x3, each from 1 to {MOST_PANELS}"))
-}
-
-impl std::fmt::Display for GridShape {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}x{}", self.rows, self.columns)
-    }
 }
 
 /// A size as it was said.
@@ -254,11 +227,10 @@ impl Render {
         let plots: Vec<&str> = self.plot.iter().map(|measure| measure.id).collect();
         let form = (plots, self.history, self.size, self.dpi, self.format);
         let grid = (self.grid, self.with_original, self.case_study);
-        let certificate = match self.with_certificate {
-            Some(reaction) => format!(" {reaction:?}"),
-            None => String::new(),
-        };
-        format!("{which:?} {shown:?} {form:?} {grid:?}{certificate}")
+        format!(
+            "{which:?} {shown:?} {form:?} {grid:?}{}",
+            self.certificate.words()
+        )
     }
 
     /// Whether several moments are in one picture.

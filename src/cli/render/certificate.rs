@@ -4,15 +4,53 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::arguments::{Reaction, RenderContent};
+use super::arguments::RenderContent;
 use super::{Job, Timeline};
 use crate::cli::open::{Opened, scene_and_doubts};
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::{EgoSelection, Entry};
+use crate::generation::DELAYS;
 use crate::metrics::{Context, Series, Thresholds, measure};
 use crate::render::{Figure, FigureGrid, GridRow, Look, MapExtent, PAGE, Picture, Subject};
 use crate::scenario::Scene;
 use crate::workflow::VariantOrigin;
+
+/// The good driver beside the drive in a variant.
+#[derive(Debug, clap::Args)]
+pub struct CertificateOption {
+    /// Below each map of a variant of `nearmiss generate` the good driver of its certificate with this reaction time at
+    /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
+    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego", "planning_problem"])]
+    pub with_certificate: Option<Reaction>,
+}
+
+impl CertificateOption {
+    /// What of it changes pictures; nothing without it.
+    pub fn words(&self) -> String {
+        let reaction = self.with_certificate;
+        reaction.map_or(String::new(), |reaction| format!(" {reaction:?}"))
+    }
+}
+
+/// Reaction time of a certificate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reaction {
+    Longest,
+    Seconds(f64),
+}
+
+/// A reaction time by its word.
+fn reaction(word: &str) -> Result<Reaction, String> {
+    let known = DELAYS.into_iter().find(|s| word.parse() == Ok(*s));
+    match (word, known) {
+        ("longest", _) => Ok(Reaction::Longest),
+        (_, Some(seconds)) => Ok(Reaction::Seconds(seconds)),
+        _ => {
+            let known = DELAYS.map(|delay| format!("{delay:.1}"));
+            Err(format!("expected one of {}", known.join(", ")))
+        }
+    }
+}
 
 /// A drive, and what is said beside its map.
 struct Drive {

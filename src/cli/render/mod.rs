@@ -150,7 +150,7 @@ impl Job<'_> {
         if self.arguments.what == RenderContent::Screen {
             return self.screens(entry, theme);
         }
-        if let Some(delay) = self.arguments.with_certificate {
+        if let Some(delay) = self.arguments.certificate.with_certificate {
             return self.beside_certificate(entry, delay);
         }
         if self.arguments.is_grid() {
