@@ -126,10 +126,7 @@ impl Opened {
         };
         let OpenedScene { scenario, scene } = open(&request).map_err(|error| error.to_string())?;
         let mut opened = Self::with(entry, change, scenario, scene, thresholds);
-        opened.chosen = matches!(
-            wanted,
-            EgoSelection::File { .. } | EgoSelection::Planner(_)
-        );
+        opened.chosen = matches!(wanted, EgoSelection::File { .. } | EgoSelection::Planner(_));
         Ok(opened)
     }
 

@@ -106,3 +106,72 @@ impl PlannerDrives {
 fn shown_folder(folder: &Path) -> String {
     folder.display().to_string()
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::formats::{EgoSelection, bundled};
+
+    fn drives(folder: &Path) -> PlannerDrives {
+        PlannerDrives {
+            planner: "python3 /home/ada/minimal.py".into(),
+            command: vec!["python3".into(), "/home/ada/minimal.py".into()],
+            said: Some("minimal 1".into()),
+            settings: [("prediction", "lane"), ("vehicle", "4")]
+                .map(|(name, value)| (name.to_string(), value.to_string()))
+                .into(),
+            sha256: "0123456789abcdef".into(),
+            folder: folder.into(),
+        }
+    }
+
+    #[test]
+    fn a_batch_keeps_whose_drives_it_asks_about() {
+        let ego = EgoSelection::Planner(drives(Path::new("/home/ada/drives/01")));
+        let json = serde_json::to_string(&ego).unwrap();
+        assert_eq!(serde_json::from_str::<EgoSelection>(&json).unwrap(), ego);
+        let words = "driven by minimal 1 (prediction lane, drives 0123456789ab)";
+        assert_eq!(ego.planner().unwrap().words(), words);
+        // What older versions wrote stays what it was.
+        assert_eq!(
+            serde_json::from_str::<EgoSelection>("\"beside\"").unwrap(),
+            EgoSelection::Beside
+        );
+    }
+
+    #[test]
+    fn what_leaves_the_machine_names_no_folder_of_it() {
+        let portable = drives(Path::new("/home/ada/drives/01")).portable();
+        assert!(!serde_json::to_string(&portable).unwrap().contains("ada"));
+        assert_eq!(portable.portable(), portable);
+        let unnamed = PlannerDrives {
+            said: None,
+            ..drives(Path::new("/home/ada/drives/01"))
+        };
+        assert!(
+            !serde_json::to_string(&unnamed.portable())
+                .unwrap()
+                .contains("ada")
+        );
+    }
+
+    #[test]
+    fn a_drive_is_found_by_the_scenario_and_has_the_vehicle_of_the_drives() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = bundled().remove(0);
+        let scenario = entry.read().unwrap();
+        let ego = EgoSelection::Planner(drives(folder.path()));
+        let missing = ego.resolve(&entry, &scenario).unwrap_err().to_string();
+        assert!(missing.contains("not driven by minimal 1"), "{missing}");
+        let file = folder.path().join(PlannerDrives::file_name(scenario.hash));
+        std::fs::write(file, "timestep,x_position,y_position\n0,1,2\n1,2,2\n").unwrap();
+        let ego = ego.resolve(&entry, &scenario).unwrap().unwrap();
+        assert_eq!(ego.footprint, VehicleType::Truck.footprint());
+        let source = ego.source.to_string();
+        assert!(
+            source.starts_with("planned by minimal 1 for problem"),
+            "{source}"
+        );
+    }
+}
