@@ -86,7 +86,6 @@ impl Screen for VariantScreen {
         let mut hints = vec![hints::steps(model, "step"), hints::scroll(model)];
         hints.push(hints::close(model));
         hints.extend(hints::hint_of(model, Action::SwitchVariant));
-        hints.extend(hints::hint_of(model, Action::CertificateMap));
         hints.extend(hints::hint_of(model, Action::PlotDrives));
         hints
     }
