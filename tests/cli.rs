@@ -85,6 +85,8 @@ mod piped;
 #[path = "cli/plan.rs"]
 mod plan;
 #[cfg(unix)]
+#[path = "cli/planner_egos.rs"]
+mod planner_egos;
 #[path = "cli/planners.rs"]
 mod planners;
 #[path = "cli/prompts.rs"]

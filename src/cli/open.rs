@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::plan::as_ego;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
@@ -32,21 +33,35 @@ pub struct ScenarioArguments {
 /// Who is the ego.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct EgoChoice {
-    /// The ego: id of an obstacle, or file with a recorded trajectory, Frenetix log or CommonRoad solution [default:
-    /// the recording beside the scenario].
-    #[arg(long, value_name = "ID|FILE", allow_negative_numbers = true)]
+    /// The ego: id of an obstacle, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
+    /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command [default: the
+    /// recording beside the scenario].
+    #[arg(long, value_name = "ID|FILE|planner", allow_negative_numbers = true)]
     ego: Option<PathBuf>,
-    /// Planning problem whose vehicle is the ego, if the file solves several.
+    /// Planning problem whose vehicle is the ego, if the file solves several, or that the planner solves.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     planning_problem: Option<i64>,
 }
 
 impl EgoChoice {
-    /// Who that is.
+    /// Who that is in these scenarios; a planner drives in them first.
     ///
     /// # Errors
-    /// An obstacle is named and a planning problem too, or standard input.
-    pub fn wanted(&self) -> Result<EgoSelection, Failure> {
+    /// An obstacle is named and a planning problem too, or standard input; or the planner drives in none of them.
+    pub fn wanted(&self, entries: &[Entry]) -> Result<EgoSelection, Failure> {
+        let said = self.ego.as_deref().and_then(Path::to_str);
+        match said.and_then(as_ego::named) {
+            Some(planner) => as_ego::drive(planner, self.planning_problem, entries),
+            None => self.recorded(),
+        }
+    }
+
+    /// Whether it is the one beside the scenario.
+    pub fn is_beside(&self) -> bool {
+        self.ego.is_none() && self.planning_problem.is_none()
+    }
+
+    fn recorded(&self) -> Result<EgoSelection, Failure> {
         let planning_problem = self.planning_problem;
         let Some(wanted) = &self.ego else {
             return Ok(match planning_problem {
@@ -106,9 +121,8 @@ pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
 /// # Errors
 /// An ego is chosen, and there is a command, or the paths are not one scenario, or it cannot be the ego there.
 pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
-    let wanted = arguments.ego.wanted()?;
-    if wanted == EgoSelection::Beside {
-        return Ok(wanted);
+    if arguments.ego.is_beside() {
+        return Ok(EgoSelection::Beside);
     }
     if arguments.command.is_some() {
         return Err(Failure::input(
@@ -136,6 +150,7 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
             entries.len()
         )));
     };
+    let wanted = arguments.ego.wanted(&entries)?;
     let scenario = entry.read().map_err(Failure::input)?;
     wanted.resolve(entry, &scenario).map_err(advised)?;
     Ok(wanted)
@@ -202,23 +217,18 @@ pub type Opened = (Arc<Scene>, Vec<String>);
 
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
 pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
-    scene_with(entry, &choice.wanted()?)
+    scene_with(entry, &choice.wanted(std::slice::from_ref(entry))?)
 }
 
 /// The same with an ego given by id, file or place.
 pub fn scene_with(entry: &Entry, wanted: &EgoSelection) -> Result<Arc<Scene>, Failure> {
-    let (scene, doubts) = wanted_scene(entry, wanted)?;
+    let (scene, doubts) = scene_and_doubts(entry, wanted)?;
     doubts.iter().for_each(|doubt| output::say(doubt));
     Ok(scene)
 }
 
-/// The scene of an entry, with an obstacle or a file's ego, and warnings about the ego.
-pub fn scene_and_doubts(entry: &Entry, choice: &EgoChoice) -> Result<Opened, Failure> {
-    wanted_scene(entry, &choice.wanted()?)
-}
-
-/// The same with an ego that is already told by id, file or place.
-fn wanted_scene(entry: &Entry, wanted: &EgoSelection) -> Result<Opened, Failure> {
+/// The scene of an entry with an ego that is told by id, file or place, and warnings about the ego.
+pub fn scene_and_doubts(entry: &Entry, wanted: &EgoSelection) -> Result<Opened, Failure> {
     let opened = opened(entry, wanted)?;
     match opened.scene {
         Ok(scene) => Ok(with_doubts(entry, scene)),
@@ -315,7 +325,7 @@ pub fn advised(error: EgoError) -> Failure {
     let advice = match &error {
         EgoError::Several { .. } => ", with --planning-problem ID",
         EgoError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
-            "; --ego takes the id of an obstacle or a file"
+            "; --ego takes the id of an obstacle, a file, or planner"
         }
         _ => "",
     };

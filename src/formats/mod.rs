@@ -11,8 +11,8 @@ mod search;
 
 pub use dispatch::Ranking;
 pub use ego::{
-    EgoError, EgoSelection, ego_of_solution, find_recording, read_ego, read_ego_file,
-    write_recording,
+    EgoError, EgoSelection, PlannerDrives, ego_of_solution, find_recording, read_ego,
+    read_ego_file, write_recording,
 };
 pub use library::{Entry, EntryLocation, bundled};
 pub use recordings::{LongRecording, MOST_WINDOWS, look_for_maps_in};

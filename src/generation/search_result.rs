@@ -1,6 +1,7 @@
 //! What a search for attacks has found, and how far it is.
 
 use super::{Attack, Consequence, Refusal};
+use crate::simulation::Outcome;
 
 /// Result of a search.
 #[derive(Debug, Default)]
@@ -38,6 +39,22 @@ impl SearchResult {
         self.refused.extend(other.refused);
         self.candidates += other.candidates;
         self.sort();
+    }
+
+    /// Drives that an error of the planner's process ended, and the first error; nothing without one.
+    #[must_use]
+    pub fn planner_errors(&self) -> Option<(usize, String)> {
+        let drives = self
+            .attacks
+            .iter()
+            .filter_map(|a| Some(&a.effect.as_ref()?.drive));
+        let failed: Vec<_> = drives
+            .filter(|drive| matches!(drive.outcome, Outcome::PlannerError(_)))
+            .collect();
+        let first = failed.first()?;
+        let words = first.external.as_ref().and_then(|r| r.fault_in_words());
+        let words = words.unwrap_or_else(|| first.outcome.to_string());
+        Some((failed.len(), words))
     }
 
     /// How far the search is that has found this.

@@ -26,7 +26,7 @@ pub struct GridRow<'a> {
     /// What is drawn.
     pub figure: &'a Figure<'a>,
     /// What stands beside the row.
-    pub name: Option<&'static str>,
+    pub name: Option<&'a str>,
     /// The time steps, one a panel.
     pub steps: &'a [i64],
 }

@@ -20,8 +20,10 @@ pub enum EgoSource {
     },
     /// An obstacle of the scenario took the ego's place.
     Obstacle(i64),
-    /// Driven by nearmiss' planner, not recorded.
+    /// Driven by a planner, not recorded.
     Planned {
+        /// The planner; `None` for nearmiss' own.
+        planner: Option<String>,
         /// The vehicle, e.g. `BMW 320i`.
         vehicle: String,
         /// The forecast given to the planner, e.g. `lane`.
@@ -69,12 +71,14 @@ impl std::fmt::Display for EgoSource {
             ),
             Self::Obstacle(id) => write!(f, "obstacle {id} taken as ego"),
             Self::Planned {
+                planner,
                 vehicle,
                 forecast,
                 planning_problem,
             } => write!(
                 f,
-                "planned by nearmiss for problem {planning_problem} ({vehicle}, forecast {forecast})"
+                "planned by {} for problem {planning_problem} ({vehicle}, forecast {forecast})",
+                planner.as_deref().unwrap_or("nearmiss")
             ),
         }
     }

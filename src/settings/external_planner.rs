@@ -27,7 +27,7 @@ const CYCLE: RangeInclusive<f64> = 0.001..=3600.0;
 const HISTORY: RangeInclusive<i64> = 0..=1000;
 
 impl Config {
-    /// The planners of the file that are processes, by name in the file's order.
+    /// The planners of the file that are processes, by name, in the order of names.
     #[must_use]
     pub fn external_planners(&self) -> Vec<(String, ExternalOptions)> {
         let tables = self.planner.iter().filter_map(|(name, value)| {

@@ -100,6 +100,12 @@ impl Folders {
         self.data.join("sessions")
     }
 
+    /// Egos that planners drove, for other commands.
+    #[must_use]
+    pub fn drives(&self) -> PathBuf {
+        self.data.join("drives")
+    }
+
     /// Reports of crashes.
     #[must_use]
     pub fn crashes(&self) -> PathBuf {
@@ -154,6 +160,7 @@ fn is_ours(name: &str) -> bool {
     let own = [
         "crashes",
         "drafts",
+        "drives",
         "marks",
         "sessions",
         "tags.toml",

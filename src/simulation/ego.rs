@@ -25,6 +25,7 @@ impl Rollout {
         Ego {
             id: problem.id,
             source: EgoSource::Planned {
+                planner: self.external.as_ref().map(|report| report.named()),
                 vehicle: settings.planner.vehicle.name().into(),
                 forecast: settings.forecast.name().into(),
                 planning_problem: problem.id,

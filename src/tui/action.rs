@@ -73,6 +73,7 @@ pub enum Action {
     EgoUp,
     FitMap,
     SplitMap,
+    CertificateMap,
     PinMoment,
     MomentBack,
     MomentForward,

@@ -1,6 +1,7 @@
 //! Data that tasks load and compute from scenario files: facts for the list, and opened scenarios.
 
 mod authorship;
+mod certificate;
 mod cycle;
 mod drive_files;
 mod generated;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 
 pub use crate::workflow::{Facts, Tally, Verdicts, country_of};
 pub use authorship::{AuthoringProgress, Authorship, Writer};
+pub use certificate::CertificateDrive;
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use generated::{GenerationInputs, GenerationProgress};
@@ -69,6 +71,8 @@ pub struct Opened {
     pub variant: Option<VariantShown>,
     /// Its origin, where it is a variant that was saved.
     pub saved: Option<Arc<SavedVariant>>,
+    /// The good driver who survives it, where it is a variant with a certificate.
+    pub certificate: Option<Arc<CertificateDrive>>,
 }
 
 /// The measures that the workbench shows.
@@ -101,6 +105,8 @@ impl Opened {
         let mut opened = Self::alone(entry, wanted, thresholds, change)?;
         if change.is_none() {
             opened.saved = SavedVariant::of(entry, thresholds).map(Arc::new);
+            let drive = CertificateDrive::saved(entry, &opened, thresholds);
+            opened.certificate = drive.map(Arc::new);
         }
         Ok(opened)
     }
@@ -120,7 +126,7 @@ impl Opened {
         };
         let OpenedScene { scenario, scene } = open(&request).map_err(|error| error.to_string())?;
         let mut opened = Self::with(entry, change, scenario, scene, thresholds);
-        opened.chosen = matches!(wanted, EgoSelection::File { .. });
+        opened.chosen = matches!(wanted, EgoSelection::File { .. } | EgoSelection::Planner(_));
         Ok(opened)
     }
 
@@ -159,6 +165,7 @@ impl Opened {
             planned: None,
             variant: None,
             saved: None,
+            certificate: None,
         }
     }
 

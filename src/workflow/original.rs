@@ -30,6 +30,11 @@ pub struct VariantOrigin {
     pub attacker: i64,
     /// All obstacles with a new motion, at least one.
     pub attackers: Vec<Attacker>,
+    /// Reaction times of good drivers who survive the variant, seconds, and the names of their drives' files, the
+    /// shortest first.
+    pub certificates: Vec<(String, String)>,
+    /// The planner whose drive lies beside the variant; of earlier versions nothing.
+    pub planner: Option<String>,
     /// The variant's file.
     variant: PathBuf,
     /// Where the original was when the variant was made, seen from the folder that was the current one then.
@@ -62,9 +67,25 @@ impl VariantOrigin {
                 let from = said["change"]["from_step"].as_i64()?;
                 Some(vec![Attacker { id: attacker, from }])
             })?,
+            certificates: certificates(&said),
+            planner: planner(&said["planning"]["planner"]),
             variant: file.clone(),
             said: places.map(PathBuf::from).collect(),
         })
+    }
+
+    /// The drive of a good driver who survives the variant: the reaction time and the file; with the longest reaction
+    /// time where none is asked for.
+    #[must_use]
+    pub fn certificate(&self, delay: Option<f64>) -> Option<(f64, PathBuf)> {
+        let folder = self.variant.parent().unwrap_or(Path::new(""));
+        let all = self.certificates.iter().rev();
+        let mut all = all.filter_map(|(seconds, name)| {
+            // A name that leads elsewhere is none.
+            let name = Path::new(name).file_name()?;
+            Some((seconds.parse::<f64>().ok()?, folder.join(name)))
+        });
+        all.find(|(seconds, _)| delay.is_none_or(|delay| delay == *seconds))
     }
 
     /// The ids of the obstacles with a new motion.
@@ -138,6 +159,28 @@ impl VariantOrigin {
         name.push(".xml");
         name.into()
     }
+}
+
+/// The drives that avoid a variant, by reaction time.
+fn certificates(said: &Value) -> Vec<(String, String)> {
+    let all = said["avoidable"].as_object().into_iter().flatten();
+    let mut found: Vec<(String, String)> = all
+        .filter(|(_, one)| one["avoided"] == true)
+        .filter_map(|(seconds, one)| Some((seconds.clone(), one["trajectory"].as_str()?.into())))
+        .collect();
+    found.sort();
+    found
+}
+
+/// The planner that was attacked, with its version.
+fn planner(said: &Value) -> Option<String> {
+    let word = |name: &str| said[name].as_str().filter(|word| !word.is_empty());
+    let named = match (word("name"), word("version")) {
+        (Some(name), Some(version)) => format!("{name} {version}"),
+        (Some(name), None) => name.into(),
+        (None, _) => word("named").or(said.as_str())?.into(),
+    };
+    Some(visible(&named).into_owned())
 }
 
 /// The attackers that a certificate lists.

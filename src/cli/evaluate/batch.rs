@@ -8,7 +8,6 @@ use crate::cli::open::found;
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{Matrix, MatrixAdditions, QuestionLine, RequestSettings};
 use crate::evaluation::{Axes, default_frame};
-use crate::formats::EgoSelection;
 use crate::llm::{Effort, Endpoint};
 use crate::prompts::Techniques;
 use crate::store::NewItem;
@@ -68,12 +67,13 @@ fn begin(arguments: &Evaluate) -> Outcome {
         .comparison(&ways.iter().collect::<Vec<_>>())?;
     let subset = options.subset();
     let entries = selected(found(&arguments.paths)?, &subset, &context.thresholds);
+    let entries = entries.map_err(|why| Failure::input(format!("--{why}")))?;
     let request = BatchRequest {
         title: None,
         matrix,
         paths: arguments.paths.clone(),
-        entries: entries.map_err(|why| Failure::input(format!("--{why}")))?,
-        ego: EgoSelection::Beside,
+        ego: arguments.ego(&entries)?,
+        entries,
         truth: truth_source(&arguments.truth)?,
         shard: options.shard,
         drafts: BTreeMap::new(),

@@ -2,18 +2,18 @@
 
 use serde_json::json;
 
-use super::{Evaluate, Format, Truth, built_in, number, outcome, share};
+use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::{AnswerStatus, Confusion, Label, Scored};
-use crate::formats::Entry;
 use crate::judge::{self, Judgement, judge_collision, judge_recording};
 use crate::metrics::{RiskConvention, Thresholds};
 use crate::scenario::Scene;
 use crate::verdict::Task;
 use crate::workflow::batch::BuiltInAnswers;
 
-pub(super) fn run(arguments: &Evaluate, task: Task, truth: &Truth, entries: &[Entry]) -> Outcome {
+pub(super) fn run(arguments: &Evaluate, task: Task, about: About<'_>) -> Outcome {
+    let truth = about.0;
     let (judge, others): (fn(&Scene, &Thresholds) -> Judgement, _) = match task {
         Task::Recording => (judge_recording, "CSV or score:paper"),
         _ => (judge_collision, "CSV or layout"),
@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &Evaluate, task: Task, truth: &Truth, entries: &[En
     }
     let (folders, _) = configuration()?;
     let thresholds = user_thresholds(&folders)?;
-    let answers = built_in((task, &thresholds), truth, entries, |entry, case| {
+    let answers = built_in((task, &thresholds), about, |entry, case| {
         let verdict = judge(case.scene, &thresholds).verdict;
         Scored::built_in(&entry.name, judge::MODEL, Some(case.label), verdict)
     })?;

@@ -11,6 +11,7 @@ use crate::cli::filters::store_to_read;
 use crate::cli::{Failure, Outcome, json, output, time};
 use crate::evaluation::Protocol;
 use crate::evaluation::batch::{Matrix, Spec};
+use crate::formats::PlannerDrives;
 use crate::store::{Batch, Progress};
 use crate::verdict::Task;
 
@@ -64,13 +65,17 @@ pub fn list(as_json: bool) -> Outcome {
             }
             let paths: Vec<String> = spec.paths.iter().map(|p| p.display().to_string()).collect();
             text.push_str(&format!(
-                "      {}: {} · truth: {}\n",
+                "      {}: {} · truth: {}{}\n",
                 number(
                     usize::try_from(progress.scenarios).unwrap_or(usize::MAX),
                     "scenario"
                 ),
                 some(&paths),
-                spec.truth.words()
+                spec.truth.words(),
+                spec.ego.planner().map_or(String::new(), |drives| format!(
+                    " · egos {}",
+                    drives.words()
+                ))
             ));
         }
     }
@@ -125,6 +130,20 @@ struct Asks {
     /// Paths of the scenarios.
     paths: Vec<String>,
     truth: String,
+    /// The planner that drove the egos: `planner`, `said` (name and version), `settings`, `sha256` of the drives; null
+    /// where egos lie beside their scenarios.
+    #[schemars(with = "Option<BTreeMap<String, Value>>")]
+    planner: Option<Value>,
+}
+
+/// Whose the drives are that are asked about.
+fn planner(drives: &PlannerDrives) -> Value {
+    serde_json::json!({
+        "planner": drives.planner,
+        "said": drives.said,
+        "settings": drives.settings,
+        "sha256": drives.sha256,
+    })
 }
 
 impl json::Output for ListedDocument {
@@ -152,6 +171,7 @@ impl Asks {
                 .map(|path| path.display().to_string())
                 .collect(),
             truth: spec.truth_words(),
+            planner: spec.ego.planner().map(planner),
         }
     }
 }

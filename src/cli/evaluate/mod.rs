@@ -25,12 +25,13 @@ use std::path::{Path, PathBuf};
 
 use super::open::{doubts, found, not_opened, task};
 use super::output::counted as number;
+use super::plan::as_ego;
 use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
 use crate::evaluation::windows::WITHIN;
 use crate::evaluation::{Candidate, Labelled, Lead};
-use crate::formats::Entry;
+use crate::formats::{EgoSelection, Entry};
 use crate::judge;
 use crate::metrics::Thresholds;
 use crate::verdict::Task;
@@ -89,11 +90,40 @@ pub struct Evaluate {
     /// configuration for a batch.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
+    /// Ego of all scenarios: `planner` (the built-in planner drives), or `planner:NAME` with a [planner.NAME] of
+    /// config.toml or a command; it drives first, and the questions are about its drives [default: the recordings
+    /// beside the scenarios].
+    #[arg(long, value_name = "planner[:NAME]", value_parser = planner, conflicts_with_all = ["resume", "list", "write_experiment"])]
+    ego: Option<String>,
     #[command(flatten)]
     batch: options::Options,
 }
 
+fn planner(text: &str) -> Result<String, String> {
+    match as_ego::named(text) {
+        Some(_) => Ok(text.into()),
+        None => {
+            Err("expected planner or planner:NAME; other egos lie beside their scenarios".into())
+        }
+    }
+}
+
 impl Evaluate {
+    /// The ego of the scenarios.
+    fn ego(&self, entries: &[Entry]) -> Result<EgoSelection, Failure> {
+        let Some(planner) = self.ego.as_deref().and_then(as_ego::named) else {
+            return Ok(EgoSelection::Beside);
+        };
+        let ego = as_ego::drive(planner, None, entries)?;
+        if let Some(drives) = ego.planner() {
+            output::say(&output::visible(&format!(
+                "nearmiss: egos {}",
+                drives.words()
+            )));
+        }
+        Ok(ego)
+    }
+
     /// The experiment file that is asked part by part.
     ///
     /// # Errors
@@ -198,11 +228,10 @@ pub fn run(arguments: &Evaluate) -> Outcome {
     let candidates = candidates(arguments, task)?;
     let entries = found(&arguments.paths)?;
     let truth = truth(&arguments.truth, &entries)?;
+    let about = (&truth, &*entries, &arguments.ego(&entries)?);
     match task {
-        Task::Safety => safety::run(arguments, candidates, &truth, &entries),
-        task @ (Task::Collision | Task::Recording) => {
-            collision::run(arguments, task, &truth, &entries)
-        }
+        Task::Safety => safety::run(arguments, candidates, about),
+        task @ (Task::Collision | Task::Recording) => collision::run(arguments, task, about),
         task @ (Task::Attacker | Task::Trajectory) => Err(no_verdicts(task)),
     }
 }
@@ -246,18 +275,21 @@ fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failur
     Ok(found)
 }
 
+/// What is true about scenarios, the scenarios, and their ego.
+type About<'a> = (&'a Truth, &'a [Entry], &'a EgoSelection);
+
 /// Judges every scenario with `judge`; what cannot be opened or has no label is said and counted. A label that cannot
 /// be of its scenario is refused.
 fn built_in<T: Send>(
     (task, thresholds): (Task, &Thresholds),
-    truth: &Truth,
-    entries: &[Entry],
+    (truth, entries, ego): About<'_>,
     judge: impl Fn(&Entry, &Labelled<'_>) -> T + Sync,
 ) -> Result<BuiltInAnswers<T>, Failure> {
     let truth = &truth.known;
     let progress = Progress::new(entries.len(), "scenarios", true);
     let request = BuiltInRequest {
         entries,
+        ego,
         truth,
         task,
         thresholds,

@@ -109,6 +109,7 @@ pub fn settings(arguments: &Evaluate) -> impl Iterator<Item = (&'static str, &'s
             "--transform",
             "--add-transform",
         ),
+        (arguments.ego.is_some(), "--ego", ""),
         (!arguments.lead.is_empty(), "--lead", "--add-lead"),
         (arguments.within.is_some(), "--within", ""),
         (options.protocol.is_some(), "--protocol", ""),

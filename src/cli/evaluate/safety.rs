@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::{Evaluate, Format, Truth, built_in, number, outcome, share};
+use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::path_of;
@@ -18,12 +18,8 @@ use crate::formats::Entry;
 use crate::verdict::Task;
 use crate::workflow::batch::{BuiltInAnswers, BuiltInRequest};
 
-pub(super) fn run(
-    arguments: &Evaluate,
-    candidates: Vec<Candidate>,
-    truth: &Truth,
-    entries: &[Entry],
-) -> Outcome {
+pub(super) fn run(arguments: &Evaluate, candidates: Vec<Candidate>, about: About<'_>) -> Outcome {
+    let truth = about.0;
     let (folders, _) = configuration()?;
     let setting = Setting {
         leads: match arguments.lead.is_empty() {
@@ -37,7 +33,7 @@ pub(super) fn run(
         thresholds: Arc::new(user_thresholds(&folders)?),
         every_window: true,
     };
-    let mut answers = judged(&setting, truth, entries)?;
+    let mut answers = judged(&setting, about)?;
     if !answers.judged.is_empty() {
         let of_each = answers.judged.iter_mut().map(|(_, of)| std::mem::take(of));
         let rows = rows(&setting, of_each);
@@ -51,9 +47,10 @@ pub(super) fn run(
 }
 
 /// Draws the windows of all scenarios, then judges them: each scenario is opened twice, so that not all are in memory.
-fn judged(setting: &Setting, truth: &Truth, entries: &[Entry]) -> Result<Judged, Failure> {
+fn judged(setting: &Setting, about: About<'_>) -> Result<Judged, Failure> {
+    let (truth, entries, ego) = about;
     let thresholds = &*setting.thresholds;
-    let known = built_in((Task::Safety, thresholds), truth, entries, |entry, case| {
+    let known = built_in((Task::Safety, thresholds), about, |entry, case| {
         let recording = match truth.known.convention() {
             // A scene without scores is left out before.
             Some(convention) => CriticalMoments::new(convention, case.scene, thresholds)
@@ -71,6 +68,7 @@ fn judged(setting: &Setting, truth: &Truth, entries: &[Entry]) -> Result<Judged,
         .collect();
     let none = vec![Vec::new(); setting.leads.len()];
     let request = BuiltInRequest {
+        ego,
         entries,
         truth: &truth.known,
         task: Task::Safety,

@@ -85,6 +85,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "baseline": baseline.drive().outcome.name(),
         "drive": effect.map(|e| e.drive.outcome.name()),
         "planner": output::visible(planner),
+        "good_driver": chosen.and_then(|c| good_driver(&c.avoidability)),
         "collision_kind": collision.map(|c| c.kind().name()),
         "reference_ranking": ranking(generated),
         "passed": made.found.attacks.len(),
@@ -196,6 +197,19 @@ pub fn said(authored: &Authored) -> Vec<String> {
         .chain(differ)
         .chain(stopped)
         .collect()
+}
+
+/// The good driver with the longest reaction time (s) who survives, as `drive` is the planner that is attacked.
+fn good_driver(avoidability: &Avoidability) -> Option<Value> {
+    let mut certificates = avoidability.certificates.iter().rev();
+    certificates.find_map(|(delay, certificate)| {
+        let way = certificate.avoidance()?;
+        Some(json!({
+            "reaction_time": delay,
+            "drive": way.drive.outcome.name(),
+            "found_by": way.found.to_string(),
+        }))
+    })
 }
 
 fn avoidable(avoidability: &Avoidability) -> Value {

@@ -32,6 +32,7 @@ use crate::formats::commonroad::NewFile;
 use crate::generation::{AttackStyle, DELAYS, Effort};
 use crate::planner::Cancel;
 use crate::settings::Config;
+use crate::simulation::{Settings, TrafficMode};
 use crate::system::unknown;
 use job::Job;
 use model::Writer;
@@ -210,7 +211,16 @@ fn style_of(arguments: &GenerateArguments, config: &Config) -> AttackStyle {
 /// Runs it.
 pub fn run(arguments: &GenerateArguments) -> Outcome {
     let (folders, config) = configuration()?;
-    let settings = arguments.how.settings(&config)?;
+    if arguments.how.asks_for_reactions() {
+        return Err(Failure::input(
+            "--traffic reactive is not for `generate`: variants are recordings, in which only the attackers move otherwise; \
+             leave it out. `nearmiss plan VARIANT --traffic reactive` shows whether the attack succeeds where others react",
+        ));
+    }
+    let settings = Settings {
+        traffic: TrafficMode::Recorded,
+        ..arguments.how.settings(&config)?
+    };
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
         let gate = (arguments.style, arguments.attackers);

@@ -117,6 +117,13 @@ impl Generated {
         if let Some(step) = effect.and_then(|effect| effect.between) {
             notes.push(between(step));
         }
+        if let Some((count, why)) = made.found.planner_errors() {
+            let why = output::visible(&why);
+            notes.push(format!(
+                "{} ended with an error of the planner: {why}",
+                output::counted(count, "drive")
+            ));
+        }
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 

@@ -14,8 +14,8 @@ use std::path::PathBuf;
 
 use super::open::{self, EgoChoice};
 use super::{Failure, Outcome, output};
+use crate::formats::EntryLocation;
 use crate::formats::commonroad::{Root, root_of_file};
-use crate::formats::{EgoSelection, EntryLocation};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
@@ -31,9 +31,8 @@ pub struct Inspect {
 
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    let wanted = arguments.ego.wanted()?;
     if arguments.file.is_dir() {
-        if wanted != EgoSelection::Beside {
+        if !arguments.ego.is_beside() {
             return Err(Failure::input(format!(
                 "{} is a folder; --ego needs one scenario",
                 arguments.file.display()
@@ -45,7 +44,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
     if let EntryLocation::File(path) = &entry.place
         && root_of_file(path) == Root::Solution
     {
-        if wanted != EgoSelection::Beside {
+        if !arguments.ego.is_beside() {
             return Err(Failure::input(format!(
                 "{0} is a solution; name its scenario instead, with --ego {0}",
                 path.display()
@@ -53,6 +52,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
         }
         return solution::run(path, arguments.json);
     }
+    let wanted = arguments.ego.wanted(std::slice::from_ref(&entry))?;
     let scenario = entry.read().map_err(Failure::input)?;
     let ego = wanted.resolve(&entry, &scenario);
     if arguments.json {

@@ -27,7 +27,7 @@ use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::evaluation::Provenance;
 use crate::evaluation::batch::Spec;
-use crate::formats::Entry;
+use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Thresholds;
 use crate::scenario::Scene;
 use crate::settings::Folders;
@@ -111,6 +111,7 @@ impl Rows {
 /// Settings of the measurement, the same for every scenario.
 struct Plan<'a> {
     arguments: &'a Metrics,
+    ego: EgoSelection,
     rows: Rows,
     thresholds: Thresholds,
     format: output::Format,
@@ -265,6 +266,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     let stop = interrupted(file.is_some());
     let plan = Plan {
         arguments,
+        ego: arguments.ego.wanted(&entries)?,
         rows,
         table: table(arguments, rows, &thresholds),
         thresholds,
@@ -337,7 +339,7 @@ fn measure(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Encoded, Fail
 
 /// The same before the rows are encoded.
 fn measured_rows(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Vec<Row>, Failure>) {
-    let (scene, doubts) = match scene_and_doubts(entry, &plan.arguments.ego) {
+    let (scene, doubts) = match scene_and_doubts(entry, &plan.ego) {
         Ok(opened) => opened,
         Err(failure) => return (Vec::new(), Err(failure)),
     };

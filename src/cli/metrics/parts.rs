@@ -8,9 +8,16 @@ use crate::cli::interrupt::interrupted;
 use crate::cli::open::found;
 use crate::cli::output::Format;
 use crate::cli::parts::{Measured, PartsRequest, write};
+use crate::formats::EgoSelection;
 
 /// Scenarios in a part: what a killed run loses at most, for each of its threads.
 const PER_PART: usize = 64;
+
+/// Which drives of a planner are measured, as its name says too little.
+fn drives_of(ego: &EgoSelection) -> String {
+    let drives = ego.planner();
+    drives.map_or(String::new(), |drives| format!(" {}", drives.sha256))
+}
 
 /// Writes the parts.
 pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
@@ -19,6 +26,7 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
     let stop = interrupted(true);
     let plan = Plan {
         arguments,
+        ego: arguments.ego.wanted(&entries)?,
         rows,
         table: table(arguments, rows, &thresholds),
         thresholds,
@@ -31,7 +39,12 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         many: arguments.many,
         overwrite: arguments.output.overwrite(),
         table: plan.table.clone(),
-        settings: format!("{:?} {:?}", arguments.radius, arguments.ego),
+        settings: format!(
+            "{:?} {:?}{}",
+            arguments.radius,
+            arguments.ego,
+            drives_of(&plan.ego)
+        ),
         per_part: PER_PART,
     };
     let done = write(request, &entries, &stop, |entry| {

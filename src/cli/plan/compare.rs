@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use serde_json::{Value, json};
 
 use super::driven::{self, DrivenScenario};
+use super::export::Export;
 use super::planners::PlannerChoice;
 use super::table::OUTCOMES;
 use super::{PlanArguments, document};
@@ -93,6 +94,7 @@ pub fn run(
     let problem = arguments.how.planning_problem;
     let mut job = Comparison {
         json: arguments.json,
+        export: Export::begin(arguments.table.as_deref(), arguments.files.overwrites())?,
         names: [output::visible(&first.name), output::visible(&second.name)],
         width: widest(entries),
         pairs: Vec::new(),
@@ -135,6 +137,7 @@ pub fn run(
         return Err(failure);
     }
     job.end()?;
+    job.export.take().map_or(Ok(()), Export::finish)?;
     if stop.load(Ordering::Relaxed) {
         return Err(Failure {
             message: format!(
@@ -171,6 +174,8 @@ type Pair = Result<(DrivenScenario, Option<DrivenScenario>), PlanError>;
 
 struct Comparison {
     json: bool,
+    /// The drives as a table in a file.
+    export: Option<Export>,
     names: [String; 2],
     width: usize,
     pairs: Vec<(DrivenScenario, DrivenScenario)>,
@@ -215,9 +220,11 @@ impl Comparison {
         };
         let harmed = [&one, &two].map(|driven| usize::from(!driven.unharmed()));
         self.harmed += harmed.iter().sum::<usize>();
+        let documents = [&one, &two].map(document::document);
+        let tabled = self.export.iter_mut();
+        tabled.for_each(|export| documents.iter().for_each(|one| export.add(one)));
         if self.json {
-            show(&document::document(&one))?;
-            show(&document::document(&two))?;
+            documents.iter().try_for_each(show)?;
         } else {
             let seconds = |driven: &DrivenScenario| {
                 let goal = driven.drive.seconds_to_goal();

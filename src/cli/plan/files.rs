@@ -63,6 +63,11 @@ impl Files {
         file_of(self.output.as_deref()).is_some() || self.solution.is_some() || self.log.is_some()
     }
 
+    /// Whether existing files are replaced.
+    pub fn overwrites(&self) -> bool {
+        self.overwrite
+    }
+
     /// Whether the ego goes to standard output.
     pub fn to_stdout(&self) -> bool {
         self.output.is_some() && file_of(self.output.as_deref()).is_none()

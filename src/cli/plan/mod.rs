@@ -1,8 +1,10 @@
 //! `nearmiss plan`: drives the ego through scenarios with the planner, and reports the outcomes.
 
+pub mod as_ego;
 mod compare;
 mod document;
 mod driven;
+mod export;
 mod files;
 mod monitor;
 mod options;
@@ -30,6 +32,7 @@ use crate::simulation::Outcome as Ended;
 use crate::workflow::PlanError;
 pub use document::missing;
 use driven::DrivenScenario;
+use export::Export;
 use files::{Files, Targets};
 use monitor::MonitorOptions;
 pub use options::PlanOptions;
@@ -60,6 +63,10 @@ pub struct PlanArguments {
     /// Print JSON lines: one object per scenario; `error` if it could not be planned.
     #[arg(long)]
     json: bool,
+    /// Write a table with a row for each drive: outcome, kind of collision, comfort, time to the goal, near misses, time
+    /// a cycle; .csv, .json, .jsonl or .parquet. With two planners each scenario has two rows.
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
     #[command(flatten)]
     files: Files,
 }
@@ -122,6 +129,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         arguments,
         entries: &entries,
         targets,
+        export: Export::begin(arguments.table.as_deref(), arguments.files.overwrites())?,
         table: Table::new(
             names.max().unwrap_or(0),
             monitor.is_some(),
@@ -201,6 +209,8 @@ struct Job<'a> {
     entries: &'a [Entry],
     targets: Targets<'a>,
     table: Table,
+    /// The table in a file.
+    export: Option<Export>,
     /// The table has a header.
     begun: bool,
     /// The reader of the table is gone.
@@ -221,6 +231,9 @@ impl Job<'_> {
         self.next += 1;
         self.kept += 1;
         self.harmed += usize::from(notes["unharmed"] == false);
+        if let Some(export) = &mut self.export {
+            export.add(&notes["document"]);
+        }
         if self.arguments.json {
             self.line(&notes["document"])?;
         }
@@ -264,6 +277,9 @@ impl Job<'_> {
             failure.say();
             return Ok(self.next_one());
         }
+        if let Some(export) = &mut self.export {
+            export.add(&document::document(&driven));
+        }
         if self.arguments.json {
             self.line(&document::document(&driven))?;
         } else {
@@ -279,7 +295,7 @@ impl Job<'_> {
 
     /// Files are wanted even where the table is not.
     fn next_one(&self) -> ControlFlow<()> {
-        if self.gone && !self.arguments.files.any() {
+        if self.gone && !self.arguments.files.any() && self.export.is_none() {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
@@ -324,6 +340,7 @@ impl Job<'_> {
         }
         let (done, harmed) = (self.next, self.harmed);
         self.targets.finish()?;
+        self.export.map_or(Ok(()), Export::finish)?;
         if let Some(failure) = failure {
             return Err(failure);
         }

@@ -5,7 +5,7 @@ use toml::Value;
 use crate::cli::Failure;
 use crate::evaluation::default_planning;
 use crate::settings::{Config, PlannerKey};
-use crate::simulation::Settings;
+use crate::simulation::{Settings, TrafficMode};
 
 /// How to plan.
 #[derive(Debug, clap::Args)]
@@ -41,6 +41,11 @@ fn value(id: &str, word: &str) -> Result<Value, String> {
 }
 
 impl PlanOptions {
+    /// Whether the command line asks for traffic that reacts.
+    pub fn asks_for_reactions(&self) -> bool {
+        self.traffic.as_deref() == Some(TrafficMode::Reactive.name())
+    }
+
     /// What is planned with.
     pub fn settings(&self, config: &Config) -> Result<Settings, Failure> {
         let mut settings = config.planning(default_planning());

@@ -80,6 +80,19 @@ impl PlannerOptions {
         }
     }
 
+    /// The planner of this name or command, with nothing else said about it.
+    ///
+    /// # Errors
+    /// It is neither known nor a program.
+    pub fn named(said: &str, config: &Config) -> Result<PlannerChoice, Failure> {
+        let alone = Self {
+            planners: vec![said.into()],
+            planner_timeout: None,
+            real_time: false,
+        };
+        alone.choice(said, config)
+    }
+
     fn choice(&self, said: &str, config: &Config) -> Result<PlannerChoice, Failure> {
         let name = output::visible(said);
         if said == BUILT_IN {

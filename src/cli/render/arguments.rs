@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::certificate::CertificateOption;
 use crate::cli::Failure;
 use crate::cli::at::At;
 use crate::cli::many_files::ManyFiles;
@@ -47,6 +48,8 @@ pub struct Render {
     /// the contact with the attacker or the nearest approach, at equal intervals; --grid 2xN sets how many [default: 4].
     #[arg(long, conflicts_with_all = ["at", "all", "with_original"])]
     pub case_study: bool,
+    #[command(flatten)]
+    pub certificate: CertificateOption,
     /// What is drawn.
     #[arg(long, value_enum, default_value = "map")]
     pub what: RenderContent,
@@ -141,12 +144,6 @@ fn grid_shape(text: &str) -> Result<GridShape, String> {
     .ok_or_else(|| format!("expected ROWSxCOLUMNS, such as 2x3, each from 1 to {MOST_PANELS}"))
 }
 
-impl std::fmt::Display for GridShape {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}x{}", self.rows, self.columns)
-    }
-}
-
 /// A size as it was said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Size {
@@ -230,7 +227,10 @@ impl Render {
         let plots: Vec<&str> = self.plot.iter().map(|measure| measure.id).collect();
         let form = (plots, self.history, self.size, self.dpi, self.format);
         let grid = (self.grid, self.with_original, self.case_study);
-        format!("{which:?} {shown:?} {form:?} {grid:?}")
+        format!(
+            "{which:?} {shown:?} {form:?} {grid:?}{}",
+            self.certificate.words()
+        )
     }
 
     /// Whether several moments are in one picture.

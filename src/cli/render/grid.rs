@@ -16,6 +16,12 @@ use crate::scenario::{Scenario, Scene};
 /// Columns of a case study unless others are asked for.
 const COLUMNS: usize = 4;
 
+impl std::fmt::Display for GridShape {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.rows, self.columns)
+    }
+}
+
 /// A scenario with or without its ego.
 struct Drawn {
     scenario: Arc<Scenario>,

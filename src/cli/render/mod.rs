@@ -1,6 +1,7 @@
 //! `nearmiss render`: figures of scenes, plots and the workbench, for papers.
 
 mod arguments;
+mod certificate;
 mod destination;
 mod grid;
 mod original;
@@ -57,7 +58,7 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
         arguments,
         thresholds: user_thresholds(&folders)?,
         palette: Palette::named(&theme, &folders.themes()).map_err(Failure::input)?,
-        ego: arguments.ego.wanted()?,
+        ego: arguments.ego.wanted(&entries)?,
         dpi: arguments.dpi(target.format)?,
         target,
         history: config.history,
@@ -66,10 +67,11 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
     };
     arguments.check()?;
     let settings = format!(
-        "{} {theme} {:?} {:?}",
+        "{} {theme} {:?} {:?}{}",
         arguments.settings(),
         job.history,
-        job.thresholds
+        job.thresholds,
+        job.ego.planner().map_or("", |drives| &drives.sha256)
     );
     let finished = arguments
         .many
@@ -148,6 +150,9 @@ impl Job<'_> {
         if self.arguments.what == RenderContent::Screen {
             return self.screens(entry, theme);
         }
+        if let Some(delay) = self.arguments.certificate.with_certificate {
+            return self.beside_certificate(entry, delay);
+        }
         if self.arguments.is_grid() {
             return self.grid(entry);
         }
@@ -216,7 +221,7 @@ impl Job<'_> {
     fn open(&self, entry: &Entry) -> Result<Option<Opened>, Failure> {
         match self.ego {
             EgoSelection::Beside => scene_beside(entry),
-            _ => scene_and_doubts(entry, &self.arguments.ego).map(Some),
+            _ => scene_and_doubts(entry, &self.ego).map(Some),
         }
     }
 

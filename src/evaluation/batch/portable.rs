@@ -29,6 +29,7 @@ impl Spec {
                     path: names(std::slice::from_ref(path)).remove(0),
                     planning_problem: *planning_problem,
                 },
+                EgoSelection::Planner(drives) => EgoSelection::Planner(drives.portable()),
                 other => other.clone(),
             },
             base_url: self.base_url.as_deref().map(plain_address),

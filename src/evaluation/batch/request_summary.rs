@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::spec::Spec;
 use crate::evaluation::{Protocol, default_frame, template};
+use crate::formats::PlannerDrives;
 use crate::prompts::{Library, Pack, Techniques};
 
 /// The scene descriptions of a batch, completed from its templates: each number once, in order.
@@ -151,7 +152,9 @@ impl Spec {
             ),
             format!("samples {}", self.matrix.samples),
         ];
+        let egos = self.ego.planner().map(PlannerDrives::words);
         let more = [
+            ("egos", egos),
             (
                 "form",
                 one_or_each(request.form, &axes.forms, |form| form.name().into()),

@@ -16,6 +16,16 @@ pub enum EgoError {
         /// The system's message.
         source: std::io::Error,
     },
+    /// A planner has no drive in the scenario.
+    #[error("{file}: not driven by {planner}: no drive of it in {folder}")]
+    NoDrive {
+        /// The scenario.
+        file: String,
+        /// The planner.
+        planner: String,
+        /// Where its drives are.
+        folder: String,
+    },
     /// It is not a file with an ego.
     #[error(
         "{file}: not an ego: {why}; an ego is a CSV file with the columns timestep, x_position and y_position, a Frenetix logs.csv, or a CommonRoad solution"

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::{EgoError, read_ego_file};
+use super::{EgoError, PlannerDrives, read_ego_file};
 use crate::formats::Entry;
 use crate::scenario::{Ego, Scenario, Scene};
 
@@ -28,9 +28,20 @@ pub enum EgoSelection {
         /// The planning problem whose vehicle it is, where the file solves several.
         planning_problem: Option<i64>,
     },
+    /// The one that a planner drove.
+    Planner(PlannerDrives),
 }
 
 impl EgoSelection {
+    /// The drives of a planner, where they are chosen.
+    #[must_use]
+    pub fn planner(&self) -> Option<&PlannerDrives> {
+        match self {
+            Self::Planner(drives) => Some(drives),
+            _ => None,
+        }
+    }
+
     /// This ego of the scenario of an entry; nothing where it was to lie beside it and does not.
     ///
     /// # Errors
@@ -57,6 +68,7 @@ impl EgoSelection {
                 path,
                 planning_problem,
             } => read_ego_file(path, scenario, *planning_problem).map(Some),
+            Self::Planner(drives) => drives.resolve(&entry.display(), scenario).map(Some),
         }
     }
 }

@@ -6,6 +6,9 @@ use super::fault::{Fault, PlannerFault};
 use super::protocol::Ready;
 use super::{Clock, ExternalPlanner};
 
+/// Characters of a planner's name that are kept.
+const LONGEST_NAME: usize = 80;
+
 /// A drive as seen from beside a planner's process.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExternalReport {
@@ -73,6 +76,18 @@ impl ExternalReport {
     pub(super) fn fail(&mut self, fault: &Fault) {
         self.fault = Some(fault.fault);
         self.message = Some(fault.details.clone()).filter(|details| !details.is_empty());
+    }
+
+    /// The planner with its version, as its process said them, on one line; else as the user names it.
+    #[must_use]
+    pub fn named(&self) -> String {
+        let said = match (self.name.as_str(), self.version.as_str()) {
+            ("", _) => self.planner.clone(),
+            (name, "") => name.into(),
+            (name, version) => format!("{name} {version}"),
+        };
+        let plain = said.chars().filter(|c| !c.is_control());
+        plain.take(LONGEST_NAME).collect()
     }
 
     /// The fault in a sentence with its details; nothing without one.

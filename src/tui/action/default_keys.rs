@@ -98,6 +98,7 @@ table! {
     EgoUp, Global, "ego-up", ["space m u"], 0, "ego up", "Turn the map so that the ego drives upwards, or north up.";
     FitMap, Global, "fit", ["space m a"], 0, "fit all", "Show the whole map.";
     SplitMap, Global, "split-map", ["space m s"], 0, "second map", "Two maps: beside the present step the contact or the worst moment of the picked obstacle, or beside a variant its original; again shows one.";
+    CertificateMap, Global, "certificate-map", ["space m g"], 0, "good driver", "Beside a variant the good driver of its certificate, each with outcome and gap; again shows the original.";
     PinMoment, Global, "pin-moment", ["space m h"], 0, "pin moment", "Pin the second map to the present step; again frees it.";
     MomentBack, Global, "moment-back", ["{", "space m ,"], 0, "second map back", "Move the second map one time step back.";
     MomentForward, Global, "moment-forward", ["}", "space m ."], 0, "second map on", "Move the second map one time step forward.";

@@ -42,6 +42,9 @@ pub fn synonyms_of(action: Action) -> &'static str {
         TakeTape => "measure distance ruler",
         FitMap => "overview whole all reset zoom",
         SplitMap => "two moments side by side compare map before after original beside",
+        CertificateMap => {
+            "certificate survives avoidable side by side compare drives planner evasive"
+        }
         PinMoment => "second map keep hold freeze compare here",
         MomentBack | MomentForward => "second map step compare time",
         EgoUp => "rotate heading north",

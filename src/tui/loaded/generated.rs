@@ -6,6 +6,7 @@ use super::authorship::{AuthoringProgress, Authorship};
 use super::planned::Recorder;
 use super::variant::{GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest};
 use super::{Opened, PlannedEgo};
+use crate::description::visible;
 use crate::evaluation::generating;
 use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
@@ -15,7 +16,7 @@ use crate::generation::{
 };
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
-use crate::simulation::Settings;
+use crate::simulation::{ExternalPlanner, Settings};
 use crate::workflow::{
     AttackSource, GenerateEvent, GenerateRequest, Generation, OpenRequest, PlanRequest, generate,
     prepare,
@@ -25,6 +26,8 @@ use crate::workflow::{
 pub struct GenerationInputs<'a> {
     /// How the ego is planned.
     pub settings: &'a Settings,
+    /// The planner that is attacked; the built-in one if `None`.
+    pub planner: Option<Arc<ExternalPlanner>>,
     /// Where attacks come from; the seed is that of the wish.
     pub source: AttackSource<'a>,
 }
@@ -64,6 +67,7 @@ impl Opened {
             settings: how.settings,
         };
         let prepared = prepare(&request).map_err(|error| error.to_string())?;
+        let prepared = prepared.driven_by(how.planner.clone());
         let effort = match how.source {
             AttackSource::Search(effort) => Effort {
                 seed: wish.seed,
@@ -131,7 +135,9 @@ impl Opened {
         let ranked = ranked.map_err(|error| error.to_string())?;
         let original = {
             let drive = workshop.closed.baseline().drive();
-            let planned = PlannedEgo::from_outcome(&prepared, drive, recorder.cycles);
+            let mut planned = PlannedEgo::from_outcome(&prepared, drive, recorder.cycles);
+            planned.1.planner = wish.planner;
+            planned.1.process.clone_from(&drive.external);
             Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
         };
         let plausibility = workshop.plausibility(&chosen.attack.change);
@@ -250,8 +256,14 @@ fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
     let who = wish
         .only
         .map_or("any obstacle".to_string(), |id| id.to_string());
+    let errors = found
+        .planner_errors()
+        .map_or(String::new(), |(count, why)| {
+            format!("; {count} drives ended with an error of the planner: {why}")
+        });
     format!(
-        "no dangerous motion found for {who} with seed {}: {tried} motions tried, {refused} rejected, {driven} simulated; the ego got away or was only hit from behind",
-        wish.seed
+        "no dangerous motion found for {who} with seed {}: {tried} motions tried, {refused} rejected, {driven} simulated; the ego got away or was only hit from behind{}",
+        wish.seed,
+        visible(&errors)
     )
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::authorship::{AuthoringProgress, Authorship, Writer};
 use super::generated::GenerationProgress;
 use super::planned::Recorder;
-use super::{CycleShown, Opened, PlannedEgo};
+use super::{CertificateDrive, CycleShown, Opened, PlannedEgo};
 use crate::formats::Entry;
 use crate::formats::commonroad;
 use crate::generation::attacker::Candidate;
@@ -29,6 +29,8 @@ pub struct VariantRequest {
     pub change: Option<Transform>,
     /// The forecast given to the planner.
     pub forecast: Forecast,
+    /// The planner that is attacked: 0 is the built-in one, then those of the configuration.
+    pub planner: usize,
     /// The only obstacle that may attack; any if `None`.
     pub only: Option<i64>,
     /// At most so many obstacles attack together in a search.
@@ -190,8 +192,8 @@ impl GeneratedVariant {
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
         let planned = PlannedEgo {
             forecast: driver.settings().forecast,
-            planner: 0,
-            process: None,
+            planner: wish.planner,
+            process: self.effect.drive.external.clone(),
             vehicle: driver.settings().planner.vehicle,
             problem: driver.problem().id,
             outcome: self.effect.drive.outcome,
@@ -199,6 +201,8 @@ impl GeneratedVariant {
             recorded: None,
         };
         let mut opened = Opened::with(&wish.entry, wish.change, scenario, Ok(scene), thresholds);
+        let drive = CertificateDrive::made(&self, &wish.entry, &opened.scenario, thresholds);
+        opened.certificate = drive.map(Arc::new);
         opened.name = id;
         opened.planned = Some(Arc::new(planned));
         opened.variant = Some(VariantShown {

@@ -159,6 +159,13 @@ impl GenerationState {
 }
 
 impl KeptVariant {
+    /// The planner that was attacked: 0 is the built-in one, then those of the configuration.
+    #[must_use]
+    pub fn planner(&self) -> usize {
+        let planned = self.variant.planned.as_ref();
+        planned.map_or(0, |planned| planned.planner)
+    }
+
     fn is_of(&self, hash: ContentHash, change: Option<Transform>) -> bool {
         self.original.scenario.hash == hash && self.original.change == change
     }

@@ -18,6 +18,8 @@ impl Tasks {
             forecast: request.forecast,
             ..self.planning
         };
+        let chosen = request.planner.checked_sub(1);
+        let planner = chosen.and_then(|chosen| self.planners.get(chosen)).cloned();
         let writing = match request.writer.as_deref() {
             Some(writer) => match self.author(writer, request.only) {
                 Ok(author) => Some((author, self.held())),
@@ -39,6 +41,7 @@ impl Tasks {
             let effort = Effort::default();
             let how = GenerationInputs {
                 settings: &settings,
+                planner,
                 source: match &model {
                     Some(model) => AttackSource::Model(model),
                     None => AttackSource::Search(&effort),

@@ -4,6 +4,7 @@
 mod answers;
 mod asking;
 mod bench;
+mod certificate_map;
 mod comparing;
 mod counted;
 mod coverage;

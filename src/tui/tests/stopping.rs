@@ -24,6 +24,7 @@ pub fn right_turn() -> VariantRequest {
         entry: all.find(|e| e.name.contains("RightTurn")).unwrap(),
         change: None,
         forecast: Forecast::Lane,
+        planner: 0,
         only: None,
         attackers: 1,
         seed: 1,
@@ -122,6 +123,7 @@ fn who_cancels_is_driven_against_nothing_more() {
         };
         let how = GenerationInputs {
             settings: &settings,
+            planner: None,
             source: AttackSource::Model(&Canned),
         };
         let ego = EgoSelection::Beside;

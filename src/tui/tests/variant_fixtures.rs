@@ -28,6 +28,7 @@ pub const SHORT: Effort = Effort {
 pub fn with(settings: &Settings) -> GenerationInputs<'_> {
     GenerationInputs {
         settings,
+        planner: None,
         source: AttackSource::Search(&SHORT),
     }
 }

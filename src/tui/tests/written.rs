@@ -194,6 +194,7 @@ fn written(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
     let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
     let how = GenerationInputs {
         settings: &settings,
+        planner: None,
         source: AttackSource::Model(&Canned),
     };
     let (ego, cancel) = (EgoSelection::Beside, Cancel::default());

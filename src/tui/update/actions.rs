@@ -56,7 +56,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             map::move_map(model, action);
         }
-        SplitMap | PinMoment | MomentBack | MomentForward => second::perform(model, action),
+        SplitMap | CertificateMap | PinMoment | MomentBack | MomentForward => {
+            second::perform(model, action)
+        }
         NextPaths => map::next_paths(model),
         TakeTape => map::tape(model),
         SwapTape if model.map.tape.is_some() => map::swap_tape(model),

@@ -75,7 +75,11 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     let Some((hash, change)) = ready(model) else {
         return Vec::new();
     };
-    if model.variant().is_none() && only.is_none() && model.maker.find(hash, change).is_some() {
+    // A variant against another planner is replaced.
+    let attacked = model.driver.planner;
+    let kept = model.maker.find(hash, change);
+    let kept = kept.filter(|kept| kept.planner() == attacked);
+    if model.variant().is_none() && only.is_none() && kept.is_some() {
         return show(model, true);
     }
     let seed = model.maker.next_seed(hash, only);
@@ -87,9 +91,18 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     model.say(format!(
-        "searching for an attack by {who}… ego planned with {words}, seed {seed}; {key} {key} cancels"
+        "searching for an attack by {who}… ego planned {}with {words}, seed {seed}; {key} {key} cancels",
+        planned_by(model)
     ));
     begin(model, change, only, seed)
+}
+
+/// The planner that is attacked, where it is a process.
+fn planned_by(model: &Model) -> String {
+    match model.driver.planner {
+        0 => String::new(),
+        _ => format!("by {} ", model.driver.planner_name()),
+    }
 }
 
 /// What variants of the open scenario are kept under, where it can be made dangerous; else it is said why not.
@@ -152,6 +165,7 @@ fn request(
         entry: model.list.rows[place].entry.clone(),
         change,
         forecast: model.driver.forecast,
+        planner: model.driver.planner,
         only,
         seed,
         writer,
@@ -287,6 +301,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
     let pinned = model.map.second.pinned.filter(|_| again);
     if let Some(planned) = &opened.planned {
         model.driver.forecast = planned.forecast;
+        model.driver.planner = planned.planner;
     }
     let id = OpenId(model.new_id());
     model.opening = Some((id, None));

@@ -15,14 +15,49 @@ pub fn perform(model: &mut Model, action: Action) {
     }
     match action {
         Action::SplitMap => split(model),
+        Action::CertificateMap => certificate(model),
         Action::PinMoment => pin(model),
         Action::MomentBack => step(model, -model.look.times()),
         _ => step(model, model.look.times()),
     }
 }
 
+/// Shows the good driver beside the variant, or its original again.
+fn certificate(model: &mut Model) {
+    let has = model
+        .opened
+        .as_deref()
+        .is_some_and(|opened| opened.certificate.is_some());
+    if !has {
+        let shows = model.variant().is_some_and(|shown| shown.changed);
+        let saved = model
+            .opened
+            .as_deref()
+            .is_some_and(|opened| opened.saved.is_some());
+        return model.say(match shows || saved {
+            true => "no good driver survives this variant, so there is no certificate".into(),
+            false => {
+                let key = model.look.key(Action::Generate);
+                format!("only a variant has a certificate; {key} makes the scenario dangerous")
+            }
+        });
+    }
+    let shown = model.map.second.on && model.map.second.certificate;
+    model.map.second.certificate = !shown;
+    if !model.map.second.on {
+        turn(model);
+    }
+    let words = moment_words(model);
+    let key = model.look.key(Action::CertificateMap);
+    model.say(match shown {
+        true => format!("second map: {words}"),
+        false => format!("second map: {words}; {key} shows the original again"),
+    });
+}
+
 fn split(model: &mut Model) {
     turn(model);
+    model.map.second.certificate = false;
     if !model.map.second.on {
         return model.say("one map");
     }

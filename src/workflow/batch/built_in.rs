@@ -15,8 +15,10 @@ use crate::workflow::{OpenError, OpenRequest, open};
 /// Scenarios and what is true about them.
 #[derive(Debug, Clone, Copy)]
 pub struct BuiltInRequest<'a> {
-    /// The scenarios, each with the ego beside it.
+    /// The scenarios.
     pub entries: &'a [Entry],
+    /// Their ego.
+    pub ego: &'a EgoSelection,
     /// What is true about them.
     pub truth: &'a Truth,
     /// The task that is judged: what is true of a scenario depends on it.
@@ -131,7 +133,7 @@ impl BuiltInRequest<'_> {
         }
         let request = OpenRequest {
             entry,
-            ego: &EgoSelection::Beside,
+            ego: self.ego,
             transform: None,
             strict: true,
         };

@@ -97,6 +97,12 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
     let paths = portable_paths(&spec, &items);
     let counted: BTreeSet<RunId> = answers.plain.iter().filter_map(|one| one.run).collect();
     let mut notes = Vec::new();
+    notes.extend(portable.ego.planner().map(|drives| {
+        format!(
+            "the egos were {}; their drives are not in the bundle, and its experiment file asks about recorded egos",
+            drives.words()
+        )
+    }));
     let mut members: Vec<(Member, Content)> = Vec::new();
     for (name, text) in texts(request, (&spec, &portable), &items, &mut notes)? {
         members.push(of_bytes(name, text.into_bytes()));

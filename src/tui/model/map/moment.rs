@@ -3,11 +3,12 @@
 use ratatui::layout::Position;
 
 use super::{Foresight, Measurement, On, Tape};
+use crate::description::visible;
 use crate::geometry::Pose;
 use crate::metrics::Headline;
 use crate::render::Variations;
 use crate::scenario::Scene;
-use crate::tui::loaded::{CycleShown, Opened};
+use crate::tui::loaded::{CertificateDrive, CycleShown, Opened};
 use crate::tui::model::Model;
 
 /// The second map beside the first.
@@ -17,6 +18,8 @@ pub struct SecondMap {
     pub on: bool,
     /// The step that it is pinned to; `None` where it follows from what is open.
     pub pinned: Option<i64>,
+    /// Beside a variant the good driver who survives it, in place of its original.
+    pub certificate: bool,
     /// Predicted paths at its step.
     pub foresight: Foresight,
     /// Whether the map was zoomed out when it was split.
@@ -57,6 +60,17 @@ pub struct Moment<'a> {
     pub variations: Variations<'a>,
     /// Predicted paths at the step.
     pub foresight: &'a Foresight,
+    /// Who drives, where two drives in a variant stand side by side.
+    pub driven: Option<DrivenBy>,
+}
+
+/// Who drives in a variant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DrivenBy {
+    /// The planner that is attacked.
+    Planner,
+    /// The good driver of the certificate, with this reaction time in seconds.
+    GoodDriver(f64),
 }
 
 impl<'a> Moment<'a> {
@@ -92,7 +106,39 @@ impl<'a> Moment<'a> {
     /// What it is and when.
     #[must_use]
     pub fn words(&self) -> String {
-        format!("{} · {}", self.name(), self.when())
+        match self.driven {
+            Some(driven) => format!("{} · {}", self.driven_words(driven), self.when()),
+            None => format!("{} · {}", self.name(), self.when()),
+        }
+    }
+
+    /// Whose drive it is, how it ends, and the gap to the nearest obstacle.
+    #[must_use]
+    pub fn driven_words(&self, driven: DrivenBy) -> String {
+        let name = match driven {
+            DrivenBy::GoodDriver(delay) => format!("good driver {delay:.1} s"),
+            DrivenBy::Planner => self.planner_name(),
+        };
+        let verdict = self.opened.collision.as_ref().map(|j| j.verdict.dangerous);
+        let verdict = match verdict {
+            Some(true) => "X collision",
+            Some(false) => "no contact",
+            None => "no verdict",
+        };
+        let series = self.opened.series.as_ref();
+        let gap = series.and_then(|series| series.most_dangerous_at("distance", self.step));
+        let gap = gap.map_or(String::new(), |(_, gap)| format!(" · gap {gap:.1} m"));
+        format!("{name}: {verdict}{gap}")
+    }
+
+    /// The planner that drives in a variant.
+    fn planner_name(&self) -> String {
+        let planned = self.opened.planned.as_ref();
+        let process = planned.and_then(|planned| planned.process.as_ref());
+        let saved = self.opened.saved.as_ref();
+        let saved = saved.and_then(|saved| saved.origin.planner.clone());
+        let name = process.map(|process| process.named()).or(saved);
+        name.map_or("nearmiss".into(), |name| visible(&name).into_owned())
     }
 
     /// Its time and step.
@@ -151,6 +197,7 @@ impl Model {
                 (None, None) => Variations::default(),
             },
             foresight: &self.map.foresight,
+            driven: self.good_driver().map(|_| DrivenBy::Planner),
         })
     }
 
@@ -161,10 +208,15 @@ impl Model {
     pub fn second_moment(&self) -> Option<Moment<'_>> {
         let second = &self.map.second;
         let now = self.moment().filter(|_| second.on)?;
-        let other = self.counterpart();
+        let survived = self.good_driver();
+        let other = match survived {
+            Some(drive) => Some((&drive.opened, now.variations)),
+            None => self.counterpart(),
+        };
         let moment = other.map_or(now, |(opened, variations)| Moment {
             opened,
             variations,
+            driven: survived.map(|drive| DrivenBy::GoodDriver(drive.delay)),
             ..now
         });
         let (step, reason) = match (second.pinned, other) {
@@ -191,6 +243,16 @@ impl Model {
         let second = self.drawn.map_at(at).is_some_and(|map| map.second);
         let then = self.second_moment().filter(|_| second);
         then.or_else(|| self.moment())
+    }
+
+    /// The good driver who is shown beside the variant that is open.
+    fn good_driver(&self) -> Option<&CertificateDrive> {
+        let second = &self.map.second;
+        let opened = self
+            .opened
+            .as_deref()
+            .filter(|_| second.on && second.certificate)?;
+        opened.certificate.as_deref()
     }
 
     /// The original of the variant that is open, or the variant of its original.

@@ -46,6 +46,7 @@ impl Screen for VariantScreen {
             Action::Play
             | Action::PlotDrives
             | Action::SwitchVariant
+            | Action::CertificateMap
             | Action::SaveVariant
             | Action::Palette => Step::Perform(action),
             _ if moves_scene(action) => Step::Perform(action),

@@ -9,7 +9,7 @@ use super::super::super::message::{Effect, JobId};
 use super::super::super::model::{Job, JobKind, JobState, Model, RequestTokens, forecast_words};
 use super::super::super::screens::attack::AttackScreen;
 use super::super::list;
-use super::{ready, request, show, still_searching};
+use super::{planned_by, ready, request, show, still_searching};
 use crate::description::Frame;
 use crate::evaluation::generating::{Method, Progress};
 use crate::evaluation::{Event, Settings};
@@ -51,7 +51,10 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     let anew = if fresh { " again" } else { "" };
-    let reply = format!("asking {asked}{anew}… ego planned with {words}; {key} {key} cancels");
+    let reply = format!(
+        "asking {asked}{anew}… ego planned {}with {words}; {key} {key} cancels",
+        planned_by(model)
+    );
     let method = method(model);
     let requests = requests(model, &method, only);
     let price = model.prompt.prices.of_requests(&asked, &requests);

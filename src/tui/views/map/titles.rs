@@ -43,9 +43,10 @@ pub fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
 
 /// Of the second map: its moment, in as many words as there is room for.
 pub fn second(moment: &Moment<'_>, half: Rect) -> Line<'static> {
-    let words = moment.words();
-    let fits = words.width() <= room(half);
-    Line::from(if fits { words } else { moment.when() })
+    let driven = moment.driven.map(|driven| moment.driven_words(driven));
+    let mut words = [Some(moment.words()), driven].into_iter().flatten();
+    let fits = words.find(|words| words.width() <= room(half));
+    Line::from(fits.unwrap_or_else(|| moment.when()))
 }
 
 /// A title has a blank on both sides.

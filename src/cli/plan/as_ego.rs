@@ -1,0 +1,226 @@
+//! `--ego planner`: drives scenarios and keeps the drives in the data folder, as egos for other commands.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+use super::driven::{self, DrivenScenario};
+use super::planners::{BUILT_IN, PlannerChoice};
+use super::{PlannerOptions, document};
+use crate::cli::interrupt::{INTERRUPTED, interrupted};
+use crate::cli::open::configuration;
+use crate::cli::parallel::in_order;
+use crate::cli::progress::Progress;
+use crate::cli::{Failure, output};
+use crate::evaluation::default_planning;
+use crate::formats::{EgoSelection, Entry, PlannerDrives, write_recording};
+use crate::planner::Cancel;
+use crate::scenario::ContentHash;
+use crate::settings::PlannerKey;
+use crate::simulation::{Outcome, Settings, TrafficMode};
+use crate::system::{self, save_private};
+
+/// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
+const WORD: &str = "planner";
+
+/// The drives of a planner, one JSON line each, as `plan --json` prints them.
+const LINES: &str = "drives.jsonl";
+
+/// The planner that a value of `--ego` names; nothing where it names something else.
+pub fn named(said: &str) -> Option<&str> {
+    match said.split_once(':') {
+        None if said == WORD => Some(BUILT_IN),
+        Some((WORD, planner)) => Some(planner),
+        _ => None,
+    }
+}
+
+/// Lets a planner drive the ego of every scenario through recorded traffic, and keeps the drives.
+///
+/// # Errors
+/// There is no such planner, no scenario could be driven, the drives cannot be kept, or the user asked for an end.
+pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoSelection, Failure> {
+    let (folders, config) = configuration()?;
+    let planner = PlannerOptions::named(said, &config)?;
+    let settings = Settings {
+        // Egos are shown and asked about in the recorded traffic.
+        traffic: TrafficMode::Recorded,
+        ..config.planning(default_planning())
+    };
+    let mut kept = Kept::default();
+    kept.drive(&planner, problem, entries, &settings)?;
+    if kept.files.is_empty() {
+        return Err(Failure::input(match entries {
+            [only] => format!("{}: not driven by {said}", only.display()),
+            _ => format!(
+                "--ego: none of the {} scenarios was driven by {said}",
+                entries.len()
+            ),
+        }));
+    }
+    let sha256 = kept.hash();
+    let folder = folders.drives().join(&sha256[..24]);
+    kept.save(&folder)?;
+    Ok(EgoSelection::Planner(PlannerDrives {
+        planner: said.into(),
+        command: match &planner.external {
+            Some(external) => external.options().command.clone(),
+            None => Vec::new(),
+        },
+        said: kept.said,
+        settings: words(&settings, &planner),
+        sha256,
+        folder,
+    }))
+}
+
+/// The settings of drives by the names of the configuration; of a process those that it is run with, too.
+fn words(settings: &Settings, planner: &PlannerChoice) -> BTreeMap<String, String> {
+    let keys = PlannerKey::ALL.iter();
+    let value = |key: &PlannerKey| match key.value(settings) {
+        toml::Value::String(word) => word,
+        other => other.to_string(),
+    };
+    let mut words: BTreeMap<String, String> =
+        keys.map(|key| (key.id.to_string(), value(key))).collect();
+    if let Some(external) = &planner.external {
+        let options = external.options();
+        for (name, value) in [
+            ("start_timeout", options.start.as_secs_f64().to_string()),
+            ("timeout", options.cycle.as_secs_f64().to_string()),
+            ("predictions", options.predictions.to_string()),
+            ("history", options.history.to_string()),
+        ] {
+            words.insert(name.into(), value);
+        }
+    }
+    words
+}
+
+/// Drives to keep.
+#[derive(Default)]
+struct Kept {
+    /// By file name.
+    files: BTreeMap<String, Vec<u8>>,
+    lines: String,
+    said: Option<String>,
+}
+
+impl Kept {
+    fn drive(
+        &mut self,
+        planner: &PlannerChoice,
+        problem: Option<i64>,
+        entries: &[Entry],
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let stop = interrupted(true);
+        let cancel = Cancel::from_flag(&stop);
+        let progress = Progress::new(entries.len(), "drives", true);
+        let mut failure = None;
+        let mut done = 0;
+        in_order(
+            entries.len(),
+            &stop,
+            |i| driven::drive(&entries[i], problem, settings, Some(planner), None, &cancel),
+            |driven| {
+                let taken = match driven {
+                    None => return ControlFlow::Break(()),
+                    Some(Ok(driven)) => self.take(&driven, &progress),
+                    Some(Err(error)) => {
+                        progress.suspend(|| output::say(&format!("nearmiss: {error}")));
+                        Ok(())
+                    }
+                };
+                done += 1;
+                progress.step();
+                match taken {
+                    Ok(()) => ControlFlow::Continue(()),
+                    Err(error) => {
+                        failure = Some(error);
+                        ControlFlow::Break(())
+                    }
+                }
+            },
+        );
+        drop(progress);
+        if let Some(failure) = failure {
+            return Err(failure);
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure {
+                message: format!(
+                    "interrupted after {done} of {} drives; none was kept",
+                    entries.len()
+                ),
+                status: INTERRUPTED,
+            });
+        }
+        Ok(())
+    }
+
+    /// A planner that failed has driven nothing that could be asked about.
+    fn take(&mut self, driven: &DrivenScenario, progress: &Progress) -> Result<(), Failure> {
+        let report = driven.drive.external.as_ref();
+        if self.said.is_none() {
+            self.said = report.filter(|r| !r.name.is_empty()).map(|r| r.named());
+        }
+        if let (Outcome::PlannerError(_), Some(report)) = (driven.outcome(), report) {
+            let why = report.fault_in_words().unwrap_or_default();
+            let why = output::visible(&format!("nearmiss: {}: not driven: {why}", driven.file));
+            progress.suspend(|| output::say(&why));
+            return Ok(());
+        }
+        let recording = write_recording(driven.problem, &driven.drive.track());
+        let recording =
+            recording.map_err(|error| Failure::input(format!("{}: {error}", driven.file)))?;
+        let name = PlannerDrives::file_name(driven.scenario.hash);
+        self.files.insert(name, recording);
+        self.lines += &output::json_line(&document::document(driven))?;
+        Ok(())
+    }
+
+    /// The hash of all drives.
+    fn hash(&self) -> String {
+        let mut all = Vec::new();
+        for (name, bytes) in &self.files {
+            all.extend(format!("{name} {}\n", ContentHash::digest(bytes)).into_bytes());
+        }
+        ContentHash::digest(&all).to_string()
+    }
+
+    /// Writes what is not there yet.
+    fn save(&self, folder: &Path) -> Result<(), Failure> {
+        let failed = |error: &dyn std::fmt::Display| {
+            Failure::input(format!("{}: {error}", folder.display()))
+        };
+        system::make_folder(folder).map_err(|error| failed(&system::words(&error)))?;
+        let lines = (LINES.to_string(), self.lines.as_bytes());
+        let files = self.files.iter();
+        let files = files.map(|(name, bytes)| (name.clone(), bytes.as_slice()));
+        for (name, bytes) in files.chain([lines]) {
+            let path = folder.join(name);
+            if path.is_file() {
+                continue;
+            }
+            save_private(&path, bytes).map_err(|error| failed(&error))?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planners_are_told_from_files_and_ids() {
+        assert_eq!(named("planner"), Some("nearmiss"));
+        assert_eq!(named("planner:lab"), Some("lab"));
+        assert_eq!(named("planner:python3 a:b.py"), Some("python3 a:b.py"));
+        for other in ["./planner", "7", "ego.csv", "planners", "C:planner"] {
+            assert_eq!(named(other), None, "{other}");
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! `--with-certificate`: the drive in a variant and the good driver who survives it, one above the other, as pictures or
+//! as a film.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::arguments::RenderContent;
+use super::{Job, Timeline};
+use crate::cli::open::{Opened, scene_and_doubts};
+use crate::cli::{Failure, Outcome, output};
+use crate::formats::{EgoSelection, Entry};
+use crate::generation::DELAYS;
+use crate::metrics::{Context, Series, Thresholds, measure};
+use crate::render::{Figure, FigureGrid, GridRow, Look, MapExtent, PAGE, Picture, Subject};
+use crate::scenario::Scene;
+use crate::workflow::VariantOrigin;
+
+/// The good driver beside the drive in a variant.
+#[derive(Debug, clap::Args)]
+pub struct CertificateOption {
+    /// Below each map of a variant of `nearmiss generate` the good driver of its certificate with this reaction time at
+    /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
+    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego", "planning_problem"])]
+    pub with_certificate: Option<Reaction>,
+}
+
+impl CertificateOption {
+    /// What of it changes pictures; nothing without it.
+    pub fn words(&self) -> String {
+        let reaction = self.with_certificate;
+        reaction.map_or(String::new(), |reaction| format!(" {reaction:?}"))
+    }
+}
+
+/// Reaction time of a certificate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reaction {
+    Longest,
+    Seconds(f64),
+}
+
+/// A reaction time by its word.
+fn reaction(word: &str) -> Result<Reaction, String> {
+    let known = DELAYS.into_iter().find(|s| word.parse() == Ok(*s));
+    match (word, known) {
+        ("longest", _) => Ok(Reaction::Longest),
+        (_, Some(seconds)) => Ok(Reaction::Seconds(seconds)),
+        _ => {
+            let known = DELAYS.map(|delay| format!("{delay:.1}"));
+            Err(format!("expected one of {}", known.join(", ")))
+        }
+    }
+}
+
+/// A drive, and what is said beside its map.
+struct Drive {
+    name: String,
+    scene: Arc<Scene>,
+    gaps: Series,
+}
+
+impl Drive {
+    fn new(name: String, scene: Arc<Scene>, thresholds: &Thresholds) -> Self {
+        let context = Context::under(&scene, thresholds);
+        let gaps = Series::from_context(&context, measure("distance").into_iter().collect());
+        Self { name, gaps, scene }
+    }
+
+    /// The steps of the drive.
+    fn steps(&self) -> Range<i64> {
+        self.scene.ego.track.steps()
+    }
+
+    /// The step that is shown: before the start the first one, after the end the last one.
+    fn at(&self, step: i64) -> i64 {
+        let steps = self.steps();
+        step.min(steps.end - 1).max(steps.start)
+    }
+
+    /// Whose drive it is, the gap to the nearest obstacle, and how it ends once it has ended.
+    fn words(&self, step: i64) -> String {
+        let shown = self.at(step);
+        let gap = self.gaps.most_dangerous_at("distance", shown);
+        let mut words = self.name.clone();
+        if let Some((id, gap)) = gap {
+            words += &format!(" · gap {gap:.1} m ({id})");
+        }
+        if step >= self.steps().end - 1 {
+            words += match gap {
+                Some((_, gap)) if gap <= 0.0 => " · contact",
+                _ => " · no contact",
+            };
+        }
+        words
+    }
+}
+
+impl Job<'_> {
+    /// Draws a variant's two drives.
+    pub(super) fn beside_certificate(&self, entry: &Entry, reaction: Reaction) -> Outcome {
+        let named =
+            |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
+        if self.arguments.what != RenderContent::Map {
+            return Err(Failure::input("--with-certificate needs --what map"));
+        }
+        let (origin, planned, survived) = self.drives(entry, reaction)?;
+        let mut look = Look {
+            palette: self.palette.clone(),
+            ..self.arguments.look(self.history)?
+        };
+        if self.arguments.size.is_none() {
+            look.size = (PAGE / 2.0, None);
+        }
+        if look.obstacles.is_empty() {
+            look.obstacles = origin.ids();
+        }
+        let (size, seen) = (look.size, look.seen);
+        let drives = [planned, survived];
+        let figures = drives.each_ref().map(|drive| {
+            Figure::new(
+                Subject::with_ego(&drive.scene),
+                &entry.name,
+                look.clone(),
+                &self.thresholds,
+            )
+        });
+        let [first, second] = figures;
+        let figures = [
+            first.map_err(|e| named(&e))?,
+            second.map_err(|e| named(&e))?,
+        ];
+        let all = drives[0].steps().start.min(drives[1].steps().start)
+            ..drives[0].steps().end.max(drives[1].steps().end);
+        let dt = drives[0].scene.scenario.dt();
+        let timeline = Timeline {
+            steps: all,
+            dt,
+            telling: drives[0].steps().end - 1,
+            scene: Some(&drives[0].scene),
+        };
+        let steps = self.steps(entry, &timeline)?;
+        self.write(entry, &steps, dt, |step| {
+            picture(&drives, &figures, step, (seen, size))
+        })
+    }
+
+    /// What is known of a variant, the drive in it and the one that survives.
+    fn drives(
+        &self,
+        entry: &Entry,
+        reaction: Reaction,
+    ) -> Result<(VariantOrigin, Drive, Drive), Failure> {
+        let named =
+            |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
+        let origin = VariantOrigin::of(entry).ok_or_else(|| {
+            named(
+                &"no manifest of `nearmiss generate` (NAME.json) beside it; --with-certificate needs a variant",
+            )
+        })?;
+        let delay = match reaction {
+            Reaction::Longest => None,
+            Reaction::Seconds(seconds) => Some(seconds),
+        };
+        let Some((delay, file)) = origin.certificate(delay) else {
+            let known: Vec<&str> = origin
+                .certificates
+                .iter()
+                .map(|(s, _)| s.as_str())
+                .collect();
+            return Err(named(&match (delay, known.is_empty()) {
+                (_, true) => "no good driver survives it, so there is no certificate".to_string(),
+                (delay, false) => format!(
+                    "no certificate for a reaction time of {:.1} s; there is one for {}",
+                    delay.unwrap_or_default(),
+                    known.join(", ")
+                ),
+            }));
+        };
+        let opened = |ego: &EgoSelection| -> Result<Arc<Scene>, Failure> {
+            let (scene, doubts): Opened = scene_and_doubts(entry, ego)?;
+            doubts.iter().for_each(|doubt| output::say(doubt));
+            Ok(scene)
+        };
+        let planned = opened(&EgoSelection::Beside)?;
+        let mut survived = Scene::clone(&*opened(&EgoSelection::File {
+            path: file,
+            planning_problem: None,
+        })?);
+        // A certificate is driven with the same vehicle; its recording cannot say so.
+        survived.ego.footprint = planned.ego.footprint.clone();
+        let planner = origin.planner.clone().unwrap_or_else(|| "planner".into());
+        let thresholds = &self.thresholds;
+        let survivor = format!("good driver, {delay:.1} s");
+        Ok((
+            origin,
+            Drive::new(planner, planned, thresholds),
+            Drive::new(survivor, Arc::new(survived), thresholds),
+        ))
+    }
+}
+
+/// Both drives at a step.
+fn picture(
+    drives: &[Drive; 2],
+    figures: &[Figure<'_>; 2],
+    step: i64,
+    (seen, size): (MapExtent, (f64, Option<f64>)),
+) -> Result<Picture, String> {
+    let words = drives.each_ref().map(|drive| drive.words(step));
+    let steps = drives.each_ref().map(|drive| [drive.at(step)]);
+    let rows = [0, 1].map(|place| GridRow {
+        figure: &figures[place],
+        name: Some(&words[place]),
+        steps: &steps[place],
+    });
+    let grid = FigureGrid {
+        rows: &rows,
+        seen: Some(seen),
+        size,
+    };
+    grid.picture().map_err(|error| error.to_string())
+}
