@@ -107,15 +107,16 @@ impl<'a> Moment<'a> {
     #[must_use]
     pub fn words(&self) -> String {
         match self.driven {
-            Some(driven) => format!("{} · {}", self.driven_words(driven), self.when()),
+            Some(driven) => format!("{} · {}", self.driven_words(driven, false), self.when()),
             None => format!("{} · {}", self.name(), self.when()),
         }
     }
 
-    /// Whose drive it is, how it ends, and the gap to the nearest obstacle.
+    /// Whose drive it is, how it ends, and the gap to the nearest obstacle; `brief` where there is little room.
     #[must_use]
-    pub fn driven_words(&self, driven: DrivenBy) -> String {
+    pub fn driven_words(&self, driven: DrivenBy, brief: bool) -> String {
         let name = match driven {
+            DrivenBy::GoodDriver(_) if brief => "good driver".into(),
             DrivenBy::GoodDriver(delay) => format!("good driver {delay:.1} s"),
             DrivenBy::Planner => self.planner_name(),
         };
@@ -127,7 +128,8 @@ impl<'a> Moment<'a> {
         };
         let series = self.opened.series.as_ref();
         let gap = series.and_then(|series| series.most_dangerous_at("distance", self.step));
-        let gap = gap.map_or(String::new(), |(_, gap)| format!(" · gap {gap:.1} m"));
+        let word = if brief { "" } else { "gap " };
+        let gap = gap.map_or(String::new(), |(_, gap)| format!(" · {word}{gap:.1} m"));
         format!("{name}: {verdict}{gap}")
     }
 

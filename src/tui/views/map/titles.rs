@@ -43,8 +43,10 @@ pub fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
 
 /// Of the second map: its moment, in as many words as there is room for.
 pub fn second(moment: &Moment<'_>, half: Rect) -> Line<'static> {
-    let driven = moment.driven.map(|driven| moment.driven_words(driven));
-    let mut words = [Some(moment.words()), driven].into_iter().flatten();
+    let driven = |brief| Some(moment.driven_words(moment.driven?, brief));
+    let mut words = [Some(moment.words()), driven(false), driven(true)]
+        .into_iter()
+        .flatten();
     let fits = words.find(|words| words.width() <= room(half));
     Line::from(fits.unwrap_or_else(|| moment.when()))
 }
