@@ -5,7 +5,7 @@ use super::lateral::Lateral;
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
 use super::traffic::{EgoBox, Occupied, Traffic};
-use super::{CurvatureSpeedLimit, Limit, Limits, Settings};
+use super::{Limit, Limits, Settings};
 
 /// Shared checks for all candidates of a plan.
 #[derive(Debug, Clone, Copy)]
@@ -13,9 +13,6 @@ pub(super) struct Judge<'a> {
     pub settings: &'a Settings,
     pub allowed: Allowed,
     pub traffic: &'a Traffic,
-    /// m/s, where no bend is.
-    pub wanted: f64,
-    pub bends: &'a CurvatureSpeedLimit,
     /// Seconds between two steps.
     pub dt: f64,
     pub steps: usize,
@@ -27,6 +24,9 @@ pub(super) const CLEAR: f64 = 2.0;
 /// The margin around bodies grows to its whole within this time, so that an ego that starts closer can get away,
 /// seconds.
 const EASING: f64 = 1.0;
+
+/// What a m/s above what the rules allow costs: more than any comfort.
+const RULES: f64 = 100.0;
 
 /// Differences below this are rounding.
 const ROUNDING: f64 = 1e-6;
@@ -40,6 +40,7 @@ struct Sums {
     clearance: f64,
     following: f64,
     risk: f64,
+    rules: f64,
 }
 
 impl Judge<'_> {
@@ -74,8 +75,10 @@ impl Judge<'_> {
             }
             let across = moved.velocity * moved.velocity * moved.curvature;
             sums.acceleration += moved.acceleration * moved.acceleration + across * across;
-            let wanted = self.wanted.min(self.bends.speed(at.s[0]));
-            sums.speed += (moved.velocity - wanted).powi(2);
+            sums.speed += (moved.velocity - at.wanted).powi(2);
+            if moved.velocity > at.allowed + ROUNDING {
+                sums.rules += moved.velocity - at.allowed;
+            }
             sums.offset += offset[0] * offset[0];
             before = moved;
             if most.is_some_and(|most| self.cost(&sums, effort).total() > most) {
@@ -114,6 +117,7 @@ impl Judge<'_> {
             clearance: weights.clearance * sums.clearance * mean,
             following: weights.following * sums.following * mean,
             risk: weights.risk * sums.risk * mean,
+            rules: RULES * sums.rules * mean,
         }
     }
 

@@ -3,7 +3,9 @@
 //! Source: Werling, Ziegler, Kammel and Thrun, Optimal Trajectory Generation for Dynamic Street Scenarios in a Frenet
 //! Frame, ICRA 2010. Candidates are polynomials along and across the path; those that a kinematic single-track vehicle
 //! cannot drive, that leave the road or that touch an obstacle's predicted body are rejected, and the cheapest
-//! remaining one is driven. The planner is deterministic: the same input gives the same plan.
+//! remaining one is driven. The rules of the road are a cost that outweighs all others but not a contact: where none of
+//! the candidates obeys, the one that breaks them least is driven. The planner is deterministic: the same input gives
+//! the same plan.
 
 mod brake;
 mod cancel;
@@ -17,6 +19,8 @@ mod goal;
 mod lateral;
 mod limits;
 mod motion;
+mod obligation;
+mod pace;
 mod place;
 mod plan;
 mod polynomial;
@@ -40,11 +44,12 @@ pub use feasibility::{Bound, Broken, Feasibility, FeasibilityError, Feasible, To
 pub use forecast::{Forecast, Forecaster};
 pub use goal::Arrival;
 pub use limits::{Limit, Limits};
+pub use pace::{Hold, LegalSpeed};
 pub use plan::{Memory, Plan, Planner};
 pub use polynomial::Polynomial;
 pub use reference_track::{ReferenceTrack, ReferenceTrackError};
 pub use road::Road;
-pub use settings::{MOST_STEPS, Sampling, Settings, Weights};
+pub use settings::{MOST_STEPS, RuleMode, Sampling, Settings, Weights};
 pub use state::VehicleState;
 pub use traffic::{Body, Traffic};
 pub use unavoided::unavoided;

@@ -5,10 +5,12 @@ use super::candidate::{Candidate, Cost, Rejection};
 use super::evaluate::{Allowed, CLEAR, Judge};
 use super::lateral::{Lateral, Start};
 use super::motion::{Moved, Station, state};
+use super::obligation::StopMemory;
+use super::pace::{Hold, Pace};
 use super::place::place;
 use super::profile::Profile;
 use super::samples::{FASTER, Level, Sampler};
-use super::{Emergency, Limits, ReferenceTrack, Road, Settings, Traffic, VehicleState};
+use super::{Emergency, Limits, ReferenceTrack, Road, RuleMode, Settings, Traffic, VehicleState};
 
 /// Decision of a planning cycle.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +31,8 @@ pub struct Plan {
     pub cost: Cost,
     /// Nothing could be driven, and this was done about it.
     pub emergency: Option<Emergency>,
+    /// A rule that asks for a stop ahead.
+    pub hold: Option<Hold>,
 }
 
 /// State carried from one cycle to the next: with it, planning continues as if it had never stopped.
@@ -36,6 +40,7 @@ pub struct Plan {
 pub struct Memory {
     last: Option<(i64, Profile, Lateral)>,
     hint: Option<f64>,
+    stops: StopMemory,
 }
 
 /// Plans cycle by cycle along one guide.
@@ -49,6 +54,10 @@ pub struct Planner<'a> {
     /// What was chosen last, and at which step.
     pub(super) last: Option<(i64, Profile, Lateral)>,
     pub(super) hint: Option<f64>,
+    /// Stop signs that were obeyed.
+    pub(super) stops: StopMemory,
+    /// What the rules asked for in the last cycle.
+    hold: Option<Hold>,
     profiles: Vec<Profile>,
     stations: Vec<Station>,
     pub(super) candidates: Vec<Candidate>,
@@ -77,6 +86,8 @@ impl<'a> Planner<'a> {
             dt,
             last: None,
             hint: None,
+            stops: StopMemory::default(),
+            hold: None,
             profiles: Vec::new(),
             stations: Vec::new(),
             candidates: Vec::new(),
@@ -130,12 +141,13 @@ impl<'a> Planner<'a> {
         Memory {
             last: self.last,
             hint: self.hint,
+            stops: self.stops,
         }
     }
 
     /// Plans on from where another planner, along the same guide and with the same settings, had this memory.
     pub fn recall(&mut self, memory: &Memory) {
-        (self.last, self.hint) = (memory.last, memory.hint);
+        (self.last, self.hint, self.stops) = (memory.last, memory.hint, memory.stops);
     }
 
     /// What to do from `now` at `step`, while the others do as `traffic` says. A cycle that is cancelled looks at no
@@ -145,6 +157,7 @@ impl<'a> Planner<'a> {
         self.profiles.clear();
         self.stations.clear();
         self.best = None;
+        self.hold = None;
         self.now = Some(*now);
         let Some((along, lateral)) = place(self.guide, now, self.hint) else {
             return self.stop(now, traffic, 0.0, 0);
@@ -154,6 +167,17 @@ impl<'a> Planner<'a> {
         let centre = along[0] + self.limits.rear_to_centre;
         let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
         let wanted = wanted.min(self.guide.bends.speed(along[0] + now.velocity));
+        let obeys = self.settings.rules == RuleMode::Obey;
+        let legal = self.guide.legal.as_deref().filter(|_| obeys);
+        let wanted = legal.map_or(wanted, |legal| {
+            wanted.min(legal.gentle(centre + now.velocity)).min(legal.gentle(centre))
+        });
+        let stop = match obeys {
+            true => self.obligation(now, along[0], step, traffic, wanted),
+            false => None,
+        };
+        self.hold = stop.map(|(hold, _)| hold);
+        let stop = stop.map(|(_, stop)| stop);
         let moved = Moved::from_state(now);
         let settings = self.settings;
         let (limits, guide) = (self.limits, self.guide);
@@ -169,14 +193,21 @@ impl<'a> Planner<'a> {
             guide,
             traffic,
             wanted,
+            stop,
             dt: self.dt,
+        };
+        let pace = Pace {
+            wanted,
+            bends: &guide.bends,
+            legal,
+            stop,
+            centre: limits.rear_to_centre,
+            now: now.velocity,
         };
         let judge = Judge {
             settings: &settings,
             allowed: Allowed::new(limits, self.dt),
             traffic: &near,
-            wanted,
-            bends: &guide.bends,
             dt: self.dt,
             steps: self.steps(),
         };
@@ -184,9 +215,9 @@ impl<'a> Planner<'a> {
         for refinement in 0..=settings.sampling.refinements {
             let level = Level::new(&settings.sampling, refinement);
             if refinement == 0 {
-                self.go_on(&judge, &moved, step);
+                self.go_on(&judge, &pace, &moved, step);
             }
-            self.sample(level, &sampler, &judge, &moved, along, &lateral);
+            self.sample(level, &sampler, (&judge, &pace), &moved, along, &lateral);
             found = self.choose().map(|chosen| (refinement, chosen));
             if found.is_some() || self.cancel.is_asked() {
                 break;
@@ -210,7 +241,7 @@ impl<'a> Planner<'a> {
     }
 
     /// What was chosen before, from here on.
-    fn go_on(&mut self, judge: &Judge<'_>, now: &Moved, step: i64) {
+    fn go_on(&mut self, judge: &Judge<'_>, pace: &Pace<'_>, now: &Moved, step: i64) {
         let Some((before, profile, lateral)) = self.last.take() else {
             return;
         };
@@ -220,7 +251,8 @@ impl<'a> Planner<'a> {
             ..profile
         };
         let first = self.stations.len();
-        let laid = profile.lay(&self.guide.path, judge.steps, self.dt, &mut self.stations);
+        let path = &self.guide.path;
+        let laid = profile.lay(path, pace, judge.steps, self.dt, &mut self.stations);
         let Some(profile) = laid else { return };
         let place = self.profiles.len();
         self.profiles.push(profile);
@@ -233,7 +265,7 @@ impl<'a> Planner<'a> {
         &mut self,
         level: Level,
         sampler: &Sampler<'_>,
-        judge: &Judge<'_>,
+        (judge, pace): (&Judge<'_>, &Pace<'_>),
         now: &Moved,
         along: [f64; 3],
         start: &Start,
@@ -248,7 +280,8 @@ impl<'a> Planner<'a> {
                 break;
             }
             let profile = self.profiles[place];
-            let laid = profile.lay(&self.guide.path, steps, self.dt, &mut self.stations);
+            let path = &self.guide.path;
+            let laid = profile.lay(path, pace, steps, self.dt, &mut self.stations);
             if let Some(profile) = laid {
                 self.profiles[kept] = profile;
                 kept += 1;
@@ -385,6 +418,7 @@ impl<'a> Planner<'a> {
             wanted,
             cost: Cost::default(),
             emergency,
+            hold: self.hold,
         }
     }
 }

@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::validation::{near, shown};
 use super::{Config, external_planner};
-use crate::planner::Forecast;
+use crate::planner::{Forecast, RuleMode};
 use crate::scenario::VehicleType;
 use crate::simulation::{Settings, TrafficMode};
 
@@ -85,6 +85,19 @@ macro_rules! keys {
     (@word $id:literal, $unit:literal, $words:expr, traffic) => {
         keys!(@named $id, $unit, $words, traffic, TrafficMode)
     };
+    (@word $id:literal, $unit:literal, $words:expr, planner.rules) => {
+        PlannerKey {
+            id: $id,
+            unit: $unit,
+            allowed: Words($words),
+            get: |settings| settings.planner.rules.name().into(),
+            set: |settings, value| {
+                if let Some(rules) = value.as_str().and_then(RuleMode::parse) {
+                    settings.planner.rules = rules;
+                }
+            },
+        }
+    };
     (@named $id:literal, $unit:literal, $words:expr, $field:ident, $type:ident) => {
         PlannerKey {
             id: $id,
@@ -123,6 +136,7 @@ impl PlannerKey {
         "replan" "steps" whole 1..=1000 => replan;
         "prediction" "" word &["recorded", "constant-velocity", "lane"] => forecast;
         "traffic" "" word &["recorded", "reactive"] => traffic;
+        "rules" "" word &["obey", "off"] => planner.rules;
         "vehicle" "" vehicle 1..=4 => planner.vehicle;
         "share" "" number 0.1..=1.0 => planner.share;
         "low_speed" "m/s" number 0.0..=20.0 => planner.low_speed;
@@ -364,7 +378,7 @@ mod tests {
         let knobs = || {
             PlannerKey::ALL
                 .iter()
-                .filter(|key| !["prediction", "traffic", "vehicle"].contains(&key.id))
+                .filter(|key| !["prediction", "traffic", "rules", "vehicle"].contains(&key.id))
         };
         for key in PlannerKey::ALL {
             assert!(key.allows(&key.value(&settings)), "{}", key.id);
@@ -385,6 +399,7 @@ mod tests {
         assert_eq!(set("vehicle", Value::Integer(4)), Ok(()));
         assert_eq!(set("prediction", "recorded".into()), Ok(()));
         assert_eq!(set("traffic", "reactive".into()), Ok(()));
+        assert_eq!(set("rules", "off".into()), Ok(()));
         for (id, value) in [
             ("vehicle", Value::Integer(7)),
             ("prediction", "oracle".into()),
@@ -395,5 +410,6 @@ mod tests {
         assert_eq!(settings.planner.vehicle, VehicleType::Truck);
         assert_eq!(settings.forecast, Forecast::Recorded);
         assert_eq!(settings.traffic, TrafficMode::Reactive);
+        assert_eq!(settings.planner.rules, RuleMode::Off);
     }
 }
