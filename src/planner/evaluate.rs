@@ -130,8 +130,14 @@ impl Judge<'_> {
         let stopping = self.settings.stopping(moved.velocity);
         for other in self.traffic.at(step) {
             let (dx, dy) = (other.x - own.x, other.y - own.y);
-            let squared = dx * dx + dy * dy;
             let near = self.allowed.reach + other.reach + CLEAR;
+            let left = dy * own.cos - dx * own.sin;
+            let forward = dx * own.cos + dy * own.sin;
+            // Most are too far beside, behind or ahead to cost anything: neither near nor in the way.
+            if left.abs() >= near || forward <= -near || forward >= stopping + near {
+                continue;
+            }
+            let squared = dx * dx + dy * dy;
             if squared >= (stopping + near) * (stopping + near) {
                 continue;
             }
@@ -148,10 +154,8 @@ impl Judge<'_> {
                 sums.clearance += body.likelihood * close * close;
             }
             // An obstacle that is in front by less than it takes to stop, should it stop as well.
-            let forward = dx * own.cos + dy * own.sin;
-            if forward > 0.0 && forward < stopping + near {
-                sums.following +=
-                    self.missing(&own, other, forward, dy * own.cos - dx * own.sin, stopping);
+            if forward > 0.0 {
+                sums.following += self.missing(&own, other, forward, left, stopping);
             }
         }
         None

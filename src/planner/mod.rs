@@ -31,6 +31,7 @@ mod samples;
 mod settings;
 mod smooth;
 mod state;
+mod states;
 #[cfg(test)]
 mod tests;
 mod traffic;

@@ -6,7 +6,7 @@
 //! 7.1 s from a minor road).
 
 use super::pace::StopAhead;
-use super::{Hold, Limits, Planner, Traffic, VehicleState};
+use super::{Hold, LegalSpeed, Limits, Planner, RuleMode, Traffic, VehicleState};
 use crate::geometry::{Point, angle_between};
 use crate::scenario::SignalColor;
 use crate::traffic_rules::{
@@ -93,9 +93,40 @@ impl Own {
     }
 }
 
-impl Planner<'_> {
+impl<'a> Planner<'a> {
+    /// The speed (m/s) that is wanted with the body's centre at `centre` (m) where speeds are limited, and the limits.
+    pub(super) fn legal(
+        &self,
+        wanted: f64,
+        centre: f64,
+        now: f64,
+    ) -> (f64, Option<&'a LegalSpeed>) {
+        let legal = self.guide.legal.as_deref();
+        let Some(legal) = legal.filter(|_| self.settings.rules == RuleMode::Obey) else {
+            return (wanted, None);
+        };
+        (wanted.min(legal.ahead(centre, now)), Some(legal))
+    }
+
+    /// Where the rules ask to stop in this cycle; what is asked for is remembered.
+    pub(super) fn stop_ahead(
+        &mut self,
+        now: &VehicleState,
+        along: f64,
+        step: i64,
+        traffic: &Traffic,
+        wanted: f64,
+    ) -> Option<StopAhead> {
+        if self.settings.rules == RuleMode::Off {
+            return None;
+        }
+        let (hold, stop) = self.obligation(now, along, step, traffic, wanted)?;
+        self.hold = Some(hold);
+        Some(stop)
+    }
+
     /// What the rules ask for at `step`, with the rear axle at arc length `along`; `wanted` m/s are driven otherwise.
-    pub(super) fn obligation(
+    fn obligation(
         &mut self,
         now: &VehicleState,
         along: f64,

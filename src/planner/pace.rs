@@ -16,6 +16,9 @@ pub struct LegalSpeed {
 const GENTLE: f64 = 1.2;
 const FIRM: f64 = 2.5;
 
+/// Deceleration of one who starts too fast, m/s².
+const SLOWING: f64 = 2.0;
+
 /// Where no limit is, m/s.
 const NONE: f64 = 1e3;
 
@@ -52,10 +55,16 @@ impl LegalSpeed {
         speeds[place.min(speeds.len() - 1)]
     }
 
-    /// The speed (m/s) at arc length `s` (m) that slows down comfortably to what is allowed ahead.
-    #[must_use]
-    pub fn gentle(&self, s: f64) -> f64 {
+    fn gentle(&self, s: f64) -> f64 {
         Self::at(&self.gentle, s)
+    }
+
+    /// The speed (m/s) that is wanted at arc length `s` (m) by a vehicle that has `now` m/s: comfortably to what is
+    /// allowed here and a second ahead.
+    #[must_use]
+    pub fn ahead(&self, s: f64, now: f64) -> f64 {
+        let limit = self.gentle(s).min(self.gentle(s + now));
+        limit.max(now - SLOWING)
     }
 }
 
@@ -114,11 +123,11 @@ pub(super) struct Pace<'a> {
 }
 
 impl Pace<'_> {
-    /// The speed that is wanted at arc length `s` (m), m/s.
-    pub fn wanted_at(&self, s: f64) -> f64 {
+    /// The speed that is wanted at arc length `s` (m) in `t` seconds, m/s.
+    pub fn wanted_at(&self, s: f64, t: f64) -> f64 {
         let mut wanted = self.wanted.min(self.bends.speed(s));
         if let Some(legal) = self.legal {
-            wanted = wanted.min(legal.gentle(s + self.centre));
+            wanted = wanted.min(legal.gentle(s + self.centre).max(self.now - SLOWING * t));
         }
         match self.stop {
             Some(stop) => wanted.min(stop.speed(s, stop.gentle)),

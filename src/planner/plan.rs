@@ -4,13 +4,13 @@ use super::cancel::Cancel;
 use super::candidate::{Candidate, Cost, Rejection};
 use super::evaluate::{Allowed, CLEAR, Judge};
 use super::lateral::{Lateral, Start};
-use super::motion::{Moved, Station, state};
+use super::motion::{Moved, Station};
 use super::obligation::StopMemory;
 use super::pace::{Hold, Pace};
 use super::place::place;
 use super::profile::Profile;
 use super::samples::{FASTER, Level, Sampler};
-use super::{Emergency, Limits, ReferenceTrack, Road, RuleMode, Settings, Traffic, VehicleState};
+use super::{Emergency, Limits, ReferenceTrack, Road, Settings, Traffic, VehicleState};
 
 /// Decision of a planning cycle.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,9 +57,9 @@ pub struct Planner<'a> {
     /// Stop signs that were obeyed.
     pub(super) stops: StopMemory,
     /// What the rules asked for in the last cycle.
-    hold: Option<Hold>,
+    pub(super) hold: Option<Hold>,
     profiles: Vec<Profile>,
-    stations: Vec<Station>,
+    pub(super) stations: Vec<Station>,
     pub(super) candidates: Vec<Candidate>,
     /// Costs and indices of the feasible candidates.
     order: Vec<(f64, usize)>,
@@ -67,7 +67,7 @@ pub struct Planner<'a> {
     near: Traffic,
     /// What it was told last.
     told: Option<Traffic>,
-    now: Option<VehicleState>,
+    pub(super) now: Option<VehicleState>,
     cancel: Cancel,
     only_best: bool,
     /// Of only the best: the cheapest candidate so far that stays on the road, with its cost.
@@ -167,17 +167,8 @@ impl<'a> Planner<'a> {
         let centre = along[0] + self.limits.rear_to_centre;
         let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
         let wanted = wanted.min(self.guide.bends.speed(along[0] + now.velocity));
-        let obeys = self.settings.rules == RuleMode::Obey;
-        let legal = self.guide.legal.as_deref().filter(|_| obeys);
-        let wanted = legal.map_or(wanted, |legal| {
-            wanted.min(legal.gentle(centre + now.velocity)).min(legal.gentle(centre))
-        });
-        let stop = match obeys {
-            true => self.obligation(now, along[0], step, traffic, wanted),
-            false => None,
-        };
-        self.hold = stop.map(|(hold, _)| hold);
-        let stop = stop.map(|(_, stop)| stop);
+        let (wanted, legal) = self.legal(wanted, centre, now.velocity);
+        let stop = self.stop_ahead(now, along[0], step, traffic, wanted);
         let moved = Moved::from_state(now);
         let settings = self.settings;
         let (limits, guide) = (self.limits, self.guide);
@@ -355,70 +346,5 @@ impl<'a> Planner<'a> {
     pub(super) fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
         let states = self.moments(candidate).map(|m| m.whole());
         self.road.left_at(states, &self.limits)
-    }
-
-    fn moments<'b>(&'b self, candidate: &'b Candidate) -> impl Iterator<Item = Moved> + 'b {
-        let steps = self.steps();
-        let stations = &self.stations[candidate.profile * (steps + 1)..][..=steps];
-        let (now, dt) = (self.now, self.dt);
-        let now = now.as_ref().map(Moved::from_state);
-        stations
-            .iter()
-            .enumerate()
-            .map_while(move |(i, at)| match now {
-                // The present is given, and not to be rounded.
-                Some(now) if i == 0 => Some(now),
-                _ => state(at, candidate.lateral.at(i as f64 * dt, at.s)),
-            })
-    }
-
-    /// Arc length of a candidate at a step from now, metres.
-    pub(super) fn arc_length_at(&self, candidate: &Candidate, step: usize) -> Option<f64> {
-        let place = candidate.profile * (self.steps() + 1) + step;
-        self.stations.get(place).map(|at| at.s[0])
-    }
-
-    /// The states of one of [`Self::candidates`], one a step, up to where the path's coordinates end.
-    #[must_use]
-    pub fn states_of(&self, candidate: &Candidate) -> Vec<VehicleState> {
-        let mut states: Vec<VehicleState> = self.moments(candidate).map(|m| m.whole()).collect();
-        if let (Some(first), Some(now)) = (states.first_mut(), self.now) {
-            *first = now;
-        }
-        states
-    }
-
-    /// The candidates of the last cycle.
-    #[must_use]
-    pub fn candidates(&self) -> &[Candidate] {
-        &self.candidates
-    }
-
-    pub(super) fn summary(
-        &self,
-        wanted: f64,
-        refinements: usize,
-        emergency: Option<Emergency>,
-    ) -> Plan {
-        let mut rejected: Vec<(&'static str, usize)> = Vec::new();
-        for (_, why) in self.candidates.iter().filter_map(|c| c.rejected) {
-            let name = why.name();
-            match rejected.iter_mut().find(|(n, _)| *n == name) {
-                Some((_, count)) => *count += 1,
-                None => rejected.push((name, 1)),
-            }
-        }
-        let out: usize = rejected.iter().map(|(_, n)| n).sum();
-        Plan {
-            states: Vec::new(),
-            candidates: self.candidates.len(),
-            feasible: self.candidates.len() - out,
-            rejected,
-            refinements,
-            wanted,
-            cost: Cost::default(),
-            emergency,
-            hold: self.hold,
-        }
     }
 }

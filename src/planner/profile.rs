@@ -60,7 +60,8 @@ impl Profile {
             }
             let v = v.max(0.0);
             self.slowest = self.slowest.min(v);
-            let speeds = (pace.wanted_at(s), pace.allowed_at(s, i as f64 * dt));
+            let t = i as f64 * dt;
+            let speeds = (pace.wanted_at(s, t), pace.allowed_at(s, t));
             stations.push(Station::new([s, v, a], &path.at(s), speeds));
         }
         Some(self)

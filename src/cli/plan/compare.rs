@@ -19,6 +19,7 @@ use crate::evaluation::statistics::PairedTest;
 use crate::formats::Entry;
 use crate::planner::Cancel;
 use crate::simulation::{CollisionKind, Settings};
+use crate::traffic_rules::Rule;
 use crate::workflow::PlanError;
 
 /// A figure of a drive; nothing where the drive has none.
@@ -245,6 +246,14 @@ impl Comparison {
         let header = ["", "first", "second", "difference", "95 % interval"];
         out += &line("  ", &columns, &header);
         for difference in self.differences() {
+            let none = [difference.first, difference.second] == [Some(0.0), Some(0.0)];
+            if difference.is_rule && none {
+                continue;
+            }
+            let words = match difference.is_rule {
+                true => format!("breaks {}", difference.words),
+                false => difference.words.to_string(),
+            };
             let decimals = difference.decimals;
             let number = |value: Option<f64>| {
                 value.map_or("-".into(), |value| format!("{value:.decimals$}"))
@@ -253,7 +262,7 @@ impl Comparison {
             let signed = |value: f64| format!("{value:+.2}");
             let interval = test.and_then(|test| test.interval);
             let cells = [
-                difference.words.to_string(),
+                words,
                 number(difference.first),
                 number(difference.second),
                 test.map_or("-".into(), |test| signed(0.0 - test.difference)),
@@ -300,6 +309,14 @@ impl Comparison {
                 })
             }));
         }
+        all.extend(Rule::ALL.map(|rule| {
+            let words = rule.words();
+            let breaks = self.difference(rule.name(), words, 0, true, &move |driven| {
+                let mut broken = driven.rules.broken();
+                Some(f64::from(u8::from(broken.any(|b| b == rule))))
+            });
+            Difference { is_rule: true, ..breaks }
+        }));
         let figures = FIGURES.iter();
         all.extend(figures.map(|(key, words, decimals, figure)| {
             self.difference(key, words, *decimals, false, figure)
@@ -333,6 +350,7 @@ impl Comparison {
             first: whole(both.iter().map(|pair| pair.0).sum()),
             second: whole(both.iter().map(|pair| pair.1).sum()),
             test: PairedTest::of_differences(&differences),
+            is_rule: false,
         }
     }
 
@@ -370,6 +388,8 @@ struct Difference {
     first: Option<f64>,
     second: Option<f64>,
     test: Option<PairedTest>,
+    /// It counts drives that break a rule.
+    is_rule: bool,
 }
 
 /// What the drives of a scenario touch, and what went wrong.
