@@ -1,6 +1,7 @@
 //! Evaluates one candidate step by step: feasibility, collisions, cost.
 
 use super::candidate::{Candidate, Cost, Rejection};
+use super::close_traffic::CloseTraffic;
 use super::lateral::Lateral;
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
@@ -51,7 +52,7 @@ impl Judge<'_> {
         now: &Moved,
         place: usize,
         profile: &Profile,
-        stations: &[Station],
+        (stations, close): (&[Station], &CloseTraffic),
         lateral: Lateral,
         most: Option<f64>,
     ) -> Candidate {
@@ -69,7 +70,9 @@ impl Judge<'_> {
                 rejected = Some((step, Rejection::Limit(limit)));
                 break;
             }
-            if let Some(id) = self.meet(step, &moved, &mut sums) {
+            let close = close.at(step, moved.velocity, offset[0]);
+            let others = close.unwrap_or_else(|| self.traffic.at(step));
+            if let Some(id) = self.meet(step, others, &moved, &mut sums) {
                 rejected = Some((step, Rejection::Contact(id)));
                 break;
             }
@@ -121,14 +124,20 @@ impl Judge<'_> {
         }
     }
 
-    /// Adds the cost of proximity to all obstacles at a step; returns the obstacle it would touch.
+    /// Adds the cost of proximity to these obstacles at a step; returns the obstacle it would touch.
     #[inline]
-    fn meet(&self, step: usize, moved: &Moved, sums: &mut Sums) -> Option<i64> {
+    fn meet(
+        &self,
+        step: usize,
+        others: &[Occupied],
+        moved: &Moved,
+        sums: &mut Sums,
+    ) -> Option<i64> {
         let own = self.own(moved);
         let time = step as f64 * self.dt;
         let margin = self.settings.margin * (time / EASING).min(1.0);
         let stopping = self.settings.stopping(moved.velocity);
-        for other in self.traffic.at(step) {
+        for other in others {
             let (dx, dy) = (other.x - own.x, other.y - own.y);
             let near = self.allowed.reach + other.reach + CLEAR;
             let left = dy * own.cos - dx * own.sin;

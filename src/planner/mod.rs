@@ -10,6 +10,7 @@
 mod brake;
 mod cancel;
 mod candidate;
+mod close_traffic;
 mod curvature_speed_limit;
 mod emergency;
 mod evaluate;

@@ -71,7 +71,8 @@ impl Own {
     fn can_stop(&self, s: f64, braking: f64) -> bool {
         let most = braking + if self.slows { DECIDED } else { 0.0 };
         let room = s - self.front;
-        self.velocity * self.velocity <= 2.0 * most * room.max(0.0) || room >= 0.0 && self.velocity < STANDING
+        self.velocity * self.velocity <= 2.0 * most * room.max(0.0)
+            || room >= 0.0 && self.velocity < STANDING
     }
 
     /// Seconds until it is `distance` metres farther, if it goes on.
@@ -146,13 +147,10 @@ impl<'a> Planner<'a> {
         self.remember_stops(&regulations, &own, step);
         let lights = lights(&regulations, &own, step);
         let signs = self.stop_signs(&regulations, &own);
-        let others = regulations
-            .passages
-            .iter()
-            .filter_map(|passage| {
-                let lit = passage.lights && regulations.is_lit(passage, step);
-                for_others(passage, lit, &own, traffic)
-            });
+        let others = regulations.passages.iter().filter_map(|passage| {
+            let lit = passage.lights && regulations.is_lit(passage, step);
+            for_others(passage, lit, &own, traffic)
+        });
         let all = lights.into_iter().chain(signs).chain(others);
         let (line, rule) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let s = (line - BEFORE_LINE - nose).max(along);
@@ -212,12 +210,7 @@ fn lights(regulations: &Regulations, own: &Own, step: i64) -> Option<(f64, Rule)
 }
 
 /// Where to wait for those that go first at an intersection.
-fn for_others(
-    passage: &Passage,
-    lit: bool,
-    own: &Own,
-    traffic: &Traffic,
-) -> Option<(f64, Rule)> {
+fn for_others(passage: &Passage, lit: bool, own: &Own, traffic: &Traffic) -> Option<(f64, Rule)> {
     let gone = passage.until < own.front - own.length;
     if gone || passage.line - own.front > own.looks() {
         return None;

@@ -32,7 +32,10 @@ impl LegalSpeed {
         let metres = length.ceil().clamp(1.0, 1e5) as usize;
         let limit = |metre: usize| {
             let (from, to) = (metre as f64, metre as f64 + 1.0);
-            let here = regulations.limits.iter().filter(|l| l.from < to && from < l.to);
+            let here = regulations
+                .limits
+                .iter()
+                .filter(|l| l.from < to && from < l.to);
             here.map(|l| l.speed).fold(NONE, f64::min)
         };
         let raw: Vec<f64> = (0..=metres).map(limit).collect();

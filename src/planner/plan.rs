@@ -2,6 +2,7 @@
 
 use super::cancel::Cancel;
 use super::candidate::{Candidate, Cost, Rejection};
+use super::close_traffic::CloseTraffic;
 use super::evaluate::{Allowed, CLEAR, Judge};
 use super::lateral::{Lateral, Start};
 use super::motion::{Moved, Station};
@@ -65,6 +66,8 @@ pub struct Planner<'a> {
     order: Vec<(f64, usize)>,
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,
+    /// Those of them that the candidates of one profile can meet.
+    close: CloseTraffic,
     /// What it was told last.
     told: Option<Traffic>,
     pub(super) now: Option<VehicleState>,
@@ -93,6 +96,7 @@ impl<'a> Planner<'a> {
             candidates: Vec::new(),
             order: Vec::new(),
             near: Traffic::default(),
+            close: CloseTraffic::default(),
             told: None,
             now: None,
             cancel: Cancel::default(),
@@ -248,7 +252,11 @@ impl<'a> Planner<'a> {
         let place = self.profiles.len();
         self.profiles.push(profile);
         let lateral = lateral.later(later);
-        let candidate = judge.follow(now, place, &profile, &self.stations[first..], lateral, None);
+        let stations = &self.stations[first..];
+        let (settings, limits) = (judge.settings, &judge.allowed.limits);
+        self.close.take(judge.traffic, stations, settings, limits);
+        let along = (stations, &self.close);
+        let candidate = judge.follow(now, place, &profile, along, lateral, None);
         self.add(candidate);
     }
 
@@ -281,6 +289,10 @@ impl<'a> Planner<'a> {
         self.profiles.truncate(kept);
         for place in first..kept {
             let profile = self.profiles[place];
+            let stations = &self.stations[place * (steps + 1)..][..=steps];
+            let limits = &judge.allowed.limits;
+            self.close
+                .take(judge.traffic, stations, judge.settings, limits);
             for target in level.offsets(self.settings.sampling.widest, start.by_length[0]) {
                 if self.cancel.is_asked() {
                     return;
@@ -294,7 +306,8 @@ impl<'a> Planner<'a> {
                     };
                     let most = self.best.map(|(cost, _)| cost);
                     let stations = &self.stations[place * (steps + 1)..][..=steps];
-                    let candidate = judge.follow(now, place, &profile, stations, lateral, most);
+                    let along = (stations, &self.close);
+                    let candidate = judge.follow(now, place, &profile, along, lateral, most);
                     self.add(candidate);
                 }
             }

@@ -1,8 +1,8 @@
 //! Sampling: durations, final speeds and positions along the path, offsets across it.
 
 use super::lateral::Start;
-use super::profile::Profile;
 use super::pace::StopAhead;
+use super::profile::Profile;
 use super::{Limits, Polynomial, ReferenceTrack, Sampling, Settings, Traffic};
 
 /// The three ranges of one level of refinement.

@@ -5,7 +5,10 @@ use super::motion::{Moved, state};
 use super::{Emergency, Plan, Planner, VehicleState};
 
 impl Planner<'_> {
-    pub(super) fn moments<'b>(&'b self, candidate: &'b Candidate) -> impl Iterator<Item = Moved> + 'b {
+    pub(super) fn moments<'b>(
+        &'b self,
+        candidate: &'b Candidate,
+    ) -> impl Iterator<Item = Moved> + 'b {
         let steps = self.steps();
         let stations = &self.stations[candidate.profile * (steps + 1)..][..=steps];
         let (now, dt) = (self.now, self.dt);

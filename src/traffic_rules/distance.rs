@@ -1,9 +1,9 @@
 //! R-G1 and R-G2: the safe distance to the vehicle in front, and braking without a reason.
 
+use super::Rule;
 use super::ego::{EgoAlong, Moment};
 use super::report::{Finding, merged};
 use super::stopping::AT_LINE;
-use super::Rule;
 use crate::geometry::angle_between;
 use crate::scenario::{ObstacleRole, ObstacleType};
 
@@ -78,7 +78,9 @@ fn cuts_in(ego: &EgoAlong<'_>, id: i64, moment: &Moment) -> bool {
     let obstacle = ego.scene.scenario.obstacle(id);
     let earlier = obstacle.and_then(|o| o.motion_at(moment.step - back));
     earlier.is_none_or(|motion| {
-        let at = ego.path.project_near(&motion.pose.position, moment.front, AHEAD + 50.0);
+        let at = ego
+            .path
+            .project_near(&motion.pose.position, moment.front, AHEAD + 50.0);
         at.is_ok_and(|at| at.d.abs() > BESIDE)
     })
 }
@@ -91,7 +93,10 @@ fn leader(ego: &EgoAlong<'_>, moment: &Moment) -> Option<Leader> {
         if (motion.pose.position - moment.position).norm() > AHEAD {
             return None;
         }
-        let at = ego.path.project_near(&motion.pose.position, moment.front, AHEAD + 20.0).ok()?;
+        let at = ego
+            .path
+            .project_near(&motion.pose.position, moment.front, AHEAD + 20.0)
+            .ok()?;
         let turn = angle_between(ego.path.at(at.s).heading, motion.pose.heading);
         let moves = other.obstacle.role == ObstacleRole::Dynamic;
         let against = moves && turn.abs() > std::f64::consts::FRAC_PI_4;
@@ -154,8 +159,14 @@ fn may_have_a_reason(ego: &EgoAlong<'_>, moment: &Moment) -> bool {
     let rules = &ego.regulations;
     let lines = rules.lights.iter().any(|line| ahead(line.s))
         || rules.stops.iter().any(|line| ahead(line.s))
-        || rules.passages.iter().any(|p| p.until > moment.rear && p.line < reach);
-    let limits = rules.limits.iter().filter(|l| l.to > moment.rear && l.from < reach);
+        || rules
+            .passages
+            .iter()
+            .any(|p| p.until > moment.rear && p.line < reach);
+    let limits = rules
+        .limits
+        .iter()
+        .filter(|l| l.to > moment.rear && l.from < reach);
     let slower = { limits }.any(|limit| limit.speed < moment.velocity);
     let mut places = (0..=NEARBY as usize).map(|n| moment.rear + n as f64);
     let bends = places.any(|s| ego.path.at(s).curvature.abs() > BEND);

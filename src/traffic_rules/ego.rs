@@ -84,6 +84,7 @@ impl<'a> EgoAlong<'a> {
 
     /// The lanelet of the way under the middle of the ego.
     pub fn lanelet(&self, moment: &Moment) -> Option<i64> {
-        self.regulations.lanelet_at(f64::midpoint(moment.front, moment.rear))
+        self.regulations
+            .lanelet_at(f64::midpoint(moment.front, moment.rear))
     }
 }

@@ -1,9 +1,9 @@
 //! A way through an intersection, and the lanes that cross or join it there.
 
+use super::Rule;
 use super::conflict::{Conflict, conflict};
 use super::precedence::{Party, SignRank, gives_way};
 use super::regulations::Stretch;
-use super::Rule;
 use crate::geometry::{Polyline, ReferencePath};
 use crate::scenario::{Incoming, Intersection, Lane, Lanelet, LaneletNetwork};
 
@@ -60,7 +60,11 @@ impl Rival {
     /// The rule by which the way has to give way while its lights show something, or nothing.
     #[must_use]
     pub fn rule(&self, lights: bool) -> Option<Rule> {
-        if lights { self.rule_with_lights } else { self.rule }
+        if lights {
+            self.rule_with_lights
+        } else {
+            self.rule
+        }
     }
 }
 
@@ -111,7 +115,10 @@ fn find<'n>(stretches: &[Stretch], intersection: &'n Intersection) -> Option<Fou
         };
         let first = stretches.iter().position(|s| inside(s).is_some())?;
         let (turn, _) = inside(&stretches[first])?;
-        let last = stretches[first..].iter().take_while(|s| inside(s).is_some()).count();
+        let last = stretches[first..]
+            .iter()
+            .take_while(|s| inside(s).is_some())
+            .count();
         let before = first.checked_sub(1);
         let leads_in = |place: &usize| incoming.lanelets.contains(&stretches[*place].lanelet);
         Some(Found {
@@ -141,7 +148,10 @@ fn passage(
     let own = Party {
         heading: path.at(stretches[first].from).heading,
         turn: found.turn,
-        rank: SignRank::of(network, own_lanelets.iter().filter_map(|id| network.lanelet(*id))),
+        rank: SignRank::of(
+            network,
+            own_lanelets.iter().filter_map(|id| network.lanelet(*id)),
+        ),
     };
     let others = intersection.incomings.iter();
     let others = others.filter(|other| other.id != found.incoming.id);

@@ -28,7 +28,9 @@ impl LightLine {
     #[must_use]
     pub fn color_at(&self, step: i64) -> SignalColor {
         let colors = self.lights.iter().map(|light| light.color_at(step));
-        colors.min_by_key(|color| strictness(*color)).unwrap_or(SignalColor::Inactive)
+        colors
+            .min_by_key(|color| strictness(*color))
+            .unwrap_or(SignalColor::Inactive)
     }
 
     /// The last step until which the lights have shown another colour than at `step`; `None` where they always show it.

@@ -115,18 +115,68 @@ mod tests {
         let left = |turn, rank| party(0.0, turn, rank);
         let oncoming = |turn, rank| party(-FRAC_PI_2, turn, rank);
         for (mine, other, lights, rule) in [
-            (own(Straight, Unsigned), right(Straight, Unsigned), false, Some(Rule::RightBeforeLeft)),
-            (own(Straight, Unsigned), left(Straight, Unsigned), false, None),
-            (own(Straight, Unsigned), oncoming(Left, Unsigned), false, None),
-            (own(Left, Unsigned), oncoming(Straight, Unsigned), false, Some(Rule::LeftTurn)),
+            (
+                own(Straight, Unsigned),
+                right(Straight, Unsigned),
+                false,
+                Some(Rule::RightBeforeLeft),
+            ),
+            (
+                own(Straight, Unsigned),
+                left(Straight, Unsigned),
+                false,
+                None,
+            ),
+            (
+                own(Straight, Unsigned),
+                oncoming(Left, Unsigned),
+                false,
+                None,
+            ),
+            (
+                own(Left, Unsigned),
+                oncoming(Straight, Unsigned),
+                false,
+                Some(Rule::LeftTurn),
+            ),
             (own(Left, Unsigned), oncoming(Left, Unsigned), false, None),
-            (own(Straight, Yield), left(Straight, Priority), false, Some(Rule::Priority)),
-            (own(Straight, Stop), left(Straight, Yield), false, Some(Rule::Priority)),
+            (
+                own(Straight, Yield),
+                left(Straight, Priority),
+                false,
+                Some(Rule::Priority),
+            ),
+            (
+                own(Straight, Stop),
+                left(Straight, Yield),
+                false,
+                Some(Rule::Priority),
+            ),
             (own(Straight, Priority), right(Straight, Yield), false, None),
-            (own(Left, Priority), oncoming(Straight, Priority), false, Some(Rule::LeftTurn)),
-            (own(Straight, Priority), oncoming(Left, Priority), false, None),
-            (own(Straight, Unsigned), right(Straight, Unsigned), true, None),
-            (own(Left, Unsigned), oncoming(Right, Unsigned), true, Some(Rule::LeftTurn)),
+            (
+                own(Left, Priority),
+                oncoming(Straight, Priority),
+                false,
+                Some(Rule::LeftTurn),
+            ),
+            (
+                own(Straight, Priority),
+                oncoming(Left, Priority),
+                false,
+                None,
+            ),
+            (
+                own(Straight, Unsigned),
+                right(Straight, Unsigned),
+                true,
+                None,
+            ),
+            (
+                own(Left, Unsigned),
+                oncoming(Right, Unsigned),
+                true,
+                Some(Rule::LeftTurn),
+            ),
         ] {
             assert_eq!(gives_way(&mine, &other, lights), rule, "{mine:?} {other:?}");
         }

@@ -66,12 +66,17 @@ impl Regulations {
     pub fn along(network: &LaneletNetwork, route: &Route, path: &ReferencePath) -> Self {
         let legs = route.legs.iter().map(|leg| leg.driven);
         let before = route.before.iter().copied();
-        let way: Vec<DirectedLanelet> = before.chain(legs).chain(route.after.iter().copied()).collect();
+        let way: Vec<DirectedLanelet> = before
+            .chain(legs)
+            .chain(route.after.iter().copied())
+            .collect();
         let stretches = stretches(network, &way, path);
         let mut passages = passages(network, path, &stretches);
         let lights = light_lines(network, &stretches, &passages);
         for passage in &mut passages {
-            passage.lights = lights.iter().any(|line| (line.s - passage.line).abs() < NEAR);
+            passage.lights = lights
+                .iter()
+                .any(|line| (line.s - passage.line).abs() < NEAR);
         }
         let stops = stop_lines(network, &stretches, &lights, &passages);
         Self {
@@ -149,8 +154,12 @@ fn stretches(
         found.push(Stretch {
             lanelet: driven.lanelet,
             along,
-            from: begin.filter(|s| (s - from).abs() <= 2.0 * SPACING).unwrap_or(from),
-            to: end.filter(|s| (s - to).abs() <= 2.0 * SPACING).unwrap_or(to),
+            from: begin
+                .filter(|s| (s - from).abs() <= 2.0 * SPACING)
+                .unwrap_or(from),
+            to: end
+                .filter(|s| (s - to).abs() <= 2.0 * SPACING)
+                .unwrap_or(to),
             line: line.or(end).unwrap_or(to),
             ends: end.is_some_and(|s| (s - to).abs() <= 2.0 * SPACING),
         });
@@ -226,7 +235,9 @@ fn light_lines(
         let (turn, inside) = turn_at(passages, stretch);
         let ids = held(lanelet);
         // The lights of the next lanelet are met at its end.
-        let next = stretches.get(place + 1).and_then(|s| network.lanelet(s.lanelet));
+        let next = stretches
+            .get(place + 1)
+            .and_then(|s| network.lanelet(s.lanelet));
         let later = |id: &i64| !inside && next.is_some_and(|next| held(next).contains(id));
         let leaves = stretch.ends || lanelet.stop_line.is_some();
         let lights: Vec<TrafficLight> = network
@@ -241,7 +252,11 @@ fn light_lines(
             false => stretch.line,
         };
         let known = |line: &LightLine| {
-            (line.s - s).abs() < ONE && line.lights.iter().any(|l| lights.iter().any(|m| m.id == l.id))
+            (line.s - s).abs() < ONE
+                && line
+                    .lights
+                    .iter()
+                    .any(|l| lights.iter().any(|m| m.id == l.id))
         };
         if lights.is_empty() || lines.iter().any(known) {
             continue;

@@ -72,7 +72,10 @@ impl RuleReport {
     /// The rules that were broken.
     pub fn broken(&self) -> impl Iterator<Item = Rule> + '_ {
         let broken = |finding: &&Finding| finding.status == RuleStatus::Broken;
-        self.findings.iter().filter(broken).map(|finding| finding.rule)
+        self.findings
+            .iter()
+            .filter(broken)
+            .map(|finding| finding.rule)
     }
 
     /// What became of a rule.

@@ -41,7 +41,9 @@ pub(super) fn findings(ego: &EgoAlong<'_>) -> Vec<Finding> {
             continue;
         }
         // While the lights change between on and off, those at the line count.
-        let entry = ego.passes(passage.line).map_or(0, |place| ego.moments[place].step);
+        let entry = ego
+            .passes(passage.line)
+            .map_or(0, |place| ego.moments[place].step);
         let lit = passage.lights && ego.regulations.is_lit(passage, entry);
         for rival in &passage.rivals {
             let Some(rule) = rival.rule(lit) else {
@@ -97,7 +99,10 @@ fn endangered(ego: &EgoAlong<'_>, rival: &Rival) -> Vec<Violation> {
         let (arrives, gone) = visit.inside;
         let missing = if enters <= arrives {
             let gap = (arrives - leaves) as f64 * dt;
-            let caused = visit.brakes.iter().any(|step| (enters..=leaves).contains(step));
+            let caused = visit
+                .brakes
+                .iter()
+                .any(|step| (enters..=leaves).contains(step));
             // A drive that ends in the area is there at least as long as it lasts.
             let missing = YIELD_BEFORE - gap;
             if caused { missing.max(dt) } else { missing }
@@ -149,7 +154,8 @@ fn visit(
         if front > from && rear < to {
             let known = inside.get_or_insert((step, step));
             known.1 = step;
-        } else if front <= from && from - front <= BRAKING_WITHIN && motion.acceleration <= BRAKING {
+        } else if front <= from && from - front <= BRAKING_WITHIN && motion.acceleration <= BRAKING
+        {
             brakes.push(step);
         }
     }

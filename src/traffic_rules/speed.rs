@@ -1,8 +1,8 @@
 //! R-G3: the speed limit of the lane.
 
+use super::Rule;
 use super::ego::EgoAlong;
 use super::report::{Finding, merged};
-use super::Rule;
 
 /// Speeds above the limit by no more than this are rounding of recordings, m/s.
 const TOLERANCE: f64 = 0.1;

@@ -25,7 +25,9 @@ fn stop_signs(ego: &EgoAlong<'_>) -> Finding {
         return Finding::undecided(Rule::StopSign, "the map has no signs");
     }
     let lines = ego.regulations.stops.iter();
-    let lines: Vec<_> = lines.filter(|line| ego.comes_near(line.s, OCCASION)).collect();
+    let lines: Vec<_> = lines
+        .filter(|line| ego.comes_near(line.s, OCCASION))
+        .collect();
     if lines.is_empty() {
         return Finding::not_applicable(Rule::StopSign, "no stop sign on the way");
     }
@@ -63,7 +65,9 @@ fn lights(ego: &EgoAlong<'_>) -> Finding {
         return Finding::not_applicable(Rule::RedLight, "the map has no lights");
     }
     let lines = ego.regulations.lights.iter();
-    let lines: Vec<_> = lines.filter(|line| ego.comes_near(line.s, OCCASION)).collect();
+    let lines: Vec<_> = lines
+        .filter(|line| ego.comes_near(line.s, OCCASION))
+        .collect();
     if lines.is_empty() {
         return Finding::not_applicable(Rule::RedLight, "no light on the way");
     }

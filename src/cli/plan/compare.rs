@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use serde_json::{Value, json};
 
 use super::driven::{self, DrivenScenario};
+use super::figures::{FIGURES, KINDS};
 use super::planners::PlannerChoice;
 use super::table::OUTCOMES;
 use super::{PlanArguments, document};
@@ -18,47 +19,9 @@ use crate::cli::{Failure, Outcome};
 use crate::evaluation::statistics::PairedTest;
 use crate::formats::Entry;
 use crate::planner::Cancel;
-use crate::simulation::{CollisionKind, Settings};
+use crate::simulation::Settings;
 use crate::traffic_rules::Rule;
 use crate::workflow::PlanError;
-
-/// A figure of a drive; nothing where the drive has none.
-type Measured = fn(&DrivenScenario) -> Option<f64>;
-
-/// What is compared beside the outcomes, with the decimals that are shown.
-const FIGURES: [(&str, &str, usize, Measured); 7] = [
-    ("near_misses", "near misses", 2, |d| {
-        d.near_misses.map(|n| n as f64)
-    }),
-    ("largest_deceleration", "strongest braking, m/s²", 2, |d| {
-        Some(d.drive.largest_deceleration())
-    }),
-    ("mean_jerk", "mean jerk, m/s³", 2, |d| {
-        d.drive.jerk().map(|j| j.0)
-    }),
-    ("max_jerk", "largest jerk, m/s³", 2, |d| {
-        d.drive.jerk().map(|j| j.1)
-    }),
-    ("seconds_to_goal", "time to goal, s", 2, |d| {
-        d.drive.seconds_to_goal()
-    }),
-    ("median_cycle_ms", "cycle, ms", 2, |d| {
-        d.milliseconds().map(|(median, _)| median)
-    }),
-    (
-        "undrivable_share",
-        "drives beyond the vehicle's limits",
-        2,
-        |d| Some(f64::from(u8::from(!d.drive.undrivable().is_empty()))),
-    ),
-];
-
-/// Collisions by kind.
-const KINDS: [(&str, CollisionKind); 3] = [
-    ("  ran into another", CollisionKind::RanInto),
-    ("  rear-ended", CollisionKind::RearEnded),
-    ("  side", CollisionKind::Side),
-];
 
 /// Longer names of scenarios push the columns behind them.
 const WIDEST: usize = 48;
@@ -315,7 +278,10 @@ impl Comparison {
                 let mut broken = driven.rules.broken();
                 Some(f64::from(u8::from(broken.any(|b| b == rule))))
             });
-            Difference { is_rule: true, ..breaks }
+            Difference {
+                is_rule: true,
+                ..breaks
+            }
         }));
         let figures = FIGURES.iter();
         all.extend(figures.map(|(key, words, decimals, figure)| {

@@ -84,7 +84,11 @@ pub fn drive(
                 .near_misses(&prepared.driven(&drive), problem, settings)
                 .len()
         }),
-        rules: drive.rules(&prepared.driven(&drive), prepared.problem(), &prepared.settings),
+        rules: drive.rules(
+            &prepared.driven(&drive),
+            prepared.problem(),
+            &prepared.settings,
+        ),
         recorded_rules_broken: prepared
             .recorded_ego()
             .map(|scene| RuleReport::of(scene).broken().collect()),

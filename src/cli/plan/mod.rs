@@ -3,6 +3,7 @@
 mod compare;
 mod document;
 mod driven;
+mod figures;
 mod files;
 mod monitor;
 mod options;

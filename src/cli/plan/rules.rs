@@ -65,7 +65,11 @@ impl RuleCounts {
 
     /// The counts on a line; nothing where no rule was broken.
     pub fn line(&self) -> Option<String> {
-        let counted = self.0.iter().zip(Rule::ALL).filter(|(count, _)| **count > 0);
+        let counted = self
+            .0
+            .iter()
+            .zip(Rule::ALL)
+            .filter(|(count, _)| **count > 0);
         let parts: Vec<String> = counted
             .map(|(count, rule)| format!("{} {count}", rule.words()))
             .collect();

@@ -3,9 +3,9 @@
 use super::guide;
 use crate::geometry::{Footprint, Shape};
 use crate::planner::lateral::Lateral;
+use crate::planner::pace::Pace;
 use crate::planner::profile::Profile;
 use crate::planner::samples::{Level, Sampler, start};
-use crate::planner::pace::Pace;
 use crate::planner::{Body, Polynomial, Settings, Traffic};
 
 fn near(a: [f64; 3], b: [f64; 3]) {

@@ -3,9 +3,7 @@
 use std::time::Duration;
 
 use crate::geometry::{Point, Vector};
-use crate::planner::{
-    Candidate, Cost, Emergency, Hold, Limits, Planner, Traffic, VehicleState,
-};
+use crate::planner::{Candidate, Cost, Emergency, Hold, Limits, Planner, Traffic, VehicleState};
 use crate::simulation::Cycle;
 
 /// Lines of the fan at most: of candidates that can be driven, and of those that cannot.

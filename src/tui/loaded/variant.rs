@@ -16,8 +16,8 @@ use crate::generation::{
 };
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
-use crate::traffic_rules::RuleReport;
 use crate::scenario::{ContentHash, Scene, Transform};
+use crate::traffic_rules::RuleReport;
 use crate::verdict::Motion;
 use crate::workflow::PreparedPlan;
 

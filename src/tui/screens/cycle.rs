@@ -121,7 +121,11 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
         lines.say("wanted", &format!("{} m/s", speed(cycle.wanted)));
     }
     if let Some(hold) = cycle.hold {
-        let words = format!("{}, {} m ahead", hold.rule.words(), hundredths(hold.distance));
+        let words = format!(
+            "{}, {} m ahead",
+            hold.rule.words(),
+            hundredths(hold.distance)
+        );
         lines.say_in("stops for", &words, Style::new().fg(theme.warning));
     }
     lines.say("took", &took(cycle));
@@ -143,7 +147,9 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
 fn rules(lines: &mut Lines, planned: &PlannedEgo, model: &Model) {
     let dt = model.opened.as_ref().map_or(0.0, |o| o.scenario.dt());
     let findings = &planned.rules.findings;
-    let broken = findings.iter().filter_map(|f| Some((f.rule, f.violations.first()?)));
+    let broken = findings
+        .iter()
+        .filter_map(|f| Some((f.rule, f.violations.first()?)));
     let mut any = false;
     for (rule, first) in broken {
         any = true;
