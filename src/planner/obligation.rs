@@ -30,12 +30,16 @@ const AT_LINE: f64 = 2.0;
 
 /// Braking for a red light or a stop sign, for a yellow light, and for others, at most, m/s²: whoever could not stop
 /// with less goes on. That for yellow is of the ITE (10 ft/s²).
-const AT_RED: f64 = 6.0;
+const AT_RED: f64 = 4.5;
 const AT_YELLOW: f64 = 3.0;
 const FOR_OTHERS: f64 = 4.0;
 
 /// A vehicle that slows down already may brake harder by this: no decision is taken back by rounding, m/s².
 const DECIDED: f64 = 1.5;
+
+/// A vehicle that is slower than this (m/s) with its front over a line by no more than so many metres stays there.
+const CREEPING: f64 = 1.5;
+const OVER: f64 = 1.5;
 
 /// What is added to the times of the rules, seconds: others may be faster than now.
 const RESERVE: f64 = 0.7;
@@ -71,8 +75,10 @@ impl Own {
     fn can_stop(&self, s: f64, braking: f64) -> bool {
         let most = braking + if self.slows { DECIDED } else { 0.0 };
         let room = s - self.front;
-        self.velocity * self.velocity <= 2.0 * most * room.max(0.0)
-            || room >= 0.0 && self.velocity < STANDING
+        if room < 0.0 {
+            return self.creeps();
+        }
+        self.velocity * self.velocity <= 2.0 * most * room || self.velocity < STANDING
     }
 
     /// Seconds until it is `distance` metres farther, if it goes on.
@@ -86,6 +92,17 @@ impl Own {
             return ((v * v + 2.0 * ACROSS * distance).sqrt() - v) / ACROSS;
         }
         (most - v) / ACROSS + (distance - gaining) / most
+    }
+
+    /// Whether it is slow enough to stay a little beyond a line rather than go on.
+    fn creeps(&self) -> bool {
+        self.velocity < CREEPING
+    }
+
+    /// Whether a line concerns it: it is ahead, or just behind the front of a vehicle that creeps.
+    fn is_before(&self, line: f64) -> bool {
+        let least = if self.creeps() { -OVER } else { 0.0 };
+        (least..self.looks()).contains(&(line - self.front))
     }
 
     /// How far ahead lines concern it, metres.
@@ -162,7 +179,7 @@ impl<'a> Planner<'a> {
     }
 
     fn remember_stops(&mut self, regulations: &Regulations, own: &Own, step: i64) {
-        let at = |line: f64| (0.0..=AT_LINE).contains(&(line - own.front));
+        let at = |line: f64| (-OVER..=AT_LINE).contains(&(line - own.front));
         let mut lines = regulations.stops.iter();
         let here = lines.position(|line| at(line.s));
         let memory = &mut self.stops;
@@ -185,8 +202,7 @@ impl<'a> Planner<'a> {
         let lines = regulations.stops.iter().enumerate();
         let ahead = { lines }.find(|(place, line)| {
             self.stops.served.is_none_or(|served| *place > served)
-                && line.s >= own.front
-                && line.s - own.front < own.looks()
+                && own.is_before(line.s)
                 && own.can_stop(line.s, AT_RED)
         });
         ahead.map(|(_, line)| (line.s, Rule::StopSign))
@@ -200,7 +216,7 @@ fn nose(limits: &Limits) -> f64 {
 
 fn lights(regulations: &Regulations, own: &Own, step: i64) -> Option<(f64, Rule)> {
     let lines = regulations.lights.iter();
-    let mut ahead = lines.filter(|line| line.s >= own.front && line.s - own.front < own.looks());
+    let mut ahead = lines.filter(|line| own.is_before(line.s));
     let stops = ahead.find(|line| match line.color_at(step) {
         SignalColor::Red | SignalColor::RedYellow => own.can_stop(line.s, AT_RED),
         SignalColor::Yellow => own.can_stop(line.s, AT_YELLOW),
