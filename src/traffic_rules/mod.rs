@@ -20,9 +20,6 @@ mod right_of_way;
 mod rule;
 mod speed;
 mod stopping;
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests;
 
 pub use junction::{Passage, Rival, Turn};
 pub use lines::{LightLine, StopSignLine};

@@ -71,11 +71,11 @@ fn lights(ego: &EgoAlong<'_>) -> Finding {
     if lines.is_empty() {
         return Finding::not_applicable(Rule::RedLight, "no light on the way");
     }
-    let lit = |line: &&&LightLine| {
+    let lit = |line: &&LightLine| {
         let mut moments = ego.moments.iter();
         moments.any(|m| line.color_at(m.step) != SignalColor::Inactive)
     };
-    if lines.iter().find(lit).is_none() {
+    if !lines.iter().any(lit) {
         return Finding::not_applicable(Rule::RedLight, "the lights on the way are off");
     }
     let violations = lines.iter().filter_map(|line| crossed(ego, line));
