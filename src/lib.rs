@@ -38,6 +38,7 @@
 //! | [`llm`] | How is a provider asked, what does it cost, what may not leak, what went wrong? |
 //! | [`verdict`] | What does an answer say, as data, even where its form is off? |
 //! | [`judge`] | What is the right answer? |
+//! | [`traffic_rules`] | Which rules of the road hold along a way, and which of them did a drive break? |
 //! | [`planner`] | Which motion is the best one now? |
 //! | [`simulation`] | How does the ego's drive end, through recorded traffic or through traffic that reacts? |
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
@@ -62,6 +63,7 @@
 //! | planners that are processes: protocol, process, faults | `simulation/external/`; the loop is that of the built-in one |
 //! | traffic that reacts to the ego | `simulation/traffic/`: when (`trigger.rs`), how (`idm.rs`, `leader.rs`), step by step (`world.rs`) |
 //! | limits of people | [`scenario::HumanLimits`] |
+//! | lights, signs, right of way | what holds along a way: [`traffic_rules::Regulations`]; how the planner obeys: `planner/obligation.rs`; reports: [`traffic_rules::RuleReport`] |
 //! | what a key does | `tui/action/default_keys.rs`, then `tui/update/actions.rs` |
 //! | exit statuses of commands | `cli/failure.rs` |
 //! | centre motion of a changed body | `generation/gate/rolling.rs`, after `generation/gate/kinematics.rs` |
@@ -140,6 +142,7 @@ pub mod simulation;
 pub mod store;
 /// The operating system: what it says, in plain words, and files that users name.
 pub mod system;
+pub mod traffic_rules;
 /// The workbench in the terminal.
 pub mod tui;
 /// What judges say, as structured data.

@@ -56,6 +56,7 @@ pub(super) fn variant_document(
             "prediction": settings.forecast.name(),
             "replan": settings.replan,
             "horizon": settings.planner.horizon,
+            "rules": settings.planner.rules.name(),
             "planner": planner(baseline),
         },
         "outcome": effect.consequence.name(),

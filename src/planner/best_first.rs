@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Planner;
 use super::candidate::{Candidate, Cost, Rejection};
+use super::close_traffic::CloseTraffic;
 use super::evaluate::Judge;
 use super::motion::Moved;
 
@@ -37,6 +38,8 @@ impl Planner<'_> {
         }
         self.least
             .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // The next candidate is of any profile: lists of each would not pay.
+        let close = CloseTraffic::default();
         for n in 0..self.least.len() {
             let (least, index, way) = self.least[n];
             let most = self.best.map(|(cost, _)| cost);
@@ -56,7 +59,7 @@ impl Planner<'_> {
                 ways.rest(way, steps),
             ];
             self.candidates[index] =
-                judge.follow(now, place, profile, stations, lateral, rest, most);
+                judge.follow(now, place, profile, (stations, &close), lateral, rest, most);
             self.ask_road(index);
         }
     }

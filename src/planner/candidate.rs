@@ -49,12 +49,14 @@ pub struct Cost {
     pub following: f64,
     /// Contacts that are possible, not likely.
     pub risk: f64,
+    /// Faster than the rules of the road allow.
+    pub rules: f64,
 }
 
 impl Cost {
     /// All terms with their names, in the order of the fields.
     #[must_use]
-    pub fn terms(&self) -> [(&'static str, f64); 7] {
+    pub fn terms(&self) -> [(&'static str, f64); 8] {
         [
             ("jerk", self.jerk),
             ("acceleration", self.acceleration),
@@ -63,6 +65,7 @@ impl Cost {
             ("clearance", self.clearance),
             ("following", self.following),
             ("risk", self.risk),
+            ("rules", self.rules),
         ]
     }
 

@@ -1,11 +1,12 @@
 //! Evaluates one candidate step by step: feasibility, collisions, cost.
 
 use super::candidate::{Candidate, Cost, Rejection};
+use super::close_traffic::CloseTraffic;
 use super::lateral::Lateral;
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
 use super::traffic::{EgoBox, Occupied, Traffic};
-use super::{CurvatureSpeedLimit, Limit, Limits, Settings};
+use super::{Limit, Limits, Settings};
 
 /// Shared checks for all candidates of a plan.
 #[derive(Debug, Clone, Copy)]
@@ -13,9 +14,6 @@ pub(super) struct Judge<'a> {
     pub settings: &'a Settings,
     pub allowed: Allowed,
     pub traffic: &'a Traffic,
-    /// m/s, where no bend is.
-    pub wanted: f64,
-    pub bends: &'a CurvatureSpeedLimit,
     /// Seconds between two steps.
     pub dt: f64,
     pub steps: usize,
@@ -28,8 +26,11 @@ pub(super) const CLEAR: f64 = 2.0;
 /// seconds.
 const EASING: f64 = 1.0;
 
+/// What a m/s above what the rules allow costs: more than any comfort.
+pub(super) const RULES: f64 = 100.0;
+
 /// Differences below this are rounding.
-const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 1e-6;
 
 /// Terms that are summed up over the steps.
 #[derive(Debug, Default)]
@@ -40,6 +41,7 @@ struct Sums {
     clearance: f64,
     following: f64,
     risk: f64,
+    rules: f64,
 }
 
 impl Judge<'_> {
@@ -51,7 +53,7 @@ impl Judge<'_> {
         now: &Moved,
         place: usize,
         profile: &Profile,
-        stations: &[Station],
+        (stations, close): (&[Station], &CloseTraffic),
         lateral: Lateral,
         rest: [&[f64]; 2],
         most: Option<f64>,
@@ -70,14 +72,18 @@ impl Judge<'_> {
                 rejected = Some((step, Rejection::Limit(limit)));
                 break;
             }
-            if let Some(id) = self.meet(step, &moved, &mut sums) {
+            let close = close.at(step, moved.velocity, offset[0]);
+            let others = close.unwrap_or_else(|| self.traffic.at(step));
+            if let Some(id) = self.meet(step, others, &moved, &mut sums) {
                 rejected = Some((step, Rejection::Contact(id)));
                 break;
             }
             let across = moved.velocity * moved.velocity * moved.curvature;
             sums.acceleration += moved.acceleration * moved.acceleration + across * across;
-            let wanted = self.wanted.min(self.bends.speed(at.s[0]));
-            sums.speed += (moved.velocity - wanted).powi(2);
+            sums.speed += (moved.velocity - at.wanted).powi(2);
+            if moved.velocity > at.allowed + ROUNDING {
+                sums.rules += moved.velocity - at.allowed;
+            }
             sums.offset += offset[0] * offset[0];
             before = moved;
             if let Some(most) = most {
@@ -128,20 +134,33 @@ impl Judge<'_> {
             clearance: weights.clearance * sums.clearance * mean,
             following: weights.following * sums.following * mean,
             risk: weights.risk * sums.risk * mean,
+            rules: RULES * sums.rules * mean,
         }
     }
 
-    /// Adds the cost of proximity to all obstacles at a step; returns the obstacle it would touch.
+    /// Adds the cost of proximity to these obstacles at a step; returns the obstacle it would touch.
     #[inline]
-    fn meet(&self, step: usize, moved: &Moved, sums: &mut Sums) -> Option<i64> {
+    fn meet(
+        &self,
+        step: usize,
+        others: &[Occupied],
+        moved: &Moved,
+        sums: &mut Sums,
+    ) -> Option<i64> {
         let own = self.own(moved);
         let time = step as f64 * self.dt;
         let margin = self.settings.margin * (time / EASING).min(1.0);
         let stopping = self.settings.stopping(moved.velocity);
-        for other in self.traffic.at(step) {
+        for other in others {
             let (dx, dy) = (other.x - own.x, other.y - own.y);
-            let squared = dx * dx + dy * dy;
             let near = self.allowed.reach + other.reach + CLEAR;
+            let left = dy * own.cos - dx * own.sin;
+            let forward = dx * own.cos + dy * own.sin;
+            // Most are too far beside, behind or ahead to cost anything: neither near nor in the way.
+            if left.abs() >= near || forward <= -near || forward >= stopping + near {
+                continue;
+            }
+            let squared = dx * dx + dy * dy;
             if squared >= (stopping + near) * (stopping + near) {
                 continue;
             }
@@ -158,10 +177,8 @@ impl Judge<'_> {
                 sums.clearance += body.likelihood * close * close;
             }
             // An obstacle that is in front by less than it takes to stop, should it stop as well.
-            let forward = dx * own.cos + dy * own.sin;
-            if forward > 0.0 && forward < stopping + near {
-                sums.following +=
-                    self.missing(&own, other, forward, dy * own.cos - dx * own.sin, stopping);
+            if forward > 0.0 {
+                sums.following += self.missing(&own, other, forward, left, stopping);
             }
         }
         None

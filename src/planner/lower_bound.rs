@@ -2,10 +2,10 @@
 //!
 //! In the frame of the path, of curvature k, the squared speed of a motion with offset d is (ṡ(1 − kd))² + ḋ², and its
 //! acceleration along the path s̈(1 − kd) − k′ṡ²d − 2kṡḋ (Werling et al. 2010, appendix I). With bounds on |d| and |ḋ|
-//! that hold for all changes of the offset, each step of a profile has a least cost of speed and acceleration; the
-//! offset costs the same whatever the profile, where it is planned over time.
+//! that hold for all changes of the offset, each step of a profile has a least cost of speed, rules and acceleration;
+//! the offset costs the same whatever the profile, where it is planned over time.
 
-use super::evaluate::Judge;
+use super::evaluate::{self, Judge, RULES};
 use super::lateral::{Lateral, Start};
 use super::motion::Station;
 use super::samples::Level;
@@ -81,7 +81,7 @@ impl Ways {
 }
 
 impl Judge<'_> {
-    /// The least weighted cost of speed and acceleration that any of the `ways` has left after each step of a profile.
+    /// The least weighted cost of speed, rules and acceleration that any of the `ways` has left after each step of a profile.
     pub fn least(&self, stations: &[Station], ways: &Ways, rest: &mut Vec<f64>) {
         let mean = ROUNDING / self.steps as f64;
         let (speed, acceleration) = (
@@ -91,7 +91,7 @@ impl Judge<'_> {
         let first = rest.len();
         rest.resize(first + stations.len(), 0.0);
         for (step, at) in stations.iter().enumerate().skip(1).rev() {
-            let [s, s1, s2] = at.s;
+            let [_, s1, s2] = at.s;
             let across = if ways.by_length {
                 ways.steepest * s1
             } else {
@@ -100,12 +100,17 @@ impl Judge<'_> {
             let bend = at.curvature.abs();
             let (near, far) = (1.0 - bend * ways.widest, 1.0 + bend * ways.widest);
             let (slowest, fastest) = (s1 * near.max(0.0), (s1 * far).hypot(across));
-            let wanted = self.wanted.min(self.bends.speed(s));
-            let off = (slowest - wanted).max(wanted - fastest).max(0.0);
+            let off = (slowest - at.wanted).max(at.wanted - fastest).max(0.0);
             let drift = at.curvature_rate.abs() * ways.widest * s1 * s1 + 2.0 * bend * s1 * across;
             let along = (s2.abs() * near - drift).max(0.0);
-            rest[first + step - 1] =
-                rest[first + step] + speed * off * off + acceleration * along * along;
+            let too_fast = match slowest - at.allowed {
+                excess if excess > 2.0 * evaluate::ROUNDING => excess,
+                _ => 0.0,
+            };
+            rest[first + step - 1] = rest[first + step]
+                + speed * off * off
+                + acceleration * along * along
+                + RULES * mean * too_fast;
         }
     }
 
@@ -119,8 +124,10 @@ impl Judge<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::close_traffic::CloseTraffic;
     use super::super::evaluate::Allowed;
     use super::super::motion::Moved;
+    use super::super::pace::{Pace, StopAhead};
     use super::super::profile::Profile;
     use super::super::{CurvatureSpeedLimit, Polynomial, Settings, Traffic, VehicleState};
     use super::*;
@@ -141,11 +148,18 @@ mod tests {
             settings: &settings,
             allowed: Allowed::new(settings.limits(), 0.1),
             traffic: &traffic,
-            wanted: 9.0,
-            bends: &bends,
             dt: 0.1,
             steps: 40,
         };
+        let pace = |now: f64| Pace {
+            wanted: 9.0,
+            bends: &bends,
+            legal: None,
+            stop: Some(StopAhead::new(60.0, 10.0, now)),
+            centre: 1.4,
+            now,
+        };
+        let close = CloseTraffic::default();
         let start = Start {
             by_time: [0.6, 0.2, -0.1],
             by_length: [0.6, 0.03, -0.01],
@@ -176,7 +190,7 @@ mod tests {
                         let least = judge.least_cost(judge.along_jerk(&profile), way, left);
                         let all = [rest.as_slice(), ways.rest(i, 40)];
                         let found =
-                            judge.follow(&now, 0, &profile, &stations, way.lateral, all, None);
+                            judge.follow(&now, 0, &profile, (&stations, &close), way.lateral, all, None);
                         if found.rejected.is_none() {
                             let cost = found.cost.total();
                             assert!(least <= cost, "{least} for {cost}");
@@ -185,7 +199,7 @@ mod tests {
                             // Nothing that costs no more than it does is given up on its way.
                             let most = Some(cost);
                             let again =
-                                judge.follow(&now, 0, &profile, &stations, way.lateral, all, most);
+                                judge.follow(&now, 0, &profile, (&stations, &close), way.lateral, all, most);
                             assert_eq!(again, found);
                         }
                     }

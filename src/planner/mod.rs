@@ -3,12 +3,15 @@
 //! Source: Werling, Ziegler, Kammel and Thrun, Optimal Trajectory Generation for Dynamic Street Scenarios in a Frenet
 //! Frame, ICRA 2010. Candidates are polynomials along and across the path; those that a kinematic single-track vehicle
 //! cannot drive, that leave the road or that touch an obstacle's predicted body are rejected, and the cheapest
-//! remaining one is driven. The planner is deterministic: the same input gives the same plan.
+//! remaining one is driven. The rules of the road are a cost that outweighs all others but not a contact: where none of
+//! the candidates obeys, the one that breaks them least is driven. The planner is deterministic: the same input gives
+//! the same plan.
 
 mod best_first;
 mod brake;
 mod cancel;
 mod candidate;
+mod close_traffic;
 mod curvature_speed_limit;
 mod emergency;
 mod evaluate;
@@ -19,6 +22,8 @@ mod lateral;
 mod limits;
 mod lower_bound;
 mod motion;
+mod obligation;
+mod pace;
 mod place;
 mod plan;
 mod polynomial;
@@ -29,6 +34,7 @@ mod samples;
 mod settings;
 mod smooth;
 mod state;
+mod states;
 #[cfg(test)]
 mod tests;
 mod traffic;
@@ -42,11 +48,12 @@ pub use feasibility::{Bound, Broken, Feasibility, FeasibilityError, Feasible, To
 pub use forecast::{Forecast, Forecaster};
 pub use goal::Arrival;
 pub use limits::{Limit, Limits};
+pub use pace::{Hold, LegalSpeed};
 pub use plan::{Memory, Plan, Planner};
 pub use polynomial::Polynomial;
 pub use reference_track::{ReferenceTrack, ReferenceTrackError};
 pub use road::Road;
-pub use settings::{MOST_STEPS, Sampling, Settings, Weights};
+pub use settings::{MOST_STEPS, RuleMode, Sampling, Settings, Weights};
 pub use state::VehicleState;
 pub use traffic::{Body, Traffic};
 pub use unavoided::unavoided;

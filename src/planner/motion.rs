@@ -11,6 +11,9 @@ use crate::geometry::{PathPoint, Point, Pose};
 pub(super) struct Station {
     /// Arc length (m), its speed (m/s) and acceleration (m/s²).
     pub s: [f64; 3],
+    /// The speed that is wanted here, and that the rules allow, m/s.
+    pub wanted: f64,
+    pub allowed: f64,
     pub position: Point,
     pub cos: f64,
     pub sin: f64,
@@ -20,10 +23,12 @@ pub(super) struct Station {
 }
 
 impl Station {
-    pub fn new(s: [f64; 3], at: &PathPoint) -> Self {
+    pub fn new(s: [f64; 3], at: &PathPoint, (wanted, allowed): (f64, f64)) -> Self {
         let (sin, cos) = at.heading.sin_cos();
         Self {
             s,
+            wanted,
+            allowed,
             position: at.position,
             cos,
             sin,
@@ -124,7 +129,7 @@ mod tests {
             (30.0, 3.0, 2.0, [-1.5, -0.3, 0.05]),
             (52.5, 0.0, 0.5, [0.2, 0.0, 0.01]),
         ] {
-            let at = Station::new([s, s1, s2], &path.at(s));
+            let at = Station::new([s, s1, s2], &path.at(s), (0.0, 0.0));
             let found = state(&at, offset).unwrap().whole();
             let [d, d1, d2] = offset;
             let motion = FrenetMotion {

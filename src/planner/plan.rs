@@ -2,10 +2,13 @@
 
 use super::cancel::Cancel;
 use super::candidate::{Candidate, Cost, Rejection};
+use super::close_traffic::CloseTraffic;
 use super::evaluate::{Allowed, CLEAR, Judge};
 use super::lateral::{Lateral, Start};
 use super::lower_bound::Ways;
-use super::motion::{Moved, Station, state};
+use super::motion::{Moved, Station};
+use super::obligation::StopMemory;
+use super::pace::{Hold, Pace};
 use super::place::place;
 use super::profile::Profile;
 use super::samples::{FASTER, Level, Sampler};
@@ -30,6 +33,8 @@ pub struct Plan {
     pub cost: Cost,
     /// Nothing could be driven, and this was done about it.
     pub emergency: Option<Emergency>,
+    /// A rule that asks for a stop ahead.
+    pub hold: Option<Hold>,
 }
 
 /// State carried from one cycle to the next: with it, planning continues as if it had never stopped.
@@ -37,6 +42,7 @@ pub struct Plan {
 pub struct Memory {
     last: Option<(i64, Profile, Lateral)>,
     hint: Option<f64>,
+    stops: StopMemory,
 }
 
 /// Plans cycle by cycle along one guide.
@@ -50,6 +56,10 @@ pub struct Planner<'a> {
     /// What was chosen last, and at which step.
     pub(super) last: Option<(i64, Profile, Lateral)>,
     pub(super) hint: Option<f64>,
+    /// Stop signs that were obeyed.
+    pub(super) stops: StopMemory,
+    /// What the rules asked for in the last cycle.
+    pub(super) hold: Option<Hold>,
     pub(super) profiles: Vec<Profile>,
     pub(super) stations: Vec<Station>,
     pub(super) candidates: Vec<Candidate>,
@@ -57,9 +67,11 @@ pub struct Planner<'a> {
     order: Vec<(f64, usize)>,
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,
+    /// Those of them that the candidates of one profile can meet.
+    close: CloseTraffic,
     /// What it was told last.
     told: Option<Traffic>,
-    now: Option<VehicleState>,
+    pub(super) now: Option<VehicleState>,
     pub(super) cancel: Cancel,
     only_best: bool,
     /// Of only the best: the cheapest candidate so far that stays on the road, with its cost.
@@ -84,11 +96,14 @@ impl<'a> Planner<'a> {
             dt,
             last: None,
             hint: None,
+            stops: StopMemory::default(),
+            hold: None,
             profiles: Vec::new(),
             stations: Vec::new(),
             candidates: Vec::new(),
             order: Vec::new(),
             near: Traffic::default(),
+            close: CloseTraffic::default(),
             told: None,
             now: None,
             cancel: Cancel::default(),
@@ -140,12 +155,13 @@ impl<'a> Planner<'a> {
         Memory {
             last: self.last,
             hint: self.hint,
+            stops: self.stops,
         }
     }
 
     /// Plans on from where another planner, along the same guide and with the same settings, had this memory.
     pub fn recall(&mut self, memory: &Memory) {
-        (self.last, self.hint) = (memory.last, memory.hint);
+        (self.last, self.hint, self.stops) = (memory.last, memory.hint, memory.stops);
     }
 
     /// What to do from `now` at `step`, while the others do as `traffic` says. A cycle that is cancelled looks at no
@@ -155,6 +171,7 @@ impl<'a> Planner<'a> {
         self.profiles.clear();
         self.stations.clear();
         self.best = None;
+        self.hold = None;
         self.now = Some(*now);
         let Some((along, lateral)) = place(self.guide, now, self.hint) else {
             return self.stop(now, traffic, 0.0, 0);
@@ -164,6 +181,8 @@ impl<'a> Planner<'a> {
         let centre = along[0] + self.limits.rear_to_centre;
         let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
         let wanted = wanted.min(self.guide.bends.speed(along[0] + now.velocity));
+        let (wanted, legal) = self.legal(wanted, centre, now.velocity);
+        let stop = self.stop_ahead(now, along[0], step, traffic, wanted);
         let moved = Moved::from_state(now);
         let settings = self.settings;
         let (limits, guide) = (self.limits, self.guide);
@@ -179,14 +198,21 @@ impl<'a> Planner<'a> {
             guide,
             traffic,
             wanted,
+            stop,
             dt: self.dt,
+        };
+        let pace = Pace {
+            wanted,
+            bends: &guide.bends,
+            legal,
+            stop,
+            centre: limits.rear_to_centre,
+            now: now.velocity,
         };
         let judge = Judge {
             settings: &settings,
             allowed: Allowed::new(limits, self.dt),
             traffic: &near,
-            wanted,
-            bends: &guide.bends,
             dt: self.dt,
             steps: self.steps(),
         };
@@ -194,9 +220,9 @@ impl<'a> Planner<'a> {
         for refinement in 0..=settings.sampling.refinements {
             let level = Level::new(&settings.sampling, refinement);
             if refinement == 0 {
-                self.go_on(&judge, &moved, step);
+                self.go_on(&judge, &pace, &moved, step);
             }
-            self.sample(level, &sampler, &judge, &moved, along, &lateral);
+            self.sample(level, &sampler, (&judge, &pace), &moved, along, &lateral);
             found = self.choose().map(|chosen| (refinement, chosen));
             if found.is_some() || self.cancel.is_asked() {
                 break;
@@ -220,7 +246,7 @@ impl<'a> Planner<'a> {
     }
 
     /// What was chosen before, from here on.
-    fn go_on(&mut self, judge: &Judge<'_>, now: &Moved, step: i64) {
+    fn go_on(&mut self, judge: &Judge<'_>, pace: &Pace<'_>, now: &Moved, step: i64) {
         let Some((before, profile, lateral)) = self.last.take() else {
             return;
         };
@@ -230,13 +256,17 @@ impl<'a> Planner<'a> {
             ..profile
         };
         let first = self.stations.len();
-        let laid = profile.lay(&self.guide.path, judge.steps, self.dt, &mut self.stations);
+        let path = &self.guide.path;
+        let laid = profile.lay(path, pace, judge.steps, self.dt, &mut self.stations);
         let Some(profile) = laid else { return };
         let place = self.profiles.len();
         self.profiles.push(profile);
         let lateral = lateral.later(later);
         let stations = &self.stations[first..];
-        let candidate = judge.follow(now, place, &profile, stations, lateral, [&[]; 2], None);
+        let (settings, limits) = (judge.settings, &judge.allowed.limits);
+        self.close.take(judge.traffic, stations, settings, limits);
+        let along = (stations, &self.close);
+        let candidate = judge.follow(now, place, &profile, along, lateral, [&[]; 2], None);
         self.candidates.push(candidate);
         if self.only_best {
             self.ask_road(self.candidates.len() - 1);
@@ -247,7 +277,7 @@ impl<'a> Planner<'a> {
         &mut self,
         level: Level,
         sampler: &Sampler<'_>,
-        judge: &Judge<'_>,
+        (judge, pace): (&Judge<'_>, &Pace<'_>),
         now: &Moved,
         along: [f64; 3],
         start: &Start,
@@ -262,7 +292,8 @@ impl<'a> Planner<'a> {
                 break;
             }
             let profile = self.profiles[place];
-            let laid = profile.lay(&self.guide.path, steps, self.dt, &mut self.stations);
+            let path = &self.guide.path;
+            let laid = profile.lay(path, pace, steps, self.dt, &mut self.stations);
             if let Some(profile) = laid {
                 self.profiles[kept] = profile;
                 kept += 1;
@@ -278,13 +309,16 @@ impl<'a> Planner<'a> {
         for place in first..kept {
             let profile = self.profiles[place];
             let stations = &self.stations[place * (steps + 1)..][..=steps];
+            let (settings, limits) = (judge.settings, &judge.allowed.limits);
+            self.close.take(judge.traffic, stations, settings, limits);
+            let along = (stations, &self.close);
             let slow = usize::from(profile.slowest < self.settings.low_speed);
             for way in &self.ways[slow].list {
                 if self.cancel.is_asked() {
                     return;
                 }
                 let followed =
-                    judge.follow(now, place, &profile, stations, way.lateral, [&[]; 2], None);
+                    judge.follow(now, place, &profile, along, way.lateral, [&[]; 2], None);
                 self.candidates.push(followed);
             }
         }
@@ -321,69 +355,5 @@ impl<'a> Planner<'a> {
     pub(super) fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
         let states = self.moments(candidate).map(|m| m.whole());
         self.road.left_at(states, &self.limits)
-    }
-
-    fn moments<'b>(&'b self, candidate: &'b Candidate) -> impl Iterator<Item = Moved> + 'b {
-        let steps = self.steps();
-        let stations = &self.stations[candidate.profile * (steps + 1)..][..=steps];
-        let (now, dt) = (self.now, self.dt);
-        let now = now.as_ref().map(Moved::from_state);
-        stations
-            .iter()
-            .enumerate()
-            .map_while(move |(i, at)| match now {
-                // The present is given, and not to be rounded.
-                Some(now) if i == 0 => Some(now),
-                _ => state(at, candidate.lateral.at(i as f64 * dt, at.s)),
-            })
-    }
-
-    /// Arc length of a candidate at a step from now, metres.
-    pub(super) fn arc_length_at(&self, candidate: &Candidate, step: usize) -> Option<f64> {
-        let place = candidate.profile * (self.steps() + 1) + step;
-        self.stations.get(place).map(|at| at.s[0])
-    }
-
-    /// The states of one of [`Self::candidates`], one a step, up to where the path's coordinates end.
-    #[must_use]
-    pub fn states_of(&self, candidate: &Candidate) -> Vec<VehicleState> {
-        let mut states: Vec<VehicleState> = self.moments(candidate).map(|m| m.whole()).collect();
-        if let (Some(first), Some(now)) = (states.first_mut(), self.now) {
-            *first = now;
-        }
-        states
-    }
-
-    /// The candidates of the last cycle.
-    #[must_use]
-    pub fn candidates(&self) -> &[Candidate] {
-        &self.candidates
-    }
-
-    pub(super) fn summary(
-        &self,
-        wanted: f64,
-        refinements: usize,
-        emergency: Option<Emergency>,
-    ) -> Plan {
-        let mut rejected: Vec<(&'static str, usize)> = Vec::new();
-        for (_, why) in self.candidates.iter().filter_map(|c| c.rejected) {
-            let name = why.name();
-            match rejected.iter_mut().find(|(n, _)| *n == name) {
-                Some((_, count)) => *count += 1,
-                None => rejected.push((name, 1)),
-            }
-        }
-        let out: usize = rejected.iter().map(|(_, n)| n).sum();
-        Plan {
-            states: Vec::new(),
-            candidates: self.candidates.len(),
-            feasible: self.candidates.len() - out,
-            rejected,
-            refinements,
-            wanted,
-            cost: Cost::default(),
-            emergency,
-        }
     }
 }

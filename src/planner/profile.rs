@@ -2,6 +2,7 @@
 
 use super::Polynomial;
 use super::motion::Station;
+use super::pace::Pace;
 use crate::geometry::ReferencePath;
 
 /// Longitudinal motion over time, shared by all candidates with the same profile.
@@ -44,6 +45,7 @@ impl Profile {
     pub fn lay(
         mut self,
         path: &ReferencePath,
+        pace: &Pace<'_>,
         steps: usize,
         dt: f64,
         stations: &mut Vec<Station>,
@@ -58,7 +60,9 @@ impl Profile {
             }
             let v = v.max(0.0);
             self.slowest = self.slowest.min(v);
-            stations.push(Station::new([s, v, a], &path.at(s)));
+            let t = i as f64 * dt;
+            let speeds = (pace.wanted_at(s, t), pace.allowed_at(s, t));
+            stations.push(Station::new([s, v, a], &path.at(s), speeds));
         }
         Some(self)
     }

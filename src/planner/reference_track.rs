@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::smooth::smooth;
-use super::{Arrival, CurvatureSpeedLimit, VehicleState};
+use super::{Arrival, CurvatureSpeedLimit, LegalSpeed, VehicleState};
 use crate::geometry::{LateralProfile, Pose, ReferencePath, ReferencePathError, angle_between};
 use crate::scenario::{LaneGraph, PlanningProblem, RouteError, Scenario};
+use crate::traffic_rules::Regulations;
 
 /// The path to follow, when to be where, and how fast otherwise.
 #[derive(Debug, Clone)]
@@ -22,6 +23,10 @@ pub struct ReferenceTrack {
     pub fastest: f64,
     /// How fast the bends ahead let one be.
     pub bends: CurvatureSpeedLimit,
+    /// What the rules of the road ask for along it.
+    pub regulations: Arc<Regulations>,
+    /// How fast they let one be; `None` where nothing limits the speed.
+    pub legal: Option<Arc<LegalSpeed>>,
 }
 
 /// Why there is no reference track.
@@ -105,7 +110,10 @@ impl ReferenceTrack {
             let time = (arrival.step - problem.initial.time.from) as f64 * scenario.dt();
             (arrival.from - start) / time.max(scenario.dt())
         });
+        let regulations = Regulations::along(&scenario.network, &route, &path);
         Ok(Self {
+            legal: LegalSpeed::new(&regulations, path.length()).map(Arc::new),
+            regulations: Arc::new(regulations),
             arrival,
             fastest: HASTE * cruise.max(mean),
             cruise,

@@ -1,6 +1,7 @@
 //! Sampling: durations, final speeds and positions along the path, offsets across it.
 
 use super::lateral::Start;
+use super::pace::StopAhead;
 use super::profile::Profile;
 use super::{Limits, Polynomial, ReferenceTrack, Sampling, Settings, Traffic};
 
@@ -18,6 +19,14 @@ const SHORTEST: f64 = 0.5;
 
 /// The shortest change of the offset, seconds.
 const SHORTEST_CHANGE: f64 = 1.5;
+
+/// Durations of stops at a line, as shares of that with constant braking, and the longest one, seconds.
+const STOPPING: [f64; 3] = [0.95, 1.15, 1.4];
+const LONGEST: f64 = 20.0;
+
+/// A stop over less than this (m) or from a lower speed (m/s) is one of the usual profiles.
+const NO_WAY: f64 = 0.3;
+const CREEPING: f64 = 0.3;
 
 /// Of a polynomial's largest acceleration, its mean is about this share.
 const MEAN: f64 = 0.65;
@@ -74,6 +83,7 @@ pub(super) struct Sampler<'a> {
     pub guide: &'a ReferenceTrack,
     pub traffic: &'a Traffic,
     pub wanted: f64,
+    pub stop: Option<StopAhead>,
     pub dt: f64,
 }
 
@@ -98,6 +108,7 @@ impl Sampler<'_> {
             }
             profiles.extend(self.following(from, duration));
         }
+        profiles.extend(self.stopping(from).into_iter().flatten());
     }
 
     /// The slowest and fastest speed that can be reached, m/s.
@@ -110,6 +121,21 @@ impl Sampler<'_> {
         let least = (now - gain * self.limits.acceleration).max(0.0);
         // An ego that starts faster than the vehicle can go has to slow down, as far as it can.
         (least.min(most), most)
+    }
+
+    /// Ending where the rules ask to stand, with constant and with milder braking; nothing for one that stands.
+    fn stopping(&self, from: [f64; 3]) -> Option<[Profile; 3]> {
+        let stop = self.stop?;
+        let distance = stop.s - from[0];
+        if distance < NO_WAY || from[1] < CREEPING {
+            return None;
+        }
+        let constant = 2.0 * distance / from[1];
+        Some(STOPPING.map(|share| {
+            let duration = (constant * share).clamp(SHORTEST, LONGEST);
+            let along = Polynomial::quintic(from, [stop.s, 0.0, 0.0], duration);
+            Profile::new(along, duration, 0.0)
+        }))
     }
 
     /// Ending behind an obstacle that is next on the path then, as fast as it is.

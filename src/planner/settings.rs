@@ -24,6 +24,38 @@ pub struct Settings {
     pub braking: f64,
     /// Reaction time that stopping distances are worked out with, seconds.
     pub reaction: f64,
+    /// Whether lights, signs and right of way are obeyed.
+    pub rules: RuleMode,
+}
+
+/// What the planner makes of the rules of the road.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum RuleMode {
+    /// It obeys lights, stop signs, right of way and speed limits, as far as the map has them.
+    #[default]
+    Obey,
+    /// It does not know them.
+    Off,
+}
+
+impl RuleMode {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Obey, Self::Off];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Obey => "obey",
+            Self::Off => "off",
+        }
+    }
+
+    /// The one with this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|mode| mode.name() == name)
+    }
 }
 
 /// Density of the samples.
@@ -95,6 +127,7 @@ impl Default for Settings {
             margin: 0.1,
             braking: 6.0,
             reaction: 0.5,
+            rules: RuleMode::Obey,
         }
     }
 }

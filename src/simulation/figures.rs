@@ -6,6 +6,7 @@ use super::{Collision, ContactSide, Outcome, Rollout, Settings};
 use crate::metrics::{Series, measure};
 use crate::planner::{Broken, Feasibility};
 use crate::scenario::{PlanningProblem, Scenario, Scene};
+use crate::traffic_rules::RuleReport;
 
 /// Which body drove into which, after the sides that touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -92,15 +93,7 @@ impl Rollout {
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> Vec<i64> {
-        let scenario = match settings.without {
-            Some(gone) => {
-                let mut others = Scenario::clone(scenario);
-                others.obstacles.retain(|o| o.id != gone);
-                Arc::new(others)
-            }
-            None => Arc::clone(scenario),
-        };
-        let scene = Scene::new(scenario, self.ego(problem, settings));
+        let scene = self.scene(scenario, problem, settings);
         let series = Series::compute(&scene, measure("risk").into_iter().collect());
         let near = |id: &i64| {
             let mut readings = series.row("risk", *id).iter();
@@ -109,5 +102,34 @@ impl Rollout {
         };
         let ids = scene.scenario.obstacles.iter().map(|o| o.id);
         ids.filter(near).collect()
+    }
+
+    /// Which rules of the road applied, and which were broken.
+    #[must_use]
+    pub fn rules(
+        &self,
+        scenario: &Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> RuleReport {
+        RuleReport::of(&self.scene(scenario, problem, settings))
+    }
+
+    /// The scene of the drive, without the obstacle whose place the ego takes.
+    fn scene(
+        &self,
+        scenario: &Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> Scene {
+        let scenario = match settings.without {
+            Some(gone) => {
+                let mut others = Scenario::clone(scenario);
+                others.obstacles.retain(|o| o.id != gone);
+                Arc::new(others)
+            }
+            None => Arc::clone(scenario),
+        };
+        Scene::new(scenario, self.ego(problem, settings))
     }
 }

@@ -188,10 +188,15 @@ impl PreparedPlan {
         cancel: &Cancel,
     ) -> Result<Driver, DriveError> {
         let driver = Driver::new(scenario, self.problem(), &self.settings)?;
-        // The ego of another problem is not what this one is compared with.
-        let own = |scene: &&Arc<Scene>| scene.ego.id == self.problem().id;
-        let driver = driver.beside(self.recorded.as_ref().filter(own).cloned());
+        let driver = driver.beside(self.recorded_ego().cloned());
         Ok(driver.cancelled_by(cancel).driven_by(self.planner.clone()))
+    }
+
+    /// The scene with the recorded ego of the problem: that of another one is not what this one is compared with.
+    #[must_use]
+    pub fn recorded_ego(&self) -> Option<&Arc<Scene>> {
+        let own = |scene: &&Arc<Scene>| scene.ego.id == self.problem().id;
+        self.recorded.as_ref().filter(own)
     }
 
     /// The planning problem that is solved.

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use super::source::{self, Source, Target};
 
 /// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 15] = [
+const DOMAIN: [&str; 16] = [
     "geometry",
     "scenario",
+    "traffic_rules",
     "formats",
     "metrics",
     "description",
@@ -31,15 +32,24 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "settings" => &["simulation", "planner", "scenario"],
         "scenario" => &["geometry"],
         "formats" => &["scenario", "geometry"],
-        "metrics" | "planner" => &["scenario", "geometry"],
+        "metrics" | "traffic_rules" => &["scenario", "geometry"],
+        "planner" => &["traffic_rules", "scenario", "geometry"],
         "corpus" => &["metrics", "scenario", "geometry"],
         "description" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
         // Drives are written as solutions, variants as scenarios.
-        "simulation" => &["planner", "metrics", "formats", "scenario", "geometry"],
+        "simulation" => &[
+            "planner",
+            "traffic_rules",
+            "metrics",
+            "formats",
+            "scenario",
+            "geometry",
+        ],
         "generation" => &[
             "simulation",
             "planner",
+            "traffic_rules",
             "description",
             "metrics",
             "verdict",

@@ -555,6 +555,27 @@ fn an_interrupt_ends_with_the_part_that_is_done() {
 }
 
 #[test]
+fn traffic_rules_are_reported_and_can_be_switched_off() {
+    let home = Home::new();
+    for (mode, more) in [("obey", &[][..]), ("off", &["--rules", "off"][..])] {
+        let ended = home.run(&[&["plan", TURN, "--json"][..], more].concat());
+        let said = ended.json();
+        assert_eq!(said["rule_mode"], mode);
+        let rules = said["rules"].as_array().unwrap();
+        assert_eq!(rules.len(), 8);
+        for rule in rules {
+            let broken = rule["status"] == "broken";
+            assert_eq!(broken, rule["violations"][0].is_object(), "{rule}");
+            let named = said["rules_broken"].as_array().unwrap();
+            assert_eq!(broken, named.contains(&rule["rule"]), "{rule}");
+        }
+        assert!(said["recorded_rules_broken"].is_array(), "{said}");
+    }
+    let ended = home.run(&["plan", TURN, "--rules", "some"]).status(2);
+    assert!(ended.stderr.contains("obey"), "{}", ended.stderr);
+}
+
+#[test]
 fn every_bundled_scenario_can_be_planned() {
     let home = Home::new();
     let names: Vec<&str> = BUNDLED.iter().map(|(name, _)| *name).collect();

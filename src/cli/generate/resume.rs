@@ -10,6 +10,7 @@ use super::line::{Line, OutcomeName};
 use crate::cli::{Failure, output};
 use crate::formats::Entry;
 use crate::generation::AttackStyle;
+use crate::planner::RuleMode;
 use crate::scenario::ContentHash;
 use crate::system;
 
@@ -210,7 +211,7 @@ fn read(path: &Path) -> Result<FileKind, String> {
 
 /// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`], their models
 /// were asked once for the attacker, without news of drives and without grades, and where one attacker was known, this
-/// is the only one that may attack, or any.
+/// is the only one that may attack, or any. Those that knew no rules of the road did not obey them.
 fn as_today(mut settings: Value) -> Value {
     if let Some(settings) = settings.as_object_mut() {
         let style = settings.entry("style");
@@ -222,6 +223,10 @@ fn as_today(mut settings: Value) -> Value {
             Value::Array(ids) => ids.into(),
             one => json!([one]),
         };
+        if let Some(Value::Object(planning)) = settings.get_mut("planning") {
+            let rules = planning.entry("rules");
+            rules.or_insert_with(|| RuleMode::Off.name().into());
+        }
         if let Some(Value::Object(model)) = settings.get_mut("model")
             && let (Some(samples), Some(retries)) =
                 (model.remove("samples"), model.remove("retries"))

@@ -16,6 +16,7 @@ fn written() -> Value {
 /// The same as they are asked for.
 fn settings() -> Value {
     let mut settings = written();
+    settings["planning"]["rules"] = "off".into();
     settings["style"] = "limit".into();
     settings["attackers"] = 1.into();
     settings["attacker"] = json!([]);

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::driven::{self, DrivenScenario};
 use super::export::Export;
+use super::figures::{FIGURES, KINDS};
 use super::planners::PlannerChoice;
 use super::table::OUTCOMES;
 use super::{PlanArguments, document};
@@ -19,46 +20,9 @@ use crate::cli::{Failure, Outcome};
 use crate::evaluation::statistics::PairedTest;
 use crate::formats::Entry;
 use crate::planner::Cancel;
-use crate::simulation::{CollisionKind, Settings};
+use crate::simulation::Settings;
+use crate::traffic_rules::Rule;
 use crate::workflow::PlanError;
-
-/// A figure of a drive; nothing where the drive has none.
-type Measured = fn(&DrivenScenario) -> Option<f64>;
-
-/// What is compared beside the outcomes, with the decimals that are shown.
-const FIGURES: [(&str, &str, usize, Measured); 7] = [
-    ("near_misses", "near misses", 2, |d| {
-        d.near_misses.map(|n| n as f64)
-    }),
-    ("largest_deceleration", "strongest braking, m/s²", 2, |d| {
-        Some(d.drive.largest_deceleration())
-    }),
-    ("mean_jerk", "mean jerk, m/s³", 2, |d| {
-        d.drive.jerk().map(|j| j.0)
-    }),
-    ("max_jerk", "largest jerk, m/s³", 2, |d| {
-        d.drive.jerk().map(|j| j.1)
-    }),
-    ("seconds_to_goal", "time to goal, s", 2, |d| {
-        d.drive.seconds_to_goal()
-    }),
-    ("median_cycle_ms", "cycle, ms", 2, |d| {
-        d.milliseconds().map(|(median, _)| median)
-    }),
-    (
-        "undrivable_share",
-        "drives beyond the vehicle's limits",
-        2,
-        |d| Some(f64::from(u8::from(!d.drive.undrivable().is_empty()))),
-    ),
-];
-
-/// Collisions by kind.
-const KINDS: [(&str, CollisionKind); 3] = [
-    ("  ran into another", CollisionKind::RanInto),
-    ("  rear-ended", CollisionKind::RearEnded),
-    ("  side", CollisionKind::Side),
-];
 
 /// Longer names of scenarios push the columns behind them.
 const WIDEST: usize = 48;
@@ -254,6 +218,14 @@ impl Comparison {
         let header = ["", "first", "second", "difference", "95 % interval"];
         out += &line("  ", &columns, &header);
         for difference in self.differences() {
+            let none = [difference.first, difference.second] == [Some(0.0), Some(0.0)];
+            if difference.is_rule && none {
+                continue;
+            }
+            let words = match difference.is_rule {
+                true => format!("breaks {}", difference.words),
+                false => difference.words.to_string(),
+            };
             let decimals = difference.decimals;
             let number = |value: Option<f64>| {
                 value.map_or("-".into(), |value| format!("{value:.decimals$}"))
@@ -262,7 +234,7 @@ impl Comparison {
             let signed = |value: f64| format!("{value:+.2}");
             let interval = test.and_then(|test| test.interval);
             let cells = [
-                difference.words.to_string(),
+                words,
                 number(difference.first),
                 number(difference.second),
                 test.map_or("-".into(), |test| signed(0.0 - test.difference)),
@@ -309,6 +281,17 @@ impl Comparison {
                 })
             }));
         }
+        all.extend(Rule::ALL.map(|rule| {
+            let words = rule.words();
+            let breaks = self.difference(rule.name(), words, 0, true, &move |driven| {
+                let mut broken = driven.rules.broken();
+                Some(f64::from(u8::from(broken.any(|b| b == rule))))
+            });
+            Difference {
+                is_rule: true,
+                ..breaks
+            }
+        }));
         let figures = FIGURES.iter();
         all.extend(figures.map(|(key, words, decimals, figure)| {
             self.difference(key, words, *decimals, false, figure)
@@ -342,6 +325,7 @@ impl Comparison {
             first: whole(both.iter().map(|pair| pair.0).sum()),
             second: whole(both.iter().map(|pair| pair.1).sum()),
             test: PairedTest::of_differences(&differences),
+            is_rule: false,
         }
     }
 
@@ -379,6 +363,8 @@ struct Difference {
     first: Option<f64>,
     second: Option<f64>,
     test: Option<PairedTest>,
+    /// It counts drives that break a rule.
+    is_rule: bool,
 }
 
 /// What the drives of a scenario touch, and what went wrong.

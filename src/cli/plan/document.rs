@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::driven::DrivenScenario;
-use super::monitor;
+use super::{monitor, rules};
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
@@ -56,6 +56,13 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "seconds_to_goal": driven.drive.seconds_to_goal().map(thousandths),
         "collision_kind": collision.map(|c| c.kind().name()),
         "near_misses": driven.near_misses,
+        "rule_mode": driven.settings.planner.rules.name(),
+        "rules": rules::document(driven),
+        "rules_broken": rules::names(driven.rules.broken()),
+        "recorded_rules_broken": driven
+            .recorded_rules_broken
+            .as_ref()
+            .map(|broken| rules::names(broken.iter().copied())),
         "planner": output::visible(driven.planner()),
         "note": driven.note(),
     });
@@ -159,6 +166,10 @@ pub fn cycle(driven: &DrivenScenario, cycle: &Cycle) -> Value {
             Emergency::LatestContact => "latest contact",
             Emergency::Braking => "braking",
         }),
+        "hold": plan.hold.map(|hold| json!({
+            "rule": hold.rule.name(),
+            "distance": thousandths(hold.distance),
+        })),
         "ms": thousandths(cycle.took.as_secs_f64() * 1e3),
         "states": plan.states.iter().map(|s| state(driven, s)).collect::<Vec<_>>(),
     })
@@ -179,6 +190,6 @@ fn state(driven: &DrivenScenario, state: &VehicleState) -> Value {
 }
 
 /// Microseconds are enough.
-fn thousandths(value: f64) -> f64 {
+pub fn thousandths(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }

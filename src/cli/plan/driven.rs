@@ -8,6 +8,7 @@ use crate::formats::{EgoSelection, Entry};
 use crate::planner::{Cancel, Emergency};
 use crate::scenario::Scenario;
 use crate::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
+use crate::traffic_rules::{Rule, RuleReport};
 use crate::workflow::{
     Monitor, MonitorReport, OpenRequest, PlanError, PlanOutcome, PlanRequest, PreparedPlan, prepare,
 };
@@ -27,6 +28,10 @@ pub struct DrivenScenario {
     pub monitor: Option<MonitorReport>,
     /// Obstacles that came near without contact; counted where a planner was named.
     pub near_misses: Option<usize>,
+    /// What became of the rules of the road.
+    pub rules: RuleReport,
+    /// The rules that the recorded ego of the same problem broke, if there is one.
+    pub recorded_rules_broken: Option<Vec<Rule>>,
 }
 
 /// Opens a scenario to drive its ego.
@@ -79,6 +84,14 @@ pub fn drive(
                 .near_misses(&prepared.driven(&drive), problem, settings)
                 .len()
         }),
+        rules: drive.rules(
+            &prepared.driven(&drive),
+            prepared.problem(),
+            &prepared.settings,
+        ),
+        recorded_rules_broken: prepared
+            .recorded_ego()
+            .map(|scene| RuleReport::of(scene).broken().collect()),
         settings: prepared.settings,
         scenario: prepared.driven(&drive),
         drive,

@@ -5,11 +5,13 @@ mod compare;
 mod document;
 mod driven;
 mod export;
+mod figures;
 mod files;
 mod monitor;
 mod options;
 mod places;
 mod planners;
+mod rules;
 mod table;
 
 use std::io::{self, Write};
@@ -107,6 +109,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     };
     // Runs of versions that knew no other traffic can be resumed.
     let said = said.replace(", traffic: Recorded", "");
+    let said = said.replace(", rules: Off", "");
     let targets = arguments.files.begin(&arguments.paths, &entries, &said)?;
     let finished = targets.finished();
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();

@@ -21,6 +21,10 @@ pub struct PlanOptions {
     /// ego's deviation concerns them) [default: `traffic` in config.toml, else recorded].
     #[arg(long, value_name = "MODE", value_parser = ["recorded", "reactive"])]
     traffic: Option<String>,
+    /// Traffic rules: obey (lights, stop signs, right of way, speed limits, as far as the map has them) or off [default:
+    /// `rules` in config.toml, else obey].
+    #[arg(long, value_name = "MODE", value_parser = ["obey", "off"])]
+    rules: Option<String>,
     /// Steps driven before the next plan, at most the horizon [default: `replan` in config.toml, else 1].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = |word: &str| value("replan", word))]
     replan: Option<Value>,
@@ -51,9 +55,11 @@ impl PlanOptions {
         let mut settings = config.planning(default_planning());
         let prediction = self.prediction.clone().map(Value::String);
         let traffic = self.traffic.clone().map(Value::String);
+        let rules = self.rules.clone().map(Value::String);
         for (id, said) in [
             ("prediction", &prediction),
             ("traffic", &traffic),
+            ("rules", &rules),
             ("replan", &self.replan),
             ("horizon", &self.horizon),
             ("vehicle", &self.vehicle),

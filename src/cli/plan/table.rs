@@ -2,6 +2,7 @@
 
 use super::driven::{DrivenScenario, median};
 use super::monitor;
+use super::rules::{self, RuleCounts};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{counted, line, visible};
 use crate::planner::Emergency;
@@ -45,6 +46,8 @@ pub struct Table {
     unaware: usize,
     /// Obstacles that reacted.
     reacted: usize,
+    /// Rules that were broken.
+    rules: RuleCounts,
     /// Milliseconds of every scenario's middle cycle.
     ms: Vec<f64>,
     /// Whether it has the columns of a monitor.
@@ -68,6 +71,7 @@ impl Table {
             by_front: 0,
             unaware: 0,
             reacted: 0,
+            rules: RuleCounts::default(),
             ms: Vec::new(),
             monitored,
             compared,
@@ -120,6 +124,10 @@ impl Table {
         if reacted > 0 {
             self.reacted += reacted;
             emergency.push_str(&format!("  ({reacted} reacted)"));
+        }
+        self.rules.add(driven);
+        if let Some(broken) = rules::words(driven) {
+            emergency.push_str(&format!("  ({broken})"));
         }
         if let Some(note) = driven.note() {
             emergency.push_str(&format!("  ({note})"));
@@ -202,7 +210,8 @@ impl Table {
             let overhead = overhead.map_or(String::new(), |ms| format!("; overhead {ms:.2} ms"));
             format!("planner {told}{overhead}\n")
         });
-        format!("{all} {scenarios}: {}{ms}\n{told}", parts.join(", "))
+        let rules = self.rules.line().unwrap_or_default();
+        format!("{all} {scenarios}: {}{ms}\n{rules}{told}", parts.join(", "))
     }
 }
 

@@ -3,6 +3,7 @@
 use super::guide;
 use crate::geometry::{Footprint, Shape};
 use crate::planner::lateral::Lateral;
+use crate::planner::pace::Pace;
 use crate::planner::profile::Profile;
 use crate::planner::samples::{Level, Sampler, start};
 use crate::planner::{Body, Polynomial, Settings, Traffic};
@@ -35,7 +36,15 @@ fn a_profile_that_reverses_is_not_laid_out() {
     let from = [guide.start, 5.0, 0.0];
     let mut stations = Vec::new();
     let stop = Profile::new(Polynomial::quartic(from, [0.0, 0.0], 3.0), 3.0, 0.0);
-    let stop = stop.lay(&guide.path, 40, dt, &mut stations).unwrap();
+    let pace = Pace {
+        wanted: 8.0,
+        bends: &guide.bends,
+        legal: None,
+        stop: None,
+        centre: 0.0,
+        now: 5.0,
+    };
+    let stop = stop.lay(&guide.path, &pace, 40, dt, &mut stations).unwrap();
     assert_eq!(stations.len(), 41);
     assert!(stop.slowest >= 0.0 && stop.slowest < 1e-9);
     for (i, station) in stations.iter().enumerate() {
@@ -44,7 +53,7 @@ fn a_profile_that_reverses_is_not_laid_out() {
         assert!((station.position - at.position).norm() < 1e-9);
     }
     let back = Polynomial::quintic(from, [guide.start + 1.0, 0.0, 0.0], 3.0);
-    let back = Profile::new(back, 3.0, 0.0).lay(&guide.path, 40, dt, &mut stations);
+    let back = Profile::new(back, 3.0, 0.0).lay(&guide.path, &pace, 40, dt, &mut stations);
     assert_eq!((back, stations.len()), (None, 41));
 }
 
@@ -147,6 +156,7 @@ fn profiles(ahead: Option<f64>) -> (Vec<Profile>, [f64; 3]) {
         guide: &guide,
         traffic: &traffic,
         wanted: 13.0,
+        stop: None,
         dt,
     };
     let from = [guide.start, 15.0, -0.5];

@@ -395,5 +395,6 @@ fn plan(states: Vec<VehicleState>) -> Plan {
         wanted: 0.0,
         cost: Cost::default(),
         emergency: None,
+        hold: None,
     }
 }

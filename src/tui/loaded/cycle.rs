@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::geometry::{Point, Vector};
-use crate::planner::{Candidate, Cost, Emergency, Limits, Planner, Traffic, VehicleState};
+use crate::planner::{Candidate, Cost, Emergency, Hold, Limits, Planner, Traffic, VehicleState};
 use crate::simulation::Cycle;
 
 /// Lines of the fan at most: of candidates that can be driven, and of those that cannot.
@@ -42,6 +42,8 @@ pub struct CycleShown {
     pub cost: Cost,
     /// The fallback, if nothing could be driven.
     pub emergency: Option<Emergency>,
+    /// A rule that asks for a stop ahead.
+    pub hold: Option<Hold>,
     /// How long planning took, the forecast not counted.
     pub took: Duration,
     /// Where what was chosen leads, the body's centre, a point a step.
@@ -99,6 +101,7 @@ impl CycleShown {
             speeds: (speed(plan.states.first()), speed(plan.states.last())),
             cost: plan.cost,
             emergency: plan.emergency,
+            hold: plan.hold,
             took: cycle.took,
             second,
             fan: Fan::of(planner, limits, origin),

@@ -7,6 +7,7 @@ use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast, Limits};
 use crate::scenario::{Ego, Scenario, Scene, VehicleType};
 use crate::simulation::{ExternalPlanner, ExternalReport, Outcome, Rollout};
+use crate::traffic_rules::RuleReport;
 use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
 /// The record of a planned ego.
@@ -24,6 +25,8 @@ pub struct PlannedEgo {
     pub problem: i64,
     /// How the drive ended.
     pub outcome: Outcome,
+    /// What became of the rules of the road.
+    pub rules: RuleReport,
     /// Every cycle, in the order of time.
     pub cycles: Vec<CycleShown>,
     /// The scenario with the ego that it has otherwise, to compare both; `None` if it has none.
@@ -111,7 +114,9 @@ impl PlannedEgo {
         drive: &Rollout,
         cycles: Vec<CycleShown>,
     ) -> (Arc<Scenario>, Self) {
+        let driven = prepared.driven(drive);
         let planned = Self {
+            rules: drive.rules(&driven, prepared.problem(), &prepared.settings),
             forecast: prepared.settings.forecast,
             planner: 0,
             process: None,
@@ -121,7 +126,7 @@ impl PlannedEgo {
             cycles,
             recorded: prepared.recorded.clone(),
         };
-        (prepared.driven(drive), planned)
+        (driven, planned)
     }
 }
 

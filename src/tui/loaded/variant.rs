@@ -17,6 +17,7 @@ use crate::generation::{
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
 use crate::scenario::{ContentHash, Scene, Transform};
+use crate::traffic_rules::RuleReport;
 use crate::verdict::Motion;
 use crate::workflow::PreparedPlan;
 
@@ -191,6 +192,7 @@ impl GeneratedVariant {
         let ego = self.effect.drive.ego(driver.problem(), driver.settings());
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
         let planned = PlannedEgo {
+            rules: RuleReport::of(&scene),
             forecast: driver.settings().forecast,
             planner: wish.planner,
             process: self.effect.drive.external.clone(),

@@ -9,6 +9,7 @@ use super::{Screen, Step, moves_scene};
 use crate::description::visible;
 use crate::planner::{Emergency, unavoided};
 use crate::simulation::ExternalReport;
+use crate::traffic_rules::RuleStatus;
 use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, PlannedEgo};
 use crate::tui::model::{Model, forecast_words};
@@ -92,6 +93,7 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     lines.say("ended", &planned.outcome.to_string());
     lines.say("prediction", forecast_words(planned.forecast));
     lines.say("cycles", &planned.cycles.len().to_string());
+    rules(&mut lines, planned, model);
     if let Some(process) = &planned.process {
         external(&mut lines, process, theme);
     }
@@ -118,6 +120,14 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     if planned.process.is_none() {
         lines.say("wanted", &format!("{} m/s", speed(cycle.wanted)));
     }
+    if let Some(hold) = cycle.hold {
+        let words = format!(
+            "{}, {} m ahead",
+            hold.rule.words(),
+            hundredths(hold.distance)
+        );
+        lines.say_in("stops for", &words, Style::new().fg(theme.warning));
+    }
     lines.say("took", &took(cycle));
     if planned.process.is_none() {
         candidates(&mut lines, cycle);
@@ -131,6 +141,36 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
             .map(|l| Line::raw(l.into_owned())),
     );
     lines.text
+}
+
+/// The rules of the road that the drive breaks, each with its first violation; else how many it obeys.
+fn rules(lines: &mut Lines, planned: &PlannedEgo, model: &Model) {
+    let dt = model.opened.as_ref().map_or(0.0, |o| o.scenario.dt());
+    let findings = &planned.rules.findings;
+    let broken = findings
+        .iter()
+        .filter_map(|f| Some((f.rule, f.violations.first()?)));
+    let mut any = false;
+    for (rule, first) in broken {
+        any = true;
+        let words = format!(
+            "{} broken at {:.1} s by {} {}",
+            rule.words(),
+            first.from as f64 * dt,
+            hundredths(first.amount),
+            rule.unit()
+        );
+        lines.say_in("rules", &words, Style::new().fg(model.theme.warning));
+    }
+    let count = |status| findings.iter().filter(|f| f.status == status).count();
+    let undecided = match count(RuleStatus::Undecided) {
+        0 => String::new(),
+        n => format!(", {n} undecided"),
+    };
+    let obeyed = count(RuleStatus::Obeyed);
+    if !any {
+        lines.say("rules", &format!("{obeyed} obeyed{undecided}"));
+    }
 }
 
 /// What is known of a planner's process.

@@ -1,0 +1,78 @@
+//! The rule report of a drive: as JSON, and in a few words.
+
+use serde_json::{Value, json};
+
+use super::document::thousandths;
+use super::driven::DrivenScenario;
+use crate::traffic_rules::{Finding, Rule, Violation};
+
+/// What became of each rule.
+pub fn document(driven: &DrivenScenario) -> Vec<Value> {
+    let findings = driven.rules.findings.iter();
+    let dt = driven.scenario.dt();
+    findings.map(|finding| of_finding(finding, dt)).collect()
+}
+
+fn of_finding(finding: &Finding, dt: f64) -> Value {
+    let violations = finding.violations.iter();
+    let violations = violations.map(|violation| of_violation(finding.rule, violation, dt));
+    json!({
+        "rule": finding.rule.name(),
+        "number": finding.rule.number(),
+        "status": finding.status.name(),
+        "reason": finding.reason,
+        "violations": violations.collect::<Vec<_>>(),
+    })
+}
+
+fn of_violation(rule: Rule, violation: &Violation, dt: f64) -> Value {
+    json!({
+        "from_step": violation.from,
+        "until_step": violation.until,
+        "from_seconds": thousandths(violation.from as f64 * dt),
+        "until_seconds": thousandths(violation.until as f64 * dt),
+        "x": thousandths(violation.at.x),
+        "y": thousandths(violation.at.y),
+        "lanelet": violation.lanelet,
+        "obstacle": violation.obstacle,
+        "amount": thousandths(violation.amount),
+        "unit": rule.unit(),
+    })
+}
+
+/// The names of rules.
+pub fn names(rules: impl Iterator<Item = Rule>) -> Vec<&'static str> {
+    rules.map(Rule::name).collect()
+}
+
+/// The rules that a drive broke, in a few words; nothing where it broke none.
+pub fn words(driven: &DrivenScenario) -> Option<String> {
+    let broken: Vec<&str> = driven.rules.broken().map(Rule::words).collect();
+    (!broken.is_empty()).then(|| format!("breaks {}", broken.join(", ")))
+}
+
+/// How many drives broke which rule.
+#[derive(Debug, Default)]
+pub struct RuleCounts([usize; Rule::ALL.len()]);
+
+impl RuleCounts {
+    /// Counts a drive.
+    pub fn add(&mut self, driven: &DrivenScenario) {
+        for (count, rule) in self.0.iter_mut().zip(Rule::ALL) {
+            *count += usize::from(driven.rules.broken().any(|broken| broken == rule));
+        }
+    }
+
+    /// The counts on a line; nothing where no rule was broken.
+    pub fn line(&self) -> Option<String> {
+        let counted = self
+            .0
+            .iter()
+            .zip(Rule::ALL)
+            .filter(|(count, _)| **count > 0);
+        let parts: Vec<String> = counted
+            .map(|(count, rule)| format!("{} {count}", rule.words()))
+            .collect();
+        (!parts.is_empty()).then(|| format!("drives that break a rule: {}\n", parts.join(", ")))
+    }
+}
