@@ -5,6 +5,8 @@ pub mod commonroad;
 mod dispatch;
 mod ego;
 mod library;
+mod opendrive;
+mod openscenario;
 mod recordings;
 mod resolve;
 mod search;
@@ -13,6 +15,7 @@ pub use ego::{
     EgoError, EgoSelection, ego_of_solution, find_recording, read_ego, read_ego_file,
     write_recording,
 };
+pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use library::{Entry, EntryLocation, bundled};
 pub use resolve::resolved;
 pub use search::{

@@ -8,10 +8,10 @@ use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
 use super::writer::WriteError;
 use crate::geometry::Point;
 
-pub(super) type Attributes<'a> = [(&'a str, String)];
+pub(in crate::formats) type Attributes<'a> = [(&'a str, String)];
 
 /// The XML being written.
-pub(super) struct XmlWriter {
+pub(in crate::formats) struct XmlWriter {
     pub xml: Writer<Vec<u8>>,
 }
 
@@ -56,7 +56,7 @@ impl XmlWriter {
 }
 
 /// Text with the characters that XML has no place for, not even escaped, replaced.
-pub(super) fn allowed(text: &str) -> Cow<'_, str> {
+pub(in crate::formats) fn allowed(text: &str) -> Cow<'_, str> {
     let forbidden = |c: char| {
         (c < ' ' && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}')
     };
@@ -68,7 +68,7 @@ pub(super) fn allowed(text: &str) -> Cow<'_, str> {
 }
 
 /// The shortest text that reads back as the same number; plain decimals, as the schema wants them.
-pub(super) fn number(value: f64) -> String {
+pub(in crate::formats) fn number(value: f64) -> String {
     let text = value.to_string();
     if text.contains('.') {
         text
@@ -77,11 +77,11 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-pub(super) fn id(id: i64) -> [(&'static str, String); 1] {
+pub(in crate::formats) fn id(id: i64) -> [(&'static str, String); 1] {
     [("id", id.to_string())]
 }
 
-pub(super) fn point(
+pub(in crate::formats) fn point(
     out: &mut XmlWriter,
     at: &Point,
     height: Option<f64>,
