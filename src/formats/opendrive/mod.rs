@@ -3,11 +3,12 @@
 mod curve;
 mod graph;
 mod links;
+mod paired;
 mod profile;
 mod reference_line;
 mod road;
 mod signals;
-mod words;
+pub(super) mod words;
 mod writer;
 
 pub(super) use writer::date;

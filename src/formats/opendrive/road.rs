@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::curve::Curve;
+use super::paired::{Paired, paired};
 use super::profile::{Profile, deviation, profile, samples};
 use super::reference_line::{Laying, lay};
 use crate::geometry::Polyline;
@@ -28,6 +29,12 @@ const TOGETHER: f64 = 0.02;
 
 /// Near enough not to try another reference line, metres.
 const GOOD: f64 = 0.01;
+
+/// Farther off, a road is also laid through pairs of points, metres.
+const FINE: f64 = 0.02;
+
+/// Where between the right (0) and the left border (1) a road through pairs of points runs.
+const PAIRED: [f64; 5] = [0.5, 0.75, 0.25, 1.0, 0.0];
 
 /// How near widths and offsets are to the borders, metres.
 const WIDTHS: f64 = 0.001;
@@ -130,6 +137,15 @@ fn road(network: &LaneletNetwork, group: &[usize]) -> Option<Road> {
             break;
         }
     }
+    if group.len() == 1 && best.as_ref().is_none_or(|best| best.deviation > FINE) {
+        let tight = PAIRED.iter().filter_map(|place| paired(left, right, *place));
+        for Paired { curve, left, right } in tight {
+            let built = built(curve, &[left, right], &borders, group);
+            if best.as_ref().is_none_or(|best| built.deviation < best.deviation) {
+                best = Some(built);
+            }
+        }
+    }
     best
 }
 
@@ -139,6 +155,10 @@ fn along(curve: Curve, borders: &[Polyline], group: &[usize]) -> Road {
         .iter()
         .map(|border| profile(&curve, border, &at))
         .collect();
+    built(curve, &places, borders, group)
+}
+
+fn built(curve: Curve, places: &[Profile], borders: &[Polyline], group: &[usize]) -> Road {
     let offset = places.first().map(|p| p.simplified(WIDTHS)).unwrap_or_default();
     let pairs = places.windows(2);
     let widths: Vec<Profile> = pairs

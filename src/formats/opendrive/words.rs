@@ -93,26 +93,3 @@ pub fn marking(kind: &str, weight: &str) -> LineMarking {
         _ => LineMarking::Unknown,
     }
 }
-
-/// Road users that lanes of a type allow, where they are few.
-pub fn access(lanelet: &Lanelet) -> Vec<&'static str> {
-    let all = lanelet.users_one_way.iter().chain(&lanelet.users_bidirectional);
-    let mut words: Vec<&'static str> = all
-        .filter_map(|user| {
-            Some(match user {
-                RoadUser::Vehicle | RoadUser::Car => "passengerCar",
-                RoadUser::Truck => "truck",
-                RoadUser::Bus => "bus",
-                RoadUser::Motorcycle => "motorcycle",
-                RoadUser::Bicycle => "bicycle",
-                RoadUser::Pedestrian => "pedestrian",
-                RoadUser::PriorityVehicle => "emergency",
-                RoadUser::Taxi => "taxi",
-                RoadUser::Train => return None,
-            })
-        })
-        .collect();
-    words.sort_unstable();
-    words.dedup();
-    words
-}

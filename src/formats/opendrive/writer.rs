@@ -340,7 +340,6 @@ fn signal(
         "dynamic" = if signal.is_dynamic { "yes" } else { "no" },
         "orientation" = "+",
         "zOffset" = "0.0",
-        "country" = country,
         "type" = signal.kind,
         "subtype" = signal.subtype,
     ]
@@ -351,12 +350,13 @@ fn signal(
     }
     out.element("signal", &attributes, |out| {
         // Without a validity it holds for all lanes.
-        if signal.lanes.len() == lanes {
-            return Ok(());
+        if signal.lanes.len() < lanes {
+            signal.lanes.iter().try_for_each(|lane| {
+                let id = lane_id(*lane);
+                out.empty("validity", &attributes!["fromLane" = id, "toLane" = id])
+            })?;
         }
-        signal.lanes.iter().try_for_each(|lane| {
-            let id = lane_id(*lane);
-            out.empty("validity", &attributes!["fromLane" = id, "toLane" = id])
-        })
+        // Not the attribute: players look for a file of signs of that country.
+        out.empty("userData", &attributes!["code" = "country", "value" = country])
     })
 }

@@ -228,6 +228,8 @@ pub struct Notes {
     pub signals: usize,
     /// Obstacles whose trailer turns.
     pub trailers: usize,
+    /// Whether it ends with the ego's recording, in contact.
+    pub ended: bool,
     /// Obstacles that are not written.
     lost: Vec<String>,
 }
@@ -257,6 +259,9 @@ impl Notes {
         }
         if self.signals > 0 {
             all.push(format!("signals of {} obstacles (indicators, brake lights) left out", self.signals));
+        }
+        if self.ended {
+            all.push("the scenario ends with the ego's motion, which ends in contact; what obstacles do later is left out".into());
         }
         if self.trailers > 0 {
             all.push(format!("{} trailers written as straight behind their trucks", self.trailers));

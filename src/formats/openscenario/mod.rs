@@ -6,6 +6,7 @@ mod environment;
 mod storyboard;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
@@ -13,7 +14,7 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 use super::commonroad::WriteError;
 use super::commonroad::xml_writer::{XmlWriter, allowed};
 use super::opendrive::{date, write_opendrive};
-use crate::scenario::Scenario;
+use crate::scenario::{Ego, Scenario, Scene};
 pub use actor::ExportedEgo;
 use actor::{Actor, Notes, actors};
 use storyboard::Clock;
@@ -65,7 +66,14 @@ pub fn write_openscenario(export: &Export<'_>) -> Result<Exported, WriteError> {
         let more = id.and_then(|id| export.properties.get(&id));
         actor.properties.extend(more.into_iter().flatten().cloned());
     }
-    let clock = clock(scenario, &all);
+    let mut clock = clock(scenario, &all);
+    if let ExportedEgo::Follows(ego) = export.ego
+        && let Some(last) = contact_at_end(scenario, ego).filter(|last| *last < clock.last)
+    {
+        // Players report an error where an entity vanishes that touches another one.
+        clock.last = last.max(clock.origin + 1);
+        notes.ended = true;
+    }
     let roads = write_opendrive(scenario)?;
     let mut sentences = roads.notes.clone();
     sentences.extend(notes.sentences());
@@ -85,6 +93,20 @@ pub fn write_openscenario(export: &Export<'_>) -> Result<Exported, WriteError> {
         deviation: roads.deviation,
     })
 }
+
+/// The last step of an ego that touches an obstacle then.
+fn contact_at_end(scenario: &Scenario, ego: &Ego) -> Option<i64> {
+    let last = ego.track.steps().end - 1;
+    let scene = Scene::new(Arc::new(scenario.clone()), ego.clone());
+    let own = scene.ego_at(last)?;
+    let touches = |p: crate::scenario::Participant<'_>| {
+        p.placed_at(last).is_some_and(|other| own.distance(&other) <= CONTACT)
+    };
+    scene.participants().any(touches).then_some(last)
+}
+
+/// Bodies as near as this may touch in a player, metres.
+const CONTACT: f64 = 0.01;
 
 fn clock(scenario: &Scenario, actors: &[Actor]) -> Clock {
     let moving = actors.iter().filter(|a| !a.stands && !a.is_free);
