@@ -15,8 +15,8 @@ pub use ego::{
     EgoError, EgoSelection, ego_of_solution, find_recording, read_ego, read_ego_file,
     write_recording,
 };
-pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use library::{Entry, EntryLocation, bundled};
+pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use resolve::resolved;
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces,

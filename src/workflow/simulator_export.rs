@@ -6,13 +6,9 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::{OpenRequest, PlanRequest, open, prepare};
-use crate::formats::{
-    EgoSelection, Entry, Export, Exported, ExportedEgo, write_openscenario,
-};
+use crate::formats::{EgoSelection, Entry, Export, Exported, ExportedEgo, write_openscenario};
 use crate::planner::Cancel;
-use crate::scenario::{
-    Ego, EgoSource, PlanningProblem, Sample, Scenario, Track, VehicleType,
-};
+use crate::scenario::{Ego, EgoSource, PlanningProblem, Sample, Scenario, Track, VehicleType};
 use crate::simulation::Settings;
 use crate::system;
 
@@ -154,13 +150,25 @@ fn variant(entry: &Entry) -> (BTreeMap<i64, Named>, Named) {
         let Some(id) = attacker["id"].as_i64() else {
             continue;
         };
-        let known = ["manoeuvre", "from_step", "until_step", "min_distance", "outcome_without"];
+        let known = [
+            "manoeuvre",
+            "from_step",
+            "until_step",
+            "min_distance",
+            "outcome_without",
+        ];
         let mut all = vec![("attacker".to_string(), "true".to_string())];
         let told = known.iter().filter(|name| !attacker[**name].is_null());
         all.extend(told.map(|name| (format!("attacker_{name}"), text(&attacker[*name]))));
         properties.insert(id, all);
     }
-    let known = ["by", "outcome", "hit_from_behind", "min_distance", "program"];
+    let known = [
+        "by",
+        "outcome",
+        "hit_from_behind",
+        "min_distance",
+        "program",
+    ];
     let told = known.iter().filter(|name| !document[**name].is_null());
     let mut about: Named = told
         .map(|name| (format!("variant_{name}"), text(&document[*name])))

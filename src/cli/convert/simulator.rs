@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::Convert;
+use crate::cli::many_files::holds;
 use crate::cli::open::configuration;
 use crate::cli::{Failure, output};
-use crate::cli::many_files::holds;
 use crate::evaluation::default_planning;
 use crate::formats::commonroad::save;
 use crate::formats::{EgoSelection, Entry, not_standard_input};
@@ -29,7 +29,11 @@ pub struct SimulatorOptions {
     to: Option<String>,
     /// OpenSCENARIO: the ego: free (placed at its start, for a driver under test), planned (by the built-in planner), id
     /// of an obstacle, or file with a trajectory [default: the recording beside the scenario].
-    #[arg(long, value_name = "free|planned|ID|FILE", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "free|planned|ID|FILE",
+        allow_negative_numbers = true
+    )]
     ego: Option<PathBuf>,
 }
 
@@ -120,7 +124,10 @@ pub fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Res
         return Ok(());
     };
     // The roads first: whoever finds a scenario finds them.
-    let both = [(&paths[1], &exported.roads), (&paths[0], &exported.scenario)];
+    let both = [
+        (&paths[1], &exported.roads),
+        (&paths[0], &exported.scenario),
+    ];
     for (path, bytes) in both {
         if arguments.many.resume && holds(path, bytes) {
             continue;

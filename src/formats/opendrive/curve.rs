@@ -42,7 +42,11 @@ impl Piece {
         let end = heading + k * s;
         // Half angles lose no digits where the arc is flat.
         let (half, middle) = (k * s / 2.0, heading + k * s / 2.0);
-        let chord = if half == 0.0 { s } else { s * half.sin() / half };
+        let chord = if half == 0.0 {
+            s
+        } else {
+            s * half.sin() / half
+        };
         Pose {
             position: position + Vector::new(middle.cos(), middle.sin()) * chord,
             heading: normalize_angle(end),
@@ -171,9 +175,7 @@ fn joint(from: &Pose, to: &Pose) -> Point {
         let root = (along * along + denominator * squared).sqrt();
         (root - along) / denominator
     };
-    Point::from(
-        (from.position.coords + a * d + to.position.coords - b * d) / 2.0,
-    )
+    Point::from((from.position.coords + a * d + to.position.coords - b * d) / 2.0)
 }
 
 #[cfg(test)]

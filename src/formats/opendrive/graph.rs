@@ -234,7 +234,16 @@ mod tests {
     #[test]
     fn turns_between_roads_are_connecting_roads() {
         // 0 and 1 lead in, 2 to 5 turn, 6 and 7 lead out.
-        let all = [(0, 2), (0, 3), (1, 4), (1, 5), (2, 6), (4, 6), (3, 7), (5, 7)];
+        let all = [
+            (0, 2),
+            (0, 3),
+            (1, 4),
+            (1, 5),
+            (2, 6),
+            (4, 6),
+            (3, 7),
+            (5, 7),
+        ];
         let graph = Graph::new(edges(&all), &HashSet::new());
         assert_eq!(graph.connecting, HashSet::from([2, 3, 4, 5]));
     }
@@ -248,10 +257,21 @@ mod tests {
 
     #[test]
     fn forks_in_a_row_do_not_connect_connecting_roads() {
-        let all = [(0, 1), (0, 2), (1, 3), (1, 4), (3, 5), (4, 5), (2, 6), (5, 7)];
+        let all = [
+            (0, 1),
+            (0, 2),
+            (1, 3),
+            (1, 4),
+            (3, 5),
+            (4, 5),
+            (2, 6),
+            (5, 7),
+        ];
         let graph = Graph::new(edges(&all), &HashSet::new());
         for edge in &graph.edges {
-            let both = [edge.from, edge.to].iter().all(|r| graph.connecting.contains(r));
+            let both = [edge.from, edge.to]
+                .iter()
+                .all(|r| graph.connecting.contains(r));
             assert!(!both, "{edge:?}");
         }
     }

@@ -143,10 +143,21 @@ fn edges(
                 continue;
             };
             let other = &network.lanelets[other];
-            let gap = gap(lanelet, other);
+            let corners = [0, 1].map(|side| {
+                let end = roads[from].corner(lane + side, true);
+                (end - roads[to].corner(into + side, false)).norm()
+            });
+            let gap = corners.into_iter().fold(gap(lanelet, other), f64::max);
             let narrow = || {
-                let before = roads[from].widths[lane].0.last().is_some_and(|w| w.1 < NARROW);
-                before || roads[to].widths[into].0.first().is_some_and(|w| w.1 < NARROW)
+                let before = roads[from].widths[lane]
+                    .0
+                    .last()
+                    .is_some_and(|w| w.1 < NARROW);
+                before
+                    || roads[to].widths[into]
+                        .0
+                        .first()
+                        .is_some_and(|w| w.1 < NARROW)
             };
             if gap > MEET || narrow() {
                 apart.push((lanelet.id, other.id, gap));
@@ -192,7 +203,10 @@ fn junctions(network: &LaneletNetwork, graph: &Graph, lane_of: &Lanes) -> BTreeM
         let roads = roads.filter_map(|id| lane_of.get(id).map(|(road, ..)| *road));
         let roads: HashSet<usize> = roads.filter(|r| graph.connecting.contains(r)).collect();
         let nodes = graph.nodes.iter().enumerate().filter(|(_, n)| {
-            n.ending.iter().chain(&n.beginning).any(|r| roads.contains(r))
+            n.ending
+                .iter()
+                .chain(&n.beginning)
+                .any(|r| roads.contains(r))
         });
         same.push(nodes.map(|(n, _)| n).collect());
     }
@@ -203,7 +217,10 @@ fn junctions(network: &LaneletNetwork, graph: &Graph, lane_of: &Lanes) -> BTreeM
         let Some(first) = group.iter().min().copied() else {
             continue;
         };
-        let known: HashSet<usize> = group.iter().filter_map(|n| of_node.get(n).copied()).collect();
+        let known: HashSet<usize> = group
+            .iter()
+            .filter_map(|n| of_node.get(n).copied())
+            .collect();
         let label = known.iter().min().copied().unwrap_or(first).min(first);
         for junction in of_node.values_mut() {
             if known.contains(junction) {
@@ -218,7 +235,10 @@ fn junctions(network: &LaneletNetwork, graph: &Graph, lane_of: &Lanes) -> BTreeM
     order.sort_unstable();
     order.dedup();
     let number = |label: usize| order.partition_point(|l| *l < label) + 1;
-    of_node.into_iter().map(|(n, label)| (n, number(label))).collect()
+    of_node
+        .into_iter()
+        .map(|(n, label)| (n, number(label)))
+        .collect()
 }
 
 impl Roads {

@@ -61,10 +61,17 @@ pub fn write_opendrive(scenario: &Scenario) -> Result<OpenDrive, WriteError> {
         .map(|(_, l)| l.id.to_string())
         .collect();
     note(lost.len(), "lanelets without length left out", few(lost));
-    let far = roads.roads.iter().filter(|r| r.road.deviation > TOLD && !r.is_cut);
+    let far = roads
+        .roads
+        .iter()
+        .filter(|r| r.road.deviation > TOLD && !r.is_cut);
     let far: Vec<String> = far
         .map(|r| {
-            let ids = r.road.lanelets.iter().map(|p| network.lanelets[*p].id.to_string());
+            let ids = r
+                .road
+                .lanelets
+                .iter()
+                .map(|p| network.lanelets[*p].id.to_string());
             let ids: Vec<String> = ids.collect();
             format!("lanelet {} by {:.2} m", ids.join("+"), r.road.deviation)
         })
@@ -90,7 +97,10 @@ pub fn write_opendrive(scenario: &Scenario) -> Result<OpenDrive, WriteError> {
     let deviation = roads.roads.iter().map(|r| r.road.deviation);
     Ok(OpenDrive {
         bytes: writer::bytes(scenario, &roads)?,
-        notes: notes.into_iter().map(|n| n.trim_end_matches(": , …").to_string()).collect(),
+        notes: notes
+            .into_iter()
+            .map(|n| n.trim_end_matches(": , …").to_string())
+            .collect(),
         deviation: deviation.fold(0.0, f64::max),
     })
 }

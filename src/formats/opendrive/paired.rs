@@ -90,5 +90,36 @@ fn crossing(pose: &Pose, a: &Point, b: &Point, expected: f64) -> f64 {
         return expected;
     }
     let t = a.y - (b.y - a.y) * a.x / along;
-    if (t - expected).abs() < BESIDE { t } else { expected }
+    if (t - expected).abs() < BESIDE {
+        t
+    } else {
+        expected
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::super::profile::deviation;
+    use super::*;
+
+    fn line(points: &[(f64, f64)]) -> Polyline {
+        Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y))).unwrap()
+    }
+
+    #[test]
+    fn pairs_across_a_tight_bend_keep_both_borders() {
+        // A quarter of a turn about (0, 0): the inner border has a radius of 0.5 m, the outer one of 4 m.
+        let around = |radius: f64| {
+            let at = |i: i32| f64::from(i) * std::f64::consts::PI / 32.0;
+            let all: Vec<(f64, f64)> = (0..=16)
+                .map(|i| (radius * at(i).sin(), -radius * at(i).cos()))
+                .collect();
+            line(&all)
+        };
+        let (left, right) = (around(0.5), around(4.0));
+        let laid = paired(&left, &right, 0.5).unwrap();
+        assert!(deviation(&laid.curve, &laid.left, &left) < 0.01);
+        assert!(deviation(&laid.curve, &laid.right, &right) < 0.01);
+    }
 }

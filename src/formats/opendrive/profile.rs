@@ -52,7 +52,11 @@ impl Profile {
     /// This less another one that has values at the same places.
     pub fn less(&self, other: &Self) -> Self {
         let pairs = self.0.iter().zip(&other.0);
-        Self(pairs.map(|((s, a), (_, b))| (*s, (a - b).max(0.0))).collect())
+        Self(
+            pairs
+                .map(|((s, a), (_, b))| (*s, (a - b).max(0.0)))
+                .collect(),
+        )
     }
 }
 

@@ -53,13 +53,23 @@ pub fn lay(left: &Polyline, right: &Polyline, how: Laying) -> Option<Curve> {
         heading: square_to(l.last()?, r.last()?, smooth(&middle, length, how)),
     };
     let mut curve = Curve::default();
-    between(&mut curve, &middle, (0.0, start), (length, end), how, DEEPEST);
+    between(
+        &mut curve,
+        &middle,
+        (0.0, start),
+        (length, end),
+        how,
+        DEEPEST,
+    );
     (curve.length() > 0.0).then_some(curve)
 }
 
 /// The direction of a line around an arc length, from a little before to a little behind.
 fn smooth(line: &Polyline, s: f64, how: Laying) -> Vector {
-    let (low, high) = ((s - how.shortest).max(0.0), (s + how.shortest).min(line.length()));
+    let (low, high) = (
+        (s - how.shortest).max(0.0),
+        (s + how.shortest).min(line.length()),
+    );
     let across = line.pose_at(high).position - line.pose_at(low).position;
     match across.norm() > 1e-9 {
         true => across,

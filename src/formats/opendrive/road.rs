@@ -6,7 +6,7 @@ use super::curve::Curve;
 use super::paired::{Paired, paired};
 use super::profile::{Profile, deviation, profile, samples};
 use super::reference_line::{Laying, lay};
-use crate::geometry::Polyline;
+use crate::geometry::{Point, Polyline};
 use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
 
 /// A road with its lanes, from the left to the right.
@@ -36,6 +36,9 @@ const FINE: f64 = 0.02;
 /// Where between the right (0) and the left border (1) a road through pairs of points runs.
 const PAIRED: [f64; 5] = [0.5, 0.75, 0.25, 1.0, 0.0];
 
+/// Corners of lanes of one road are as near to those of their lanelets, metres.
+const MEETING: f64 = 0.003;
+
 /// How near widths and offsets are to the borders, metres.
 const WIDTHS: f64 = 0.001;
 
@@ -54,7 +57,8 @@ const LAYINGS: [(f64, f64, f64); 7] = [
 pub fn roads(network: &LaneletNetwork) -> Vec<Road> {
     let mut all = Vec::new();
     for group in groups(network) {
-        let whole = road(network, &group).filter(|r| group.len() == 1 || r.deviation < TOGETHER);
+        let fits = |r: &Road| r.deviation < TOGETHER && r.ends_fit(network);
+        let whole = road(network, &group).filter(|r| group.len() == 1 || fits(r));
         match whole {
             Some(road) => all.push(road),
             None => all.extend(group.iter().filter_map(|place| road(network, &[*place]))),
@@ -105,7 +109,7 @@ fn same_border(left: &Lanelet, right: &Lanelet) -> bool {
     near(&a, &b) && near(&b, &a)
 }
 
-fn line(points: &[crate::geometry::Point]) -> Option<Polyline> {
+fn line(points: &[Point]) -> Option<Polyline> {
     Polyline::new(points.iter().copied())
 }
 
@@ -138,10 +142,15 @@ fn road(network: &LaneletNetwork, group: &[usize]) -> Option<Road> {
         }
     }
     if group.len() == 1 && best.as_ref().is_none_or(|best| best.deviation > FINE) {
-        let tight = PAIRED.iter().filter_map(|place| paired(left, right, *place));
+        let tight = PAIRED
+            .iter()
+            .filter_map(|place| paired(left, right, *place));
         for Paired { curve, left, right } in tight {
             let built = built(curve, &[left, right], &borders, group);
-            if best.as_ref().is_none_or(|best| built.deviation < best.deviation) {
+            if best
+                .as_ref()
+                .is_none_or(|best| built.deviation < best.deviation)
+            {
                 best = Some(built);
             }
         }
@@ -159,7 +168,10 @@ fn along(curve: Curve, borders: &[Polyline], group: &[usize]) -> Road {
 }
 
 fn built(curve: Curve, places: &[Profile], borders: &[Polyline], group: &[usize]) -> Road {
-    let offset = places.first().map(|p| p.simplified(WIDTHS)).unwrap_or_default();
+    let offset = places
+        .first()
+        .map(|p| p.simplified(WIDTHS))
+        .unwrap_or_default();
     let pairs = places.windows(2);
     let widths: Vec<Profile> = pairs
         .map(|pair| pair[0].less(&pair[1]).simplified(WIDTHS))
@@ -197,6 +209,34 @@ impl Road {
 }
 
 impl Road {
+    /// The ends of a border, to the right of so many lanes: at its beginning or its end.
+    pub fn corner(&self, lanes: usize, at_end: bool) -> Point {
+        let border = self.border(lanes).0;
+        let place = if at_end {
+            border.last()
+        } else {
+            border.first()
+        };
+        let (s, t) = place.copied().unwrap_or_default();
+        self.curve.at(s).to_world(&Point::new(0.0, t))
+    }
+
+    /// Whether its lanes end where their lanelets do, so that they meet others there.
+    fn ends_fit(&self, network: &LaneletNetwork) -> bool {
+        let lanes = self.lanelets.iter().enumerate();
+        let mut all = lanes.flat_map(|(lane, place)| {
+            let lanelet = &network.lanelets[*place];
+            [(&lanelet.left, lane), (&lanelet.right, lane + 1)]
+        });
+        all.all(|(bound, lanes)| {
+            let ends = [(bound.points.first(), false), (bound.points.last(), true)];
+            let off = |(p, at_end): (Option<&Point>, bool)| {
+                p.map_or(0.0, |p| (self.corner(lanes, at_end) - p).norm())
+            };
+            ends.into_iter().all(|end| off(end) < MEETING)
+        })
+    }
+
     /// It up to an arc length, and the rest.
     pub fn split(&self, s: f64) -> (Self, Self) {
         let (head, tail) = self.curve.split(s);
@@ -207,10 +247,7 @@ impl Road {
             lanelets: self.lanelets.clone(),
             deviation: self.deviation,
         };
-        (
-            part(head, 0.0, s),
-            part(tail, s, self.length()),
-        )
+        (part(head, 0.0, s), part(tail, s, self.length()))
     }
 
     /// A road of some of its lanes, counted from the left.

@@ -172,10 +172,15 @@ fn value(element: &SignElement, country: &str) -> Option<(f64, &'static str)> {
 
 /// The speed limit that signs give a lanelet, m/s.
 pub fn speed_limit(network: &LaneletNetwork, lanelet: &Lanelet) -> Option<f64> {
-    let signs = network.signs.iter().filter(|s| lanelet.signs.contains(&s.id));
-    let limits = signs.flat_map(|s| &s.elements).filter_map(|e| match e.meaning() {
-        Some(SignMeaning::SpeedLimit(v)) => Some(v),
-        _ => None,
-    });
+    let signs = network
+        .signs
+        .iter()
+        .filter(|s| lanelet.signs.contains(&s.id));
+    let limits = signs
+        .flat_map(|s| &s.elements)
+        .filter_map(|e| match e.meaning() {
+            Some(SignMeaning::SpeedLimit(v)) => Some(v),
+            _ => None,
+        });
     limits.min_by(f64::total_cmp)
 }

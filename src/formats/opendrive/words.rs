@@ -23,10 +23,14 @@ pub fn lane_type(lanelet: &Lanelet) -> &'static str {
     if let Some((_, word)) = by_type.iter().find(|(t, _)| is(*t)) {
         return word;
     }
-    let users = || lanelet.users_one_way.iter().chain(&lanelet.users_bidirectional);
-    let only = |wanted: &[RoadUser]| {
-        users().next().is_some() && users().all(|u| wanted.contains(u))
+    let users = || {
+        lanelet
+            .users_one_way
+            .iter()
+            .chain(&lanelet.users_bidirectional)
     };
+    let only =
+        |wanted: &[RoadUser]| users().next().is_some() && users().all(|u| wanted.contains(u));
     if only(&[RoadUser::Pedestrian]) {
         "sidewalk"
     } else if only(&[RoadUser::Bicycle, RoadUser::Pedestrian]) {
@@ -47,10 +51,7 @@ pub fn road_type(lanelets: &[&Lanelet]) -> &'static str {
         "motorway"
     } else if any(LaneletType::Country) {
         "rural"
-    } else if lanelets
-        .iter()
-        .all(|l| matches!(lane_type(l), "sidewalk"))
-    {
+    } else if lanelets.iter().all(|l| matches!(lane_type(l), "sidewalk")) {
         "pedestrian"
     } else if lanelets.iter().all(|l| lane_type(l) == "biking") {
         "bicycle"

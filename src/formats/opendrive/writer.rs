@@ -53,20 +53,22 @@ pub fn bytes(scenario: &Scenario, roads: &Roads) -> Result<Vec<u8>, WriteError> 
             let attributes = attributes!["id" = junction.id, "name" = junction.name];
             out.element("junction", &attributes, |out| {
                 let all = junction.connections.iter().enumerate();
-                all.into_iter().try_for_each(|(i, (incoming, connecting, lanes))| {
-                    let attributes = attributes![
-                        "id" = i,
-                        "incomingRoad" = incoming,
-                        "connectingRoad" = connecting,
-                        "contactPoint" = "start",
-                    ];
-                    out.element("connection", &attributes, |out| {
-                        lanes.iter().try_for_each(|(from, to)| {
-                            let link = attributes!["from" = lane_id(*from), "to" = lane_id(*to)];
-                            out.empty("laneLink", &link)
+                all.into_iter()
+                    .try_for_each(|(i, (incoming, connecting, lanes))| {
+                        let attributes = attributes![
+                            "id" = i,
+                            "incomingRoad" = incoming,
+                            "connectingRoad" = connecting,
+                            "contactPoint" = "start",
+                        ];
+                        out.element("connection", &attributes, |out| {
+                            lanes.iter().try_for_each(|(from, to)| {
+                                let link =
+                                    attributes!["from" = lane_id(*from), "to" = lane_id(*to)];
+                                out.empty("laneLink", &link)
+                            })
                         })
                     })
-                })
             })?;
         }
         Ok(())
@@ -121,7 +123,10 @@ fn country(scenario: &Scenario) -> &'static str {
         ("JPN", "JP"),
     ];
     // Signs of made-up places are those of Germany.
-    known.iter().find(|(three, _)| *three == code).map_or("DE", |(_, two)| two)
+    known
+        .iter()
+        .find(|(three, _)| *three == code)
+        .map_or("DE", |(_, two)| two)
 }
 
 /// The id of a lane, counted from the left: all lanes are to the right of the line in the middle.
@@ -176,7 +181,9 @@ fn road(
             return Ok(());
         }
         out.element("signals", &[], |out| {
-            signals.iter().try_for_each(|s| signal(out, s, country, lanelets.len()))
+            signals
+                .iter()
+                .try_for_each(|s| signal(out, s, country, lanelets.len()))
         })
     })
 }
@@ -190,21 +197,22 @@ fn links(out: &mut XmlWriter, road: &LinkedRoad) -> Result<(), WriteError> {
             ("predecessor", road.predecessor, "end"),
             ("successor", road.successor, "start"),
         ];
-        ends.into_iter().try_for_each(|(name, link, contact)| match link {
-            Link::None => Ok(()),
-            Link::Road(id) => out.empty(
-                name,
-                &attributes![
-                    "elementType" = "road",
-                    "elementId" = id,
-                    "contactPoint" = contact
-                ],
-            ),
-            Link::Junction(id) => out.empty(
-                name,
-                &attributes!["elementType" = "junction", "elementId" = id],
-            ),
-        })
+        ends.into_iter()
+            .try_for_each(|(name, link, contact)| match link {
+                Link::None => Ok(()),
+                Link::Road(id) => out.empty(
+                    name,
+                    &attributes![
+                        "elementType" = "road",
+                        "elementId" = id,
+                        "contactPoint" = contact
+                    ],
+                ),
+                Link::Junction(id) => out.empty(
+                    name,
+                    &attributes!["elementType" = "junction", "elementId" = id],
+                ),
+            })
     })
 }
 
@@ -216,7 +224,9 @@ fn road_types(
 ) -> Result<(), WriteError> {
     let kind = words::road_type(lanelets);
     let attributes = attributes!["s" = "0.0", "type" = kind, "country" = country];
-    let limits = lanelets.iter().filter_map(|l| signals::speed_limit(&scenario.network, l));
+    let limits = lanelets
+        .iter()
+        .filter_map(|l| signals::speed_limit(&scenario.network, l));
     match limits.max_by(f64::total_cmp) {
         Some(limit) => out.element("type", &attributes, |out| {
             out.empty("speed", &attributes!["max" = number(limit), "unit" = "m/s"])
@@ -269,7 +279,8 @@ fn lanes(
         })?;
         out.element("right", &[], |out| {
             let all = lanelets.iter().enumerate();
-            all.into_iter().try_for_each(|(i, l)| lane(out, scenario, road, i, l))
+            all.into_iter()
+                .try_for_each(|(i, l)| lane(out, scenario, road, i, l))
         })
     })
 }
@@ -357,6 +368,9 @@ fn signal(
             })?;
         }
         // Not the attribute: players look for a file of signs of that country.
-        out.empty("userData", &attributes!["code" = "country", "value" = country])
+        out.empty(
+            "userData",
+            &attributes!["code" = "country", "value" = country],
+        )
     })
 }

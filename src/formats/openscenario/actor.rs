@@ -1,9 +1,7 @@
 //! Entities of a scenario: what takes part, where it is when, and what of it is written beside.
 
 use crate::geometry::{Point, Pose, Shape};
-use crate::scenario::{
-    Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Scenario, StateField,
-};
+use crate::scenario::{Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Scenario, StateField};
 
 /// An entity.
 #[derive(Debug, Clone)]
@@ -99,7 +97,12 @@ pub fn actors(scenario: &Scenario, ego: ExportedEgo<'_>, notes: &mut Notes) -> V
         if let crate::scenario::EgoSource::Obstacle(id) = driven.source {
             taken = Some(id);
         }
-        all.push(of_ego(driven, matches!(ego, ExportedEgo::Free(_)), scenario, notes));
+        all.push(of_ego(
+            driven,
+            matches!(ego, ExportedEgo::Free(_)),
+            scenario,
+            notes,
+        ));
     }
     for obstacle in &scenario.obstacles {
         if Some(obstacle.id) == taken {
@@ -167,9 +170,18 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
         notes.trailers += 1;
     }
     let mut properties = vec![
-        ("commonroad_type".to_string(), obstacle.kind.name().to_string()),
-        ("commonroad_role".to_string(), obstacle.role.name().to_string()),
-        ("commonroad_shape".to_string(), shape_name(shape).to_string()),
+        (
+            "commonroad_type".to_string(),
+            obstacle.kind.name().to_string(),
+        ),
+        (
+            "commonroad_role".to_string(),
+            obstacle.role.name().to_string(),
+        ),
+        (
+            "commonroad_shape".to_string(),
+            shape_name(shape).to_string(),
+        ),
     ];
     properties.extend(speeds(&motion));
     Some(Actor {
@@ -202,7 +214,10 @@ fn speeds(stretches: &[Vec<(i64, Motion)>]) -> Vec<(String, String)> {
     };
     vec![
         ("commonroad_velocity".to_string(), list(|m| m.velocity)),
-        ("commonroad_acceleration".to_string(), list(|m| m.acceleration)),
+        (
+            "commonroad_acceleration".to_string(),
+            list(|m| m.acceleration),
+        ),
     ]
 }
 
@@ -258,13 +273,19 @@ impl Notes {
             ));
         }
         if self.signals > 0 {
-            all.push(format!("signals of {} obstacles (indicators, brake lights) left out", self.signals));
+            all.push(format!(
+                "signals of {} obstacles (indicators, brake lights) left out",
+                self.signals
+            ));
         }
         if self.ended {
             all.push("the scenario ends with the ego's motion, which ends in contact; what obstacles do later is left out".into());
         }
         if self.trailers > 0 {
-            all.push(format!("{} trailers written as straight behind their trucks", self.trailers));
+            all.push(format!(
+                "{} trailers written as straight behind their trucks",
+                self.trailers
+            ));
         }
         all
     }

@@ -146,8 +146,13 @@ fn properties(out: &mut XmlWriter, actor: &Actor) -> Result<(), WriteError> {
     out.element("Properties", &[], |out| {
         // Between two vertices the heading changes evenly, also in players that would turn at corners.
         let own = [("plineInterpolation".to_string(), "segment".to_string())];
-        own.iter().chain(&actor.properties).try_for_each(|(name, value)| {
-            out.empty("Property", &[("name", name.clone()), ("value", value.clone())])
-        })
+        own.iter()
+            .chain(&actor.properties)
+            .try_for_each(|(name, value)| {
+                out.empty(
+                    "Property",
+                    &[("name", name.clone()), ("value", value.clone())],
+                )
+            })
     })
 }

@@ -8,12 +8,19 @@ use crate::scenario::{Environment, Scenario, SignalColor, TrafficLight};
 
 /// The action that sets time and weather; nothing where neither is known.
 pub fn write(out: &mut XmlWriter, scenario: &Scenario) -> Result<(), WriteError> {
-    let Some(environment) = scenario.location.as_ref().and_then(|l| l.environment.as_ref()) else {
+    let Some(environment) = scenario
+        .location
+        .as_ref()
+        .and_then(|l| l.environment.as_ref())
+    else {
         return Ok(());
     };
     let clock = clock(environment);
     let weather = weather(environment.weather.as_deref());
-    let wet = matches!(environment.underground.as_deref(), Some("wet" | "ice" | "snow"));
+    let wet = matches!(
+        environment.underground.as_deref(),
+        Some("wet" | "ice" | "snow")
+    );
     if clock.is_none() && weather.is_none() && !wet {
         return Ok(());
     }
@@ -64,9 +71,8 @@ pub fn write(out: &mut XmlWriter, scenario: &Scenario) -> Result<(), WriteError>
 fn clock(environment: &Environment) -> Option<String> {
     let written = environment.time.as_deref().filter(|t| {
         let parts: Vec<&str> = t.split(':').collect();
-        let below = |text: &str, most: u32| {
-            text.len() == 2 && text.parse::<u32>().is_ok_and(|n| n < most)
-        };
+        let below =
+            |text: &str, most: u32| text.len() == 2 && text.parse::<u32>().is_ok_and(|n| n < most);
         matches!(parts[..], [h, m, s] if below(h, 24) && below(m, 60) && below(s, 60))
     });
     match (written, environment.time_of_day.as_deref()) {

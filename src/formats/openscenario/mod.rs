@@ -100,7 +100,8 @@ fn contact_at_end(scenario: &Scenario, ego: &Ego) -> Option<i64> {
     let scene = Scene::new(Arc::new(scenario.clone()), ego.clone());
     let own = scene.ego_at(last)?;
     let touches = |p: crate::scenario::Participant<'_>| {
-        p.placed_at(last).is_some_and(|other| own.distance(&other) <= CONTACT)
+        p.placed_at(last)
+            .is_some_and(|other| own.distance(&other) <= CONTACT)
     };
     scene.participants().any(touches).then_some(last)
 }
@@ -119,7 +120,10 @@ fn clock(scenario: &Scenario, actors: &[Actor]) -> Clock {
     Clock {
         dt: scenario.dt(),
         origin: first,
-        last: goal.unwrap_or(last).clamp(last, last + 10_000).max(first + 1),
+        last: goal
+            .unwrap_or(last)
+            .clamp(last, last + 10_000)
+            .max(first + 1),
     }
 }
 
@@ -129,7 +133,8 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
         xml: Writer::new_with_indent(Vec::new(), b' ', 2),
     };
     out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    let remark = allowed(" Written by nearmiss. Positions of entities are the middle of their bodies. ");
+    let remark =
+        allowed(" Written by nearmiss. Positions of entities are the middle of their bodies. ");
     out.event(Event::Comment(BytesText::new(&remark)))?;
     let header = &scenario.header;
     let of = |name: &str| header.attributes.get(name).cloned().unwrap_or_default();
@@ -167,8 +172,14 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
 fn about(export: &Export<'_>) -> Vec<(String, String)> {
     let scenario = export.scenario;
     let mut all = vec![
-        ("commonroad_benchmark_id".to_string(), scenario.header.benchmark_id.clone()),
-        ("commonroad_time_step".to_string(), scenario.dt().to_string()),
+        (
+            "commonroad_benchmark_id".to_string(),
+            scenario.header.benchmark_id.clone(),
+        ),
+        (
+            "commonroad_time_step".to_string(),
+            scenario.dt().to_string(),
+        ),
     ];
     for name in ["affiliation", "source"] {
         let value = scenario.header.attributes.get(name);

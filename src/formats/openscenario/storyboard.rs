@@ -283,8 +283,7 @@ fn follow(
                             out.element("Polyline", &[], |out| {
                                 let mut before: Option<Pose> = None;
                                 for ((step, _), pose) in stretch.iter().zip(&poses) {
-                                    let away =
-                                        before.map(|b| (pose.position - b.position).norm());
+                                    let away = before.map(|b| (pose.position - b.position).norm());
                                     let time = [("time", number(clock.time(*step)))];
                                     out.element("Vertex", &time, |out| match away {
                                         Some(away) if away < NEAR => {

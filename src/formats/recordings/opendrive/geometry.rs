@@ -108,9 +108,8 @@ impl Piece {
             };
             found = Some(kind);
         }
-        let kind = found.ok_or_else(|| {
-            node.fail("no line, arc, spiral, poly3 or paramPoly3 in it")
-        })?;
+        let kind =
+            found.ok_or_else(|| node.fail("no line, arc, spiral, poly3 or paramPoly3 in it"))?;
         Ok(Self {
             s: number("s")?,
             start: Pose::new(number("x")?, number("y")?, number("hdg")?),
@@ -125,7 +124,11 @@ impl Piece {
             Kind::Line => (along, 0.0, 0.0),
             Kind::Arc(k) => turned(*k, along),
             Kind::Spiral(from, to) => {
-                let change = if self.length > 0.0 { (to - from) / self.length } else { 0.0 };
+                let change = if self.length > 0.0 {
+                    (to - from) / self.length
+                } else {
+                    0.0
+                };
                 spiral(*from, change, along)
             }
             Kind::Poly3(cubic) => {
@@ -133,10 +136,18 @@ impl Piece {
                 (x, cubic.value(x), cubic.slope(x).atan())
             }
             Kind::ParamPoly3(u, v, end) => {
-                let share = if self.length > 0.0 { along / self.length } else { 0.0 };
+                let share = if self.length > 0.0 {
+                    along / self.length
+                } else {
+                    0.0
+                };
                 let p = share * end;
                 let (du, dv) = (u.slope(p), v.slope(p));
-                let turn = if du == 0.0 && dv == 0.0 { 0.0 } else { dv.atan2(du) };
+                let turn = if du == 0.0 && dv == 0.0 {
+                    0.0
+                } else {
+                    dv.atan2(du)
+                };
                 (u.value(p), v.value(p), turn)
             }
         };
@@ -155,7 +166,11 @@ impl Piece {
 
 fn turned(k: f64, s: f64) -> (f64, f64, f64) {
     let half = k * s / 2.0;
-    let chord = if half == 0.0 { s } else { s * half.sin() / half };
+    let chord = if half == 0.0 {
+        s
+    } else {
+        s * half.sin() / half
+    };
     (chord * half.cos(), chord * half.sin(), k * s)
 }
 
@@ -234,7 +249,10 @@ mod tests {
         // Fresnel's integrals at 1: C = 0.779893, S = 0.438259, for an angle of πs²/2.
         let pi = std::f64::consts::PI;
         let fresnel = piece(Kind::Spiral(0.0, pi), 1.0).at(1.0);
-        assert!((fresnel.position.x - 0.779_893_4).abs() < 1e-6, "{fresnel:?}");
+        assert!(
+            (fresnel.position.x - 0.779_893_4).abs() < 1e-6,
+            "{fresnel:?}"
+        );
         assert!((fresnel.position.y - 0.438_259_1).abs() < 1e-6);
         // v = u is as long as √2 u.
         let slope = Cubic {
@@ -259,8 +277,14 @@ mod tests {
     #[test]
     fn cubics_hold_from_their_offset_on() {
         let all = [
-            Cubic { from: 0.0, of: [3.0, 0.0, 0.0, 0.0] },
-            Cubic { from: 10.0, of: [3.0, 0.5, 0.0, 0.0] },
+            Cubic {
+                from: 0.0,
+                of: [3.0, 0.0, 0.0, 0.0],
+            },
+            Cubic {
+                from: 10.0,
+                of: [3.0, 0.5, 0.0, 0.0],
+            },
         ];
         assert_eq!([value(&all, 5.0), value(&all, 12.0)], [3.0, 4.0]);
         assert_eq!(value(&all, 10.0), 3.0);

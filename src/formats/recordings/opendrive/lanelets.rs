@@ -31,7 +31,12 @@ pub fn is_along(road: &Road, lane: &Lane) -> bool {
 
 /// The lanelets of roads, and the ids of their lights.
 pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> (Map, HashMap<String, i64>) {
-    let lanes = || roads.iter().flat_map(|r| &r.sections).flat_map(|s| &s.lanes);
+    let lanes = || {
+        roads
+            .iter()
+            .flat_map(|r| &r.sections)
+            .flat_map(|s| &s.lanes)
+    };
     // Ids that were lanelets' stay theirs.
     let mut own = HashMap::new();
     for id in lanes().filter_map(|l| l.lanelet) {
@@ -175,8 +180,16 @@ fn words(road: &Road, lane: &Lane) -> (Vec<LaneletType>, Users, Users) {
     let (kind, one_way, both) = match lane.kind.as_str() {
         "shoulder" => (Some(LaneletType::Shoulder), vehicle, vec![]),
         "border" | "curb" | "median" => (Some(LaneletType::Border), vec![], vec![]),
-        "sidewalk" | "walking" => (Some(LaneletType::Sidewalk), vec![], vec![RoadUser::Pedestrian]),
-        "biking" => (Some(LaneletType::BicycleLane), vec![RoadUser::Bicycle], vec![]),
+        "sidewalk" | "walking" => (
+            Some(LaneletType::Sidewalk),
+            vec![],
+            vec![RoadUser::Pedestrian],
+        ),
+        "biking" => (
+            Some(LaneletType::BicycleLane),
+            vec![RoadUser::Bicycle],
+            vec![],
+        ),
         "bus" => (Some(LaneletType::BusLane), vec![RoadUser::Bus], vec![]),
         "stop" => (Some(LaneletType::BusStop), vehicle, vec![]),
         "tram" | "rail" => (Some(LaneletType::Tram), vec![RoadUser::Train], vec![]),
@@ -262,7 +275,11 @@ fn signals(
     for (r, road) in roads.iter().enumerate() {
         for signal in &road.signals {
             let s = signal.s.clamp(0.0, road.length);
-            let section = road.sections.iter().rposition(|x| x.from <= s + 1e-9).unwrap_or(0);
+            let section = road
+                .sections
+                .iter()
+                .rposition(|x| x.from <= s + 1e-9)
+                .unwrap_or(0);
             let holds = |lane: &Lane| {
                 let within = |(a, b): &(i64, i64)| (*a.min(b)..=*a.max(b)).contains(&lane.id);
                 signal.lanes.is_empty() || signal.lanes.iter().any(within)

@@ -42,7 +42,11 @@ pub fn contacts(roads: &[Road]) -> BTreeSet<(At, At)> {
             let Some(other) = places.get(id.as_str()).copied() else {
                 continue;
             };
-            let own = if end == End::Start { 0 } else { road.sections.len() - 1 };
+            let own = if end == End::Start {
+                0
+            } else {
+                road.sections.len() - 1
+            };
             let theirs = match contact {
                 End::Start => 0,
                 End::End => roads[other].sections.len() - 1,

@@ -28,7 +28,12 @@ pub struct Network {
 }
 
 /// Reads a file; ids of lanelets are those that nearmiss wrote, or new ones.
-pub fn read(bytes: &[u8], file: &str, report: &Report, ids: &mut Ids) -> Result<Network, ReadError> {
+pub fn read(
+    bytes: &[u8],
+    file: &str,
+    report: &Report,
+    ids: &mut Ids,
+) -> Result<Network, ReadError> {
     let root = tree::read(bytes, file, "OpenDRIVE")?;
     let mut roads = Vec::new();
     for node in root.all("road") {

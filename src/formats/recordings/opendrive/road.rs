@@ -82,7 +82,10 @@ pub struct Signal {
 
 /// A speed in m/s.
 fn speed(node: &Node, name: &str, unit: &str) -> Result<Option<f64>, ReadError> {
-    if node.text(name).is_some_and(|t| t.trim().parse::<f64>().is_err()) {
+    if node
+        .text(name)
+        .is_some_and(|t| t.trim().parse::<f64>().is_err())
+    {
         // `no limit` and `undefined`.
         return Ok(None);
     }
@@ -104,7 +107,11 @@ fn contact(node: &Node) -> End {
 /// Reads a `<road>`.
 pub fn read(node: &Node) -> Result<Road, ReadError> {
     let mut pieces = Vec::new();
-    for geometry in node.child("planView").iter().flat_map(|p| p.all("geometry")) {
+    for geometry in node
+        .child("planView")
+        .iter()
+        .flat_map(|p| p.all("geometry"))
+    {
         pieces.push(Piece::read(geometry)?);
     }
     if pieces.is_empty() {
@@ -115,7 +122,9 @@ pub fn read(node: &Node) -> Result<Road, ReadError> {
     if !(length > 0.0 && length <= 1e6) {
         return Err(node.fail(format!("length=\"{length}\" is not from 0 to 1000000")));
     }
-    let lanes = node.child("lanes").ok_or_else(|| node.fail("no <lanes> in it"))?;
+    let lanes = node
+        .child("lanes")
+        .ok_or_else(|| node.fail("no <lanes> in it"))?;
     let mut offset = Vec::new();
     for cubic in lanes.all("laneOffset") {
         offset.push(Cubic::read(cubic, "s")?);
@@ -130,7 +139,9 @@ pub fn read(node: &Node) -> Result<Road, ReadError> {
     }
     sections.sort_by(|a, b| a.from.total_cmp(&b.from));
     for i in 0..sections.len() {
-        sections[i].to = sections.get(i + 1).map_or(length, |next| next.from.min(length));
+        sections[i].to = sections
+            .get(i + 1)
+            .map_or(length, |next| next.from.min(length));
     }
     let link = |name: &str| -> Result<Option<RoadLink>, ReadError> {
         let Some(link) = node.at(&["link", name]) else {
@@ -149,7 +160,9 @@ pub fn read(node: &Node) -> Result<Road, ReadError> {
     for signal in node.child("signals").iter().flat_map(|s| s.all("signal")) {
         signals.push(self::signal(signal)?);
     }
-    let elevations = node.child("elevationProfile").map(|p| p.all("elevation").collect::<Vec<_>>());
+    let elevations = node
+        .child("elevationProfile")
+        .map(|p| p.all("elevation").collect::<Vec<_>>());
     let mut has_heights = false;
     for elevation in elevations.into_iter().flatten() {
         has_heights |= Cubic::read(elevation, "s")?.of != [0.0; 4];
@@ -161,9 +174,14 @@ pub fn read(node: &Node) -> Result<Road, ReadError> {
         offset,
         sections,
         links: [link("predecessor")?, link("successor")?],
-        is_connecting: node.text("junction").is_some_and(|j| j != "-1" && !j.is_empty()),
+        is_connecting: node
+            .text("junction")
+            .is_some_and(|j| j != "-1" && !j.is_empty()),
         left_hand: node.text("rule") == Some("LHT"),
-        kind: kind.and_then(|k| k.text("type")).unwrap_or_default().to_string(),
+        kind: kind
+            .and_then(|k| k.text("type"))
+            .unwrap_or_default()
+            .to_string(),
         limit: limit.flatten(),
         signals,
         has_heights,
@@ -233,8 +251,13 @@ fn lane(node: &Node) -> Result<Lane, ReadError> {
         let all = node.child("link").into_iter().flat_map(|l| l.all(name));
         all.map(|l| Ok(l.needed_number("id")? as i64)).collect()
     };
-    let limit = node.child("speed").map(|s| speed(s, "max", "unit")).transpose()?;
-    let own = node.all("userData").find(|d| d.text("code") == Some("commonroad_lanelet"));
+    let limit = node
+        .child("speed")
+        .map(|s| speed(s, "max", "unit"))
+        .transpose()?;
+    let own = node
+        .all("userData")
+        .find(|d| d.text("code") == Some("commonroad_lanelet"));
     Ok(Lane {
         id,
         kind: node.text("type").unwrap_or_default().to_string(),

@@ -50,7 +50,10 @@ fn node<'a>(
         return Err(xml.fail(element.at, format!("more than {MOST_NODES} elements")));
     }
     if depth > DEEPEST {
-        return Err(xml.fail(element.at, format!("elements within more than {DEEPEST} others")));
+        return Err(xml.fail(
+            element.at,
+            format!("elements within more than {DEEPEST} others"),
+        ));
     }
     let attributes: Vec<(String, String)> = xml
         .attributes(element)
@@ -60,7 +63,10 @@ fn node<'a>(
     let shown = attributes
         .iter()
         .find(|(n, v)| (n == "id" || n == "name") && v.len() <= 30)
-        .map_or_else(|| element.name.to_string(), |(_, v)| format!("{}#{v}", element.name));
+        .map_or_else(
+            || element.name.to_string(),
+            |(_, v)| format!("{}#{v}", element.name),
+        );
     let path = match depth {
         0 => element.name.to_string(),
         1 => shown,
@@ -123,7 +129,8 @@ impl Node {
 
     /// An attribute that must be there.
     pub fn needed(&self, name: &str) -> Result<&str, ReadError> {
-        self.text(name).ok_or_else(|| self.fail(format!("no attribute {name}")))
+        self.text(name)
+            .ok_or_else(|| self.fail(format!("no attribute {name}")))
     }
 
     /// A finite number; nothing where the attribute is not there.

@@ -95,14 +95,21 @@ fn entity(name: String, node: &Node) -> Result<Entity, ReadError> {
 }
 
 fn properties(node: &Node) -> HashMap<String, String> {
-    let all = node.child("Properties").into_iter().flat_map(|p| p.all("Property"));
+    let all = node
+        .child("Properties")
+        .into_iter()
+        .flat_map(|p| p.all("Property"));
     let pair = |p: &Node| Some((p.text("name")?.to_string(), p.text("value")?.to_string()));
     all.filter_map(pair).collect()
 }
 
 /// A kind by the category of the standard.
 fn kind_of(node: &Node) -> ObstacleType {
-    let category = ["vehicleCategory", "pedestrianCategory", "miscObjectCategory"];
+    let category = [
+        "vehicleCategory",
+        "pedestrianCategory",
+        "miscObjectCategory",
+    ];
     let category = category.iter().find_map(|name| node.text(name));
     match (node.name.as_str(), category.unwrap_or_default()) {
         ("Vehicle", "truck" | "semitrailer" | "trailer") => ObstacleType::Truck,
@@ -136,7 +143,10 @@ fn from_catalog(root: &Node, reference: &Node, file: &Path) -> Result<Option<Nod
             continue;
         };
         let mut files: Vec<_> = files.flatten().map(|f| f.path()).collect();
-        files.retain(|f| f.extension().is_some_and(|x| x.eq_ignore_ascii_case("xosc")));
+        files.retain(|f| {
+            f.extension()
+                .is_some_and(|x| x.eq_ignore_ascii_case("xosc"))
+        });
         files.sort();
         for path in files.into_iter().take(MOST_CATALOGS) {
             let Ok(bytes) = system::read_file(&path, system::LARGEST) else {
@@ -145,11 +155,16 @@ fn from_catalog(root: &Node, reference: &Node, file: &Path) -> Result<Option<Nod
             let Ok(read) = tree::read(&bytes, &path.display().to_string(), "OpenSCENARIO") else {
                 continue;
             };
-            let Some(found) = read.child("Catalog").filter(|c| c.text("name") == Some(catalog))
+            let Some(found) = read
+                .child("Catalog")
+                .filter(|c| c.text("name") == Some(catalog))
             else {
                 continue;
             };
-            let found = found.children.iter().find(|e| e.text("name") == Some(entry));
+            let found = found
+                .children
+                .iter()
+                .find(|e| e.text("name") == Some(entry));
             if let Some(found) = found {
                 return Ok(Some(found.clone()));
             }

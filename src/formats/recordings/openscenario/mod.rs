@@ -80,8 +80,14 @@ fn with_parameters(mut root: Node) -> Result<Node, ReadError> {
     let declared = root.within("ParameterDeclaration");
     let mut values: HashMap<String, String> = HashMap::new();
     for parameter in declared {
-        let name = parameter.needed("name")?.trim_start_matches('$').to_string();
-        values.insert(name, parameter.text("value").unwrap_or_default().to_string());
+        let name = parameter
+            .needed("name")?
+            .trim_start_matches('$')
+            .to_string();
+        values.insert(
+            name,
+            parameter.text("value").unwrap_or_default().to_string(),
+        );
     }
     if values.is_empty() {
         return Ok(root);
@@ -108,7 +114,10 @@ fn road_file(root: &Node, file: &Path) -> Option<PathBuf> {
 fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Scenario, ReadError> {
     let entities = entities(&root, file)?;
     let numbers = entities.iter().filter_map(|e| e.name.parse::<i64>().ok());
-    let ego_id = |e: &Entity| e.property("commonroad_id").and_then(|id| id.parse::<i64>().ok());
+    let ego_id = |e: &Entity| {
+        e.property("commonroad_id")
+            .and_then(|id| id.parse::<i64>().ok())
+    };
     let mut ids = Ids::beyond(numbers.clone().chain(entities.iter().filter_map(ego_id)));
     numbers.filter(|id| *id > 0).for_each(|id| {
         ids.take(id);
@@ -116,7 +125,9 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let mut hashed = vec![bytes.to_vec()];
     let network = match road_file(&root, file) {
         None => {
-            report.at("").warn("names no road file; the scenario has no lanes");
+            report
+                .at("")
+                .warn("names no road file; the scenario has no lanes");
             None
         }
         Some(path) => match system::read_file(&path, system::LARGEST) {
@@ -127,7 +138,10 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
             }
             Err(error) => {
                 let words = system::words(&error);
-                report.at("").warn(format!("{}: {words}; the scenario has no lanes", path.display()));
+                report.at("").warn(format!(
+                    "{}: {words}; the scenario has no lanes",
+                    path.display()
+                ));
                 None
             }
         },
@@ -150,7 +164,14 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let (dt, tracks) = match acting {
         None => {
             let dt = dt.unwrap_or(STEP);
-            let own = followed(&entities, &motions, motion::end(&root), dt, &report, &mut ids);
+            let own = followed(
+                &entities,
+                &motions,
+                motion::end(&root),
+                dt,
+                &report,
+                &mut ids,
+            );
             (dt, own)
         }
         Some((entity, action)) => {
@@ -220,12 +241,10 @@ fn ego(entities: &[Entity]) -> Option<&Entity> {
 fn id_of(entity: &Entity, ids: &mut Ids) -> i64 {
     match entity.name.parse::<i64>() {
         Ok(id) if id > 0 => id,
-        _ => {
-            match entity.property("commonroad_id").map(str::parse) {
-                Some(Ok(id)) => ids.keep(id),
-                _ => ids.fresh(),
-            }
-        }
+        _ => match entity.property("commonroad_id").map(str::parse) {
+            Some(Ok(id)) => ids.keep(id),
+            _ => ids.fresh(),
+        },
     }
 }
 
@@ -246,12 +265,17 @@ fn followed(
     };
     let longest = motions.values().map(last).fold(0.0, f64::max);
     // The moment of the end may be a little before the last step, or none of ours at all.
-    let until = end.filter(|e| *e > 0.0 && *e < 1e5).map_or(longest, |e| e.max(longest));
+    let until = end
+        .filter(|e| *e > 0.0 && *e < 1e5)
+        .map_or(longest, |e| e.max(longest));
     let steps = ((until / dt + 0.01).floor() as i64).clamp(0, MOST_STEPS);
     let mut all = Vec::new();
     for entity in entities {
         let Some(motion) = motions.get(&entity.name) else {
-            report.note(format!("entity `{}` has no position; left out", entity.name));
+            report.note(format!(
+                "entity `{}` has no position; left out",
+                entity.name
+            ));
             continue;
         };
         let free = motion.followed.is_empty() && motion.speed.abs() > 1e-3;
@@ -285,13 +309,16 @@ fn followed(
             Some(all) if stands && all.len() == 1 => all.first().copied(),
             _ => None,
         };
-        let states = poses.iter().enumerate().map(|(i, (step, pose))| TrackState {
-            step: *step,
-            position: entity.middle(pose),
-            heading: pose.heading,
-            velocity: whole(&speeds, i).or(stands.then_some(0.0)),
-            acceleration: whole(&accelerations, i),
-        });
+        let states = poses
+            .iter()
+            .enumerate()
+            .map(|(i, (step, pose))| TrackState {
+                step: *step,
+                position: entity.middle(pose),
+                heading: pose.heading,
+                velocity: whole(&speeds, i).or(stands.then_some(0.0)),
+                acceleration: whole(&accelerations, i),
+            });
         let states: Vec<TrackState> = states.collect();
         let track = RecordedTrack {
             id: id_of(entity, ids),
@@ -317,15 +344,14 @@ fn is_there(motion: &Motions, time: f64, dt: f64) -> bool {
 }
 
 /// The tracks of a player's recording, and its time step.
-fn recorded(
-    entities: &[Entity],
-    seen: BTreeMap<String, Vec<Seen>>,
-    ids: &mut Ids,
-) -> (f64, Named) {
+fn recorded(entities: &[Entity], seen: BTreeMap<String, Vec<Seen>>, ids: &mut Ids) -> (f64, Named) {
     let mut times: Vec<f64> = seen.values().flatten().map(|s| s.time).collect();
     times.sort_by(f64::total_cmp);
     times.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
-    let between = times.windows(2).map(|p| p[1] - p[0]).fold(f64::INFINITY, f64::min);
+    let between = times
+        .windows(2)
+        .map(|p| p[1] - p[0])
+        .fold(f64::INFINITY, f64::min);
     let dt = match refused_time_step(between) {
         None => (between * 1e6).round() / 1e6,
         Some(_) => STEP,

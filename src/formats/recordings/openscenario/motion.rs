@@ -33,7 +33,9 @@ pub struct Motions {
 
 /// The end of a scenario, where it is a moment, seconds.
 pub fn end(root: &Node) -> Option<f64> {
-    moment(root.at(&["Storyboard", "StopTrigger"])?).ok().flatten()
+    moment(root.at(&["Storyboard", "StopTrigger"])?)
+        .ok()
+        .flatten()
 }
 
 /// The motions of all entities, by name.
@@ -74,11 +76,18 @@ pub fn motions(
         entity_action(global, &mut all, 0.0, true)?;
     }
     for group in board.within("ManeuverGroup") {
-        let actors = group.child("Actors").into_iter().flat_map(|a| a.all("EntityRef"));
+        let actors = group
+            .child("Actors")
+            .into_iter()
+            .flat_map(|a| a.all("EntityRef"));
         let actors: Result<Vec<&str>, ReadError> = actors.map(|a| a.needed("entityRef")).collect();
         let actors = actors?;
         for event in group.within("Event") {
-            let at = event.child("StartTrigger").map(moment).transpose()?.flatten();
+            let at = event
+                .child("StartTrigger")
+                .map(moment)
+                .transpose()?
+                .flatten();
             for action in event.all("Action") {
                 if let Some(global) = action.child("GlobalAction") {
                     entity_action(global, &mut all, at.unwrap_or(0.0), false)?;
@@ -133,7 +142,9 @@ fn entity_action(
     let Some(action) = global.child("EntityAction") else {
         return Ok(());
     };
-    let motion = all.entry(action.needed("entityRef")?.to_string()).or_default();
+    let motion = all
+        .entry(action.needed("entityRef")?.to_string())
+        .or_default();
     if let Some(added) = action.child("AddEntityAction") {
         motion.appears.push(at);
         if let Some(position) = added.child("Position") {
@@ -183,7 +194,11 @@ fn private_action(
         return Ok(());
     }
     // Controllers, visibility and the like do not move an entity by themselves.
-    let harmless = ["ControllerAction", "VisibilityAction", "ActivateControllerAction"];
+    let harmless = [
+        "ControllerAction",
+        "VisibilityAction",
+        "ActivateControllerAction",
+    ];
     if harmless.iter().any(|name| action.child(name).is_some()) {
         return Ok(());
     }
@@ -206,7 +221,8 @@ fn followed(
     at: f64,
 ) -> Result<Option<Followed>, ReadError> {
     let trajectory = follow.child("Trajectory");
-    let Some(trajectory) = trajectory.or_else(|| follow.at(&["TrajectoryRef", "Trajectory"])) else {
+    let Some(trajectory) = trajectory.or_else(|| follow.at(&["TrajectoryRef", "Trajectory"]))
+    else {
         return Ok(None);
     };
     let Some(line) = trajectory.at(&["Shape", "Polyline"]) else {
@@ -215,7 +231,10 @@ fn followed(
     let Some(timing) = follow.at(&["TimeReference", "Timing"]) else {
         return Ok(None);
     };
-    let (scale, mut offset) = (timing.number("scale")?.unwrap_or(1.0), timing.or_zero("offset")?);
+    let (scale, mut offset) = (
+        timing.number("scale")?.unwrap_or(1.0),
+        timing.or_zero("offset")?,
+    );
     if timing.text("domainAbsoluteRelative") == Some("relative") {
         offset += at;
     }
@@ -245,7 +264,10 @@ fn has_heading(position: &Node) -> bool {
     let Some(of) = position.children.first() else {
         return false;
     };
-    of.text("h").is_some() || of.child("Orientation").is_some_and(|o| o.text("h").is_some())
+    of.text("h").is_some()
+        || of
+            .child("Orientation")
+            .is_some_and(|o| o.text("h").is_some())
 }
 
 /// Vertices without a heading look where they go.
@@ -256,8 +278,13 @@ fn with_headings(vertices: Vec<(f64, Pose, bool)>) -> Vec<(f64, Pose)> {
         let mut pose = *pose;
         if !told {
             let next = vertices.get(i + 1).map(|n| n.1.position - pose.position);
-            let before = i.checked_sub(1).map(|b| pose.position - vertices[b].1.position);
-            let moved = [next, before].into_iter().flatten().find(|v| v.norm() > 1e-3);
+            let before = i
+                .checked_sub(1)
+                .map(|b| pose.position - vertices[b].1.position);
+            let moved = [next, before]
+                .into_iter()
+                .flatten()
+                .find(|v| v.norm() > 1e-3);
             let looks = moved.map(|v| v.y.atan2(v.x)).or(held);
             pose.heading = looks.unwrap_or(pose.heading);
         }
@@ -277,9 +304,10 @@ fn position_of(
     };
     let other = || -> Result<Pose, ReadError> {
         let name = of.needed("entityRef")?;
-        starts.get(name).copied().ok_or_else(|| {
-            of.fail(format!("entityRef=\"{name}\" has no known position"))
-        })
+        starts
+            .get(name)
+            .copied()
+            .ok_or_else(|| of.fail(format!("entityRef=\"{name}\" has no known position")))
     };
     let turn = |base: f64, along: f64| -> Result<f64, ReadError> {
         let Some(orientation) = of.child("Orientation") else {
@@ -292,7 +320,9 @@ fn position_of(
         })
     };
     let road = || {
-        network.ok_or_else(|| of.fail("a position on a road, but the scenario names no road file that is there"))
+        network.ok_or_else(|| {
+            of.fail("a position on a road, but the scenario names no road file that is there")
+        })
     };
     let missing = |id: &str| of.fail(format!("road `{id}` or its lane is not in the road file"));
     match of.name.as_str() {

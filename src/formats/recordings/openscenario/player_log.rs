@@ -25,21 +25,34 @@ pub fn read(text: &str, report: &Report) -> Result<BTreeMap<String, Vec<Seen>>, 
     let header = lines
         .by_ref()
         .find(|(_, line)| line.contains("TimeStamp"))
-        .ok_or_else(|| report.fail("no line with `TimeStamp`; not a log of esmini (--csv_logger)"))?;
+        .ok_or_else(|| {
+            report.fail("no line with `TimeStamp`; not a log of esmini (--csv_logger)")
+        })?;
     let names: Vec<&str> = header.1.split(',').map(str::trim).collect();
     let own: Vec<&str> = names.iter().filter_map(|n| n.strip_prefix("#1 ")).collect();
     let column = |name: &str| {
         own.iter().position(|n| n.starts_with(name)).ok_or_else(|| {
-            report.row(header.0 + 1, name).fail("no such column; write the log with esmini --csv_logger")
+            report
+                .row(header.0 + 1, name)
+                .fail("no such column; write the log with esmini --csv_logger")
         })
     };
     let place = column("Entity_Name")?;
     let wanted = [
-        "World_Position_X", "World_Position_Y", "World_Heading_Angle", "Current_Speed", "bb_x", "bb_y",
-        "bb_length", "bb_width",
+        "World_Position_X",
+        "World_Position_Y",
+        "World_Heading_Angle",
+        "Current_Speed",
+        "bb_x",
+        "bb_y",
+        "bb_length",
+        "bb_width",
     ];
     let wanted: Vec<usize> = wanted.iter().map(|n| column(n)).collect::<Result<_, _>>()?;
-    let time = names.iter().position(|n| n.starts_with("TimeStamp")).unwrap_or(1);
+    let time = names
+        .iter()
+        .position(|n| n.starts_with("TimeStamp"))
+        .unwrap_or(1);
     let first = names.iter().position(|n| n.starts_with("#1 ")).unwrap_or(2);
     let mut all: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
     for (i, line) in lines {
@@ -52,7 +65,9 @@ pub fn read(text: &str, report: &Report) -> Result<BTreeMap<String, Vec<Seen>>, 
             let value = cell.parse::<f64>().ok().filter(|v| v.is_finite());
             value.ok_or_else(|| {
                 let shown: String = cell.chars().take(40).collect();
-                report.row(i + 1, names.get(at).copied().unwrap_or("column")).fail(format!("`{shown}` is not a number"))
+                report
+                    .row(i + 1, names.get(at).copied().unwrap_or("column"))
+                    .fail(format!("`{shown}` is not a number"))
             })
         };
         let now = number(time)?;
