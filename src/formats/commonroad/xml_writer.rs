@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use quick_xml::Writer;
-use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
+use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
 use super::writer::WriteError;
 use crate::geometry::Point;
@@ -16,6 +16,27 @@ pub(in crate::formats) struct XmlWriter {
 }
 
 impl XmlWriter {
+    /// A document in UTF-8 that begins with its declaration.
+    pub fn begun() -> Result<Self, WriteError> {
+        let mut out = Self {
+            xml: Writer::new_with_indent(Vec::new(), b' ', 2),
+        };
+        out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+        Ok(out)
+    }
+
+    /// The document.
+    pub fn finished(self) -> Vec<u8> {
+        let mut bytes = self.xml.into_inner();
+        bytes.push(b'\n');
+        bytes
+    }
+
+    /// A remark; it must not have `--` in it.
+    pub fn comment(&mut self, text: &str) -> Result<(), WriteError> {
+        self.event(Event::Comment(BytesText::new(text)))
+    }
+
     pub fn event(&mut self, event: Event<'_>) -> Result<(), WriteError> {
         Ok(self.xml.write_event(event)?)
     }

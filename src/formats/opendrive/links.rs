@@ -47,9 +47,12 @@ pub struct Junction {
     pub id: usize,
     /// Its name.
     pub name: String,
-    /// Incoming road, connecting road, and the lanes that continue, counted from the left.
-    pub connections: Vec<(usize, usize, Vec<(usize, usize)>)>,
+    /// How roads continue in it.
+    pub connections: Vec<Connection>,
 }
+
+/// Incoming road, connecting road, and the lanes that continue, counted from the left.
+pub type Connection = (usize, usize, Vec<(usize, usize)>);
 
 /// A network of roads.
 #[derive(Debug, Default)]

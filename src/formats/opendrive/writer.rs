@@ -2,9 +2,6 @@
 
 use std::collections::HashSet;
 
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
-
 use super::links::{Link, LinkedRoad, Roads};
 use super::profile::Profile;
 use super::signals::{self, Signal};
@@ -20,10 +17,7 @@ macro_rules! attributes {
 
 /// The road network of a scenario as a file.
 pub fn bytes(scenario: &Scenario, roads: &Roads) -> Result<Vec<u8>, WriteError> {
-    let mut out = XmlWriter {
-        xml: Writer::new_with_indent(Vec::new(), b' ', 2),
-    };
-    out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    let mut out = XmlWriter::begun()?;
     let bounds = scenario.network.bounds();
     let edge = |of: fn(&crate::geometry::Bounds) -> f64| number(bounds.as_ref().map_or(0.0, of));
     let header = attributes![
@@ -73,9 +67,7 @@ pub fn bytes(scenario: &Scenario, roads: &Roads) -> Result<Vec<u8>, WriteError> 
         }
         Ok(())
     })?;
-    let mut bytes = out.xml.into_inner();
-    bytes.push(b'\n');
-    Ok(bytes)
+    Ok(out.finished())
 }
 
 /// The date of a scenario, or a fixed one: the same scenario gives the same bytes.

@@ -8,11 +8,8 @@ mod storyboard;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesText, Event};
-
 use super::commonroad::WriteError;
-use super::commonroad::xml_writer::{XmlWriter, allowed};
+use super::commonroad::xml_writer::XmlWriter;
 use super::opendrive::{date, write_opendrive};
 use crate::scenario::{Ego, Scenario, Scene};
 pub use actor::ExportedEgo;
@@ -129,13 +126,8 @@ fn clock(scenario: &Scenario, actors: &[Actor]) -> Clock {
 
 fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>, WriteError> {
     let scenario = export.scenario;
-    let mut out = XmlWriter {
-        xml: Writer::new_with_indent(Vec::new(), b' ', 2),
-    };
-    out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    let remark =
-        allowed(" Written by nearmiss. Positions of entities are the middle of their bodies. ");
-    out.event(Event::Comment(BytesText::new(&remark)))?;
+    let mut out = XmlWriter::begun()?;
+    out.comment(" Written by nearmiss. Positions of entities are the middle of their bodies. ")?;
     let header = &scenario.header;
     let of = |name: &str| header.attributes.get(name).cloned().unwrap_or_default();
     let attributes = [
@@ -163,9 +155,7 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
         })?;
         storyboard::storyboard(out, scenario, actors, clock)
     })?;
-    let mut bytes = out.xml.into_inner();
-    bytes.push(b'\n');
-    Ok(bytes)
+    Ok(out.finished())
 }
 
 /// What is known of the scenario as a whole.

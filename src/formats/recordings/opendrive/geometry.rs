@@ -157,11 +157,6 @@ impl Piece {
             heading: self.start.heading + turn,
         }
     }
-
-    /// Whether it bends.
-    pub fn is_straight(&self) -> bool {
-        self.kind == Kind::Line
-    }
 }
 
 fn turned(k: f64, s: f64) -> (f64, f64, f64) {

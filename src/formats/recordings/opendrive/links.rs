@@ -10,6 +10,9 @@ pub type Key = (usize, usize, i64);
 /// A lane and one of its ends, along its road.
 pub type At = (Key, End);
 
+/// The links of a lane to one side.
+type Links = fn(&Lane) -> &Vec<i64>;
+
 /// Pairs of ends of lanes that touch, each once.
 pub fn contacts(roads: &[Road]) -> BTreeSet<(At, At)> {
     let places: HashMap<&str, usize> = roads.iter().map(|r| r.id.as_str()).zip(0..).collect();
@@ -31,7 +34,7 @@ pub fn contacts(roads: &[Road]) -> BTreeSet<(At, At)> {
                 }
             }
         }
-        let ends: [(usize, End, fn(&Lane) -> &Vec<i64>); 2] = [
+        let ends: [(usize, End, Links); 2] = [
             (0, End::Start, |l| &l.predecessors),
             (1, End::End, |l| &l.successors),
         ];

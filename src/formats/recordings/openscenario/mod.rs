@@ -1,6 +1,7 @@
 //! OpenSCENARIO XML with its OpenDRIVE: scenarios whose entities follow trajectories, and recordings that a player made.
 
 mod entities;
+mod lights;
 mod motion;
 mod player_log;
 
@@ -9,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use super::assembly::{About, Map, RecordedTrack, TrackState, assemble};
 use super::ids::Ids;
+use super::opendrive;
 use super::opendrive::tree::{self, Node};
-use super::opendrive::{self, Network};
 use super::report::Report;
 use super::{sizes, whole_file};
 use crate::formats::address::Address;
@@ -227,7 +228,11 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         ego: own,
         hash: ContentHash::of_parts(parts),
     };
-    let map = network.map_or_else(Map::default, |n: Network| n.map);
+    let mut map = Map::default();
+    if let Some(network) = network {
+        map = network.map;
+        lights::phases(&root, dt, &network.lights, &mut map.lights)?;
+    }
     assemble(report, about, map, all)
 }
 
