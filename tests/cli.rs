@@ -121,6 +121,8 @@ mod secrets;
 #[path = "cli/shards.rs"]
 mod shards;
 #[cfg(unix)]
+#[path = "cli/simulators.rs"]
+mod simulators;
 #[path = "cli/slurm.rs"]
 mod slurm;
 #[path = "cli/splits.rs"]

@@ -41,11 +41,12 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 5] = [
+const FORMATS: [&dyn Format; 6] = [
     &recordings::Waymo,
     &recordings::Argoverse,
     &recordings::LevelX,
     &recordings::Sumo,
+    &recordings::OpenScenario,
     &CommonRoad,
 ];
 
@@ -98,7 +99,10 @@ pub(super) fn is_recording_name(path: &Path) -> bool {
         .map(|name| name.to_string_lossy().to_lowercase());
     // Shards are called `x.tfrecord-00000-of-00150`.
     name.is_some_and(|name| {
-        name.contains(".tfrecord") || name.ends_with(".parquet") || name.ends_with(".csv")
+        name.contains(".tfrecord")
+            || [".parquet", ".csv", ".xosc"]
+                .iter()
+                .any(|ending| name.ends_with(ending))
     })
 }
 

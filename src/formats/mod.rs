@@ -5,6 +5,8 @@ pub mod commonroad;
 mod dispatch;
 mod ego;
 mod library;
+mod opendrive;
+mod openscenario;
 mod recordings;
 mod resolve;
 mod search;
@@ -16,6 +18,7 @@ pub use ego::{
 };
 pub use library::{Entry, EntryLocation, bundled};
 pub use recordings::{LongRecording, MOST_WINDOWS, look_for_maps_in};
+pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use resolve::resolved;
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,

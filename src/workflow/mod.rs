@@ -38,6 +38,7 @@ mod open;
 mod original;
 mod plan;
 mod scenario_filter;
+mod simulator_export;
 mod stored_question;
 mod truth;
 mod versions;
@@ -71,6 +72,7 @@ pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
 };
+pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
 pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
 

@@ -22,7 +22,7 @@ mod trucks;
 mod writer;
 pub(super) mod xml;
 mod xml_reader;
-mod xml_writer;
+pub(super) mod xml_writer;
 
 use std::path::{Path, PathBuf};
 

@@ -3,19 +3,40 @@
 use std::borrow::Cow;
 
 use quick_xml::Writer;
-use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
+use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
 use super::writer::WriteError;
 use crate::geometry::Point;
 
-pub(super) type Attributes<'a> = [(&'a str, String)];
+pub(in crate::formats) type Attributes<'a> = [(&'a str, String)];
 
 /// The XML being written.
-pub(super) struct XmlWriter {
+pub(in crate::formats) struct XmlWriter {
     pub xml: Writer<Vec<u8>>,
 }
 
 impl XmlWriter {
+    /// A document in UTF-8 that begins with its declaration.
+    pub fn begun() -> Result<Self, WriteError> {
+        let mut out = Self {
+            xml: Writer::new_with_indent(Vec::new(), b' ', 2),
+        };
+        out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+        Ok(out)
+    }
+
+    /// The document.
+    pub fn finished(self) -> Vec<u8> {
+        let mut bytes = self.xml.into_inner();
+        bytes.push(b'\n');
+        bytes
+    }
+
+    /// A remark; it must not have `--` in it.
+    pub fn comment(&mut self, text: &str) -> Result<(), WriteError> {
+        self.event(Event::Comment(BytesText::new(text)))
+    }
+
     pub fn event(&mut self, event: Event<'_>) -> Result<(), WriteError> {
         Ok(self.xml.write_event(event)?)
     }
@@ -56,7 +77,7 @@ impl XmlWriter {
 }
 
 /// Text with the characters that XML has no place for, not even escaped, replaced.
-pub(super) fn allowed(text: &str) -> Cow<'_, str> {
+pub(in crate::formats) fn allowed(text: &str) -> Cow<'_, str> {
     let forbidden = |c: char| {
         (c < ' ' && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}')
     };
@@ -68,7 +89,7 @@ pub(super) fn allowed(text: &str) -> Cow<'_, str> {
 }
 
 /// The shortest text that reads back as the same number; plain decimals, as the schema wants them.
-pub(super) fn number(value: f64) -> String {
+pub(in crate::formats) fn number(value: f64) -> String {
     let text = value.to_string();
     if text.contains('.') {
         text
@@ -77,11 +98,11 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-pub(super) fn id(id: i64) -> [(&'static str, String); 1] {
+pub(in crate::formats) fn id(id: i64) -> [(&'static str, String); 1] {
     [("id", id.to_string())]
 }
 
-pub(super) fn point(
+pub(in crate::formats) fn point(
     out: &mut XmlWriter,
     at: &Point,
     height: Option<f64>,

@@ -1,4 +1,5 @@
-//! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, levelXdata and SUMO.
+//! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, levelXdata, SUMO
+//! and OpenSCENARIO.
 //!
 //! Each reader translates a file into a [`assembly::Map`] and [`assembly::RecordedTrack`]s; [`assembly::assemble`]
 //! makes the scenario of them, with the recording's own ego, a planning problem and the checks that every format gets.
@@ -10,6 +11,8 @@ mod ids;
 mod lane_shape;
 mod lanelet2;
 mod levelx;
+mod opendrive;
+mod openscenario;
 mod report;
 mod sizes;
 mod sumo;
@@ -24,6 +27,7 @@ use super::commonroad::ReadError;
 pub(super) use argoverse::Argoverse;
 pub(super) use levelx::LevelX;
 pub use levelx::look_for_maps_in;
+pub(super) use openscenario::OpenScenario;
 pub(super) use sumo::Sumo;
 pub(super) use waymo::Waymo;
 pub use windows::{LongRecording, MOST as MOST_WINDOWS};

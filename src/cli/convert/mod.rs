@@ -1,4 +1,6 @@
-//! `nearmiss convert`: rewrites scenarios as CommonRoad 2020a XML.
+//! `nearmiss convert`: rewrites scenarios as CommonRoad 2020a XML, or for simulators.
+
+mod simulator;
 
 use std::path::{Path, PathBuf};
 
@@ -28,10 +30,13 @@ pub struct Convert {
     overwrite: bool,
     #[command(flatten)]
     many: ManyFiles,
+    #[command(flatten)]
+    simulator: simulator::SimulatorOptions,
 }
 
 /// Runs `convert`.
 pub fn run(arguments: &Convert) -> Outcome {
+    let for_simulators = arguments.simulator.wanted(arguments.output.as_deref())?;
     let entries = arguments.many.part.of(found(&arguments.paths)?);
     let folder = arguments.output.as_deref().filter(|path| path.is_dir());
     if entries.len() > 1 && folder.is_none() {
@@ -42,17 +47,22 @@ pub fn run(arguments: &Convert) -> Outcome {
     }
     if let Some((a, b)) = folder.and_then(|_| clash(&entries)) {
         return Err(Failure::input(format!(
-            "{} and {} would both become {}.xml; convert them into different folders",
+            "{} and {} would both become {}.{}; convert them into different folders",
             a.display(),
             b.display(),
-            a.name
+            a.name,
+            if for_simulators { "xosc" } else { "xml" }
         )));
     }
-    let settings = format!("schema {}", arguments.schema);
+    let settings = match for_simulators {
+        true => format!("openscenario {}", arguments.simulator.settings()),
+        false => format!("schema {}", arguments.schema),
+    };
     let finished = arguments.many.finished_files("convert", folder, settings)?;
     let (mut failed, mut unfit) = (0, 0);
     for entry in &entries {
         let target = match folder {
+            Some(folder) if for_simulators => Some(simulator::target(folder, entry)),
             Some(folder) => Some(folder.join(format!("{}.xml", entry.name))),
             // As elsewhere, `-` is the standard output.
             None => arguments
@@ -60,7 +70,8 @@ pub fn run(arguments: &Convert) -> Outcome {
                 .clone()
                 .filter(|path| path.as_os_str() != "-"),
         };
-        match convert_once(entry, target.as_deref(), arguments, finished.as_ref()) {
+        let target = target.as_deref();
+        match convert_once(entry, target, arguments, for_simulators, finished.as_ref()) {
             Ok(fits) => unfit += usize::from(!fits),
             Err(failure) if entries.len() == 1 => return Err(failure),
             Err(failure) => {
@@ -91,18 +102,27 @@ fn convert_once(
     entry: &Entry,
     target: Option<&Path>,
     arguments: &Convert,
+    for_simulators: bool,
     finished: Option<&FinishedFiles>,
 ) -> Result<bool, Failure> {
+    let write = || match for_simulators {
+        true => simulator::convert(entry, target, arguments).map(|()| true),
+        false => convert(entry, target, arguments),
+    };
     let (Some(finished), Some(path)) = (finished, target) else {
-        return convert(entry, target, arguments);
+        return write();
     };
     let known = finished.of(entry);
     if let Some(notes) = &known.finished {
         return Ok(notes["fits"] == true);
     }
     finished.make_room(&known)?;
-    let fits = convert(entry, target, arguments)?;
-    finished.add(entry, known, &[path.to_path_buf()], json!({ "fits": fits }))?;
+    let fits = write()?;
+    let files = match for_simulators {
+        true => simulator::files(path).to_vec(),
+        false => vec![path.to_path_buf()],
+    };
+    finished.add(entry, known, &files, json!({ "fits": fits }))?;
     Ok(fits)
 }
 

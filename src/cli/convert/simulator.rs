@@ -1,0 +1,147 @@
+//! `nearmiss convert -o FILE.xosc`: scenarios for simulators.
+
+use std::path::{Path, PathBuf};
+
+use super::Convert;
+use crate::cli::many_files::holds;
+use crate::cli::open::configuration;
+use crate::cli::{Failure, output};
+use crate::evaluation::default_planning;
+use crate::formats::commonroad::save;
+use crate::formats::{EgoSelection, Entry, not_standard_input};
+use crate::planner::Cancel;
+use crate::scenario::in_short;
+use crate::simulation::Settings;
+use crate::workflow::{ExportRequest, SimulatedEgo, export_to_simulator};
+
+/// The ending of scenarios for simulators.
+const SCENARIO: &str = "xosc";
+
+/// That of their roads.
+const ROADS: &str = "xodr";
+
+/// Who the ego is, and what it does.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SimulatorOptions {
+    /// Format to write: commonroad (XML) or openscenario (FILE.xosc and FILE.xodr) [default: by the ending of -o, else
+    /// commonroad].
+    #[arg(long, value_name = "FORMAT", value_parser = ["commonroad", "openscenario"])]
+    to: Option<String>,
+    /// OpenSCENARIO: the ego: free (placed at its start, for a driver under test), planned (by the built-in planner), id
+    /// of an obstacle, or file with a trajectory [default: the recording beside the scenario].
+    #[arg(
+        long,
+        value_name = "free|planned|ID|FILE",
+        allow_negative_numbers = true
+    )]
+    ego: Option<PathBuf>,
+}
+
+impl SimulatorOptions {
+    /// Whether scenarios are written for simulators.
+    ///
+    /// # Errors
+    /// An ego is chosen for a format that has none.
+    pub fn wanted(&self, output: Option<&Path>) -> Result<bool, Failure> {
+        let ending = output.and_then(Path::extension);
+        let ending = ending.is_some_and(|e| e.eq_ignore_ascii_case(SCENARIO));
+        let wanted = match self.to.as_deref() {
+            Some(format) => format == "openscenario",
+            None => ending,
+        };
+        if self.ego.is_some() && !wanted {
+            return Err(Failure::input(
+                "--ego applies to OpenSCENARIO: -o FILE.xosc or --to openscenario; CommonRoad files have no ego in them",
+            ));
+        }
+        if output.is_some_and(|o| o.extension().is_some_and(|e| e.eq_ignore_ascii_case(ROADS))) {
+            return Err(Failure::input(
+                "roads are written beside a scenario: -o FILE.xosc writes FILE.xosc and FILE.xodr",
+            ));
+        }
+        Ok(wanted)
+    }
+
+    fn ego(&self) -> Result<SimulatedEgo, Failure> {
+        let Some(wanted) = &self.ego else {
+            return Ok(SimulatedEgo::Follows(EgoSelection::Beside));
+        };
+        // Files of these names are meant by `./free`.
+        match wanted.to_str() {
+            Some("free") => return Ok(SimulatedEgo::Free),
+            Some("planned") => return Ok(SimulatedEgo::Planned),
+            _ => {}
+        }
+        if let Some(id) = wanted.to_str().and_then(|text| text.parse().ok()) {
+            return Ok(SimulatedEgo::Follows(EgoSelection::Obstacle(id)));
+        }
+        not_standard_input(wanted).map_err(Failure::input)?;
+        Ok(SimulatedEgo::Follows(EgoSelection::File {
+            path: wanted.clone(),
+            planning_problem: None,
+        }))
+    }
+
+    /// What the result depends on.
+    pub fn settings(&self) -> String {
+        format!("{:?} {:?}", self.to, self.ego)
+    }
+}
+
+/// The two files of a scenario.
+pub fn files(scenario: &Path) -> [PathBuf; 2] {
+    [scenario.to_path_buf(), scenario.with_extension(ROADS)]
+}
+
+/// The file of an entry in a folder.
+pub fn target(folder: &Path, entry: &Entry) -> PathBuf {
+    folder.join(format!("{}.{SCENARIO}", entry.name))
+}
+
+/// How egos are planned.
+fn planning() -> Result<Settings, Failure> {
+    let (_, config) = configuration()?;
+    Ok(config.planning(default_planning()))
+}
+
+/// Writes one scenario, and says what the formats cannot say of it.
+pub fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<(), Failure> {
+    let Some(path) = target else {
+        return Err(Failure::input(
+            "OpenSCENARIO is two files; name the first one or a folder: -o FILE.xosc",
+        ));
+    };
+    let paths = files(path);
+    let road_file = paths[1].file_name().unwrap_or_default().to_string_lossy();
+    let request = ExportRequest {
+        entry,
+        ego: &arguments.simulator.ego()?,
+        road_file: &road_file,
+        settings: &planning()?,
+    };
+    let exported = export_to_simulator(&request, &Cancel::default()).map_err(Failure::input)?;
+    let Some((scenario, exported)) = exported else {
+        return Ok(());
+    };
+    // The roads first: whoever finds a scenario finds them.
+    let both = [
+        (&paths[1], &exported.roads),
+        (&paths[0], &exported.scenario),
+    ];
+    for (path, bytes) in both {
+        if arguments.many.resume && holds(path, bytes) {
+            continue;
+        }
+        save(path, bytes, arguments.overwrite).map_err(|e| {
+            let hint = if path.exists() { " (--overwrite)" } else { "" };
+            Failure::input(format!("{e}{hint}"))
+        })?;
+    }
+    for (_, said) in in_short(&scenario.diagnostics) {
+        output::say(&format!("{}: reading: {said}", entry.name));
+    }
+    for note in &exported.notes {
+        output::say(&format!("{}: {note}", entry.name));
+    }
+    Ok(())
+}

@@ -1,0 +1,181 @@
+//! Exports a scenario to simulators: selects its ego, gathers what is known of it, writes OpenSCENARIO and OpenDRIVE.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::{OpenRequest, PlanRequest, open, prepare};
+use crate::formats::{EgoSelection, Entry, Export, Exported, ExportedEgo, write_openscenario};
+use crate::planner::Cancel;
+use crate::scenario::{Ego, EgoSource, PlanningProblem, Sample, Scenario, Track, VehicleType};
+use crate::simulation::Settings;
+use crate::system;
+
+/// What the ego does in the simulator.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SimulatedEgo {
+    /// It follows a motion that exists.
+    Follows(EgoSelection),
+    /// It follows the plan of the built-in planner.
+    Planned,
+    /// It stands at its start with its speed, for a driver under test.
+    Free,
+}
+
+/// What is exported.
+#[derive(Debug, Clone, Copy)]
+pub struct ExportRequest<'a> {
+    /// The scenario.
+    pub entry: &'a Entry,
+    /// Its ego.
+    pub ego: &'a SimulatedEgo,
+    /// The name of the file with the roads.
+    pub road_file: &'a str,
+    /// How an ego is planned.
+    pub settings: &'a Settings,
+}
+
+/// The files of a scenario for simulators; nothing where `cancel` asked for an end.
+///
+/// # Errors
+/// The scenario cannot be read, or has no such ego, or nothing can be planned: in words that begin with the file.
+pub fn export_to_simulator(
+    request: &ExportRequest<'_>,
+    cancel: &Cancel,
+) -> Result<Option<(Arc<Scenario>, Exported)>, String> {
+    let entry = request.entry;
+    let named = |error: String| match error.starts_with(&entry.display()) {
+        true => error,
+        false => format!("{}: {error}", entry.display()),
+    };
+    let selection = match request.ego {
+        SimulatedEgo::Follows(selection) => selection,
+        _ => &EgoSelection::Beside,
+    };
+    let opening = OpenRequest {
+        entry,
+        ego: selection,
+        transform: None,
+        strict: matches!(request.ego, SimulatedEgo::Follows(_)),
+    };
+    let opened = open(&opening).map_err(|e| named(e.to_string()))?;
+    let (mut scenario, mut ego) = match opened.scene {
+        Ok(scene) => (Arc::clone(&scene.scenario), Some(scene.ego.clone())),
+        Err(_) => (opened.scenario, None),
+    };
+    match request.ego {
+        SimulatedEgo::Follows(_) => {}
+        SimulatedEgo::Planned => {
+            let plan = PlanRequest {
+                open: opening,
+                problem: None,
+                settings: request.settings,
+            };
+            let prepared = prepare(&plan).map_err(|e| named(e.to_string()))?;
+            let outcome = prepared.run(cancel, &mut |_| {});
+            let Some(outcome) = outcome.map_err(|e| named(e.to_string()))? else {
+                return Ok(None);
+            };
+            let prepared = &outcome.prepared;
+            scenario = prepared.driven(&outcome.drive);
+            ego = Some(outcome.drive.ego(prepared.problem(), &prepared.settings));
+        }
+        SimulatedEgo::Free if ego.is_none() => {
+            let problem = scenario.planning_problems.first();
+            let start = problem.and_then(|p| at_start(p, &scenario, entry));
+            ego = Some(start.ok_or_else(|| {
+                named("no ego recorded beside it and no planning problem, so the free ego has no start".into())
+            })?);
+        }
+        SimulatedEgo::Free => {}
+    }
+    let exported = match (request.ego, &ego) {
+        (_, None) => ExportedEgo::Missing,
+        (SimulatedEgo::Free, Some(ego)) => ExportedEgo::Free(ego),
+        (_, Some(ego)) => ExportedEgo::Follows(ego),
+    };
+    let (properties, about) = variant(entry);
+    let export = Export {
+        scenario: &scenario,
+        ego: exported,
+        road_file: request.road_file,
+        properties: &properties,
+        about: &about,
+    };
+    let written = write_openscenario(&export).map_err(|e| named(e.to_string()))?;
+    Ok(Some((scenario, written)))
+}
+
+/// An ego at the start of a planning problem, of usual size.
+fn at_start(problem: &PlanningProblem, scenario: &Scenario, entry: &Entry) -> Option<Ego> {
+    let initial = &problem.initial;
+    let sample = Sample {
+        step: initial.time.from,
+        position: initial.middle()?,
+        heading: initial.orientation.map(|q| q.middle()),
+        velocity: initial.velocity.map(|q| q.middle()),
+        acceleration: initial.acceleration.map(|q| q.middle()),
+    };
+    Some(Ego {
+        id: problem.id,
+        source: EgoSource::Recording(entry.display()),
+        footprint: VehicleType::Bmw320i.footprint(),
+        track: Track::new(vec![sample], scenario.dt(), None),
+        recorded: Vec::new(),
+        diagnostics: Vec::new(),
+    })
+}
+
+type Named = Vec<(String, String)>;
+
+/// What the document beside a variant tells of its attackers, by id, and of itself.
+fn variant(entry: &Entry) -> (BTreeMap<i64, Named>, Named) {
+    let document = || -> Option<Value> {
+        let path = entry.file()?.with_extension("json");
+        let bytes = system::read_file(&path, system::LARGEST).ok()?;
+        let document: Value = serde_json::from_slice(&bytes).ok()?;
+        let same = document["variant"].as_str() == entry.file()?.file_name()?.to_str();
+        same.then_some(document)
+    };
+    let Some(document) = document() else {
+        return Default::default();
+    };
+    let text = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    let mut properties: BTreeMap<i64, Named> = BTreeMap::new();
+    for attacker in document["attackers"].as_array().into_iter().flatten() {
+        let Some(id) = attacker["id"].as_i64() else {
+            continue;
+        };
+        let known = [
+            "manoeuvre",
+            "from_step",
+            "until_step",
+            "min_distance",
+            "outcome_without",
+        ];
+        let mut all = vec![("attacker".to_string(), "true".to_string())];
+        let told = known.iter().filter(|name| !attacker[**name].is_null());
+        all.extend(told.map(|name| (format!("attacker_{name}"), text(&attacker[*name]))));
+        properties.insert(id, all);
+    }
+    let known = [
+        "by",
+        "outcome",
+        "hit_from_behind",
+        "min_distance",
+        "program",
+    ];
+    let told = known.iter().filter(|name| !document[**name].is_null());
+    let mut about: Named = told
+        .map(|name| (format!("variant_{name}"), text(&document[*name])))
+        .collect();
+    let original = &document["original"]["benchmark_id"];
+    if !original.is_null() {
+        about.push(("variant_of".to_string(), text(original)));
+    }
+    (properties, about)
+}
