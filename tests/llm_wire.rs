@@ -66,11 +66,13 @@ fn request() -> Request {
             seed: Some(3),
             effort: None,
             log_probabilities: false,
+            tools: None,
         },
         schema: Some(Schema {
             name: "verdict".into(),
             schema: json!({"type": "object", "properties": {}}),
         }),
+        tools: None,
     }
 }
 

@@ -46,6 +46,7 @@ mod slurm;
 mod span;
 mod themes_and_keys;
 mod time;
+mod tool_options;
 mod verdicts;
 
 pub use crash::report_panics;

@@ -42,7 +42,7 @@ const BOOLEAN: &str = "expected true or false";
 const COUNT: &str = "expected a whole number from 1 to 4294967295";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 24] = [
+pub(super) const KEYS: [Key; 25] = [
     key(
         "theme",
         "expected the name of a theme, such as \"dark\"",
@@ -108,6 +108,7 @@ pub(super) const KEYS: [Key; 24] = [
         "not sent",
         |config| text(&config.effort),
     ),
+    key("tools", BOOLEAN, "", |config| Some(config.tools.into())),
     key("log_probabilities", BOOLEAN, "", |config| {
         Some(config.log_probabilities.into())
     }),

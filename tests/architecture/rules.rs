@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::source::{self, Source, Target};
 
 /// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 15] = [
+const DOMAIN: [&str; 16] = [
     "geometry",
     "scenario",
     "formats",
@@ -21,6 +21,7 @@ const DOMAIN: [&str; 15] = [
     "corpus",
     "store",
     "render",
+    "tools",
 ];
 
 /// Top-level modules and what each may import beside itself; a module that is not here fails.
@@ -35,6 +36,8 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "corpus" => &["metrics", "scenario", "geometry"],
         "description" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
+        // What models may compute; oracles ask the judge.
+        "tools" => &["judge", "metrics", "scenario", "geometry", "verdict"],
         // Drives are written as solutions, variants as scenarios.
         "simulation" => &["planner", "metrics", "formats", "scenario", "geometry"],
         "generation" => &[
