@@ -20,6 +20,8 @@ mod patience;
 #[path = "llm_wire/real.rs"]
 mod real;
 mod support;
+#[path = "llm_wire/tools.rs"]
+mod tools;
 
 use std::time::{Duration, Instant};
 
