@@ -308,4 +308,29 @@ mod tests {
             assert_eq!(decided(&connection)[0], wanted, "{verdict}");
         }
     }
+
+    #[test]
+    fn a_store_of_version_10_keeps_its_runs_and_takes_rounds_of_tools() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..10] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 10).unwrap();
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        let run = |id| store.run(RunId(id)).unwrap().unwrap();
+        assert_eq!(
+            (run(1).answer.as_str(), run(1).tool_rounds),
+            ("whole", None)
+        );
+        let rounds = r#"[{"text":"","calls":[],"results":[]}]"#;
+        store.keep_rounds(RunId(1), rounds).unwrap();
+        assert_eq!(run(1).tool_rounds.as_deref(), Some(rounds));
+        let record = run(1).to_record().to_string();
+        assert!(record.contains("tool_rounds"), "{record}");
+        assert!(!run(2).to_record().to_string().contains("tool_rounds"));
+    }
 }

@@ -11,7 +11,7 @@ use super::support::server::{Recorded, Script, Server};
 const VERDICT: &str =
     r#"{"collision": false, "obstacles": [], "justification": "The gap stays 2 m."}"#;
 
-const PRICES: &str = "[[provider.lab.prices]]\nmodel = \"tiny*\"\ninput = 1000\noutput = 10000\n";
+const PRICES: &str = "[[provider.lab.prices]]\nmodel = \"tiny*\"\ninput = 1000\noutput = 10000\n[[provider.lab.prices]]\nmodel = \"m-*\"\ninput = 1000\noutput = 10000\n";
 
 fn ask(home: &Home, url: &str, dialect: Dialect, more: &[&str]) -> Ended {
     let name = dialect.name();

@@ -78,6 +78,14 @@ impl Places {
         below.unwrap_or(path).display().to_string()
     }
 
+    /// How commands of this program name a scenario.
+    pub fn argument(entry: &Entry) -> String {
+        match &entry.place {
+            EntryLocation::File(path) => path.display().to_string(),
+            EntryLocation::Bundled(_) => entry.name.clone(),
+        }
+    }
+
     /// The scenario with a name: a path below a folder, or the name of a bundled one.
     ///
     /// # Errors
@@ -92,18 +100,13 @@ impl Places {
                 "`scenario` is no path; resources/list has those that can be opened".into(),
             );
         }
-        let mut seen = false;
         for root in &self.roots {
             let candidate = root.join(name);
             // What lies outside is not even looked at, so that nothing is told of whether it exists.
             let Ok(resolved) = candidate.canonicalize() else {
                 continue;
             };
-            if !self.holds(&resolved) {
-                seen = true;
-                continue;
-            }
-            if resolved.is_file() {
+            if self.holds(&resolved) && resolved.is_file() {
                 let entry = Entry::of_file(&resolved);
                 self.allowed(&entry)?;
                 return Ok(entry);
@@ -113,7 +116,6 @@ impl Places {
         if let Some(entry) = self.entries().into_iter().find(by_name) {
             return Ok(entry);
         }
-        let _ = seen;
         Err(format!(
             "no scenario `{shown}` in the folders of this server; resources/list has those that can be opened"
         ))

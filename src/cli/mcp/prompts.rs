@@ -66,7 +66,7 @@ pub fn get(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
     let entry = places.entry(scenario).map_err(RpcError::parameters)?;
     let mut words = vec![
         PROMPT.command.to_string(),
-        entry.display(),
+        Places::argument(&entry),
         format!("--task={}", task.name()),
         format!("--frame={}", frame.name()),
     ];

@@ -226,7 +226,8 @@ impl Server {
             Some(name) => self.places.entry(name),
             None => Err("argument `scenario` is missing: the path or name of a scenario".into()),
         };
-        let words = entry.and_then(|entry| jobs::arguments(job, &entry.display(), arguments));
+        let words =
+            entry.and_then(|entry| jobs::arguments(job, &Places::argument(&entry), arguments));
         let words = match words {
             Ok(words) => words,
             Err(why) => return self.wire.result(&id, &failed(&why)),
