@@ -59,7 +59,7 @@ pub struct Options {
     pub effort: Vec<Effort>,
     /// Whether models may call tools that compute (`nearmiss help tools`): on or off; off,on asks with and without them
     /// [default: off].
-    #[arg(long, value_delimiter = ',', value_parser = on_or_off, num_args = 0..=1, default_missing_value = "on", require_equals = false)]
+    #[arg(long, value_delimiter = ',', value_name = "ON|OFF", value_parser = on_or_off)]
     pub tools: Vec<bool>,
     #[command(flatten)]
     pub tool_limits: ToolLimitOptions,
