@@ -216,7 +216,7 @@ impl Asking {
             }
             self.recorder.flush_due(on_event);
         }
-        if !request.tools.is_some() {
+        if request.tools.is_none() {
             end.turn = None;
         }
         end

@@ -15,8 +15,11 @@ use crate::workflow::{OpenRequest, open};
 pub struct Places {
     /// With symbolic links resolved.
     roots: Vec<PathBuf>,
-    scenes: Mutex<HashMap<PathBuf, (Option<SystemTime>, Arc<Scene>)>>,
+    scenes: Mutex<Scenes>,
 }
+
+/// Scenes by the name that a client gave, with when their file was changed.
+type Scenes = HashMap<PathBuf, (Option<SystemTime>, Arc<Scene>)>;
 
 /// Scenes that are kept open.
 const KEPT: usize = 64;
