@@ -20,7 +20,7 @@
 //! [`formats`] reads a file; it becomes a [`scenario::Scenario`], and with an ego a [`scenario::Scene`], on which
 //! everything else works. [`metrics`] reads numbers off it and [`description`] puts a window of it into words;
 //! [`prompts`] wraps the words into messages, [`llm`] sends them, and [`verdict`] reads the answer. [`judge`] answers
-//! the same questions from geometry. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in
+//! the same questions from geometry. [`tools`] computes for models that ask for numbers. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in
 //! the [`store`]. [`paper`] compares its results with those of the paper "From Words to Collisions". [`workflow`] is
 //! what the program does, once for its two faces, [`cli`] and [`tui`], which do not know each other; `src/main.rs`
 //! brings them together.
@@ -43,6 +43,7 @@
 //! | [`simulation`] | How does the ego's drive end, through recorded traffic or through traffic that reacts? |
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
 //! | [`corpus`] | Which windows of which manoeuvres, roads and severities does a corpus hold, and which of them cover it? Which stretches of a long recording are worth looking at? |
+//! | [`tools`] | What may a language model compute about a scene, and what is never told to one that is judged? |
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
 //! | [`paper`] | What did the authors of "From Words to Collisions" record and print, and does it agree? |
@@ -142,6 +143,7 @@ pub mod simulation;
 pub mod store;
 /// The operating system: what it says, in plain words, and files that users name.
 pub mod system;
+pub mod tools;
 pub mod traffic_rules;
 /// The workbench in the terminal.
 pub mod tui;

@@ -70,6 +70,8 @@ mod known_models;
 mod long_jobs;
 #[path = "cli/manual.rs"]
 mod manual;
+#[path = "cli/mcp.rs"]
+mod mcp;
 #[path = "cli/metrics.rs"]
 mod metrics;
 #[path = "cli/models.rs"]
@@ -136,6 +138,8 @@ mod tasks;
 mod themes_and_keys;
 #[path = "cli/thresholds.rs"]
 mod thresholds;
+#[path = "cli/tools.rs"]
+mod tools;
 
 /// The bundled scenarios and whether the ego collides in them.
 const BUNDLED: [(&str, bool); 8] = [

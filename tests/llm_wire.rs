@@ -20,6 +20,8 @@ mod patience;
 #[path = "llm_wire/real.rs"]
 mod real;
 mod support;
+#[path = "llm_wire/tools.rs"]
+mod tools;
 
 use std::time::{Duration, Instant};
 
@@ -66,11 +68,13 @@ fn request() -> Request {
             seed: Some(3),
             effort: None,
             log_probabilities: false,
+            tools: None,
         },
         schema: Some(Schema {
             name: "verdict".into(),
             schema: json!({"type": "object", "properties": {}}),
         }),
+        tools: None,
     }
 }
 

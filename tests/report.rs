@@ -232,6 +232,7 @@ fn run(n: i64, model: &str, dangerous: Option<bool>, state: RunState) -> Run {
             },
             ..Ending::bare(state)
         },
+        tool_rounds: None,
         most_usd: None,
         notes: String::new(),
         pinned: false,

@@ -18,7 +18,9 @@ use super::interrupt::{self, INTERRUPTED};
 use super::open::configuration;
 use super::prompt::QuestionArguments;
 use super::time;
+use super::tool_options::ToolLimitOptions;
 use super::{Failure, Outcome, output};
+use crate::evaluation::tool_rounds;
 use crate::evaluation::{Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin};
 use crate::judge;
 use crate::llm::{Dialect, Effort, Environment, Parameters, Registry};
@@ -56,6 +58,12 @@ pub struct Ask {
     /// Reasoning effort: off, minimal, low, medium, high, xhigh or max [default: the server's].
     #[arg(long, value_parser = effort)]
     effort: Option<Effort>,
+    /// Let the model call tools that compute distances, measures, lanes and predictions from the described window
+    /// [default: `tools` in config.toml, else no]; `nearmiss help tools` lists them.
+    #[arg(long)]
+    tools: bool,
+    #[command(flatten)]
+    tool_limits: ToolLimitOptions,
     /// Ask for the log probabilities of the answer, where the model gives them [default: `log_probabilities` in
     /// config.toml, else no].
     #[arg(long)]
@@ -245,6 +253,8 @@ fn judge(
             .effort
             .or(config.effort.as_deref().and_then(Effort::parse)),
         log_probabilities: arguments.log_probabilities || config.log_probabilities,
+        tools: (arguments.tools || arguments.tool_limits.any() || config.tools)
+            .then(|| arguments.tool_limits.limits()),
     };
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let budget = bound.map(|bound| bound.usd);
@@ -312,6 +322,13 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     if answer.model_differs() {
         let returned = answer.model_returned.as_deref().unwrap_or_default();
         text.push_str(&format!("answered by   {returned}\n"));
+    }
+    if !answer.tool_rounds.is_empty() {
+        text.push_str(&format!(
+            "tool calls    {} in {} rounds\n",
+            tool_rounds::calls(&answer.tool_rounds),
+            answer.tool_rounds.len()
+        ));
     }
     let consumed = &answer.consumed;
     if let Some(tokens) = cost::tokens(consumed) {

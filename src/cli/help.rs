@@ -41,6 +41,7 @@ pub fn run(arguments: &Help) -> Outcome {
             "json" => output::text(&vocabulary()),
             "experiments" => output::text(&experiment_keys()),
             "planners" => output::text(&planner_messages()),
+            "tools" => output::text(&crate::tools::table()),
             _ => Ok(()),
         };
     }

@@ -25,6 +25,7 @@ mod interrupt;
 mod json;
 mod locked;
 mod many_files;
+mod mcp;
 mod metrics;
 mod models;
 mod open;
@@ -46,6 +47,7 @@ mod slurm;
 mod span;
 mod themes_and_keys;
 mod time;
+mod tool_options;
 mod verdicts;
 
 pub use crash::report_panics;
@@ -102,6 +104,8 @@ pub enum Command {
     Prompts(prompts::Prompts),
     /// Ask a model, or the built-in judge, for one verdict.
     Ask(ask::Ask),
+    /// Serve tools, scenarios and prompts to other programs over the Model Context Protocol.
+    Mcp(mcp::Mcp),
     /// List models with their keys, prices and retirement dates.
     Models(models::Models),
     /// Ask models about many scenarios and count correct answers.
@@ -189,6 +193,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Prompt(arguments) => prompt::run(arguments),
         Command::Prompts(arguments) => prompts::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
+        Command::Mcp(arguments) => mcp::run(arguments),
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Experiment(arguments) => experiment::run(arguments),

@@ -9,6 +9,7 @@ use super::filters::{Filters, store, store_to_read};
 use super::locked::Unlock;
 use super::{Failure, Outcome, cost, output, time};
 use crate::evaluation::TemplateVersion;
+use crate::evaluation::tool_rounds;
 use crate::judge;
 use crate::store::{Origin, Run, RunId, Store, StoreError};
 
@@ -322,7 +323,14 @@ fn words(run: &Run, most: Option<f64>) -> String {
     row("notes", Some(run.notes.clone()));
     row("pinned", run.pinned.then(|| "yes".into()));
     row("deleted", run.deleted_ms.map(time::local));
-    for (name, part) in [("reasoning", &run.reasoning), ("answer", &run.answer)] {
+    let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
+    let calls: Vec<String> = rounds.iter().flat_map(tool_rounds::lines).collect();
+    let calls = calls.join("\n");
+    for (name, part) in [
+        ("tool calls", &calls),
+        ("reasoning", &run.reasoning),
+        ("answer", &run.answer),
+    ] {
         if !part.is_empty() {
             text.push_str(&format!("\n── {name} ──\n{}\n", part.trim_end()));
         }

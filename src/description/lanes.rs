@@ -45,7 +45,11 @@ impl<'s> Lanes<'s> {
             return Some(OFF_THE_ROAD);
         }
         match self.relations(ego) {
-            Some(relations) => theirs.iter().map(|id| relations.of(*id)).min().map(words),
+            Some(relations) => theirs
+                .iter()
+                .map(|id| relations.of(*id))
+                .min()
+                .map(LaneRelation::words),
             None => Some("on the road"),
         }
     }
@@ -68,22 +72,5 @@ impl<'s> Lanes<'s> {
         let relations = (!known.1.is_empty()).then(|| known.2.clone());
         *last = Some(known);
         relations
-    }
-}
-
-fn words(relation: LaneRelation) -> &'static str {
-    match relation {
-        LaneRelation::Same => "same lane",
-        LaneRelation::Ahead => "same lane ahead",
-        LaneRelation::Behind => "same lane behind",
-        LaneRelation::Left => "left neighbour lane",
-        LaneRelation::Right => "right neighbour lane",
-        LaneRelation::FurtherLeft => "lane further left",
-        LaneRelation::FurtherRight => "lane further right",
-        LaneRelation::Oncoming => "oncoming lane",
-        LaneRelation::Crossing => "crossing lane",
-        LaneRelation::Merging => "merging lane",
-        LaneRelation::Diverging => "diverging lane",
-        LaneRelation::OtherRoad => "another road",
     }
 }

@@ -45,6 +45,10 @@ topics! {
         "Descriptions, techniques, templates of your own, the template editor";
     providers, "providers", "providers.md", ["ask", "models"],
         "Language models: keys, addresses, prices, what is refused, what fails";
+    tools, "tools", "tools.md", [],
+        "Tools that models call while they judge: the table, limits, oracles";
+    mcp_server, "mcp-server", "mcp-server.md", ["mcp"],
+        "A server for agents: tools, scenarios and prompts over the Model Context Protocol";
     evaluation, "evaluation", "evaluation.md", ["evaluate", "batches"],
         "Many scenarios and models: truth, leads, changed scenes, tables";
     recordings, "recordings", "recordings.md", [],

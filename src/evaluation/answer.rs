@@ -3,8 +3,9 @@
 use super::answer_outcome::too_long;
 use super::claims::{Subject, TimeOrigin, count};
 use super::prompt_summary::{TemplateVersion, how};
+use super::tool_rounds;
 use crate::judge;
-use crate::llm::Secrets;
+use crate::llm::{Secrets, ToolRound};
 use crate::scenario::{Scenario, Scene};
 use crate::store::{ClaimCounts, Consumed, Ending, Origin, Run, RunId, RunState};
 use crate::verdict::{ParseQuality, Parsed, ParsedAnswer, Reading, Verdict};
@@ -32,6 +33,8 @@ pub struct Answer {
     pub text: String,
     /// The reasoning's text, where it came apart from the answer.
     pub reasoning: String,
+    /// Tools that the model called, and their results, in rounds.
+    pub tool_rounds: Vec<ToolRound>,
     /// Its consumption.
     pub consumed: Consumed,
     /// Where the cost comes from.
@@ -373,6 +376,7 @@ impl From<Run> for Answer {
             judged,
             text: run.answer,
             reasoning: run.reasoning,
+            tool_rounds: tool_rounds::stored(run.tool_rounds.as_deref()),
             consumed: ending.consumed,
             price_source: ending.price_source,
             finish: ending.finish,

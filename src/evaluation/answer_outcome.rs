@@ -7,11 +7,22 @@ use crate::verdict::{self, Task};
 
 /// Reads an answer whose text is complete, truncated or missing.
 pub(super) fn read(task: Task, answer: &Answer, failure: Option<MissingVerdict>) -> JudgeOutcome {
+    read_from(task, answer, 0, failure)
+}
+
+/// The same of the text from a byte on: what a model says before it calls tools is no answer.
+pub(super) fn read_from(
+    task: Task,
+    answer: &Answer,
+    from: usize,
+    failure: Option<MissingVerdict>,
+) -> JudgeOutcome {
+    let last = answer.text.get(from..).unwrap_or_default();
     // A model that puts everything into its reasoning has still answered.
-    let whole = if answer.text.trim().is_empty() {
+    let whole = if last.trim().is_empty() {
         &answer.reasoning
     } else {
-        &answer.text
+        last
     };
     match failure {
         Some(missing @ (MissingVerdict::NoAnswer(_) | MissingVerdict::NotSent(_))) => {
@@ -45,6 +56,7 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
         Finish::Blank => {
             "the answer is blank, as from some servers that fail to produce the requested JSON; ask again".into()
         }
+        Finish::ToolCalls => "the model called tools that it was not offered".to_string(),
         Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
         Finish::Refusal(text) => format!("the model declined: {text}"),
         Finish::Stop | Finish::Other(_) => return None,
@@ -61,6 +73,7 @@ pub(super) fn too_long() -> String {
 pub(super) fn word(finish: &Finish) -> String {
     match finish {
         Finish::Stop => "stop".into(),
+        Finish::ToolCalls => "tool_calls".into(),
         Finish::Length => "length".into(),
         Finish::TooLong => TOO_LONG.into(),
         Finish::ContentFilter => "content_filter".into(),

@@ -23,6 +23,8 @@ pub struct Axes {
     pub temperatures: Vec<f64>,
     /// Seeds of the sampling.
     pub seeds: Vec<u64>,
+    /// Whether the models may call tools.
+    pub tools: Vec<bool>,
 }
 
 /// One value of each axis; `None` where the setting is no axis.
@@ -38,10 +40,18 @@ pub struct AxisValues {
     pub temperature: Option<f64>,
     /// Seed of the sampling.
     pub seed: Option<u64>,
+    /// Whether the model may call tools.
+    pub tools: Option<bool>,
 }
 
 /// The names of the axes in stored questions, reports and experiment files.
-const NAMES: [&str; 5] = ["form", "stride", "effort", "temperature", "seed"];
+const NAMES: [&str; 6] = ["form", "stride", "effort", "temperature", "seed", "tools"];
+
+/// The words for the values of the axis of tools.
+#[must_use]
+pub fn tools_word(on: bool) -> &'static str {
+    if on { "on" } else { "off" }
+}
 
 impl Axes {
     /// Every combination of values, in the order of the lists; without axes one that says nothing.
@@ -54,7 +64,8 @@ impl Axes {
         all = crossed(&all, &self.temperatures, |one, temperature| {
             one.temperature = Some(temperature);
         });
-        crossed(&all, &self.seeds, |one, seed| one.seed = Some(seed))
+        all = crossed(&all, &self.seeds, |one, seed| one.seed = Some(seed));
+        crossed(&all, &self.tools, |one, tools| one.tools = Some(tools))
     }
 
     /// Each axis with its values: `effort low,high`.
@@ -82,8 +93,9 @@ impl Axes {
             self.efforts.iter().map(|one| json!(one.name())).collect(),
             self.temperatures.iter().map(|one| json!(one)).collect(),
             self.seeds.iter().map(|seed| json!(seed)).collect(),
+            self.tools.iter().map(|on| json!(on)).collect(),
         ];
-        let lists = NAMES.into_iter().zip::<[Vec<Value>; 5]>(lists);
+        let lists = NAMES.into_iter().zip::<[Vec<Value>; 6]>(lists);
         lists.filter(|(_, values)| !values.is_empty()).collect()
     }
 
@@ -136,6 +148,11 @@ impl AxisValues {
             effort: self.effort.or(usual.effort),
             temperature: self.temperature.or(usual.temperature),
             seed: self.seed.or(usual.seed),
+            tools: match self.tools {
+                Some(true) => Some(usual.tools.unwrap_or_default()),
+                Some(false) => None,
+                None => usual.tools,
+            },
             ..usual
         }
     }
@@ -169,13 +186,14 @@ impl AxisValues {
     }
 
     /// Each value in words.
-    fn cells(&self) -> [Option<String>; 5] {
+    fn cells(&self) -> [Option<String>; 6] {
         [
             self.form.map(|form| form.name().into()),
             self.stride.map(|stride| stride.to_string()),
             self.effort.map(|effort| effort.name().into()),
             self.temperature.map(|temperature| temperature.to_string()),
             self.seed.map(|seed| seed.to_string()),
+            self.tools.map(|on| tools_word(on).into()),
         ]
     }
 
@@ -187,6 +205,7 @@ impl AxisValues {
             self.effort,
             self.temperature.map(f64::to_bits),
             self.seed,
+            self.tools,
         )
     }
 }
@@ -220,6 +239,10 @@ impl std::str::FromStr for AxisValues {
                     number.map(|temperature| values.temperature = Some(temperature))
                 }
                 "seed" => value.parse().ok().map(|seed| values.seed = Some(seed)),
+                "tools" => [false, true]
+                    .into_iter()
+                    .find(|on| tools_word(*on) == value)
+                    .map(|on| values.tools = Some(on)),
                 _ => None,
             };
             read.ok_or_else(unknown)?;
@@ -281,6 +304,21 @@ mod tests {
         );
         assert_eq!(all[0].differences(&all[1]), ["temperature"]);
         assert_eq!(all[0].differences(&all[7]).len(), 3);
+        let tools = Axes {
+            tools: vec![false, true],
+            ..Axes::default()
+        };
+        assert_eq!(tools.words(), ["tools off,on"]);
+        let both = tools.values();
+        assert_eq!(both[0].differences(&both[1]), ["tools"]);
+        let sent = both
+            .iter()
+            .map(|one| one.parameters(Parameters::default()).tools);
+        let sent: Vec<_> = sent.collect();
+        for one in &both {
+            assert_eq!(one.to_string().parse::<AxisValues>().unwrap(), *one);
+        }
+        assert_eq!(sent, [None, Some(crate::llm::ToolLimits::default())]);
         assert!("effort lazy".parse::<AxisValues>().is_err() && "".parse::<AxisValues>().is_err());
     }
 

@@ -7,6 +7,7 @@ mod answer_case;
 mod answer_outcome;
 mod answer_page;
 mod answer_state;
+mod ask_model;
 mod attacker_values;
 mod axes;
 /// Questions in bulk, resumable, in the store.
@@ -57,6 +58,8 @@ mod stream_recorder;
 #[cfg(test)]
 pub(crate) mod tests_scored;
 mod token_probability;
+/// Rounds of tool calls.
+pub mod tool_rounds;
 mod training;
 mod validate;
 mod values;
@@ -69,7 +72,7 @@ pub use answer::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 pub use answer_case::AnswerCase;
 pub use answer_page::{AnswerDetail, AnswerPage, ShownClaim};
 pub use answer_state::{AnswerState, CountedAs};
-pub use axes::{Axes, AxisValues};
+pub use axes::{Axes, AxisValues, tools_word};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use confusion::Confusion;
 pub use defaults::default_frame;

@@ -3,6 +3,7 @@
 use super::judges::{Judge, ModelJudge};
 use super::question::{Case, Question};
 use super::run_case::RunOptions;
+use super::tool_rounds;
 use crate::llm::{Parameters, Request, ResponseFormat, Schema};
 use crate::prompts::Pack;
 use crate::store::NewRun;
@@ -21,6 +22,7 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
             log_probabilities: model.parameters.log_probabilities && Task::VERDICTS.contains(&task),
             ..model.parameters
         },
+        tools: model.parameters.tools.map(|_| tool_rounds::toolbox()),
         // The same form in all techniques: a chain of thought has its place in the justification, the first key. The
         // paper's answers are reasoning and then JSON with keys of its own, which no schema can ask for.
         schema: (question.pack == Pack::Standard).then(|| Schema {
@@ -30,10 +32,27 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
     }
 }
 
-/// The most that asking can cost, US dollars, where price and limit of the answer are known.
+/// The most that asking can cost, US dollars, where price and limit of the answer are known: with tools, that of every
+/// round and of the answer after them.
 pub fn most_usd(question: &Question, model: &ModelJudge) -> Option<f64> {
-    model.endpoint.at_most(&request(question, model))
+    let request = request(question, model);
+    let Some(limits) = model.parameters.tools else {
+        return model.endpoint.at_most(&request);
+    };
+    let answer = model
+        .endpoint
+        .answer_limit(&request.parameters)
+        .unwrap_or(0);
+    let rounds = 0..=limits.rounds.min(MOST_ROUNDS);
+    let costs = rounds.map(|round| {
+        let added = tool_rounds::most_added(round, &limits, answer);
+        model.endpoint.at_most_with(&request, added)
+    });
+    costs.sum()
 }
+
+/// Rounds that a bound is worked out for: no option allows more.
+const MOST_ROUNDS: u32 = 100;
 
 /// What the store keeps before anything is sent.
 ///
@@ -80,7 +99,12 @@ pub fn record(
             max_tokens: model.endpoint.answer_limit(&request.parameters),
             ..request.parameters
         };
-        run.parameters = serde_json::to_string(&parameters)?;
+        let mut sent = serde_json::to_value(parameters)?;
+        if parameters.tools.is_some() {
+            // The tools are part of what is sent, so changed ones are another question.
+            sent["tool_table"] = tool_rounds::table_hash().into();
+        }
+        run.parameters = sent.to_string();
         run.answer_schema = shape(model.endpoint.response_format, request.schema.as_ref())
             .map(|shape| serde_json::to_string(&shape))
             .transpose()?;

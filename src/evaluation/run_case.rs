@@ -3,18 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use futures_util::StreamExt;
 use tokio::time::Instant;
 
 use super::answer::{Answer, JudgeOutcome, MissingVerdict, times};
-use super::answer_outcome::{read, stopped_short, too_long, weighed, word};
-use super::judges::{Judge, ModelJudge};
-use super::price_words::stated;
+use super::judges::Judge;
 use super::question::Question;
 use super::recorded_answer::not_recorded;
 use super::request::{most_usd, record, request};
 use super::stream_recorder::StreamRecorder;
-use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
+use super::tool_rounds;
+use crate::llm::{self, Chunk, ProviderOutage, ToolRound};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{ParseQuality, Parsed, Task};
 
@@ -30,6 +28,8 @@ pub enum Event {
     Chunk(Chunk),
     /// The answer is not in the store; why, and where it is instead.
     NotStored(String),
+    /// The model called tools, and they answered.
+    Tools(Box<ToolRound>),
     /// It failed in a way in which every other question to the model would most likely fail.
     Barred(ProviderOutage),
 }
@@ -64,6 +64,7 @@ pub async fn run(
 ) -> Result<Answer, AskError> {
     let mut kept = None;
     let mut recorded = None;
+    let mut continued = Vec::new();
     match store {
         None => ready(question, judge).await?,
         Some(store) => {
@@ -89,6 +90,12 @@ pub async fn run(
                         store.bound(id, most_usd(question, model))?;
                     }
                     on_event(Event::Kept(id));
+                    if let Judge::Model(model) = judge
+                        && model.parameters.tools.is_some()
+                        && !wanted.fresh
+                    {
+                        continued = continued_rounds(&store, &run, id, &mut on_event)?;
+                    }
                     kept = Some((store, id));
                     recorded = Some(run);
                 }
@@ -101,7 +108,10 @@ pub async fn run(
         answer: unanswered(question, judge, kept.as_ref().map(|(_, run)| *run)),
         recorder: StreamRecorder::new(kept),
         started: Instant::now(),
+        store: place.clone(),
+        turn: 0,
     };
+    asking.answer.tool_rounds = continued;
     let over_budget = match judge {
         Judge::Reference => asking.reference(question).map(|()| None)?,
         Judge::Model(model) => asking.model(question, model, &mut on_event).await,
@@ -216,6 +226,9 @@ async fn claim(
 /// The answer of a run that is in the store.
 fn replay(run: Run, on_event: &mut impl FnMut(Event)) -> Answer {
     on_event(Event::Kept(run.id));
+    for round in tool_rounds::stored(run.tool_rounds.as_deref()) {
+        on_event(Event::Tools(Box::new(round)));
+    }
     for (text, piece) in [
         (&run.reasoning, Chunk::Reasoning as fn(String) -> Chunk),
         (&run.answer, Chunk::Text),
@@ -240,6 +253,7 @@ fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer 
         judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
         text: String::new(),
         reasoning: String::new(),
+        tool_rounds: Vec::new(),
         consumed: Consumed::default(),
         price_source: None,
         finish: None,
@@ -253,11 +267,40 @@ fn reference_texts(question: &Question) -> Result<(String, String), StoreError> 
     Ok((judgement.reasoning, text))
 }
 
+/// The rounds of tool calls of an earlier run of the same question that broke off: they are paid, and the question
+/// goes on after them.
+fn continued_rounds(
+    store: &Store,
+    run: &NewRun,
+    id: RunId,
+    on_event: &mut impl FnMut(Event),
+) -> Result<Vec<ToolRound>, StoreError> {
+    let Some((earlier, json)) = store.unfinished_rounds(run, id)? else {
+        return Ok(Vec::new());
+    };
+    let rounds = tool_rounds::stored(Some(&json));
+    if !rounds.is_empty() {
+        store.keep_rounds(id, &json)?;
+        on_event(Event::Chunk(Chunk::Note(format!(
+            "continuing after {} rounds of tool calls of run {earlier}; they are not asked again",
+            rounds.len()
+        ))));
+        for round in &rounds {
+            on_event(Event::Tools(Box::new(round.clone())));
+        }
+    }
+    Ok(rounds)
+}
+
 /// A question on its way.
-struct Asking {
-    recorder: StreamRecorder,
+pub(super) struct Asking {
+    pub(super) recorder: StreamRecorder,
     started: Instant,
-    answer: Answer,
+    pub(super) answer: Answer,
+    /// Where the rounds of tool calls are kept.
+    pub(super) store: Option<(Arc<Store>, RunId)>,
+    /// Where in the text the last turn begins: turns before it end in calls.
+    pub(super) turn: usize,
 }
 
 impl Asking {
@@ -266,7 +309,7 @@ impl Asking {
     }
 
     /// Takes a piece; it is shown when it is kept.
-    fn piece(&mut self, piece: Chunk) {
+    pub(super) fn piece(&mut self, piece: Chunk) {
         match &piece {
             Chunk::Reasoning(text) => self.answer.reasoning.push_str(text),
             Chunk::Text(text) => self.answer.text.push_str(text),
@@ -288,91 +331,5 @@ impl Asking {
             how: ParseQuality::Strict,
         });
         Ok(())
-    }
-
-    /// Why the budget allowed nothing to be sent, where that is so.
-    async fn model(
-        &mut self,
-        question: &Question,
-        model: &ModelJudge,
-        on_event: &mut impl FnMut(Event),
-    ) -> Option<String> {
-        let task = question.case.task;
-        let request = request(question, model);
-        let weigh = llm::gives_log_probabilities(&model.endpoint, &request);
-        let mut tokens = Vec::new();
-        let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request);
-        let (mut failure, mut retried, mut begun) = (None, false, false);
-        let mut over_budget = None;
-        loop {
-            let due = tokio::time::sleep_until(self.recorder.due());
-            let chunk = tokio::select! {
-                // What is there is taken before it is written, so that much is written at once.
-                biased;
-                chunk = chunks.next() => chunk,
-                () = due => {
-                    self.recorder.flush_due(on_event);
-                    continue;
-                }
-            };
-            let Some(chunk) = chunk else { break };
-            match chunk {
-                Ok(note @ Chunk::Note(_)) => on_event(Event::Chunk(note)),
-                Ok(Chunk::Started { model }) => {
-                    begun = true;
-                    self.answer.model_returned.clone_from(&model);
-                    on_event(Event::Chunk(Chunk::Started { model }));
-                }
-                Ok(piece @ (Chunk::Reasoning(_) | Chunk::Text(_))) => self.piece(piece),
-                Ok(Chunk::LogProbabilities(given)) => tokens = given,
-                Ok(Chunk::Usage(usage)) => {
-                    let consumed = &mut self.answer.consumed;
-                    consumed.input_tokens = usage.input_tokens;
-                    consumed.output_tokens = usage.output_tokens;
-                    consumed.reasoning_tokens = usage.reasoning_tokens;
-                    consumed.cached_tokens = usage.cached_tokens;
-                    consumed.cost_usd = usage.cost.map(|cost| cost.usd);
-                    let returned = self.answer.model_returned.as_deref();
-                    let source = usage.cost.map(|cost| stated(cost.source, model, returned));
-                    self.answer.price_source = source;
-                }
-                Ok(retrying @ Chunk::Retrying { .. }) => {
-                    retried = true;
-                    on_event(Event::Chunk(retrying));
-                }
-                Ok(Chunk::Finished(finish)) => {
-                    failure = stopped_short(&finish);
-                    if finish == Finish::TooLong {
-                        on_event(Event::Chunk(Chunk::Note(too_long())));
-                    }
-                    self.answer.finish = Some(word(&finish));
-                    // Nothing follows, and the end is written at once, together with what waits.
-                    break;
-                }
-                Err(error) => {
-                    if let Some(barrier) = error.barrier().filter(|_| !begun) {
-                        on_event(Event::Barred(barrier));
-                    }
-                    if matches!(error, llm::Error::Budget { .. }) && !retried && !begun {
-                        over_budget = Some(error.to_string());
-                    }
-                    failure = Some(match error.before_sending() && !retried {
-                        true => MissingVerdict::NotSent(error.to_string()),
-                        false => MissingVerdict::NoAnswer(error.to_string()),
-                    });
-                }
-            }
-            self.recorder.flush_due(on_event);
-        }
-        let secrets = Secrets::sent(&model.client, &model.endpoint);
-        self.answer.judged = read(task, &self.answer, failure).without(&secrets);
-        if weigh && !weighed(task, &tokens, &mut self.answer.judged) {
-            let note = match tokens.is_empty() {
-                true => "the server sent no log probabilities",
-                false => "the log probabilities do not show the token of the verdict",
-            };
-            on_event(Event::Chunk(Chunk::Note(note.into())));
-        }
-        over_budget
     }
 }

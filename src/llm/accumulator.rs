@@ -7,6 +7,7 @@ use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
 use super::think_tags::{ContentPart, Splitter};
 use super::token::Token;
+use super::turn_draft::TurnDraft;
 
 /// The answer so far, and the chunks not yet taken.
 #[derive(Debug)]
@@ -20,6 +21,11 @@ pub(super) struct ResponseAccumulator {
     refusal: String,
     usage: Option<Usage>,
     tokens: Vec<Token>,
+    /// Calls of tools so far.
+    turn: TurnDraft,
+    /// What was said and thought, which the server sees again after calls.
+    said: String,
+    thought: String,
     content: Splitter,
     /// Reasoning came through a separate channel.
     reasoned: bool,
@@ -51,6 +57,9 @@ impl ResponseAccumulator {
             refusal: String::new(),
             usage: None,
             tokens: Vec::new(),
+            turn: TurnDraft::default(),
+            said: String::new(),
+            thought: String::new(),
             content: Splitter::default(),
             reasoned: false,
             spoke: false,
@@ -106,6 +115,39 @@ impl ResponseAccumulator {
     pub fn say(&mut self, text: &str) {
         let parts = self.content.push(text);
         self.sort(parts);
+    }
+
+    /// Names the tool of a call, by its number in the turn.
+    pub fn call(&mut self, number: u64, id: &str, name: &str) {
+        let (id, name) = (word(id), word(name));
+        self.turn.named(number, &id, &name);
+    }
+
+    /// A fragment of the arguments of a call.
+    pub fn call_arguments(&mut self, number: u64, fragment: &str) {
+        let fitting = self.fitting(fragment);
+        self.received += fitting.chars().count();
+        self.turn.arguments(number, fitting);
+    }
+
+    /// All arguments of a call, in the place of fragments.
+    pub fn call_whole(&mut self, number: u64, arguments: &str) {
+        let fitting = self.fitting(arguments);
+        self.received += fitting.chars().count();
+        self.turn.whole(number, fitting);
+    }
+
+    /// How many tools are called so far.
+    pub fn calls(&self) -> u64 {
+        self.turn.len()
+    }
+
+    /// A part of the turn that the server has to see again as it is, should it call tools.
+    pub fn echo(&mut self, part: Value) {
+        let text = part.to_string();
+        if self.fitting(&text).len() == text.len() {
+            self.turn.echo(part);
+        }
     }
 
     /// A piece of a refusal.
@@ -174,6 +216,11 @@ impl ResponseAccumulator {
             Some(Finish::Refusal(words)) if words.is_empty() => {
                 Finish::Refusal(std::mem::take(&mut self.refusal))
             }
+            Some(Finish::Stop | Finish::ToolCalls) | None if !self.turn.is_empty() => {
+                Finish::ToolCalls
+            }
+            // So servers end turns that are to have calls.
+            Some(Finish::ToolCalls) => Finish::Other("tool_calls".into()),
             Some(Finish::Stop) if !self.spoke => Finish::Blank,
             Some(finish) => finish,
             None => Finish::Other("unstated".into()),
@@ -182,6 +229,12 @@ impl ResponseAccumulator {
         if !self.tokens.is_empty() {
             let tokens = std::mem::take(&mut self.tokens);
             self.chunks.push(Chunk::LogProbabilities(tokens));
+        }
+        if finish == Finish::ToolCalls {
+            let turn = std::mem::take(&mut self.turn);
+            let (said, thought) = (&mut self.said, &mut self.thought);
+            let turn = turn.turn(std::mem::take(said), std::mem::take(thought));
+            self.chunks.push(Chunk::ToolCalls(turn));
         }
         self.chunks.push(Chunk::Finished(finish));
     }
@@ -243,7 +296,13 @@ impl ResponseAccumulator {
         }
         self.received += text.chars().count();
         self.start();
-        self.chunks.push(kind(text));
+        let piece = kind(text);
+        match &piece {
+            Chunk::Reasoning(text) => self.thought.push_str(text),
+            Chunk::Text(text) => self.said.push_str(text),
+            _ => {}
+        }
+        self.chunks.push(piece);
     }
 
     /// As much of a text as still belongs to the answer.

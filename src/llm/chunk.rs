@@ -5,12 +5,13 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::token::Token;
+use super::tool_calls::ToolTurn;
 
 /// One piece of an answer, in the order of arrival.
 ///
 /// The order is: any number of `Note`, any number of `Retrying`, one `Started`, any mix of `Reasoning` and `Text`, at
-/// most one `Usage`, before it perhaps a `Note` about it, and on success at most one `LogProbabilities` and exactly one
-/// `Finished`, which is last. A
+/// most one `Usage`, before it perhaps a `Note` about it, and on success at most one `LogProbabilities`, at most one
+/// `ToolCalls` and exactly one `Finished`, which is last. A
 /// failed answer ends with an error instead of `Finished`; everything that had arrived is delivered before the error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Chunk {
@@ -29,6 +30,8 @@ pub enum Chunk {
     Usage(Usage),
     /// The tokens of the answer with their log probabilities, where they were asked for and given.
     LogProbabilities(Vec<Token>),
+    /// The model calls tools; [`Finish::ToolCalls`] follows.
+    ToolCalls(ToolTurn),
     /// A try failed in a way that may pass; the next one follows after the wait.
     Retrying {
         /// Number of the try that follows: 2 for the first repetition.
@@ -121,6 +124,8 @@ pub enum Finish {
     /// It said that it was finished, and had said nothing but white space: so DeepSeek ends an answer that is not the
     /// JSON asked for. Asking again may help, and is paid for again.
     Blank,
+    /// It called tools and waits for their results.
+    ToolCalls,
     /// It ran into the token limit: the text is cut off.
     Length,
     /// This program stopped reading, because the answer was larger than [`LONGEST_ANSWER`] bytes, or took more than

@@ -189,6 +189,13 @@ impl Endpoint {
         pricing.at_most(request.tokens(), limit)
     }
 
+    /// The same for a request that is `added` tokens longer.
+    #[must_use]
+    pub fn at_most_with(&self, request: &Request, added: u32) -> Option<f64> {
+        let (pricing, limit) = self.worst_case(&request.model, &request.parameters).ok()?;
+        pricing.at_most(request.tokens().saturating_add(added), limit)
+    }
+
     /// Whether the server is on this machine; such servers rarely want a key.
     #[must_use]
     pub fn is_here(&self) -> bool {

@@ -10,6 +10,7 @@
 //!     messages: vec![Message { role: Role::User, content: "Is this dangerous?".into() }],
 //!     parameters: Parameters::default(),
 //!     schema: None,
+//!     tools: None,
 //! };
 //! let mut answer = stream(&Client::new(), Endpoint::new("local", "http://127.0.0.1:8080"), request);
 //! while let Some(chunk) = answer.next().await {
@@ -60,6 +61,8 @@ mod sending;
 mod streaming;
 mod think_tags;
 mod token;
+mod tool_calls;
+mod turn_draft;
 
 pub use api_keys::{Environment, ResolvedKey, without_secrets};
 pub use attempt::RetryHint;
@@ -84,6 +87,7 @@ pub use redaction::Secrets;
 pub use registry::Registry;
 pub use request::{Message, Parameters, Request, Role, Schema};
 pub use token::Token;
+pub use tool_calls::{ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
 
 use futures_util::stream::{self, Stream, StreamExt};
 

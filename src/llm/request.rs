@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effort::Effort;
+use super::tool_calls::{ToolLimits, Toolbox};
 
 /// Author of a [`Message`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -53,6 +54,9 @@ pub struct Parameters {
     /// Whether the log probabilities of the answer's tokens are asked for.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub log_probabilities: bool,
+    /// Whether the model may call tools, and how often.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tools: Option<ToolLimits>,
 }
 
 /// One question to one model.
@@ -66,6 +70,8 @@ pub struct Request {
     pub parameters: Parameters,
     /// The shape wanted of the answer; see [`super::ResponseFormat`] for what is sent of it.
     pub schema: Option<Schema>,
+    /// The tools that the model may call, with the rounds of calls so far.
+    pub tools: Option<Toolbox>,
 }
 
 impl Request {
@@ -76,6 +82,23 @@ impl Request {
         let messages: usize = self.messages.iter().map(|m| m.content.len() + 16).sum();
         let schema = self.schema.as_ref();
         let schema = schema.map_or(0, |s| s.schema.to_string().len());
-        u32::try_from((messages + schema) / 2).unwrap_or(u32::MAX)
+        let tools = self.tools.as_ref().map_or(0, Toolbox::bytes);
+        u32::try_from((messages + schema + tools) / 2).unwrap_or(u32::MAX)
+    }
+
+    /// Whether the model may call tools now.
+    pub(super) fn may_call(&self) -> bool {
+        self.tools.as_ref().is_some_and(|tools| tools.may_call)
+    }
+
+    /// The tools, where the request has some.
+    pub(super) fn offered(&self) -> Option<&Toolbox> {
+        self.tools.as_ref().filter(|tools| !tools.specs.is_empty())
+    }
+
+    /// The schema to send; `beside_tools` says whether the server takes one while the model may call tools.
+    pub(super) fn schema_to_send(&self, beside_tools: bool) -> Option<&Schema> {
+        let wanted = beside_tools || !self.may_call();
+        self.schema.as_ref().filter(|_| wanted)
     }
 }

@@ -108,6 +108,7 @@ fn models_take_the_efforts_that_their_providers_document() {
                 ..crate::llm::Parameters::default()
             },
             schema: None,
+            tools: None,
         };
         let checked = crate::llm::effort::check(&endpoint, &request);
         checked.err().map(|error| error.to_string())

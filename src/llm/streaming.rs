@@ -141,6 +141,7 @@ impl StreamingRequest {
         Some(Ok(match chunk {
             Chunk::Reasoning(_) | Chunk::Text(_) => self.redactors.piece(chunk)?,
             Chunk::Usage(usage) => Chunk::Usage(self.priced(usage)),
+            Chunk::ToolCalls(turn) => Chunk::ToolCalls(turn.cleared(clear)),
             Chunk::Finished(finish) => Chunk::Finished(match finish {
                 Finish::Refusal(text) => Finish::Refusal(clear(text)),
                 Finish::Blocked(text) => Finish::Blocked(clear(text)),

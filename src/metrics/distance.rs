@@ -8,6 +8,7 @@ pub(super) const MEASURE: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "exact distance of the bodies (GJK, parry)",
     compute,
 };

@@ -8,6 +8,7 @@ pub(super) const GAP_LONG: Measure = Measure {
     unit: "m",
     danger: Danger::Neutral,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "ego frame, bumper to bumper",
     compute: |e| Reading::Value(e.relation().gap_long),
 };
@@ -18,6 +19,7 @@ pub(super) const GAP_LAT: Measure = Measure {
     unit: "m",
     danger: Danger::Neutral,
     mirrored: Mirrored::Negated,
+    reads_ahead: false,
     source: "ego frame, side to side",
     compute: |e| Reading::Value(e.relation().gap_lat),
 };
@@ -28,6 +30,7 @@ pub(super) const TTC_LONG: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "gap over closing speed, ego frame",
     compute: |e| to_close(&e.relation(), |r| r.gap_long, Relation::time_long),
 };
@@ -38,6 +41,7 @@ pub(super) const TTC_LAT: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "gap over closing speed, ego frame",
     compute: |e| to_close(&e.relation(), |r| r.gap_lat, Relation::time_lat),
 };
@@ -48,6 +52,7 @@ pub(super) const V_REL_LONG: Measure = Measure {
     unit: "m/s",
     danger: Danger::Neutral,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "ego frame",
     compute: |e| Reading::Value(e.relation().velocity.x),
 };
@@ -58,6 +63,7 @@ pub(super) const V_REL_LAT: Measure = Measure {
     unit: "m/s",
     danger: Danger::Neutral,
     mirrored: Mirrored::Negated,
+    reads_ahead: false,
     source: "ego frame",
     compute: |e| Reading::Value(e.relation().velocity.y),
 };
@@ -68,6 +74,7 @@ pub(super) const A_REL_LONG: Measure = Measure {
     unit: "m/s²",
     danger: Danger::Neutral,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "ego frame",
     compute: |e| Reading::Value(e.relation().acceleration.x),
 };
@@ -78,6 +85,7 @@ pub(super) const A_REL_LAT: Measure = Measure {
     unit: "m/s²",
     danger: Danger::Neutral,
     mirrored: Mirrored::Negated,
+    reads_ahead: false,
     source: "ego frame",
     compute: |e| Reading::Value(e.relation().acceleration.y),
 };

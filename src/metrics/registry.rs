@@ -74,6 +74,9 @@ pub struct Measure {
     pub danger: Danger,
     /// Its behaviour under mirroring.
     pub mirrored: Mirrored,
+    /// Whether it reads recorded steps after the one that it is computed at: then it tells the future, and no model that
+    /// is judged may ask for it.
+    pub reads_ahead: bool,
     /// The source of its definition.
     pub source: &'static str,
     /// Computes it.

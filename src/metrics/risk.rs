@@ -137,6 +137,7 @@ pub const UNROUNDED_RISK: Measure = Measure {
     unit: "",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "own",
     compute: |encounter| {
         let table = &encounter.thresholds().risk;
@@ -151,6 +152,7 @@ pub(super) const MEASURE: Measure = Measure {
     unit: "",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "From Words to Collisions, with real bodies",
     compute,
 };

@@ -11,6 +11,7 @@ pub(super) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "Hayward 1972, bodies in the plane at constant velocity",
     compute,
 };

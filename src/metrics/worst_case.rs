@@ -12,6 +12,7 @@ pub(super) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "first touch of circles that grow with worst_case (Wachenfeld 2016)",
     compute,
 };

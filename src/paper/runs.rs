@@ -98,6 +98,7 @@ fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> R
             ..Ending::bare(state)
         },
         verdict_json,
+        tool_rounds: None,
         most_usd: None,
         notes: String::new(),
         pinned: false,

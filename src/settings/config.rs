@@ -44,6 +44,8 @@ pub struct Config {
     pub effort: Option<String>,
     /// Whether the log probabilities of answers are asked for, where a model gives them.
     pub log_probabilities: bool,
+    /// Whether models may call tools that compute.
+    pub tools: bool,
     /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
     pub concurrency: std::num::NonZeroU32,
     /// How attackers of variants move: `human` or `limit`; `human` where it is not set.
@@ -87,6 +89,7 @@ impl Default for Config {
             max_tokens: None,
             effort: None,
             log_probabilities: false,
+            tools: false,
             concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
             attack_style: None,
             attack_within: 30.0,

@@ -108,6 +108,7 @@ pub(super) const KEYS: [Key; 25] = [
         "not sent",
         |config| text(&config.effort),
     ),
+    key("tools", BOOLEAN, "", |config| Some(config.tools.into())),
     key("log_probabilities", BOOLEAN, "", |config| {
         Some(config.log_probabilities.into())
     }),

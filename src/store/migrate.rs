@@ -5,7 +5,7 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 10] = [
+const MIGRATIONS: [&str; 11] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
     include_str!("migrations/3.sql"),
@@ -16,6 +16,7 @@ const MIGRATIONS: [&str; 10] = [
     include_str!("migrations/8.sql"),
     include_str!("migrations/9.sql"),
     include_str!("migrations/10.sql"),
+    include_str!("migrations/11.sql"),
 ];
 
 /// The version of a file that this program writes.
@@ -306,5 +307,30 @@ mod tests {
             connection.execute(set, [verdict]).unwrap();
             assert_eq!(decided(&connection)[0], wanted, "{verdict}");
         }
+    }
+
+    #[test]
+    fn a_store_of_version_10_keeps_its_runs_and_takes_rounds_of_tools() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..10] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 10).unwrap();
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        let run = |id| store.run(RunId(id)).unwrap().unwrap();
+        assert_eq!(
+            (run(1).answer.as_str(), run(1).tool_rounds),
+            ("whole", None)
+        );
+        let rounds = r#"[{"text":"","calls":[],"results":[]}]"#;
+        store.keep_rounds(RunId(1), rounds).unwrap();
+        assert_eq!(run(1).tool_rounds.as_deref(), Some(rounds));
+        let record = run(1).to_record().to_string();
+        assert!(record.contains("tool_rounds"), "{record}");
+        assert!(!run(2).to_record().to_string().contains("tool_rounds"));
     }
 }

@@ -27,6 +27,7 @@ mod ratings;
 mod read_only;
 mod record;
 mod record_intake;
+mod rounds;
 mod rows;
 mod run;
 mod run_origins;

@@ -73,7 +73,16 @@ const FIELDS: &str = "id key sample batch origin source created_ms updated_ms sc
     claims_open claims_check notes pinned deleted_ms";
 
 /// Those that are JSON inside JSON, and text in the store.
-const DOCUMENTS: [&str; 4] = ["messages", "parameters", "answer_schema", "verdict"];
+const DOCUMENTS: [&str; 5] = [
+    "messages",
+    "parameters",
+    "answer_schema",
+    "verdict",
+    TOOL_ROUNDS,
+];
+
+/// A field of runs whose model called tools alone, so that other records stay as earlier versions read them.
+const TOOL_ROUNDS: &str = "tool_rounds";
 
 impl Run {
     /// The run as one JSON object; `nearmiss_run` says that this is one, and in which form.
@@ -98,6 +107,9 @@ impl Run {
                 .split(' ')
                 .map(|name| (name.to_string(), fields[name].take())),
         );
+        if fields[TOOL_ROUNDS].is_array() {
+            record.insert(TOOL_ROUNDS.to_string(), fields[TOOL_ROUNDS].take());
+        }
         Value::Object(record)
     }
 
@@ -124,7 +136,10 @@ impl Run {
         if let Some(run) = record.remove("run") {
             record.entry("id").or_insert(run);
         }
-        let known = |name: &str| FIELDS.split_whitespace().any(|field| field == name);
+        let known = |name: &str| {
+            let mut fields = FIELDS.split_whitespace().chain([TOOL_ROUNDS]);
+            fields.any(|field| field == name)
+        };
         if let Some(name) = record.keys().find(|name| !known(name)) {
             return Err(RecordError::Field {
                 meant: did_you_mean(name, FIELDS.split_whitespace()),

@@ -284,6 +284,9 @@ pub struct Run {
     /// The verdict as it is kept, for programs that know more than [`Ending::verdict`] can say.
     #[serde(rename = "verdict")]
     pub verdict_json: Option<String>,
+    /// Rounds of tool calls with their results, a JSON array; nothing where no tool was called.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_rounds: Option<String>,
     /// The most that it can have cost, US dollars, where that was known when it was asked.
     #[serde(default)]
     pub most_usd: Option<f64>,

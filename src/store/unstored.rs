@@ -85,6 +85,7 @@ impl Store {
             reasoning: reasoning.to_owned(),
             ending: ending.clone(),
             verdict_json: verdict.and_then(|said| serde_json::to_string(said).ok()),
+            tool_rounds: None,
             most_usd: None,
             notes: String::new(),
             pinned: false,

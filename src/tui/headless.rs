@@ -153,6 +153,7 @@ impl Stage {
             judged: JudgeOutcome::Missing(MissingVerdict::NotInAnswer("no verdict in it".into())),
             text: text.into(),
             reasoning: String::new(),
+            tool_rounds: Vec::new(),
             consumed: Consumed::default(),
             price_source: None,
             finish: Some("stop".into()),

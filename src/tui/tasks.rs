@@ -30,7 +30,7 @@ use super::session::{self, drafts};
 use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::EgoSelection;
 use crate::judge;
-use crate::llm::{Effort, Environment, Parameters, Registry, probe};
+use crate::llm::{Effort, Environment, Parameters, Registry, ToolLimits, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::{Config, Folders, SavedViews, TextFile};
@@ -383,6 +383,7 @@ fn parameters(config: &Config) -> Parameters {
         seed: None,
         effort: config.effort.as_deref().and_then(Effort::parse),
         log_probabilities: config.log_probabilities,
+        tools: config.tools.then(ToolLimits::default),
     }
 }
 

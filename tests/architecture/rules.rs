@@ -22,6 +22,7 @@ const DOMAIN: [&str; 16] = [
     "corpus",
     "store",
     "render",
+    "tools",
 ];
 
 /// Top-level modules and what each may import beside itself; a module that is not here fails.
@@ -37,6 +38,8 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "corpus" => &["metrics", "scenario", "geometry"],
         "description" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
+        // What models may compute; oracles ask the judge.
+        "tools" => &["judge", "metrics", "scenario", "geometry", "verdict"],
         // Drives are written as solutions, variants as scenarios.
         "simulation" => &[
             "planner",

@@ -103,6 +103,7 @@ fn answer(question: usize, scenario: &str, model: usize, techniques: usize) -> R
             },
             ..Ending::bare(RunState::Answered)
         },
+        tool_rounds: None,
         most_usd: None,
         notes: String::new(),
         pinned: false,

@@ -72,6 +72,7 @@ fn answer(n: i64) -> Run {
             },
             ..Ending::bare(RunState::Answered)
         },
+        tool_rounds: None,
         most_usd: None,
         notes: String::new(),
         pinned: false,

@@ -32,6 +32,7 @@ async fn asked(endpoint: Endpoint, model: &str, question: &str, schema: bool) ->
                 "label": {"type": "string", "enum": ["safe", "risky", "critical"]},
             }}),
         }),
+        tools: None,
     };
     let mut chunks = stream(&Client::direct(), endpoint, request);
     while let Some(chunk) = chunks.next().await {
@@ -151,6 +152,7 @@ async fn a_real_llama_server_keeps_to_its_seed() {
                 ..Parameters::default()
             },
             schema: None,
+            tools: None,
         };
         let chunks = stream(&Client::direct(), of(Dialect::OpenAiChat, &url), request);
         let chunks: Vec<_> = chunks.collect().await;
@@ -192,6 +194,7 @@ async fn cancelling_frees_the_place_of_a_real_llama_server() {
                 "type": "array", "minItems": MOST, "items": {"type": "string", "enum": ["risky"]},
             }}}),
         }),
+        tools: None,
     };
     let mut chunks = stream(&Client::direct(), of(Dialect::OpenAiChat, &url), request);
     let mut begun = false;

@@ -203,3 +203,154 @@ pub fn asked_at(dialect: Dialect, key: &str) -> (&'static str, &'static str, Str
         Dialect::Ollama => bearer("/api/chat"),
     }
 }
+
+/// A streamed turn of the model that calls tools, each with id, name and arguments; arguments come in fragments where the
+/// dialect has them so.
+pub fn calling(dialect: Dialect, calls: &[(&str, &str, &str)]) -> String {
+    let halves = |text: &str| {
+        let middle = (0..=text.len() / 2)
+            .rev()
+            .find(|at| text.is_char_boundary(*at))
+            .unwrap();
+        [text[..middle].to_string(), text[middle..].to_string()]
+    };
+    let parsed = |text: &str| serde_json::from_str::<Value>(text).unwrap_or_else(|_| json!({}));
+    let mut out = String::new();
+    match dialect {
+        Dialect::OpenAiChat => {
+            let delta = |calls: Value| {
+                data(
+                    json!({"model": "m-1", "choices": [{"index": 0, "delta": {"tool_calls": calls}}]}),
+                )
+            };
+            for (index, (id, name, text)) in calls.iter().enumerate() {
+                out += &delta(
+                    json!([{"index": index, "id": id, "type": "function", "function": {"name": name, "arguments": ""}}]),
+                );
+                for half in halves(text) {
+                    out += &delta(json!([{"index": index, "function": {"arguments": half}}]));
+                }
+            }
+            out += &data(
+                json!({"choices": [{"index": 0, "delta": {}, "finish_reason": "tool_calls"}]}),
+            );
+            out += &data(
+                json!({"choices": [], "usage": {"prompt_tokens": 100, "completion_tokens": 10}}),
+            );
+            out + "data: [DONE]\n\n"
+        }
+        Dialect::OpenAiResponses => {
+            let mut output = vec![
+                json!({"type": "reasoning", "id": "rs_1", "summary": [], "encrypted_content": "c2Vj"}),
+            ];
+            out += &named(
+                json!({"type": "response.output_item.done", "output_index": 0, "item": output[0]}),
+            );
+            for (index, (id, name, text)) in calls.iter().enumerate() {
+                let index = index + 1;
+                let item = |arguments: &str| json!({"type": "function_call", "id": "fc_1", "call_id": id, "name": name, "arguments": arguments});
+                out += &named(
+                    json!({"type": "response.output_item.added", "output_index": index, "item": item("")}),
+                );
+                for half in halves(text) {
+                    out += &named(
+                        json!({"type": "response.function_call_arguments.delta", "output_index": index, "delta": half}),
+                    );
+                }
+                out += &named(
+                    json!({"type": "response.output_item.done", "output_index": index, "item": item(text)}),
+                );
+                output.push(item(text));
+            }
+            out + &named(
+                json!({"type": "response.completed", "response": {"model": "m-1", "status": "completed", "output": output,
+                "usage": {"input_tokens": 100, "output_tokens": 10}}}),
+            )
+        }
+        Dialect::Gemini => {
+            let parts: Vec<Value> = calls.iter().map(|(_, name, text)| {
+                json!({"functionCall": {"name": name, "args": parsed(text)}, "thoughtSignature": "c2ln"})
+            }).collect();
+            data(
+                json!({"candidates": [{"content": {"parts": parts, "role": "model"}, "finishReason": "STOP", "index": 0}],
+                "modelVersion": "m-1", "usageMetadata": {"promptTokenCount": 100, "candidatesTokenCount": 10}}),
+            )
+        }
+        Dialect::Anthropic => {
+            out += &named(
+                json!({"type": "message_start", "message": {"model": "m-1", "content": [], "usage": {"input_tokens": 100, "output_tokens": 1}}}),
+            );
+            out += &named(
+                json!({"type": "content_block_start", "index": 0, "content_block": {"type": "thinking", "thinking": "", "signature": ""}}),
+            );
+            out += &named(
+                json!({"type": "content_block_delta", "index": 0, "delta": {"type": "thinking_delta", "thinking": "hm"}}),
+            );
+            out += &named(
+                json!({"type": "content_block_delta", "index": 0, "delta": {"type": "signature_delta", "signature": "c2ln"}}),
+            );
+            for (index, (id, name, text)) in calls.iter().enumerate() {
+                let index = index + 1;
+                out += &named(
+                    json!({"type": "content_block_start", "index": index, "content_block": {"type": "tool_use", "id": id, "name": name, "input": {}}}),
+                );
+                for half in halves(text) {
+                    out += &named(
+                        json!({"type": "content_block_delta", "index": index, "delta": {"type": "input_json_delta", "partial_json": half}}),
+                    );
+                }
+                out += &named(json!({"type": "content_block_stop", "index": index}));
+            }
+            out += &named(
+                json!({"type": "message_delta", "delta": {"stop_reason": "tool_use"}, "usage": {"output_tokens": 10}}),
+            );
+            out + &named(json!({"type": "message_stop"}))
+        }
+        Dialect::Ollama => {
+            let calls: Vec<Value> = calls.iter().map(|(_, name, text)| {
+                json!({"function": {"name": name, "arguments": parsed(text)}})
+            }).collect();
+            out += &line(
+                json!({"model": "m-1", "message": {"role": "assistant", "content": "", "tool_calls": calls}, "done": false}),
+            );
+            out + &line(
+                json!({"model": "m-1", "message": {"content": ""}, "done": true, "done_reason": "stop", "prompt_eval_count": 100, "eval_count": 10}),
+            )
+        }
+    }
+}
+
+/// A streamed final answer.
+pub fn saying(dialect: Dialect, text: &str) -> String {
+    match dialect {
+        Dialect::OpenAiChat => [
+            piece(dialect, text, false),
+            data(json!({"choices": [{"index": 0, "delta": {}, "finish_reason": "stop"}]})),
+            data(json!({"choices": [], "usage": {"prompt_tokens": 200, "completion_tokens": 20}})),
+            "data: [DONE]\n\n".into(),
+        ]
+        .concat(),
+        Dialect::OpenAiResponses => [
+            piece(dialect, text, false),
+            named(json!({"type": "response.completed", "response": {"model": "m-1", "status": "completed", "output": [],
+                "usage": {"input_tokens": 200, "output_tokens": 20}}})),
+        ]
+        .concat(),
+        Dialect::Gemini => data(json!({"candidates": [{"content": {"parts": [{"text": text}]}, "finishReason": "STOP"}],
+            "usageMetadata": {"promptTokenCount": 200, "candidatesTokenCount": 20}})),
+        Dialect::Anthropic => [
+            named(json!({"type": "message_start", "message": {"model": "m-1", "content": [], "usage": {"input_tokens": 200, "output_tokens": 1}}})),
+            named(json!({"type": "content_block_start", "index": 0, "content_block": {"type": "text", "text": ""}})),
+            named(json!({"type": "content_block_delta", "index": 0, "delta": {"type": "text_delta", "text": text}})),
+            named(json!({"type": "content_block_stop", "index": 0})),
+            named(json!({"type": "message_delta", "delta": {"stop_reason": "end_turn"}, "usage": {"output_tokens": 20}})),
+            named(json!({"type": "message_stop"})),
+        ]
+        .concat(),
+        Dialect::Ollama => [
+            piece(dialect, text, false),
+            line(json!({"model": "m-1", "message": {"content": ""}, "done": true, "done_reason": "stop", "prompt_eval_count": 200, "eval_count": 20})),
+        ]
+        .concat(),
+    }
+}

@@ -33,6 +33,7 @@ pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> V
         (None, None) => (None, None),
     };
     let returned = answer.model_returned.as_deref();
+    let rounds = &answer.tool_rounds;
     let mut value = json!({
         "run": answer.run.map(|run| run.0),
         "scenario": case.name,
@@ -64,6 +65,9 @@ pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> V
         "stored": null,
         "prediction": null,
     });
+    if !rounds.is_empty() {
+        value["tool_rounds"] = json!(rounds);
+    }
     if let (Some(past), Some(run)) = (&answer.past, answer.run) {
         value["stored"] = json!({
             "run": run.0,

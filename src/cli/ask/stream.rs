@@ -3,7 +3,7 @@
 use std::io::{IsTerminal, Write};
 
 use crate::cli::output;
-use crate::evaluation::Event;
+use crate::evaluation::{Event, tool_rounds};
 use crate::llm::Chunk;
 
 /// Streams the words of an answer to standard error, where a person is watching.
@@ -53,6 +53,11 @@ impl AnswerPrinter {
                     "{why}; try {attempt} in {:.0} s",
                     wait.as_secs_f64()
                 ));
+            }
+            Event::Tools(round) if self.on => {
+                for line in tool_rounds::lines(&round) {
+                    self.say(&format!("▸ {}", output::visible(&line)));
+                }
             }
             Event::Chunk(Chunk::Reasoning(text)) if self.on => self.piece(&text, Part::Reasoning),
             Event::Chunk(Chunk::Text(text)) if self.on => self.piece(&text, Part::Answer),

@@ -221,7 +221,12 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
     let strides = options.stride.iter().map(|steps| *steps as usize);
     let (stride, strides) = Axes::one_or_several(strides.collect());
     let (seed, seeds) = Axes::one_or_several(options.seed.clone());
+    let (with_tools, tools) = Axes::one_or_several(options.tools.clone());
+    let with_tools = with_tools.unwrap_or(config.tools && tools.is_empty());
+    let limits = options.tool_limits.limits();
+    let limits = (with_tools || !tools.is_empty()).then_some(limits);
     let axes = Axes {
+        tools,
         forms,
         strides,
         efforts,
@@ -241,6 +246,7 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
         max_tokens: options.max_tokens.or(config.max_tokens),
         effort: effort.or(usual),
         log_probabilities: options.log_probabilities || config.log_probabilities,
+        tools: limits,
         form,
         stride,
         road: options.of_frames.road,

@@ -125,7 +125,7 @@ struct Asks {
     leads: Vec<String>,
     /// Transforms.
     transforms: Vec<String>,
-    /// Settings that are asked in several values, each with its values: effort, temperature, form, stride, seed.
+    /// Settings that are asked in several values, each with its values: effort, temperature, form, stride, seed, tools.
     axes: BTreeMap<&'static str, Vec<Value>>,
     /// Paths of the scenarios.
     paths: Vec<String>,

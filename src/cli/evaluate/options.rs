@@ -9,6 +9,7 @@ use crate::cli::declared::Declared;
 use crate::cli::gate::Gate;
 use crate::cli::open::{frame, pack, techniques};
 use crate::cli::span::{OfFrames, form};
+use crate::cli::tool_options::{ToolLimitOptions, on_or_off};
 use crate::description::{Form, Frame};
 use crate::evaluation::batch::{MatrixAdditions, Shard, Split, Subset};
 use crate::evaluation::{Lead, Protocol};
@@ -56,6 +57,12 @@ pub struct Options {
     /// each [default: the server's].
     #[arg(long, value_delimiter = ',', value_parser = effort)]
     pub effort: Vec<Effort>,
+    /// Whether models may call tools that compute (`nearmiss help tools`): on or off; off,on asks with and without them
+    /// [default: off].
+    #[arg(long, value_delimiter = ',', value_name = "ON|OFF", value_parser = on_or_off)]
+    pub tools: Vec<bool>,
+    #[command(flatten)]
+    pub tool_limits: ToolLimitOptions,
     /// Wordings of the description, separated by commas: prose (sentences), compact (a table); everything is asked with
     /// each [default: from the template, else compact].
     #[arg(long, value_delimiter = ',', value_parser = form)]
@@ -267,6 +274,8 @@ impl Options {
             || !self.temperature.is_empty()
             || self.max_tokens.is_some()
             || !self.effort.is_empty()
+            || !self.tools.is_empty()
+            || self.tool_limits.any()
             || !self.form.is_empty()
             || !self.stride.is_empty()
             || self.of_frames.any()

@@ -118,6 +118,8 @@ pub fn settings(arguments: &Evaluate) -> impl Iterator<Item = (&'static str, &'s
         (!options.temperature.is_empty(), "--temperature", ""),
         (options.max_tokens.is_some(), "--max-tokens", ""),
         (!options.effort.is_empty(), "--effort", ""),
+        (!options.tools.is_empty(), "--tools", ""),
+        (options.tool_limits.any(), "--tool-rounds", ""),
         (!options.form.is_empty(), "--form", ""),
         (!options.stride.is_empty(), "--stride", ""),
         (options.of_frames.road.is_some(), "--road", ""),

@@ -53,6 +53,7 @@ impl Writer {
             seed: None,
             effort: config.effort.as_deref().and_then(Effort::parse),
             log_probabilities: false,
+            tools: None,
         };
         let models = Models::new(
             Registry::lenient(&providers, &folders.config_file()),

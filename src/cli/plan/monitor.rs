@@ -128,6 +128,7 @@ impl MonitorOptions {
             seed: None,
             effort: config.effort.as_deref().and_then(Effort::parse),
             log_probabilities: false,
+            tools: None,
         };
         let budget = self.budget.or(config.budget);
         let models = Models::new(

@@ -10,7 +10,7 @@ use crate::store::Store;
 #[derive(Debug, clap::Args)]
 pub struct PivotOptions {
     /// One table with this axis as rows: model, techniques, frame, task, template, lead, transform, effort, temperature,
-    /// form, stride, seed, sample or country; each cell has an interval of 95 % and the number of its answers.
+    /// form, stride, seed, tools, sample or country; each cell has an interval of 95 % and the number of its answers.
     #[arg(long, value_name = "AXIS", value_parser = Axis::parse, conflicts_with = "paper")]
     rows: Option<Axis>,
     /// The axis of the columns.

@@ -7,7 +7,7 @@ use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::windows::{LEAD, WITHIN};
 use crate::evaluation::{Axes, AxisValues, Lead, PAPER_STEPS, PromptConfig, Protocol, Settings};
 use crate::judge;
-use crate::llm::{Effort, Parameters};
+use crate::llm::{Effort, Parameters, ToolLimits};
 use crate::metrics::MeasureList;
 use crate::prompts::{Pack, Techniques};
 use crate::scenario::Transform;
@@ -60,6 +60,8 @@ pub struct RequestSettings {
     pub effort: Option<Effort>,
     /// Whether log probabilities are asked for.
     pub log_probabilities: bool,
+    /// Whether models may call tools, and how often; where that is an axis, how often.
+    pub tools: Option<ToolLimits>,
     /// Form of the description.
     pub form: Option<Form>,
     /// Steps between described ones.
@@ -122,6 +124,7 @@ impl RequestSettings {
             seed: self.seed,
             effort: self.effort,
             log_probabilities: self.log_probabilities,
+            tools: self.tools,
         }
     }
 }

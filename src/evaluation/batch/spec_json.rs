@@ -13,7 +13,7 @@ use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::report::Comparison;
 use crate::evaluation::{Axes, Lead, Protocol};
 use crate::formats::EgoSelection;
-use crate::llm::Effort;
+use crate::llm::{Effort, ToolLimits};
 use crate::metrics::MeasureList;
 use crate::prompts::{Pack, Techniques};
 use crate::verdict::Task;
@@ -44,6 +44,8 @@ struct Written {
     effort: Option<String>,
     #[serde(default, skip_serializing_if = "is_default")]
     log_probabilities: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    tools: Option<ToolLimits>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     more_leads: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -95,6 +97,8 @@ struct WrittenAxes {
     temperature: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     seed: Vec<u64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tools: Vec<bool>,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -131,6 +135,7 @@ impl Spec {
             max_tokens: request.max_tokens,
             effort: request.effort.map(|effort| effort.name().to_string()),
             log_probabilities: request.log_probabilities,
+            tools: request.tools,
             more_leads: words(&matrix.more_leads, |lead| lead.stored()),
             transforms: words(&matrix.transforms, ToString::to_string),
             truth: truth.into(),
@@ -154,6 +159,7 @@ impl Spec {
                 effort: words(&matrix.axes.efforts, |effort| effort.name()),
                 temperature: matrix.axes.temperatures.clone(),
                 seed: matrix.axes.seeds.clone(),
+                tools: matrix.axes.tools.clone(),
             },
             select: self.subset.select.clone(),
             split: self.subset.split,
@@ -190,6 +196,7 @@ impl Spec {
                 efforts: each(&written.axes.effort, Effort::parse)?,
                 temperatures: written.axes.temperature,
                 seeds: written.axes.seed,
+                tools: written.axes.tools,
             },
             request: RequestSettings {
                 history: written.history,
@@ -205,6 +212,7 @@ impl Spec {
                 max_tokens: written.max_tokens,
                 effort: effort.transpose()?,
                 log_probabilities: written.log_probabilities,
+                tools: written.tools,
                 form: form.transpose()?,
                 stride: written.stride,
                 road: written.road,

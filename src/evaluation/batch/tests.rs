@@ -165,6 +165,10 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
         max_tokens: Some(900),
         effort: Some(Effort::Low),
         log_probabilities: true,
+        tools: Some(crate::llm::ToolLimits {
+            rounds: 3,
+            calls: 9,
+        }),
         form: Some(Form::Prose),
         stride: Some(2),
         road: Some(true),

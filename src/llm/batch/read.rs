@@ -41,7 +41,7 @@ pub fn answer(calls: &Calls, document: &Value) -> Outcome {
                     other => other,
                 };
             }
-            Chunk::Note(_) | Chunk::Retrying { .. } => {}
+            Chunk::Note(_) | Chunk::Retrying { .. } | Chunk::ToolCalls(_) => {}
         }
     }
     answer.text = secrets.redact_cut(&answer.text);

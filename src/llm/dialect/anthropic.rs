@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::anthropic_blocks::{Blocks, round};
 use super::{AnswerReader, Auth, Body, WireProtocol, count, is_anthropic_model, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{AnthropicBatches, BatchApi};
@@ -12,6 +13,7 @@ use crate::llm::error::Error;
 use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Request, Role};
+use crate::llm::tool_calls::ToolSpec;
 
 /// The version of the API that is spoken, sent as a header.
 const VERSION: &str = "2023-06-01";
@@ -55,7 +57,20 @@ impl WireProtocol for Protocol {
             out.put("system", system_prompt(endpoint, system.join("\n\n")));
         }
         let turns = request.messages.iter().filter(|m| m.role != Role::System);
-        out.put("messages", turns.map(|m| json!(m)).collect());
+        let mut messages: Vec<Value> = turns.map(|m| json!(m)).collect();
+        if let Some(tools) = request.offered() {
+            messages.extend(tools.rounds.iter().flat_map(round));
+            let tool = |spec: &ToolSpec| {
+                json!({
+                    "name": spec.name, "description": spec.about, "input_schema": spec.schema,
+                })
+            };
+            out.put("tools", tools.specs.iter().map(tool).collect());
+            if !tools.may_call {
+                out.put("tool_choice", json!({"type": "none"}));
+            }
+        }
+        out.put("messages", json!(messages));
 
         let mut output = Map::new();
         let thinks = thinking(endpoint, parameters.effort, limit, &mut output, out);
@@ -183,6 +198,8 @@ const COUNTS: [&str; 5] = [
 struct MessagesReader {
     /// The counts so far: the first event has some, a later one others, and what is repeated holds from then on.
     counts: Map<String, Value>,
+    /// The blocks so far, which the server has to see again after calls.
+    blocks: Blocks,
 }
 
 impl AnswerReader for MessagesReader {
@@ -195,11 +212,18 @@ impl AnswerReader for MessagesReader {
                 }
             }
             // Deltas name their kind, so that blocks which overlap are not mixed up.
-            Some("content_block_start") => block(value.get("content_block"), answer),
-            Some("content_block_delta") => block(value.get("delta"), answer),
+            Some("content_block_start") => {
+                block(value.get("content_block"), answer);
+                self.blocks.start(value, answer);
+            }
+            Some("content_block_delta") => {
+                block(value.get("delta"), answer);
+                self.blocks.grow(value, answer);
+            }
             Some("message_delta") => {
                 self.usage(value, answer);
                 if let Some(delta) = value.get("delta") {
+                    self.blocks.stop(delta, answer);
                     stopped(delta, answer);
                 }
             }
@@ -216,7 +240,12 @@ impl AnswerReader for MessagesReader {
         };
         answer.model(string(value, "model"));
         self.usage(value, answer);
-        blocks.iter().for_each(|b| block(Some(b), answer));
+        for (index, whole) in blocks.iter().enumerate() {
+            block(Some(whole), answer);
+            let begun = json!({"index": index, "content_block": whole});
+            self.blocks.start(&begun, answer);
+        }
+        self.blocks.stop(value, answer);
         stopped(value, answer);
         Ok(())
     }
@@ -260,6 +289,7 @@ fn stopped(holder: &Value, answer: &mut ResponseAccumulator) {
     match string(holder, "stop_reason") {
         None => {}
         Some("end_turn" | "stop_sequence") => answer.finish(Finish::Stop),
+        Some("tool_use") => answer.finish(Finish::ToolCalls),
         Some("max_tokens" | "model_context_window_exceeded") => answer.finish(Finish::Length),
         Some("refusal") => answer.finish(Finish::Refusal(String::new())),
         Some(other) => answer.finish(Finish::Other(other.to_owned())),

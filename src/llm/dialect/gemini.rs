@@ -14,6 +14,7 @@ use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Request, Role};
 use crate::llm::token::{ALTERNATIVES, Token};
+use crate::llm::tool_calls::{ToolRound, ToolSpec, Toolbox};
 
 /// Google's Gemini.
 pub(super) struct Protocol;
@@ -56,7 +57,16 @@ impl WireProtocol for Protocol {
             };
             json!({"role": role, "parts": [part(&m.content)]})
         });
-        out.put("contents", turns.collect());
+        let mut contents: Vec<Value> = turns.collect();
+        if let Some(tools) = request.offered() {
+            contents.extend(tools.rounds.iter().flat_map(round));
+            out.put("tools", declarations(tools));
+            if !tools.may_call {
+                let none = json!({"functionCallingConfig": {"mode": "NONE"}});
+                out.put("toolConfig", none);
+            }
+        }
+        out.put("contents", json!(contents));
 
         let mut config = Body::default();
         config.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
@@ -69,7 +79,8 @@ impl WireProtocol for Protocol {
             config.put("logprobs", json!(ALTERNATIVES));
         });
         thinking(endpoint, request.parameters.effort, &mut config);
-        if let Some(schema) = &request.schema {
+        // Models before Gemini 3 refuse a form for the answer beside tools.
+        if let Some(schema) = request.schema_to_send(false) {
             if endpoint.response_format != ResponseFormat::Off {
                 config.put("responseMimeType", json!("application/json"));
             }
@@ -91,6 +102,59 @@ impl WireProtocol for Protocol {
     fn batches(&self) -> Option<&'static dyn BatchApi> {
         Some(&GeminiBatches)
     }
+}
+
+/// The tools.
+fn declarations(tools: &Toolbox) -> Value {
+    let one = |spec: &ToolSpec| {
+        json!({
+            "name": spec.name, "description": spec.about, "parametersJsonSchema": spec.schema,
+        })
+    };
+    let all: Vec<Value> = tools.specs.iter().map(one).collect();
+    json!([{"functionDeclarations": all}])
+}
+
+/// A turn of the model and the results of its calls: its parts as they came, since some are signed.
+fn round(round: &ToolRound) -> [Value; 2] {
+    let mut parts = Vec::new();
+    if !round.turn.text.is_empty() {
+        parts.push(json!({"text": round.turn.text}));
+    }
+    let signed = |part: &&Value| part.get("functionCall").is_some();
+    let echoed: Vec<Value> = round.turn.echo.iter().filter(signed).cloned().collect();
+    match echoed.is_empty() {
+        false => parts.extend(echoed),
+        true => {
+            parts.extend(
+                round.turn.calls.iter().map(
+                    |call| json!({"functionCall": {"name": call.name, "args": call.object()}}),
+                ),
+            )
+        }
+    }
+    let results = round.pairs().map(|(call, result)| {
+        let result: Value = serde_json::from_str(result).unwrap_or_else(|_| json!(result));
+        let mut response = json!({"name": call.name, "response": {"result": result}});
+        if !call.id.starts_with("call_") {
+            response["id"] = json!(call.id);
+        }
+        json!({"functionResponse": response})
+    });
+    let results: Vec<Value> = results.collect();
+    [
+        json!({"role": "model", "parts": parts}),
+        json!({"role": "user", "parts": results}),
+    ]
+}
+
+/// A call, which comes whole.
+fn call(function: &Value, answer: &mut ResponseAccumulator) {
+    let number = answer.calls();
+    let id = string(function, "id").unwrap_or_default();
+    answer.call(number, id, string(function, "name").unwrap_or_default());
+    let arguments = function.get("args").filter(|args| args.is_object());
+    answer.call_whole(number, &arguments.map_or("{}".into(), Value::to_string));
 }
 
 fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
@@ -154,6 +218,13 @@ impl AnswerReader for GeminiReader {
         let parts = candidate.pointer("/content/parts");
         for part in parts.and_then(Value::as_array).into_iter().flatten() {
             let text = string(part, "text").unwrap_or_default();
+            let function = part.get("functionCall");
+            if let Some(function) = function {
+                call(function, answer);
+            }
+            if function.is_some() || part.get("thoughtSignature").is_some() {
+                answer.echo(part.clone());
+            }
             if part.get("thought").and_then(Value::as_bool) == Some(true) {
                 answer.reason(text);
             } else {

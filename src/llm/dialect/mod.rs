@@ -1,23 +1,26 @@
 //! The wire protocols: each is a file with its [`WireProtocol`] and a row of the table of [`Dialect`].
 
 mod anthropic;
+mod anthropic_blocks;
 mod body;
 mod gemini;
 mod ollama;
 mod openai_chat;
 mod openai_responses;
+mod responses_items;
 
 use std::fmt::Debug;
 
 use reqwest::Url;
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::accumulator::ResponseAccumulator;
 use super::batch::BatchApi;
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::request::Request;
+use super::tool_calls::{ToolSpec, Toolbox};
 pub(super) use body::Body;
 
 /// Makes [`Dialect`] of a table: variant, name in configuration files, implementation.
@@ -248,6 +251,16 @@ fn openai_version(root: &str) -> &'static str {
 fn openai_models(list: &Value) -> Option<Vec<&str>> {
     let is_meant = |entry: &Value| !is_anthropic_model(entry) || entry.get("object").is_some();
     names_in(list.get("data")?, "id", is_meant)
+}
+
+/// Tools as OpenAI's chat and Ollama have them.
+fn function_tools(tools: &Toolbox) -> Value {
+    let function = |spec: &ToolSpec| {
+        json!({"type": "function", "function": {
+            "name": spec.name, "description": spec.about, "parameters": spec.schema,
+        }})
+    };
+    tools.specs.iter().map(function).collect()
 }
 
 fn string<'a>(value: &'a Value, key: &str) -> Option<&'a str> {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{AnswerReader, Body, Framing, WireProtocol, count, names_in, string};
+use super::{AnswerReader, Body, Framing, WireProtocol, count, function_tools, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::effort::Effort;
@@ -63,7 +63,11 @@ impl WireProtocol for Protocol {
     fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
         let quirks = &endpoint.quirks;
         out.put("model", json!(request.model));
-        out.put("messages", json!(request.messages));
+        out.put("messages", messages(request));
+        // It has no way to forbid calls but to offer no tools.
+        if let Some(tools) = request.offered().filter(|tools| tools.may_call) {
+            out.put("tools", function_tools(tools));
+        }
         out.put("stream", json!(true));
         let style = quirks.efforts.unwrap_or(Efforts::Levels);
         match request.parameters.effort {
@@ -79,7 +83,8 @@ impl WireProtocol for Protocol {
             out.put("logprobs", json!(true));
             out.put("top_logprobs", json!(ALTERNATIVES));
         });
-        if let Some(schema) = &request.schema {
+        // A form for the answer keeps the model from calling tools.
+        if let Some(schema) = request.schema_to_send(false) {
             match endpoint.response_format {
                 ResponseFormat::Off => {}
                 ResponseFormat::JsonObject => out.put("format", json!("json")),
@@ -113,6 +118,46 @@ impl WireProtocol for Protocol {
     }
 }
 
+/// The conversation with the rounds of calls so far.
+fn messages(request: &Request) -> Value {
+    let mut all: Vec<Value> = request.messages.iter().map(|m| json!(m)).collect();
+    let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
+    for round in rounds {
+        let calls = round.turn.calls.iter();
+        let calls =
+            calls.map(|call| json!({"function": {"name": call.name, "arguments": call.object()}}));
+        let mut said = json!({
+            "role": "assistant", "content": round.turn.text, "tool_calls": calls.collect::<Vec<_>>(),
+        });
+        if !round.turn.thought.is_empty() {
+            said["thinking"] = json!(round.turn.thought);
+        }
+        all.push(said);
+        all.extend(round.pairs().map(
+            |(call, result)| json!({"role": "tool", "tool_name": call.name, "content": result}),
+        ));
+    }
+    json!(all)
+}
+
+/// Calls, which come whole.
+fn calls(message: &Value, answer: &mut ResponseAccumulator) {
+    let list = message.get("tool_calls").and_then(Value::as_array);
+    for call in list.into_iter().flatten() {
+        let Some(function) = call.get("function") else {
+            continue;
+        };
+        let number = answer.calls();
+        let id = string(call, "id").unwrap_or_default();
+        answer.call(number, id, string(function, "name").unwrap_or_default());
+        match function.get("arguments") {
+            Some(Value::String(text)) => answer.call_whole(number, text),
+            Some(whole) => answer.call_whole(number, &whole.to_string()),
+            None => {}
+        }
+    }
+}
+
 /// The reader of its answers.
 #[derive(Debug, Default)]
 struct OllamaReader;
@@ -124,6 +169,7 @@ impl AnswerReader for OllamaReader {
             answer.tokens(tokens(value.get("logprobs")));
             answer.reason(string(message, "thinking").unwrap_or_default());
             answer.say(string(message, "content").unwrap_or_default());
+            calls(message, answer);
         }
         if value.get("done").and_then(Value::as_bool) == Some(true) {
             answer.usage(Usage {

@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::{AnswerReader, Body, WireProtocol, count, openai_models, openai_version, string};
+use super::{
+    AnswerReader, Body, WireProtocol, count, function_tools, openai_models, openai_version, string,
+};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
 use crate::llm::chunk::{Cost, CostSource, Finish, Usage};
@@ -30,7 +32,13 @@ impl WireProtocol for Protocol {
     fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
         let quirks = &endpoint.quirks;
         out.put("model", json!(request.model));
-        out.put("messages", json!(request.messages));
+        out.put("messages", messages(endpoint, request));
+        if let Some(tools) = request.offered() {
+            out.put("tools", function_tools(tools));
+            if !tools.may_call {
+                out.put("tool_choice", json!("none"));
+            }
+        }
         out.put("stream", json!(true));
         out.put("stream_options", json!({"include_usage": true}));
         out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
@@ -50,7 +58,9 @@ impl WireProtocol for Protocol {
         if let Some(effort) = request.parameters.effort {
             self::effort(quirks.efforts.unwrap_or(Efforts::Levels), effort, out);
         }
-        if let Some(schema) = &request.schema {
+        // Servers on this machine refuse a grammar for the answer beside tools.
+        let schema = request.schema_to_send(!endpoint.is_here());
+        if let Some(schema) = schema {
             response_format(endpoint, request, schema, out);
         }
     }
@@ -67,6 +77,52 @@ impl WireProtocol for Protocol {
         Some(&OpenAiBatches {
             endpoint: "/v1/chat/completions",
         })
+    }
+}
+
+/// The conversation with the rounds of calls so far.
+fn messages(endpoint: &Endpoint, request: &Request) -> Value {
+    let mut all: Vec<Value> = request.messages.iter().map(|m| json!(m)).collect();
+    let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
+    for round in rounds {
+        let calls = round.turn.calls.iter().map(|call| {
+            json!({
+                "id": call.id, "type": "function",
+                "function": {"name": call.name, "arguments": call.arguments},
+            })
+        });
+        let text = &round.turn.text;
+        let mut said = json!({
+            "role": "assistant",
+            "content": (!text.is_empty()).then_some(text),
+            "tool_calls": calls.collect::<Vec<_>>(),
+        });
+        // DeepSeek wants to see what it thought before its calls; others refuse the field.
+        if endpoint.quirks.efforts == Some(Efforts::DeepSeek) && !round.turn.thought.is_empty() {
+            said["reasoning_content"] = json!(round.turn.thought);
+        }
+        all.push(said);
+        all.extend(round.pairs().map(
+            |(call, result)| json!({"role": "tool", "tool_call_id": call.id, "content": result}),
+        ));
+    }
+    json!(all)
+}
+
+/// Fragments of calls; whole ones have no index.
+fn calls(list: Option<&Value>, answer: &mut ResponseAccumulator) {
+    for call in list.and_then(Value::as_array).into_iter().flatten() {
+        let number = call.get("index").and_then(Value::as_u64);
+        let number = number.unwrap_or_else(|| answer.calls());
+        let function = call.get("function").unwrap_or(&Value::Null);
+        let id = string(call, "id").unwrap_or_default();
+        answer.call(number, id, string(function, "name").unwrap_or_default());
+        match function.get("arguments") {
+            Some(Value::String(fragment)) => answer.call_arguments(number, fragment),
+            // Some servers send an object.
+            Some(whole @ Value::Object(_)) => answer.call_whole(number, &whole.to_string()),
+            _ => {}
+        }
     }
 }
 
@@ -175,11 +231,13 @@ impl ChatReader {
                 Some(Value::Array(parts)) => parts.iter().for_each(|p| self.part(p, answer)),
                 _ => {}
             }
+            calls(delta.get("tool_calls"), answer);
             answer.refuse(string(delta, "refusal").unwrap_or_default());
         }
         match string(choice, "finish_reason") {
             None => {}
             Some("stop" | "eos" | "end_turn") => answer.finish(Finish::Stop),
+            Some("tool_calls" | "function_call") => answer.finish(Finish::ToolCalls),
             Some("length" | "max_tokens" | "model_length") => answer.finish(Finish::Length),
             Some("content_filter") => answer.finish(Finish::ContentFilter),
             // DeepSeek broke off: the partial text is not an answer.

@@ -45,6 +45,7 @@ fn request() -> Request {
         }],
         parameters: Parameters {
             log_probabilities: false,
+            tools: None,
             temperature: Some(0.5),
             max_tokens: Some(100),
             seed: Some(7),
@@ -54,6 +55,7 @@ fn request() -> Request {
             name: "my verdict!".into(),
             schema: json!({"type": "object"}),
         }),
+        tools: None,
     }
 }
 

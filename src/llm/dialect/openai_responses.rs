@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::responses_items::{begun, calls_of, done, flat_tools, input, output_index};
 use super::{AnswerReader, Body, WireProtocol, count, openai_models, openai_version, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
@@ -30,7 +31,18 @@ impl WireProtocol for Protocol {
     fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
         let quirks = &endpoint.quirks;
         out.put("model", json!(request.model));
-        out.put("input", json!(request.messages));
+        out.put("input", input(request));
+        let mut include: Vec<&str> = Vec::new();
+        if let Some(tools) = request.offered() {
+            out.put("tools", flat_tools(tools));
+            if !tools.may_call {
+                out.put("tool_choice", json!("none"));
+            }
+            // Nothing is kept by the server, so its thoughts come along and go back.
+            if quirks.reasoning && request.parameters.effort != Some(Effort::Off) {
+                include.push("reasoning.encrypted_content");
+            }
+        }
         out.put("stream", json!(true));
         // The server need not keep what the local store keeps anyway.
         out.put("store", json!(false));
@@ -42,9 +54,14 @@ impl WireProtocol for Protocol {
             out.untaken("seed", "not supported by the Responses API");
         }
         out.log_probabilities(endpoint, request, |out| {
-            out.put("include", json!(["message.output_text.logprobs"]));
             out.put("top_logprobs", json!(ALTERNATIVES));
         });
+        if out.fields.contains_key("top_logprobs") {
+            include.push("message.output_text.logprobs");
+        }
+        if !include.is_empty() {
+            out.put("include", json!(include));
+        }
         let mut reasoning = Map::new();
         match (request.parameters.effort, quirks.efforts) {
             (Some(_), Some(Efforts::Untaken)) => {
@@ -62,7 +79,7 @@ impl WireProtocol for Protocol {
         if !reasoning.is_empty() {
             out.put("reasoning", Value::Object(reasoning));
         }
-        if let Some(schema) = &request.schema {
+        if let Some(schema) = request.schema_to_send(true) {
             match endpoint.response_format {
                 ResponseFormat::Off => {}
                 ResponseFormat::JsonObject => {
@@ -113,6 +130,11 @@ impl AnswerReader for ResponsesReader {
                 answer.say(delta);
             }
             Some("response.refusal.delta") => answer.refuse(delta),
+            Some("response.function_call_arguments.delta") => {
+                answer.call_arguments(output_index(value), delta);
+            }
+            Some("response.output_item.added") => begun(value, answer),
+            Some("response.output_item.done") => done(value, answer),
             Some("response.reasoning_summary_text.delta") => self.reason(SUMMARY, delta, answer),
             Some("response.reasoning_text.delta") => self.reason(RAW, delta, answer),
             Some("response.reasoning_summary_part.added") => {
@@ -132,7 +154,7 @@ impl AnswerReader for ResponsesReader {
                     return self.response(response, answer);
                 }
             }
-            // Events that repeat what the deltas said, and those of tools.
+            // Events that repeat what the deltas said.
             _ => {}
         }
         Ok(())
@@ -185,6 +207,9 @@ impl ResponsesReader {
         if answer.received() == 0 {
             self.output(response, answer);
         }
+        if answer.calls() == 0 {
+            calls_of(response, answer);
+        }
         answer.complete();
         Ok(())
     }
@@ -196,6 +221,9 @@ impl ResponsesReader {
             items.cloned().unwrap_or_default()
         };
         for item in list(response, "output") {
+            if string(&item, "type") == Some("function_call") {
+                continue;
+            }
             if string(&item, "type") == Some("reasoning") {
                 let summary = list(&item, "summary");
                 let texts: Vec<_> = summary.iter().filter_map(|s| string(s, "text")).collect();

@@ -12,6 +12,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "a_long_req over −brake_threat (Åsljung 2017)",
     compute,
 };

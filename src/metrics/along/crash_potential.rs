@@ -15,6 +15,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "mean probability from now on that DRAC exceeds the brakes (Cunto and Saccomanno 2008)",
     compute,
 };

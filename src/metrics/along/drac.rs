@@ -13,6 +13,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "m/s²",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "½·Δv²/Δd, with the half as in SUMO",
     compute,
 };

@@ -11,6 +11,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "gap along the lane, front to rear (Jansson 2005)",
     compute,
 };

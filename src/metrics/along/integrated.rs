@@ -11,6 +11,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s²",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "tau minus ttc_lane, integrated from now on (Minderhoud and Bovy 2001)",
     compute,
 };

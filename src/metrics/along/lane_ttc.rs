@@ -13,6 +13,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "headway, speeds and accelerations along the lane (Jansson 2005, eq. 5.26); up to 100 s",
     compute,
 };

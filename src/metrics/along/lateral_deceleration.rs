@@ -13,6 +13,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "m/s²",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "to be clear of the other's side at ttc_lane (Jansson 2005, 5.3.8); a magnitude",
     compute,
 };

@@ -12,6 +12,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "m/s²",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "a_other − Δv²/(2Δd), at most 0 (Jansson 2005, 5.3.5); negative is braking",
     compute,
 };

@@ -15,6 +15,7 @@ pub(in crate::metrics) const DISTANCE: Measure = Measure {
     unit: "m",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "Shalev-Shwartz et al. 2017, definition 6, across the ego's route",
     compute: |e| {
         e.ask(|c, other, i| Ok(safe(&c.ego_along(i)?, &c.along(other, i)?, &c.limits().rss)))
@@ -28,6 +29,7 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "gap across the route minus rss_lat; see rss_margin",
     compute: |e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {

@@ -17,6 +17,7 @@ pub(in crate::metrics) const DISTANCE: Measure = Measure {
     unit: "m",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "Shalev-Shwartz et al. 2017, definitions 1 and 2, along the ego's route",
     compute: |e| {
         e.ask(|c, other, i| Ok(safe(&c.ego_along(i)?, &c.along(other, i)?, &c.limits().rss)))
@@ -30,6 +31,7 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "gap along the route minus rss_long; see rss_margin",
     compute: |e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {

@@ -13,6 +13,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "larger of the two margins; dangerous below 0 (Shalev-Shwartz et al. 2017)",
     compute: |e| {
         e.ask(|c, other, i| {

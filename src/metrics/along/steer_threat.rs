@@ -12,6 +12,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "a_lat_req over steer_threat (Hosseini 2016)",
     compute,
 };

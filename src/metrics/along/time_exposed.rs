@@ -11,6 +11,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "time with ttc_lane below tau, from now on (Minderhoud and Bovy 2001)",
     compute,
 };

@@ -11,6 +11,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: false,
     source: "headway over the ego's speed (TGAP of SUMO)",
     compute,
 };

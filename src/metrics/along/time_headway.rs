@@ -11,6 +11,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "recorded time until the ego is where the other's rear is now (Jansson 2005)",
     compute,
 };

@@ -10,6 +10,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "smallest recorded distance from now on (Eggert 2014)",
     compute,
 };

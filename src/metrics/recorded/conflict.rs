@@ -68,8 +68,8 @@ impl Passages {
         }
         let ego = context.ego_swept();
         let who = context.participants()[participant];
-        let discs = who.obstacle.track().iter().map(|(step, motion)| {
-            let half = Vector::repeat(who.footprint_at(step).reach());
+        let discs = context.motions(participant).iter().map(|(step, motion)| {
+            let half = Vector::repeat(who.footprint_at(*step).reach());
             let middle = motion.pose.position;
             Bounds {
                 min: middle - half,
@@ -122,9 +122,9 @@ impl Context<'_> {
     }
 
     fn swept(&self, participant: usize) -> Swept {
+        let motions = self.motions(participant).iter();
         let participant = self.participants()[participant];
-        let track = participant.obstacle.track().iter();
-        let bodies = track.map(|(step, m)| (step, m.pose, participant.footprint_at(step)));
+        let bodies = motions.map(|(step, m)| (*step, m.pose, participant.footprint_at(*step)));
         Swept::from_poses(bodies, self.origin())
     }
 

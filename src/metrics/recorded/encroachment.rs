@@ -12,6 +12,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "time of the ego in the area that both bodies sweep (Allen 1978)",
     compute,
 };

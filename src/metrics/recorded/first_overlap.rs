@@ -10,6 +10,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "recorded time until the bodies overlap (TTC* of CriMe)",
     compute,
 };

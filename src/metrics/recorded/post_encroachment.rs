@@ -13,6 +13,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
+    reads_ahead: true,
     source: "between leaving and entering the area that both bodies sweep (Allen 1978)",
     compute,
 };

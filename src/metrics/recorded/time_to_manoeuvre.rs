@@ -20,6 +20,7 @@ const fn measure(
         unit: "s",
         danger: Danger::Low,
         mirrored: Mirrored::Kept,
+        reads_ahead: true,
         source,
         compute,
     }

@@ -36,6 +36,27 @@ pub enum LaneRelation {
     OtherRoad,
 }
 
+impl LaneRelation {
+    /// The words for it in descriptions.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Same => "same lane",
+            Self::Ahead => "same lane ahead",
+            Self::Behind => "same lane behind",
+            Self::Left => "left neighbour lane",
+            Self::Right => "right neighbour lane",
+            Self::FurtherLeft => "lane further left",
+            Self::FurtherRight => "lane further right",
+            Self::Oncoming => "oncoming lane",
+            Self::Crossing => "crossing lane",
+            Self::Merging => "merging lane",
+            Self::Diverging => "diverging lane",
+            Self::OtherRoad => "another road",
+        }
+    }
+}
+
 /// How far a lane is followed, metres.
 const REACH: f64 = 150.0;
 

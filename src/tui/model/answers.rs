@@ -4,6 +4,7 @@ use crate::description::Frame;
 use crate::evaluation::claims::TimeOrigin;
 use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 use crate::judge::Judgement;
+use crate::llm::ToolRound;
 use crate::store::RunId;
 use crate::tui::message::JobId;
 use crate::verdict::Verdict;
@@ -58,6 +59,8 @@ pub struct Column {
     pub truth: Option<Verdict>,
     /// Whether that is being computed.
     pub judging: bool,
+    /// Tools that the model called so far, in rounds.
+    pub tool_rounds: Vec<ToolRound>,
     /// Reasoning so far.
     pub reasoning: String,
     /// Answer so far.
@@ -280,6 +283,7 @@ impl From<Answer> for Column {
             begun: true,
             truth: None,
             judging: false,
+            tool_rounds: answer.tool_rounds.clone(),
             reasoning: answer.reasoning.clone(),
             text: answer.text.clone(),
             progress: Progress::Done(Box::new(answer)),

@@ -193,6 +193,7 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
         }),
         text: "the answer".into(),
         reasoning: "the reasoning".into(),
+        tool_rounds: Vec::new(),
         consumed: Consumed {
             input_tokens: Some(2000),
             output_tokens: Some(100),

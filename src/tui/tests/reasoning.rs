@@ -4,7 +4,7 @@ use super::answers::asking;
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
 use crate::evaluation::{Event, JudgeOutcome, MissingVerdict};
-use crate::llm::Chunk;
+use crate::llm::{Chunk, ToolCall, ToolRound, ToolTurn};
 use crate::store::RunId;
 
 const DIVIDER: &str = "── answer ──";
@@ -46,6 +46,44 @@ fn a_line_divides_the_reasoning_from_the_answer() {
     let lines = pane(&bench);
     assert!(
         place(&lines, DIVIDER) < place(&lines, "the answer"),
+        "{lines:#?}"
+    );
+}
+
+#[test]
+fn tool_calls_are_a_line_above_the_reasoning_until_they_are_unfolded() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let call = |id: &str, arguments: &str| ToolCall {
+        id: id.into(),
+        name: "distance".into(),
+        arguments: arguments.into(),
+    };
+    let turn = ToolTurn {
+        calls: vec![call("a", r#"{"obstacle":301}"#), call("b", "{\u{1b}")],
+        ..ToolTurn::default()
+    };
+    let results = vec![
+        r#"{"distance":2.5}"#.into(),
+        r#"{"error":"no JSON"}"#.into(),
+    ];
+    let round = ToolRound { turn, results };
+    bench.send(events::piece(id, Event::Tools(Box::new(round))));
+    bench.send(events::piece(
+        id,
+        Event::Chunk(Chunk::Reasoning("thinking hard".into())),
+    ));
+    let lines = pane(&bench);
+    let at = |lines: &[String], words| {
+        place(lines, words).unwrap_or_else(|| panic!("{words}: {lines:#?}"))
+    };
+    assert!(at(&lines, "▸ 2 tool calls") < at(&lines, "thinking hard"));
+    assert_eq!(place(&lines, "distance {"), None, "{lines:#?}");
+    bench.model.reading.unfold = true;
+    let lines = pane(&bench);
+    assert!(at(&lines, "▾ 2 tool calls") < at(&lines, "distance {"));
+    assert!(
+        !lines.iter().any(|line| line.contains('\u{1b}')),
         "{lines:#?}"
     );
 }

@@ -60,6 +60,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
             begun: false,
             truth: model.answers.reference.as_ref().map(|r| r.verdict.clone()),
             judging: false,
+            tool_rounds: Vec::new(),
             reasoning: String::new(),
             text: String::new(),
             progress: Progress::Waiting(0.0),
@@ -185,8 +186,11 @@ fn arrived(model: &mut Model, ask: JobId, event: Event) {
             let wait = wait.as_secs_f64();
             column.progress = Progress::Retrying(format!("{why}; try {attempt} in {wait:.0} s"));
         }
+        Event::Tools(round) => column.tool_rounds.push(*round),
         // The answer that follows carries it.
-        Event::Chunk(Chunk::Usage(_) | Chunk::LogProbabilities(_) | Chunk::Finished(_))
+        Event::Chunk(
+            Chunk::Usage(_) | Chunk::ToolCalls(_) | Chunk::LogProbabilities(_) | Chunk::Finished(_),
+        )
         | Event::Barred(_) => {}
     }
 }
@@ -255,6 +259,7 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
             // The whole answer counts, whatever was shown of it so far.
             column.text.clone_from(&answer.text);
             column.reasoning.clone_from(&answer.reasoning);
+            column.tool_rounds.clone_from(&answer.tool_rounds);
             column.progress = Progress::Done(answer);
             if let Some(run) = twice {
                 let key = model.look.key(Action::RunAnew);

@@ -13,7 +13,7 @@ use crate::evaluation::Protocol;
 use crate::evaluation::batch::RequestSettings;
 use crate::formats::Entry;
 use crate::judge;
-use crate::llm::Effort;
+use crate::llm::{Effort, ToolLimits};
 use crate::verdict::Task;
 
 /// Marks the selected scenario, or takes its mark away.
@@ -95,6 +95,7 @@ pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, Strin
             max_tokens: config.max_tokens,
             effort: config.effort.as_deref().and_then(Effort::parse),
             log_probabilities: config.log_probabilities,
+            tools: config.tools.then(ToolLimits::default),
             form: None,
             stride: None,
             road: None,

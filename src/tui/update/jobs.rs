@@ -221,7 +221,11 @@ fn piece(job: &mut Job, event: &Event) {
             job.state = JobState::Waiting(format!("run {run} asks the same"));
         }
         Event::Chunk(Chunk::Retrying { why, .. }) => job.state = JobState::Waiting(why.clone()),
-        Event::Kept(_) | Event::Chunk(_) | Event::NotStored(_) | Event::Barred(_) => {}
+        Event::Kept(_)
+        | Event::Tools(_)
+        | Event::Chunk(_)
+        | Event::NotStored(_)
+        | Event::Barred(_) => {}
     }
 }
 

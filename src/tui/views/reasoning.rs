@@ -7,7 +7,7 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{JudgeOutcome, MissingVerdict};
+use crate::evaluation::{JudgeOutcome, MissingVerdict, tool_rounds};
 use crate::judge;
 use crate::tui::action::Action;
 use crate::tui::model::{Column, Model, Pane, Progress};
@@ -171,6 +171,7 @@ fn answer<'a>(
         parts.push(how());
         parts.push(PageSection::Line(Line::default()));
     }
+    parts.extend(tool_calls(model, column));
     if said {
         parts.extend(text);
     }
@@ -191,6 +192,41 @@ fn answer<'a>(
         }
         _ => {}
     }
+    parts
+}
+
+/// The tools that were called: in a line, or unfolded each with its result, as JSON is.
+fn tool_calls<'a>(model: &Model, column: &Column) -> Vec<PageSection<'a>> {
+    let rounds = &column.tool_rounds;
+    if rounds.is_empty() {
+        return Vec::new();
+    }
+    let dim = Style::new().fg(model.theme.dim);
+    let calls = tool_rounds::calls(rounds);
+    let calls = match calls {
+        1 => "1 tool call".to_string(),
+        several => format!("{several} tool calls"),
+    };
+    let in_rounds = match rounds.len() {
+        1 => String::new(),
+        several => format!(" in {several} rounds"),
+    };
+    let mode = model.reading_mode();
+    let line = |words: String| {
+        let words = crate::description::visible(&words).into_owned();
+        PageSection::Line(Line::styled(words, dim))
+    };
+    let mut parts = Vec::new();
+    if mode.unfold || mode.raw {
+        parts.push(line(format!("▾ {calls}{in_rounds}")));
+        for (number, round) in rounds.iter().enumerate() {
+            let lines = tool_rounds::lines(round).into_iter();
+            parts.extend(lines.map(|words| line(format!("  {}  {words}", number + 1))));
+        }
+    } else {
+        parts.push(line(format!("▸ {calls}{in_rounds}{}", mode.hint)));
+    }
+    parts.push(PageSection::Line(Line::default()));
     parts
 }
 

@@ -26,6 +26,15 @@ pub struct SubmittedItems {
 }
 
 impl BatchRun {
+    /// Whether a model is asked with tools under these values of axes.
+    fn calls_tools(&self, model: &str, settings: &AxisValues) -> bool {
+        let judge = self.judges.get(model).map(|judge| judge.under(settings));
+        match judge.as_deref() {
+            Some(Judge::Model(judge)) => judge.parameters.tools.is_some(),
+            _ => false,
+        }
+    }
+
     /// Submits these questions to the providers of their models, in batches as large as those take.
     ///
     /// # Errors
@@ -42,6 +51,10 @@ impl BatchRun {
             asked.par_iter().map(|item| self.made(item)).collect();
         for (item, question) in asked.iter().zip(made) {
             match question {
+                Ok((settings, _)) if self.calls_tools(&item.asked.model, &settings) => {
+                    let why = "tools need several requests; ask without --submit";
+                    done.unaskable.push((item.clone(), why.into()));
+                }
                 Ok((settings, question)) => {
                     let questions = by_model.entry((&item.asked.model, settings)).or_default();
                     questions.push((question, self.options(item)));

@@ -3,7 +3,7 @@
 use super::Experiment;
 use crate::evaluation::batch::Spec;
 use crate::evaluation::report::technique;
-use crate::evaluation::{Lead, Protocol};
+use crate::evaluation::{Lead, Protocol, tools_word};
 use crate::prompts::Library;
 
 /// An axis of an experiment.
@@ -62,6 +62,12 @@ impl Experiment {
             "seed",
             one_or_each(request.seed, &axes.seeds, ToString::to_string),
         );
+        let on = |on: &bool| tools_word(*on).to_string();
+        let one = request
+            .tools
+            .filter(|_| axes.tools.is_empty())
+            .map(|_| true);
+        add("tools", one_or_each(one, &axes.tools, on));
         add("samples", vec![matrix.samples.to_string()]);
         found
     }

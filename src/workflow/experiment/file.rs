@@ -121,6 +121,11 @@ impl<'a> Reading<'a> {
         self.value(key, |value| value.as_bool())
     }
 
+    /// Truth values, one or several.
+    pub fn booleans(&mut self, key: &'static str) -> Vec<bool> {
+        self.each(key, |value| value.as_bool().map(Ok))
+    }
+
     /// A list of texts, each as `parse` reads it.
     pub fn list<T>(
         &mut self,

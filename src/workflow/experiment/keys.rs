@@ -4,7 +4,6 @@ use serde_json::{Value, json};
 
 use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::Protocol;
-use crate::evaluation::report::{Axis, Measure};
 use crate::llm::Effort;
 use crate::prompts::Pack;
 use crate::verdict::Task;
@@ -48,6 +47,8 @@ pub(super) enum Values {
     Leads,
     /// True or false.
     Boolean,
+    /// True or false, or a list of both.
+    OneOrMoreBooleans,
     /// A whole number, between these.
     Whole(i64, i64),
     /// A number, between these.
@@ -91,10 +92,10 @@ fn packs() -> Vec<&'static str> {
 }
 
 /// The smallest number above 0 that anything is measured in.
-const ABOVE_ZERO: f64 = 1e-6;
+pub(super) const ABOVE_ZERO: f64 = 1e-6;
 
 /// Every key, in the order in which a file is written.
-pub const KEYS: [ExperimentKey; 34] = [
+pub const KEYS: [ExperimentKey; 37] = [
     key(
         "title",
         Values::Text,
@@ -230,6 +231,21 @@ pub const KEYS: [ExperimentKey; 34] = [
         "Whether to ask for the log probabilities of answers, where a model gives them.",
     ),
     key(
+        "tools",
+        Values::OneOrMoreBooleans,
+        "Whether models may call tools that compute, or `[false, true]` to ask with and without; by default not.",
+    ),
+    key(
+        "tool_rounds",
+        Values::Whole(1, 100),
+        "Most requests of one answer that may end in tool calls; by default 8.",
+    ),
+    key(
+        "tool_calls",
+        Values::Whole(1, 1000),
+        "Most tool calls of one answer; by default 32.",
+    ),
+    key(
         "base_url",
         Values::Text,
         "Address of one server for all models, instead of the providers' own.",
@@ -284,117 +300,4 @@ pub fn schema() -> Value {
         "required": ["scenarios", "models"],
         "additionalProperties": false,
     })
-}
-
-impl Values {
-    /// Whether a single value stands for a list with one member.
-    pub(super) fn takes_one(self) -> bool {
-        matches!(
-            self,
-            Self::OneOrMoreWords(_) | Self::OneOrMoreWhole(..) | Self::OneOrMoreNumbers(..)
-        )
-    }
-
-    /// What is expected, for errors.
-    pub(super) fn expected(&self) -> String {
-        match self {
-            Self::Text => "expected a text".into(),
-            Self::Texts => "expected a list of texts".into(),
-            Self::Word(known) => format!("expected one of {}", known().join(", ")),
-            Self::Words(known) => format!("expected a list out of {}", known().join(", ")),
-            Self::OneOrMoreWords(known) => {
-                format!("expected one of {}, or a list of them", known().join(", "))
-            }
-            Self::OneOrMoreWhole(least, most) if *most == i64::MAX => {
-                format!("expected a whole number from {least}, or a list of them")
-            }
-            Self::OneOrMoreWhole(least, most) => {
-                format!("expected a whole number from {least} to {most}, or a list of them")
-            }
-            Self::OneOrMoreNumbers(least, most) => {
-                format!("expected a number from {least} to {most}, or a list of them")
-            }
-            Self::TableOfTexts => "expected a table of names and hashes".into(),
-            Self::Split => {
-                "expected a table such as { test = 0.5, seed = 7 }, with a share above 0 and below 1".into()
-            }
-            Self::Tables => {
-                "expected a list of tables such as { rows = \"techniques\", columns = \"model\" }, with measure and against \
-                 if wanted"
-                    .into()
-            }
-            Self::Pair => "expected a list of two different names".into(),
-            Self::Leads => "expected a list of seconds from 0 to 3600 and `end`".into(),
-            Self::Boolean => "expected true or false".into(),
-            Self::Whole(least, most) => format!("expected a whole number from {least} to {most}"),
-            Self::Number(least, most) if *least == ABOVE_ZERO => {
-                format!("expected a number above 0, at most {most}")
-            }
-            Self::Number(least, most) => format!("expected a number from {least} to {most}"),
-        }
-    }
-
-    fn schema(&self) -> Value {
-        match self {
-            Self::Text => json!({ "type": "string" }),
-            Self::Word(known) => json!({ "enum": known() }),
-            Self::OneOrMoreWords(known) => one_or_more(&json!({ "enum": known() })),
-            Self::OneOrMoreWhole(least, most) => {
-                one_or_more(&json!({ "type": "integer", "minimum": least, "maximum": most }))
-            }
-            Self::OneOrMoreNumbers(least, most) => {
-                one_or_more(&json!({ "type": "number", "minimum": least, "maximum": most }))
-            }
-            Self::TableOfTexts => json!({
-                "type": "object",
-                "additionalProperties": one_or_more(&json!({ "type": "string" })),
-            }),
-            Self::Split => json!({
-                "type": "object",
-                "properties": {
-                    "test": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 },
-                    "seed": { "type": "integer", "minimum": 0, "maximum": i64::MAX },
-                },
-                "required": ["test"],
-                "additionalProperties": false,
-            }),
-            Self::Words(known) => {
-                json!({ "type": "array", "items": { "enum": known() }, "uniqueItems": true })
-            }
-            Self::Texts => json!({ "type": "array", "items": { "type": "string" } }),
-            Self::Tables => {
-                let axes = Axis::ALL.map(Axis::name);
-                json!({ "type": "array", "items": {
-                    "type": "object",
-                    "properties": {
-                        "rows": { "enum": axes },
-                        "columns": { "enum": axes },
-                        "measure": { "enum": Measure::ALL.map(Measure::name) },
-                        "against": { "type": "string" },
-                    },
-                    "required": ["rows"],
-                    "additionalProperties": false,
-                } })
-            }
-            Self::Pair => {
-                json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 })
-            }
-            Self::Leads => json!({ "type": "array", "items": { "anyOf": [
-                { "type": "number", "minimum": 0, "maximum": 3600 },
-                { "const": "end" },
-            ] } }),
-            Self::Boolean => json!({ "type": "boolean" }),
-            Self::Whole(least, most) => {
-                json!({ "type": "integer", "minimum": least, "maximum": most })
-            }
-            Self::Number(least, most) => {
-                json!({ "type": "number", "minimum": least, "maximum": most })
-            }
-        }
-    }
-}
-
-/// A value, or a list of such values.
-fn one_or_more(one: &Value) -> Value {
-    json!({ "anyOf": [one, { "type": "array", "items": one, "minItems": 1, "uniqueItems": true }] })
 }

@@ -9,6 +9,7 @@ mod prepare;
 mod progress;
 mod read;
 mod save;
+mod values;
 mod write;
 
 use std::collections::BTreeMap;

@@ -11,7 +11,7 @@ use crate::evaluation::report::Comparison;
 use crate::evaluation::windows::WITHIN;
 use crate::evaluation::{Axes, Lead, Protocol, default_frame};
 use crate::formats::{Entry, EntryLocation};
-use crate::llm::Effort;
+use crate::llm::{Effort, ToolLimits};
 use crate::metrics::MeasureList;
 use crate::prompts::{Library, Pack, Techniques};
 use crate::system::unknown;
@@ -67,6 +67,13 @@ impl Experiment {
         let steps = |steps: u64| usize::try_from(steps).unwrap_or(usize::MAX);
         let strides = reading.wholes("stride").into_iter().map(steps);
         let (stride, strides) = Axes::one_or_several(strides.collect());
+        let tools = reading.booleans("tools");
+        let (with_tools, tools) = Axes::one_or_several(tools);
+        let limits = ToolLimits::default();
+        let limits = ToolLimits {
+            rounds: reading.whole("tool_rounds").unwrap_or(limits.rounds),
+            calls: reading.whole("tool_calls").unwrap_or(limits.calls),
+        };
         let (seed, seeds) = Axes::one_or_several(reading.wholes("seed"));
         let ego_axes = word(
             &mut reading,
@@ -125,6 +132,7 @@ impl Experiment {
                     max_tokens: reading.whole("max_tokens"),
                     effort,
                     log_probabilities: reading.boolean("log_probabilities").unwrap_or(false),
+                    tools: (with_tools == Some(true) || !tools.is_empty()).then_some(limits),
                     form,
                     stride,
                     road: reading.boolean("road"),
@@ -141,6 +149,7 @@ impl Experiment {
                     efforts,
                     temperatures,
                     seeds,
+                    tools,
                 },
                 tasks,
             },

@@ -49,6 +49,8 @@ road = true
 axes = "lane"
 pack = "paper"
 seed = [1, 2]
+tools = [false, true]
+tool_rounds = 3
 
 [[tables]]
 rows = "techniques"
@@ -82,17 +84,20 @@ fn a_file_is_read_and_written_and_read_the_same() {
     assert_eq!((request.radius, request.within), (Some(40.0), Some(1.5)));
     assert_eq!(
         matrix.ways().len(),
-        64,
-        "techniques, frames, models, and three axes of two values"
+        128,
+        "techniques, frames, models, and four axes of two values"
     );
     let wanted = Axes {
         temperatures: vec![0.0, 0.7],
         forms: vec![Form::Prose, Form::Compact],
         seeds: vec![1, 2],
+        tools: vec![false, true],
         ..Axes::default()
     };
     assert_eq!(matrix.axes, wanted);
     assert_eq!((request.stride, request.temperature), (Some(2), None));
+    let limits = request.tools.map(|limits| (limits.rounds, limits.calls));
+    assert_eq!(limits, Some((3, 32)));
     assert_eq!(request.effort, Some(Effort::Low));
     assert_eq!(whole.subset.split, Some(Split { test: 0.3, seed: 7 }));
     assert_eq!(whole.hashes["twice"].len(), 2);

@@ -8,6 +8,7 @@ use super::{Experiment, HASH_DIGITS};
 use crate::evaluation::batch::{Split, TruthSource};
 use crate::evaluation::report::{Axis, PivotRequest};
 use crate::evaluation::{Lead, Protocol};
+use crate::llm::ToolLimits;
 use crate::prompts::Pack;
 
 impl Experiment {
@@ -113,6 +114,21 @@ impl Experiment {
             (pack != Pack::default()).then(|| pack.name().into()),
         );
         set("seed", one_or_each(request.seed, &axes.seeds, integer));
+        let limits = request.tools;
+        let tools = match (axes.tools.is_empty(), limits) {
+            (true, None) => None,
+            (true, Some(_)) => Some(Value::Boolean(true)),
+            (false, _) => {
+                let values = axes.tools.iter().copied().map(Value::Boolean);
+                Some(Value::Array(values.collect()))
+            }
+        };
+        set("tools", tools);
+        let usual = ToolLimits::default();
+        let limits = limits.unwrap_or(usual);
+        let unusual = |most: u32, usual: u32| (most != usual).then(|| i64::from(most).into());
+        set("tool_rounds", unusual(limits.rounds, usual.rounds));
+        set("tool_calls", unusual(limits.calls, usual.calls));
         set(
             "log_probabilities",
             request.log_probabilities.then_some(Value::Boolean(true)),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::super::names::{NONE, technique};
-use crate::evaluation::{AnswerCase, Lead};
+use crate::evaluation::{AnswerCase, Lead, tools_word};
 use crate::llm::Parameters;
 use crate::system::unknown;
 
@@ -35,6 +35,8 @@ pub enum Axis {
     Stride,
     /// The seed of the sampling.
     Seed,
+    /// Whether the model could call tools.
+    Tools,
     /// Which of several answers to the same question, from 1.
     Sample,
     /// The country that the scenario's name begins with.
@@ -51,7 +53,7 @@ pub struct AxisValue {
 
 impl Axis {
     /// Every one.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Model,
         Self::Techniques,
         Self::Frame,
@@ -64,12 +66,13 @@ impl Axis {
         Self::Form,
         Self::Stride,
         Self::Seed,
+        Self::Tools,
         Self::Sample,
         Self::Country,
     ];
 
     /// Those in which two ways of asking can differ.
-    pub(super) const OF_QUESTIONS: [Self; 11] = [
+    pub(super) const OF_QUESTIONS: [Self; 12] = [
         Self::Model,
         Self::Techniques,
         Self::Frame,
@@ -81,6 +84,7 @@ impl Axis {
         Self::Form,
         Self::Stride,
         Self::Seed,
+        Self::Tools,
     ];
 
     /// The word for it.
@@ -99,6 +103,7 @@ impl Axis {
             Self::Form => "form",
             Self::Stride => "stride",
             Self::Seed => "seed",
+            Self::Tools => "tools",
             Self::Sample => "sample",
             Self::Country => "country",
         }
@@ -176,6 +181,13 @@ impl Axis {
             Self::Seed => (way.settings.seed).map_or_else(last, |seed| {
                 word(i64::try_from(seed).unwrap_or(i64::MAX), seed.to_string())
             }),
+            Self::Tools => {
+                let sent = parameters.map(|sent| sent.tools.is_some());
+                match way.settings.tools.or(sent) {
+                    Some(on) => word(i64::from(on), tools_word(on).into()),
+                    None => last(),
+                }
+            }
             Self::Sample => {
                 let number = i64::from(case.scored.sample) + 1;
                 word(number, number.to_string())

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::description::visible;
 use crate::evaluation::TemplateVersion;
+use crate::evaluation::tool_rounds;
 use crate::judge;
 use crate::store::{Origin, Run};
 use crate::tui::model::Model;
@@ -37,6 +38,9 @@ pub fn text(model: &Model, run: &Run, truth: Option<bool>) -> Text<'static> {
             text.push_line(line.replace('\t', "    "));
         }
     };
+    let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
+    let calls: Vec<String> = rounds.iter().flat_map(tool_rounds::lines).collect();
+    part("tool calls", &calls.join("\n"));
     part("reasoning", &run.reasoning);
     part("answer", &run.answer);
     for (role, content) in messages(&run.question.messages) {

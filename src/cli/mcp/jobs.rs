@@ -1,0 +1,152 @@
+//! Jobs that take time: commands of this program in processes of their own, with progress, cancelled by ending them.
+
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::catalogue::Job;
+
+/// How often a job is looked at.
+const POLL: Duration = Duration::from_millis(50);
+
+/// How often progress is reported.
+const TOLD: Duration = Duration::from_secs(1);
+
+/// Longest result that is given, bytes.
+const LONGEST: u64 = 8 << 20;
+
+/// The end of a job.
+#[derive(Debug)]
+pub enum JobEnd {
+    /// Its output.
+    Done(String),
+    /// Why there is none.
+    Failed(String),
+    /// The client asked for an end.
+    Cancelled,
+}
+
+/// The arguments of a job's command.
+///
+/// # Errors
+/// In words: an argument is unknown, or not of its kind.
+pub fn arguments(job: &Job, scenario: &str, given: &Value) -> Result<Vec<String>, String> {
+    let mut words = vec![job.command.to_string(), scenario.to_string()];
+    for (name, value) in given.as_object().into_iter().flatten() {
+        if name == "scenario" {
+            continue;
+        }
+        let known = job.options.iter().find(|(known, ..)| known == name);
+        let Some((_, option, kind, _)) = known else {
+            let options = job.options.iter().map(|(known, ..)| *known);
+            return Err(crate::system::unknown("argument", name, options));
+        };
+        let word = match (*kind, value) {
+            ("string", Value::String(text)) if !text.starts_with('-') => text.clone(),
+            ("integer", Value::Number(n)) if n.is_i64() || n.is_u64() => n.to_string(),
+            ("number", Value::Number(n)) => n.to_string(),
+            _ => return Err(format!("argument `{name}` is no {kind}")),
+        };
+        words.push(format!("{option}={word}"));
+    }
+    Ok(words)
+}
+
+/// Runs a job; `tell` is given the seconds it has taken so far.
+pub fn run(
+    job: &Job,
+    mut words: Vec<String>,
+    cancel: &AtomicBool,
+    mut tell: impl FnMut(u64),
+) -> JobEnd {
+    let folder = match tempfile::tempdir() {
+        Ok(folder) => folder,
+        Err(why) => return JobEnd::Failed(why.to_string()),
+    };
+    let picture: Option<PathBuf> = (job.name == "render").then(|| folder.path().join("figure.svg"));
+    match &picture {
+        Some(path) => words.push(format!("--output={}", path.display())),
+        None => words.push("--json".into()),
+    }
+    let program = std::env::current_exe();
+    let child = program.and_then(|program| {
+        Command::new(program)
+            .args(&words)
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+    });
+    let mut child = match child {
+        Ok(child) => child,
+        Err(why) => return JobEnd::Failed(why.to_string()),
+    };
+    let out = read_aside(child.stdout.take());
+    let err = read_aside(child.stderr.take());
+    let begun = Instant::now();
+    let mut told = begun;
+    let status = loop {
+        if cancel.load(Ordering::SeqCst) {
+            end(&mut child);
+            return JobEnd::Cancelled;
+        }
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) => std::thread::sleep(POLL),
+            Err(why) => return JobEnd::Failed(why.to_string()),
+        }
+        if told.elapsed() >= TOLD {
+            told = Instant::now();
+            tell(begun.elapsed().as_secs());
+        }
+    };
+    let text = |reader: Option<std::thread::JoinHandle<String>>| {
+        reader
+            .and_then(|reader| reader.join().ok())
+            .unwrap_or_default()
+    };
+    let (out, err) = (text(out), text(err));
+    // Status 1 is a finding: the output says it.
+    match (status.code(), picture) {
+        (Some(0), Some(path)) => match std::fs::read_to_string(path) {
+            Ok(svg) => JobEnd::Done(svg),
+            Err(why) => JobEnd::Failed(why.to_string()),
+        },
+        (Some(0 | 1), None) if !out.trim().is_empty() => JobEnd::Done(out),
+        _ => JobEnd::Failed(match err.trim() {
+            "" => "it ended without a result".into(),
+            words => words.to_string(),
+        }),
+    }
+}
+
+fn end(child: &mut Child) {
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<std::thread::JoinHandle<String>> {
+    let pipe = pipe?;
+    Some(std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        let _ = pipe.take(LONGEST).read_to_end(&mut bytes);
+        String::from_utf8_lossy(&bytes).into_owned()
+    }))
+}
+
+/// The result of a job as the protocol has it.
+pub fn result(job: &Job, text: &str) -> Value {
+    let mut result = json!({"content": [{"type": "text", "text": text}], "isError": false});
+    let line = text.lines().next().unwrap_or_default();
+    if job.name != "render"
+        && let Ok(document @ Value::Object(_)) = serde_json::from_str::<Value>(line)
+    {
+        result["structuredContent"] = document;
+    }
+    result
+}

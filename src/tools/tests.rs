@@ -1,0 +1,267 @@
+//! Tools answer from the window alone, with the numbers of the measures; mistakes are told in words.
+
+#![allow(clippy::unwrap_used)]
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::*;
+use crate::formats::bundled;
+use crate::geometry::Point;
+use crate::metrics::{MEASURES, Thresholds};
+use crate::scenario::{
+    Obstacle, ObstacleParts, Position, Prediction, Sample, Scenario, Scene, State, Track, Window,
+};
+
+fn scene(at: usize) -> Scene {
+    let entry = &bundled()[at];
+    let scenario = entry.read().unwrap();
+    let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+    Scene::new(scenario, ego)
+}
+
+fn view(scene: &Scene, last: i64) -> WindowView<'_> {
+    WindowView::new(
+        scene,
+        Thresholds::shipped(),
+        Window::ending_at(scene, last, 10),
+    )
+}
+
+/// The same scene until `now`; later all are elsewhere, and there is an obstacle more.
+fn otherwise(scene: &Scene, now: i64, shift: f64) -> Scene {
+    let elsewhere = |step: i64| Point::new(5e3 + shift * step as f64, -5e3);
+    let dt = scene.scenario.dt();
+    let obstacle = |o: &Obstacle| {
+        let prediction = match &o.prediction {
+            Prediction::Trajectory(later) => {
+                let mut states: Vec<State> = later.clone();
+                for state in states.iter_mut().filter(|s| s.time.from > now) {
+                    state.position = Some(Position::Point(elsewhere(state.time.from)));
+                }
+                Prediction::Trajectory(states)
+            }
+            other => other.clone(),
+        };
+        let parts = ObstacleParts {
+            id: o.id,
+            role: o.role,
+            kind: o.kind,
+            footprint: o.footprint.clone(),
+            initial: o.initial.clone(),
+            prediction,
+            signals: o.signals.clone(),
+        };
+        Obstacle::new(parts, dt)
+    };
+    let scenario = Scenario {
+        obstacles: scene.scenario.obstacles.iter().map(obstacle).collect(),
+        planning_problems: Vec::new(),
+        ..Scenario::clone(&scene.scenario)
+    };
+    let mut ego = scene.ego.clone();
+    let samples = ego.track.iter().map(|(step, motion)| Sample {
+        step,
+        position: if step > now {
+            elsewhere(step)
+        } else {
+            motion.pose.position
+        },
+        heading: Some(motion.pose.heading),
+        velocity: Some(motion.velocity),
+        acceleration: Some(motion.acceleration),
+    });
+    ego.track = Track::new(samples.collect(), dt, None);
+    Scene::new(Arc::new(scenario), ego)
+}
+
+/// Every call of an instrument that makes sense about a window.
+fn calls(view: &WindowView<'_>) -> Vec<(&'static str, Value)> {
+    let mut calls = Vec::new();
+    let ids: Vec<i64> = view.there().iter().map(|(_, p)| p.obstacle.id).collect();
+    let with = |name: &'static str, mut arguments: Value, id: i64, t: f64| {
+        let expected = tool(Kind::Instrument, name).unwrap().arguments;
+        for argument in expected {
+            match argument.name {
+                "obstacle" | "participant" => arguments[argument.name] = id.into(),
+                "t" => arguments["t"] = t.into(),
+                _ => {}
+            }
+        }
+        (name, arguments)
+    };
+    for t in [-0.3, 0.0]
+        .into_iter()
+        .skip(usize::from(view.there().len() > 6))
+    {
+        for tool in tools(Kind::Instrument) {
+            for id in ids.iter().copied().chain([0]) {
+                if tool.name != "measure" {
+                    calls.push(with(tool.name, json!({}), id, t));
+                }
+            }
+        }
+        for measure in MEASURES {
+            for id in &ids {
+                calls.push(with("measure", json!({"id": measure.id}), *id, t));
+            }
+        }
+    }
+    calls
+}
+
+#[test]
+fn another_future_changes_no_answer_of_an_instrument() {
+    let (mut values, mut refused) = (0, 0);
+    for at in 0..bundled().len() {
+        let recorded = scene(at);
+        for now in [12, 28] {
+            for shift in [40.0] {
+                let other = otherwise(&recorded, now, shift);
+                let (here, there) = (view(&recorded, now), view(&other, now));
+                for (name, arguments) in calls(&here) {
+                    let text = arguments.to_string();
+                    let said = call(&here, &[Kind::Instrument], name, &text);
+                    let changed = call(&there, &[Kind::Instrument], name, &text);
+                    assert_eq!(said, changed, "{at} {now} {name} {text}");
+                    values += usize::from(said.is_ok());
+                    refused += usize::from(said.is_err());
+                }
+            }
+        }
+    }
+    assert!(values > 1000 && refused > 100, "{values} {refused}");
+}
+
+#[test]
+fn oracles_and_measures_that_read_ahead_do_tell_the_future() {
+    let mut told: std::collections::BTreeSet<&str> = std::collections::BTreeSet::new();
+    let mut silent: std::collections::BTreeSet<&str> = MEASURES.iter().map(|m| m.id).collect();
+    for at in 0..bundled().len() {
+        let recorded = scene(at);
+        for now in [12, 20, 28, 35] {
+            // Towards everyone, so that what never comes to pass in one future does in the other.
+            let other = otherwise(&recorded, now, 40.0);
+            let whole = [&recorded, &other].map(|scene| {
+                let full = crate::metrics::Context::new(scene);
+                let ahead = full.during(&Window::ending_at(scene, now, 10));
+                (full, ahead)
+            });
+            for measure in MEASURES {
+                let read = |context: &crate::metrics::Context<'_>| -> Vec<_> {
+                    let all = 0..context.participants().len();
+                    all.map(|p| context.encounter(p, now).map(|e| (measure.compute)(&e)))
+                        .collect()
+                };
+                if read(&whole[0].0) != read(&whole[1].0) {
+                    told.insert(measure.id);
+                }
+                if read(&whole[0].1) != read(&whole[1].1) {
+                    silent.remove(measure.id);
+                }
+            }
+        }
+    }
+    assert_eq!(
+        silent.len(),
+        MEASURES.len(),
+        "none looks past a window's end"
+    );
+    for measure in MEASURES.iter().filter(|m| m.reads_ahead) {
+        // What needs a crossing of paths, or a lead in the lane, is not in each future.
+        let rare = ["et", "pet", "thw", "ttb", "ttk", "tts", "ttr", "cpi"].contains(&measure.id);
+        assert!(
+            rare || told.contains(measure.id),
+            "{} is no oracle",
+            measure.id
+        );
+    }
+    for id in ["distance", "ttc", "risk", "wttc", "gap_long", "v_rel_long"] {
+        assert!(!told.contains(id), "{id} is an instrument");
+    }
+}
+
+#[test]
+fn nothing_after_the_window_can_be_asked() {
+    let recorded = scene(0);
+    let view = view(&recorded, 20);
+    let id = view.there()[0].1.obstacle.id;
+    let said = |name: &str, arguments: Value| {
+        call(&view, &[Kind::Instrument], name, &arguments.to_string())
+            .unwrap_err()
+            .to_string()
+    };
+    let late = said("distance", json!({"obstacle": id, "t": 0.5}));
+    assert!(late.contains("nothing after t = 0 can be asked"), "{late}");
+    let early = said("get_state", json!({"participant": 0, "t": -5}));
+    assert!(early.contains("begins at t = -0.90 s"), "{early}");
+    for oracle in tools(Kind::Oracle) {
+        let refused = said(oracle.name, json!({}));
+        assert!(refused.contains("unknown tool"), "{refused}");
+    }
+    for measure in MEASURES.iter().filter(|m| m.reads_ahead) {
+        let refused = said("measure", json!({"id": measure.id, "obstacle": id}));
+        assert!(refused.contains("expected one of distance"), "{refused}");
+    }
+}
+
+#[test]
+fn mistakes_are_told_in_words() {
+    let recorded = scene(0);
+    let view = view(&recorded, 20);
+    let said = |name: &str, text: &str| {
+        call(&view, &[Kind::Instrument], name, text)
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(said("distanse", "{}").contains("distance"));
+    assert!(said("distance", "{").contains("no JSON"));
+    assert!(said("distance", "[1]").contains("no JSON object"));
+    assert!(said("distance", "{}").contains("`obstacle` is missing"));
+    assert!(said("distance", r#"{"obstacle": 1.5}"#).contains("the id of an obstacle"));
+    assert!(said("distance", r#"{"obstacle": 424242}"#).contains("no obstacle 424242"));
+    assert!(said("distance", r#"{"obstacle": 1, "tim": 0}"#).contains("unknown argument `tim`"));
+    assert!(said("distance", &"9".repeat(20_000)).contains("at most"));
+    assert!(said("list_obstacles", r#"{"radius": 1e99}"#).contains("0 to 10000 m"));
+    assert!(said("measure", r#"{"id": "nix", "obstacle": 304}"#).contains("expected one of"));
+    let text = format!(r#"{{"obstacle": "{}"}}"#, view.there()[0].1.obstacle.id);
+    assert!(call(&view, &[Kind::Instrument], "distance", &text).is_ok());
+}
+
+#[test]
+fn results_agree_with_the_measures_and_their_schemas() {
+    let recorded = scene(0);
+    let view = view(&recorded, 20);
+    for (place, p) in view.there() {
+        let encounter = view.context().encounter(*place, 20).unwrap();
+        let arguments = json!({"obstacle": p.obstacle.id}).to_string();
+        let said = call(&view, &[Kind::Instrument], "distance", &arguments).unwrap();
+        let apart = said["distance"].as_f64().unwrap();
+        assert!((apart - encounter.distance()).abs() < 1e-3);
+        let arguments = json!({"obstacle": p.obstacle.id, "id": "ttc"}).to_string();
+        let measured = call(&view, &[Kind::Instrument], "measure", &arguments).unwrap();
+        let arguments = json!({"obstacle": p.obstacle.id}).to_string();
+        let ttc = call(&view, &[Kind::Instrument], "time_to_collision", &arguments).unwrap();
+        assert_eq!(measured.get("value"), ttc.get("ttc"));
+    }
+    let kinds = [Kind::Instrument, Kind::Oracle];
+    let oracles = [
+        ("recorded_future", json!({"participant": 0})),
+        ("first_contact", json!({})),
+        ("judge", json!({})),
+    ];
+    for (name, arguments) in calls(&view).into_iter().chain(oracles) {
+        let Ok(said) = call(&view, &kinds, name, &arguments.to_string()) else {
+            continue;
+        };
+        let tool = TOOLS.iter().find(|tool| tool.name == name).unwrap();
+        let valid = jsonschema::validator_for(&tool.result_schema()).unwrap();
+        assert!(valid.is_valid(&said), "{name} {arguments}: {said}");
+        let valid = jsonschema::validator_for(&tool.arguments_schema()).unwrap();
+        assert!(
+            name == "measure" || valid.is_valid(&arguments),
+            "{name} {arguments}"
+        );
+    }
+    assert!(table().contains("### predict_constant_velocity"));
+}

@@ -1,0 +1,243 @@
+//! Models that call tools: a server plays them in every dialect.
+
+use nearmiss::llm::Dialect;
+use serde_json::{Value, json};
+
+use super::CUT_IN;
+use super::support::dialects::{calling, saying, script};
+use super::support::program::{Ended, Home};
+use super::support::server::{Recorded, Script, Server};
+
+const VERDICT: &str =
+    r#"{"collision": false, "obstacles": [], "justification": "The gap stays 2 m."}"#;
+
+const PRICES: &str = "[[provider.lab.prices]]\nmodel = \"tiny*\"\ninput = 1000\noutput = 10000\n[[provider.lab.prices]]\nmodel = \"m-*\"\ninput = 1000\noutput = 10000\n";
+
+fn ask(home: &Home, url: &str, dialect: Dialect, more: &[&str]) -> Ended {
+    let name = dialect.name();
+    let mut all = vec![
+        "ask",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--base-url",
+        url,
+        "--dialect",
+        name,
+    ];
+    all.extend(["--json", "--tools"]);
+    all.extend(more);
+    tokio::task::block_in_place(|| home.run(&all))
+}
+
+/// Whether a request offers tools and lets the model call them.
+fn may_call(body: &Value) -> bool {
+    let forbidden = body["tool_choice"] == "none"
+        || body["tool_choice"]["type"] == "none"
+        || body["toolConfig"]["functionCallingConfig"]["mode"] == "NONE";
+    body.get("tools").is_some() && !forbidden
+}
+
+/// A model that makes these calls, a round each, and then answers; it calls nothing once it may not.
+async fn played(
+    dialect: Dialect,
+    rounds: Vec<Vec<(&'static str, &'static str, &'static str)>>,
+) -> Server {
+    Server::answering(move |number, request: &Recorded| {
+        let body = match rounds.get(number) {
+            Some(calls) if may_call(&request.json()) => calling(dialect, calls),
+            _ => saying(dialect, VERDICT),
+        };
+        Some(script(dialect).send(body))
+    })
+    .await
+}
+
+fn rounds(home: &Home) -> Value {
+    let rows = home.rows("SELECT tool_rounds FROM runs ORDER BY id DESC LIMIT 1");
+    serde_json::from_str(rows[0]["tool_rounds"].as_deref().unwrap()).unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn calls_are_answered_stored_and_counted_in_every_dialect() {
+    for dialect in Dialect::ALL {
+        let home = Home::new();
+        home.write(home.config().join("config.toml"), PRICES);
+        let calls = vec![
+            vec![
+                ("call_a", "list_obstacles", "{}"),
+                ("call_b", "distance", r#"{"obstacle": 304}"#),
+            ],
+            vec![
+                ("call_c", "distanse", "{}"),
+                ("call_d", "distance", r#"{"obstacle": 304, "t": 3}"#),
+                ("call_e", "judge", "{}"),
+            ],
+        ];
+        let server = played(dialect, calls).await;
+        let document = ask(&home, server.base_url(), dialect, &[]).status(0).json();
+        assert_eq!(document["dangerous"], false, "{dialect:?}");
+        assert_eq!(server.requests().len(), 3);
+        let last = String::from_utf8(server.requests()[2].body.clone()).unwrap();
+        for told in [
+            "nothing after t = 0 can be asked",
+            "unknown tool `distanse`",
+            "unknown tool `judge`",
+        ] {
+            assert!(last.contains(told), "{dialect:?} {told}: {last}");
+        }
+        let stored = rounds(&home);
+        assert_eq!(stored.as_array().unwrap().len(), 2);
+        assert!(
+            stored[0]["results"][1]
+                .as_str()
+                .unwrap()
+                .contains("distance"),
+            "{stored}"
+        );
+        // 100 + 100 + 200 tokens of questions, 10 + 10 + 20 of answers.
+        assert_eq!(document["input_tokens"], 400, "{dialect:?}");
+        let usd = document["cost_usd"].as_f64().unwrap();
+        assert!(
+            (usd - (400.0 * 1000.0 + 40.0 * 10000.0) / 1e6).abs() < 1e-9,
+            "{usd}"
+        );
+        // The same question again is answered by the store, with its calls.
+        let again = ask(&home, server.base_url(), dialect, &[]).status(0).json();
+        assert_eq!(again["run"], document["run"]);
+        assert_eq!(server.requests().len(), 3);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn endless_calls_end_at_the_limits() {
+    let dialect = Dialect::OpenAiChat;
+    let endless = || vec![vec![("c", "distance", r#"{"obstacle": 304}"#); 3]; 50];
+    let home = Home::new();
+    let server = played(dialect, endless()).await;
+    let limited = ask(&home, server.base_url(), dialect, &["--tool-rounds", "3"]).status(0);
+    limited.says(&["the most allowed; the model answers without tools"]);
+    assert_eq!(server.requests().len(), 4);
+    assert!(!may_call(&server.requests()[3].json()));
+    let home = Home::new();
+    let server = played(dialect, endless()).await;
+    ask(&home, server.base_url(), dialect, &["--tool-calls", "4"]).status(0);
+    assert_eq!(server.requests().len(), 3);
+    assert!(
+        rounds(&home)[1]["results"][2]
+            .as_str()
+            .unwrap()
+            .contains("limit of 4 tool calls")
+    );
+    // One that does not stop has no verdict, and the run says why.
+    let home = Home::new();
+    let stubborn = Server::answering(move |_, _: &Recorded| {
+        Some(script(dialect).send(calling(dialect, &[("c", "distance", "{}")])))
+    })
+    .await;
+    ask(&home, stubborn.base_url(), dialect, &["--tool-rounds", "2"])
+        .status(1)
+        .says(&["after the limit of 2 rounds"]);
+    assert_eq!(stubborn.requests().len(), 3);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_budget_holds_between_rounds() {
+    let dialect = Dialect::OpenAiChat;
+    let home = Home::new();
+    home.write(home.config().join("config.toml"), PRICES);
+    let endless = vec![vec![("c", "list_obstacles", "{}")]; 50];
+    let server = played(dialect, endless).await;
+    let most = ["--max-tokens", "10", "--budget", "9"];
+    let ended = ask(&home, server.base_url(), dialect, &most);
+    let asked = server.requests().len();
+    assert!(asked >= 1 && asked < 9, "{asked} {ended:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_killed_run_goes_on_after_its_paid_rounds() {
+    let dialect = Dialect::Anthropic;
+    let home = Home::new();
+    let server = Server::answering(move |number, request: &Recorded| {
+        let text = String::from_utf8_lossy(&request.body).into_owned();
+        let had = text.matches("tool_result").count();
+        Some(match (number, had) {
+            (_, 0) => script(dialect).send(calling(dialect, &[("call_a", "list_obstacles", "{}")])),
+            // The second request is never answered; the program is killed meanwhile.
+            (1, _) => Script::silent().await_close(),
+            _ => script(dialect).send(saying(dialect, VERDICT)),
+        })
+    })
+    .await;
+    let url = server.base_url().to_string();
+    let arguments = [
+        "ask",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--base-url",
+        &url,
+        "--dialect",
+        "anthropic",
+        "--tools",
+        "--json",
+    ];
+    let mut child = home.start(&arguments);
+    for _ in 0..400 {
+        if server.requests().len() == 2 {
+            break;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(server.requests().len(), 2);
+    let ended = ask(&home, &url, dialect, &[]).status(0);
+    let document = ended.json();
+    ended.says(&["continuing after 1 rounds of tool calls"]);
+    assert_eq!(document["dangerous"], false);
+    // The first request was not sent again.
+    let bodies = server.requests().into_iter().map(|r| r.json());
+    let first = bodies
+        .filter(|body| !body.to_string().contains("tool_result"))
+        .count();
+    assert_eq!((first, server.requests().len()), (1, 3));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn with_and_without_tools_are_an_axis() {
+    let dialect = Dialect::OpenAiChat;
+    let home = Home::new();
+    let server = Server::answering(move |_, request: &Recorded| {
+        let body = request.json();
+        let had = body.to_string().contains("tool_call_id");
+        Some(script(dialect).send(match may_call(&body) && !had {
+            true => calling(dialect, &[("c", "list_obstacles", "{}")]),
+            false => saying(dialect, VERDICT),
+        }))
+    })
+    .await;
+    let arguments = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--base-url",
+        server.base_url(),
+        "--tools",
+        "off,on",
+        "--json",
+    ];
+    let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
+    assert!(ended.stdout.contains("tools"), "{ended:?}");
+    let asked = server.requests().into_iter().map(|r| r.json());
+    let with = asked.filter(|body| body.get("tools").is_some()).count();
+    assert_eq!((with, server.requests().len()), (2, 3));
+    let rows = home.rows("SELECT settings FROM items ORDER BY place");
+    let settings: Vec<_> = rows.iter().map(|row| row["settings"].clone()).collect();
+    assert_eq!(
+        settings,
+        [Some("tools off".to_string()), Some("tools on".to_string())]
+    );
+    assert_eq!(json!(settings).as_array().unwrap().len(), 2);
+}

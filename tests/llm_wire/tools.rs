@@ -1,0 +1,170 @@
+//! Calls of tools on the wire: read in fragments cut anywhere, sent again with their results.
+
+use nearmiss::llm::{
+    Chunk, Dialect, Endpoint, Finish, Request, ToolRound, ToolSpec, ToolTurn, Toolbox, body, decode,
+};
+use serde_json::{Value, json};
+
+use super::request;
+use super::support::dialects::calling;
+
+const CALLS: [(&str, &str, &str); 2] = [
+    ("call_a", "distance", r#"{"obstacle": 304, "t": -0.5}"#),
+    (
+        "call_b",
+        "measure",
+        r#"{"id": "ttc", "obstacle": 301, "word": "é車"}"#,
+    ),
+];
+
+fn turn(items: &[Result<Chunk, nearmiss::llm::Error>]) -> Option<&ToolTurn> {
+    items.iter().find_map(|item| match item {
+        Ok(Chunk::ToolCalls(turn)) => Some(turn),
+        _ => None,
+    })
+}
+
+#[test]
+fn calls_are_read_wherever_the_stream_is_cut() {
+    for dialect in Dialect::ALL {
+        let stream = calling(dialect, &CALLS).into_bytes();
+        let whole = decode(dialect, [&stream[..]]);
+        let read = turn(&whole).unwrap_or_else(|| panic!("{dialect:?} {whole:?}"));
+        for (call, (_, name, arguments)) in read.calls.iter().zip(CALLS) {
+            assert_eq!(call.name, name, "{dialect:?}");
+            let said: Value = serde_json::from_str(&call.arguments).unwrap();
+            assert_eq!(said, serde_json::from_str::<Value>(arguments).unwrap());
+        }
+        assert_eq!(read.calls.len(), 2, "{dialect:?}");
+        assert!(!read.calls[0].id.is_empty() && read.calls[0].id != read.calls[1].id);
+        assert!(matches!(
+            whole.last(),
+            Some(Ok(Chunk::Finished(Finish::ToolCalls)))
+        ));
+        for cut in 1..stream.len() {
+            let items = decode(dialect, [&stream[..cut], &stream[cut..]]);
+            assert_eq!(turn(&items), Some(read), "{dialect:?} cut at {cut}");
+            // A stream that ends here has called nothing, or all of it.
+            let ended = decode(dialect, [&stream[..cut]]);
+            match ended.last() {
+                Some(Ok(Chunk::Finished(Finish::ToolCalls))) => {
+                    assert_eq!(turn(&ended), Some(read), "{dialect:?} ended at {cut}");
+                }
+                Some(Err(_)) => assert_eq!(turn(&ended), None, "{dialect:?} ended at {cut}"),
+                other => panic!("{dialect:?} ended at {cut}: {other:?}"),
+            }
+        }
+    }
+}
+
+/// A request after one round.
+fn after_a_round(dialect: Dialect, may_call: bool) -> Request {
+    let items = decode(dialect, [calling(dialect, &CALLS).as_bytes()]);
+    let turn = turn(&items).unwrap().clone();
+    let results = vec![
+        r#"{"distance":2.02}"#.to_string(),
+        r#"{"error":"no"}"#.to_string(),
+    ];
+    Request {
+        tools: Some(Toolbox {
+            specs: vec![ToolSpec {
+                name: "distance".into(),
+                about: "How far.".into(),
+                schema: json!({"type": "object", "properties": {}}),
+            }],
+            rounds: vec![ToolRound { turn, results }],
+            may_call,
+        }),
+        ..request()
+    }
+}
+
+#[test]
+fn rounds_are_sent_again_in_the_form_of_each_dialect() {
+    for dialect in Dialect::ALL {
+        let mut endpoint = Endpoint::new("lab", "https://example.org");
+        endpoint.dialect = dialect;
+        let sent = body(&endpoint, &after_a_round(dialect, true));
+        let last = body(&endpoint, &after_a_round(dialect, false));
+        let text = sent.to_string();
+        assert!(text.contains("2.02"), "{dialect:?} {text}");
+        match dialect {
+            Dialect::OpenAiChat => {
+                assert_eq!(sent["tools"][0]["function"]["name"], "distance");
+                let messages = sent["messages"].as_array().unwrap();
+                let [.., said, first, second] = &messages[..] else {
+                    panic!()
+                };
+                assert_eq!(said["tool_calls"][1]["id"], "call_b");
+                assert_eq!(said["tool_calls"][0]["function"]["arguments"], CALLS[0].2);
+                assert_eq!(
+                    (&first["role"], &first["tool_call_id"]),
+                    (&json!("tool"), &json!("call_a"))
+                );
+                assert_eq!(second["content"], r#"{"error":"no"}"#);
+                assert_eq!(last["tool_choice"], "none");
+            }
+            Dialect::OpenAiResponses => {
+                assert_eq!(sent["tools"][0]["name"], "distance");
+                let input = sent["input"].as_array().unwrap();
+                let kinds: Vec<&str> = input.iter().filter_map(|i| i["type"].as_str()).collect();
+                assert_eq!(
+                    kinds,
+                    [
+                        "reasoning",
+                        "function_call",
+                        "function_call",
+                        "function_call_output",
+                        "function_call_output"
+                    ]
+                );
+                assert_eq!(input.last().unwrap()["call_id"], "call_b");
+                assert_eq!(last["tool_choice"], "none");
+            }
+            Dialect::Gemini => {
+                let turns = sent["contents"].as_array().unwrap();
+                let [.., said, results] = &turns[..] else {
+                    panic!()
+                };
+                assert_eq!(said["role"], "model");
+                assert_eq!(said["parts"][0]["thoughtSignature"], "c2ln");
+                assert_eq!(
+                    results["parts"][0]["functionResponse"]["response"]["result"]["distance"],
+                    2.02
+                );
+                assert_eq!(last["toolConfig"]["functionCallingConfig"]["mode"], "NONE");
+                assert!(sent["generationConfig"].get("responseJsonSchema").is_none());
+                assert!(last["generationConfig"].get("responseJsonSchema").is_some());
+            }
+            Dialect::Anthropic => {
+                let turns = sent["messages"].as_array().unwrap();
+                let [.., said, results] = &turns[..] else {
+                    panic!()
+                };
+                assert_eq!(
+                    said["content"][0],
+                    json!({"type": "thinking", "thinking": "hm", "signature": "c2ln"})
+                );
+                assert_eq!(said["content"][1]["input"]["obstacle"], 304);
+                assert_eq!(results["content"][1]["tool_use_id"], "call_b");
+                assert_eq!(last["tool_choice"]["type"], "none");
+            }
+            Dialect::Ollama => {
+                let messages = sent["messages"].as_array().unwrap();
+                let [.., said, _, second] = &messages[..] else {
+                    panic!()
+                };
+                assert_eq!(
+                    said["tool_calls"][0]["function"]["arguments"]["obstacle"],
+                    304
+                );
+                assert_eq!(
+                    (&second["role"], &second["tool_name"]),
+                    (&json!("tool"), &json!("measure"))
+                );
+                assert!(sent.get("format").is_none() && last.get("format").is_some());
+                assert!(last.get("tools").is_none());
+            }
+        }
+    }
+}
