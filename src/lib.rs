@@ -20,10 +20,10 @@
 //! [`formats`] reads a file; it becomes a [`scenario::Scenario`], and with an ego a [`scenario::Scene`], on which
 //! everything else works. [`metrics`] reads numbers off it and [`description`] puts a window of it into words;
 //! [`prompts`] wraps the words into messages, [`llm`] sends them, and [`verdict`] reads the answer. [`judge`] answers
-//! the same questions from geometry. [`tools`] computes for models that ask for numbers. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in
-//! the [`store`]. [`paper`] compares its results with those of the paper "From Words to Collisions". [`workflow`] is
-//! what the program does, once for its two faces, [`cli`] and [`tui`], which do not know each other; `src/main.rs`
-//! brings them together.
+//! the same questions from geometry. [`tools`] computes for models that ask for numbers. [`evaluation`] joins these
+//! parts: it runs a case from end to end and keeps it in the [`store`]. [`paper`] compares its results with those of the
+//! paper "From Words to Collisions". [`workflow`] is what the program does, once for its two faces, [`cli`] and [`tui`],
+//! which do not know each other; `src/main.rs` brings them together.
 //!
 //! # Where to look
 //!

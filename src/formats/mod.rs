@@ -17,8 +17,8 @@ pub use ego::{
     read_ego_file, write_recording,
 };
 pub use library::{Entry, EntryLocation, bundled};
-pub use recordings::{LongRecording, MOST_WINDOWS, look_for_maps_in};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
+pub use recordings::{LongRecording, MOST_WINDOWS, look_for_maps_in};
 pub use resolve::resolved;
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,

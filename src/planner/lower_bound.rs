@@ -159,7 +159,7 @@ mod tests {
             centre: 1.4,
             now,
         };
-        let close = CloseTraffic::default();
+        let nearby = CloseTraffic::default();
         let start = Start {
             by_time: [0.6, 0.2, -0.1],
             by_length: [0.6, 0.03, -0.01],
@@ -180,8 +180,8 @@ mod tests {
                 for duration in [1.5, 3.0, 4.0] {
                     let along = Polynomial::quartic(from, [end, 0.0], duration);
                     let mut stations = Vec::new();
-                    let laid =
-                        Profile::new(along, duration, 0.0).lay(&path, 40, 0.1, &mut stations);
+                    let laid = Profile::new(along, duration, 0.0);
+                    let laid = laid.lay(&path, &pace(from[1]), 40, 0.1, &mut stations);
                     let Some(profile) = laid else { continue };
                     let mut rest = Vec::new();
                     judge.least(&stations, &ways, &mut rest);
@@ -189,8 +189,15 @@ mod tests {
                         let left = [rest[0], ways.rest(i, 40)[0]];
                         let least = judge.least_cost(judge.along_jerk(&profile), way, left);
                         let all = [rest.as_slice(), ways.rest(i, 40)];
-                        let found =
-                            judge.follow(&now, 0, &profile, (&stations, &close), way.lateral, all, None);
+                        let found = judge.follow(
+                            &now,
+                            0,
+                            &profile,
+                            (&stations, &nearby),
+                            way.lateral,
+                            all,
+                            None,
+                        );
                         if found.rejected.is_none() {
                             let cost = found.cost.total();
                             assert!(least <= cost, "{least} for {cost}");
@@ -198,8 +205,15 @@ mod tests {
                             close += usize::from(least > 0.5 * cost);
                             // Nothing that costs no more than it does is given up on its way.
                             let most = Some(cost);
-                            let again =
-                                judge.follow(&now, 0, &profile, (&stations, &close), way.lateral, all, most);
+                            let again = judge.follow(
+                                &now,
+                                0,
+                                &profile,
+                                (&stations, &nearby),
+                                way.lateral,
+                                all,
+                                most,
+                            );
                             assert_eq!(again, found);
                         }
                     }

@@ -42,7 +42,7 @@ const BOOLEAN: &str = "expected true or false";
 const COUNT: &str = "expected a whole number from 1 to 4294967295";
 
 /// Every key, in the order of the documentation.
-pub(super) const KEYS: [Key; 25] = [
+pub(super) const KEYS: [Key; 26] = [
     key(
         "theme",
         "expected the name of a theme, such as \"dark\"",

@@ -47,7 +47,7 @@ fn not_stopped(ego: &EgoAlong<'_>, line: &StopSignLine) -> Option<Violation> {
     // Steps between moments, not moments.
     let stood = longest.saturating_sub(1) as f64 * ego.dt();
     let moment = &ego.moments[place];
-    (stood + ROUNDING < STOP_SECONDS).then(|| Violation {
+    (stood + ROUNDING < STOP_SECONDS).then_some(Violation {
         from: moment.step,
         until: moment.step,
         at: moment.position,
@@ -90,7 +90,7 @@ fn crossed(ego: &EgoAlong<'_>, line: &LightLine) -> Option<Violation> {
         SignalColor::Yellow => could_have_stopped(ego, line, place),
         SignalColor::Green | SignalColor::Inactive => false,
     };
-    broken.then(|| Violation {
+    broken.then_some(Violation {
         from: moment.step,
         until: moment.step,
         at: moment.position,

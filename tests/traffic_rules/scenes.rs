@@ -282,6 +282,7 @@ impl Crossing {
         let ego = Ego {
             id: 1,
             source: EgoSource::Planned {
+                planner: None,
                 vehicle: "bmw".into(),
                 forecast: "none".into(),
                 planning_problem: 1,

@@ -59,7 +59,7 @@ impl ModelFigures {
         if conversations > 0 {
             text.push_str(&format!(
                 "{}: first answers that pass the gate {first_admitted}, effective and survivable {first_effective}; after retries {effective}\n",
-                counted(conversations as usize, "conversation"),
+                counted(conversations, "conversation"),
             ));
         }
         if self.compared > 0 {

@@ -57,6 +57,9 @@ pub struct WindowSource<'a> {
     pub cancel: &'a Cancel,
 }
 
+/// Recordings, each with the path of its scenario.
+type Recordings = Vec<(String, Recording)>;
+
 /// What windows are drawn for: the frame matters, as its template may say how many steps a window has.
 type Slot = (Task, Option<Frame>, Option<String>);
 
@@ -280,7 +283,7 @@ impl WindowSource<'_> {
         &self,
         (truth, score, radius): (&Truth, Option<RiskConvention>, f64),
         on_read: &mut dyn FnMut(usize),
-    ) -> Option<(Vec<(String, Recording)>, Vec<String>)> {
+    ) -> Option<(Recordings, Vec<String>)> {
         let of = |entry: &Entry| {
             let scene = self.builder.open(entry).ok()?.scene;
             let recording = match score {

@@ -17,7 +17,7 @@ use super::{sizes, whole_file};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::Format;
+use crate::formats::dispatch::{Format, Parts};
 use crate::geometry::Pose;
 use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{ContentHash, Scenario};
@@ -44,8 +44,8 @@ impl Format for OpenScenario {
         text.contains("<OpenSCENARIO") || text.contains("<OpenDRIVE")
     }
 
-    fn parts(&self, _: &Path) -> Result<Vec<String>, ReadError> {
-        Ok(Vec::new())
+    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
+        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
