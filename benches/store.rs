@@ -73,6 +73,7 @@ fn answered(n: i64) -> Run {
         },
         question,
         most_usd: None,
+        tool_rounds: None,
         notes: String::new(),
         pinned: false,
         deleted_ms: None,

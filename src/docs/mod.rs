@@ -65,6 +65,8 @@ topics! {
         "What counts as an answer, what it cost, intervals, comparisons";
     planning, "planning", "planning.md", ["plan"],
         "The planner: how it drives the ego, and how drives end";
+    traffic_rules, "traffic-rules", "traffic-rules.md", [],
+        "Lights, signs, right of way: what the planner obeys, what a drive breaks";
     planners, "planners", "planners.md", [],
         "Planners of your own: a protocol of JSON lines, what is reported, an example";
     generating, "generating", "generating.md", ["generate"],

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::source::{self, Source, Target};
 
 /// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 16] = [
+const DOMAIN: [&str; 17] = [
     "geometry",
     "scenario",
     "traffic_rules",

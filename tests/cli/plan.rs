@@ -313,7 +313,7 @@ fn a_collision_is_a_finding() {
     let ended = home
         .run(&["plan", "stands.xml", "--json"])
         .status(1)
-        .says(&["1 of 1 drives"]);
+        .says(&["1 of 1 drive ended"]);
     let said = ended.json();
     assert_eq!(said["outcome"], "collision");
     assert_eq!(said["collided_with"], 9999);

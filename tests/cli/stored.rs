@@ -377,7 +377,7 @@ fn recorded_answers_are_tied_to_their_scenarios() {
     let first = home
         .run(&["import", "paper"])
         .status(0)
-        .says(&["2 answers are linked", "by name only"]);
+        .says(&["2 answers linked", "by name only"]);
     assert_eq!(
         first.stdout,
         "5 imported, 0 already in the store, 0 unreadable\n"

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Thresholds;
-use crate::planner::{self, Cancel, Forecast, Sampling};
+use crate::planner::{self, Cancel, Forecast, RuleMode, Sampling};
 use crate::simulation::{Settings, TrafficMode};
 use crate::tui::loaded::Opened;
 use crate::workflow::{OpenRequest, PlanRequest};
@@ -25,6 +25,8 @@ pub fn coarse(forecast: Forecast) -> Settings {
                 refinements: 0,
                 ..usual.sampling
             },
+            // With so few samples a rule may leave no way to drive.
+            rules: RuleMode::Off,
             ..usual
         },
         forecast,
