@@ -8,7 +8,7 @@ use crate::metrics::{Context, Thresholds};
 use crate::scenario::{Motion, Participant, Scene, Window};
 
 /// A scene as it is known at the end of a window. Instruments read it through this type alone, and nothing that it
-/// gives them depends on later steps; oracles ask for [`WindowView::recording`].
+/// gives them depends on later steps; oracles ask for the recording.
 #[derive(Debug)]
 pub struct WindowView<'s> {
     context: Context<'s>,

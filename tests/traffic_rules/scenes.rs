@@ -16,15 +16,24 @@ use nearmiss::traffic_rules::RuleReport;
 /// Seconds between two steps.
 pub const DT: f64 = 0.1;
 
+/// A point or a motion by step, metres.
+type Pair = (f64, f64);
+
+/// A sign: number, value, lanelets.
+type Sign = (&'static str, &'static str, Vec<i64>);
+
+/// Steps and colours of a light.
+type Phases = Vec<(i64, &'static str)>;
+
 /// What is in the scene.
 #[derive(Debug, Clone)]
 pub struct Crossing {
     /// Signs on lanelets: number, value, lanelets.
-    pub signs: Vec<(&'static str, &'static str, Vec<i64>)>,
+    pub signs: Vec<Sign>,
     /// Phases (steps and colour) of a light on lanelet 1, and its offset.
-    pub light: Option<(Vec<(i64, &'static str)>, i64)>,
+    pub light: Option<(Phases, i64)>,
     /// Cars: id, where it is at step 0, metres along x and y a step.
-    pub cars: Vec<(i64, (f64, f64), (f64, f64))>,
+    pub cars: Vec<(i64, Pair, Pair)>,
     /// Whether the map names the intersection.
     pub intersection: bool,
     /// The ego's speed at its start, m/s.
@@ -147,7 +156,7 @@ impl Crossing {
             let of = of.filter(|(_, (_, _, on))| on.contains(&lanelet));
             of.map(|(i, _)| 500 + i as i64).collect()
         };
-        let roads: [(i64, (f64, f64), (f64, f64)); 4] = [
+        let roads: [(i64, Pair, Pair); 4] = [
             (1, (-150.0, 0.0), (150.0, 0.0)),
             (11, (1.75, -150.0), (1.75, 150.0)),
             (21, (-1.75, 150.0), (-1.75, -150.0)),
