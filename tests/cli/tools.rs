@@ -151,7 +151,7 @@ async fn the_budget_holds_between_rounds() {
     let most = ["--max-tokens", "10", "--budget", "9"];
     let ended = ask(&home, server.base_url(), dialect, &most);
     let asked = server.requests().len();
-    assert!(asked >= 1 && asked < 9, "{asked} {ended:?}");
+    assert!((1..9).contains(&asked), "{asked} {ended:?}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
