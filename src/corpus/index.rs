@@ -98,7 +98,7 @@ pub struct CorpusIndex {
     names: HashSet<String>,
 }
 
-/// A window in a part, as whoever knows what was asked needs it.
+/// A window in a part, as it is looked up among the answers.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowKey<'a> {
     /// SHA-256 of the scenario's file.

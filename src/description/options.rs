@@ -18,7 +18,7 @@ pub(super) struct Moment<'s> {
     pub step: i64,
     /// Who is described at it, nearest first.
     pub near: Vec<Near<'s>>,
-    /// Whether someone near is left out who is described at a later step.
+    /// Whether an obstacle nearby is left out that is described at a later step.
     pub left_out: bool,
 }
 

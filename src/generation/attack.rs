@@ -2,7 +2,7 @@
 
 use super::{
     AttackContext, Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, JointChange,
-    OpenLoopScreening, Reason, Refusal,
+    OpenLoopScreening, Reason, Refusal, StagedDrive,
 };
 use crate::scenario::Obstacle;
 use crate::verdict::Motion;
@@ -99,10 +99,24 @@ impl AttackSetup<'_> {
 
     /// Drives the ego against an attack, until that should be over.
     pub fn drive(&self, attack: &mut Attack) {
+        attack.effect = self.effect(&attack.change, self.enough(attack));
+    }
+
+    /// The same with an ego whose planner has fewer samples: for a search that drives against many attacks and the best
+    /// of them again.
+    pub(super) fn drive_coarsely(&self, attack: &mut Attack) {
+        let (before, until) = (self.before(), self.enough(attack));
+        let effect = self
+            .closed_loop
+            .coarse_effect_until(&attack.change, before, until);
+        attack.effect = effect.ok();
+    }
+
+    /// The step after which nothing is expected of an attack any more.
+    fn enough(&self, attack: &Attack) -> i64 {
         let others = self.stage.others.map(|(others, _)| others.rehearsal.step);
         let nearest = attack.rehearsal.step.max(others.unwrap_or(i64::MIN));
-        let until = nearest + (ENOUGH / self.stage.dt()).ceil() as i64;
-        attack.effect = self.effect(&attack.change, until);
+        nearest + (ENOUGH / self.stage.dt()).ceil() as i64
     }
 
     /// Drives the ego against it to the end, and looks whether each attacker is needed and a good driver survives it
@@ -122,10 +136,14 @@ impl AttackSetup<'_> {
     }
 
     fn effect(&self, change: &JointChange, until: i64) -> Option<Effect> {
-        let recorded = self.closed_loop.baseline().staged();
-        let before = self.stage.others.map_or(recorded, |(_, drive)| drive);
-        let effect = self.closed_loop.effect_until(change, before, until);
+        let effect = self.closed_loop.effect_until(change, self.before(), until);
         effect.ok()
+    }
+
+    /// The drive whose cycles are taken over while nothing has changed.
+    fn before(&self) -> &StagedDrive {
+        let recorded = self.closed_loop.baseline().staged();
+        self.stage.others.map_or(recorded, |(_, drive)| drive)
     }
 
     /// The step after which an attack is over.

@@ -11,6 +11,9 @@ pub struct Capability {
     pub limits: Limits,
     /// The largest change of the acceleration along the heading, m/s³.
     pub jerk: f64,
+    /// What a squared jerk costs beside a squared metre from where one is to be, m²/(m/s³)²: the more, the smoother one
+    /// drives and the less exactly.
+    pub jerk_cost: f64,
     /// The largest acceleration forward, m/s²; infinite where only engine and grip limit it.
     pub speeding_up: f64,
     /// The largest acceleration across the heading, m/s²; infinite where only the grip limits it.
@@ -22,6 +25,9 @@ pub struct Capability {
 /// Change of a car's acceleration in an emergency braking, m/s³: brakes build up their force within a few tenths of a
 /// second.
 const JERK: f64 = 30.0;
+
+/// Jerks cost next to nothing where a vehicle goes to its limits.
+const JERK_COST: f64 = 2e-4;
 
 /// Share of a long vehicle's length that lies between its axles, and from the rear axle to its middle.
 const LONG_WHEELBASE: f64 = 0.5;
@@ -83,6 +89,7 @@ impl Capability {
         Some(Self {
             limits,
             jerk,
+            jerk_cost: JERK_COST,
             speeding_up: f64::INFINITY,
             lateral: f64::INFINITY,
             on_road,

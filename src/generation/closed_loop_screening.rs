@@ -16,6 +16,8 @@ use crate::simulation::{
 pub struct ClosedLoop {
     scenario: Arc<Scenario>,
     driver: Driver,
+    /// The same with fewer samples; `None` for the planner of a process.
+    coarse: Option<Driver>,
     baseline: Baseline,
 }
 
@@ -71,9 +73,15 @@ impl ClosedLoop {
             scenario: Arc::clone(&scenario),
             noted,
         };
+        let coarse = driver.external().is_none().then(|| {
+            let mut settings = *driver.settings();
+            settings.planner.sampling = settings.planner.sampling.coarse();
+            driver.with(&settings)
+        });
         Self {
             scenario,
             driver,
+            coarse,
             baseline: Baseline { recorded, scores },
         }
     }
@@ -118,8 +126,33 @@ impl ClosedLoop {
         before: &StagedDrive,
         until: i64,
     ) -> Result<Effect, ChangeError> {
+        self.effect_on(&self.driver, change, before, until)
+    }
+
+    /// The same with an ego whose planner has fewer samples, see [`Sampling::coarse`](crate::planner::Sampling::coarse):
+    /// it says which changes are worth a drive with all of them. The planner of a process drives as ever.
+    ///
+    /// # Errors
+    /// Those of [`Self::effect`].
+    pub(super) fn coarse_effect_until(
+        &self,
+        change: &JointChange,
+        before: &StagedDrive,
+        until: i64,
+    ) -> Result<Effect, ChangeError> {
+        let driver = self.coarse.as_ref().unwrap_or(&self.driver);
+        self.effect_on(driver, change, before, until)
+    }
+
+    fn effect_on(
+        &self,
+        driver: &Driver,
+        change: &JointChange,
+        before: &StagedDrive,
+        until: i64,
+    ) -> Result<Effect, ChangeError> {
         let changed = Arc::new(change.apply(&self.scenario)?);
-        let noted = self.drive_after(before, (change, &changed), until);
+        let noted = self.drive_after(driver, before, (change, &changed), until);
         let drive = noted.drive;
         let scores = readings(&self.driver, &changed, &drive, "risk");
         let attackers = change.changes().iter().map(|change| {
@@ -174,7 +207,8 @@ impl ClosedLoop {
     /// Those of [`Self::effect`].
     pub fn staged(&self, change: &JointChange) -> Result<StagedDrive, ChangeError> {
         let changed = Arc::new(change.apply(&self.scenario)?);
-        let noted = self.drive_after(&self.baseline.recorded, (change, &changed), i64::MAX);
+        let before = &self.baseline.recorded;
+        let noted = self.drive_after(&self.driver, before, (change, &changed), i64::MAX);
         Ok(StagedDrive {
             changes: change.changes().to_vec(),
             scenario: changed,
@@ -202,13 +236,14 @@ impl ClosedLoop {
 
     fn drive_after(
         &self,
+        driver: &Driver,
         before: &StagedDrive,
         (change, changed): (&JointChange, &Scenario),
         until: i64,
     ) -> ResumableRollout {
         match self.same_until(before, changed, change) {
-            Some(same) => self.driver.drive_again(changed, &before.noted, same, until),
-            None => self.driver.drive_noted(changed, until),
+            Some(same) => driver.drive_again(changed, &before.noted, same, until),
+            None => driver.drive_noted(changed, until),
         }
     }
 

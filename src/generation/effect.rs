@@ -118,6 +118,12 @@ impl AttackerEffect {
 }
 
 impl Effect {
+    /// Cycles of its drive that were planned, and not taken over.
+    #[must_use]
+    pub fn planned(&self) -> usize {
+        self.drive.cycles.len().saturating_sub(self.taken_over)
+    }
+
     /// The attacker that the ego touches, or else the most dangerous one.
     #[must_use]
     pub fn main(&self) -> &AttackerEffect {

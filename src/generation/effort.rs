@@ -22,8 +22,8 @@ pub struct Effort {
 impl Default for Effort {
     fn default() -> Self {
         Self {
-            candidates: 600,
-            rounds: 12,
+            candidates: 1500,
+            rounds: 14,
             drives: 8,
             attackers: 6,
             together: 1,

@@ -280,7 +280,7 @@ impl RecordedMotions {
         self.densities[quantity as usize][(bin(quantity, value) + most) as usize]
     }
 
-    /// How plausible motions are: their steps count alike, whosever they are.
+    /// How plausible motions are: the steps of all of them count alike.
     #[must_use]
     pub fn plausibility<'m>(
         &self,

@@ -5,8 +5,8 @@
 //!
 //! Source: Rubinstein and Kroese, The Cross-Entropy Method (2004), as O'Kelly et al. 2018 use it for rare events. Each
 //! round samples manoeuvres, turns them into motions, drops those the gate refuses, screens the rest against an ego
-//! that only brakes, and drives the ego against the most promising ones. What worked is sampled more often. The same
-//! seed gives the same attacks.
+//! that only brakes, and drives the ego against the most promising ones, first with few samples of its planner. What worked is sampled more often. The same seed gives the same
+//! attacks.
 
 use rayon::prelude::*;
 
@@ -14,34 +14,42 @@ use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 use super::surrogate::{self, Trial};
-use super::{Effort, Progress, Refusal, SearchResult, motion};
+use super::{Effect, Effort, Progress, Refusal, SearchResult, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
 const BEST: f64 = -3.0;
 
-/// No more is asked of a collision that costs no more than this beyond it for being unlike recorded motions; a quarter of
-/// the rounds is spent to find a more plausible one.
+/// No more is asked of a collision that costs no more than this beyond it for being unlike recorded motions; so many rounds
+/// after the first are spent to find a more plausible one.
 const PLAUSIBLE: f64 = 0.35;
+const FOR_PLAUSIBLE: usize = 3;
 
-/// One of this cost is a near miss that a good driver survives; half of the rounds are spent to find better ones.
+/// One of this cost is a near miss that a good driver survives; so many rounds after the first are spent to find better
+/// ones.
 const GOOD: f64 = -2.0;
+const FOR_COLLISION: usize = 5;
 
 /// The search ends after so many rounds in a row that found nothing better by [`BETTER`].
-const PATIENCE: usize = 4;
+const PATIENCE: usize = 8;
 const BETTER: f64 = 0.05;
+
+/// No further round begins after so many planning cycles of the ego, about 10 s of one core.
+const MOST_CYCLES: usize = 8000;
 
 /// Motions that each core tries before the progress is told.
 const AT_ONCE: usize = 4;
 
-/// Attacks checked for avoidability per round.
+/// Attacks checked for avoidability per round, and where so many could not be survived: that takes longest.
 const LOOKED_AT: usize = 2;
+const OF_HOPELESS: usize = 1;
+const HOPELESS: usize = 4;
 
 /// The share of the motions that is tried in the first round.
 const FIRST: f64 = 0.35;
 
 /// The share of later draws that goes to all arms alike.
-const EXPLORE: f64 = 0.25;
+const EXPLORE: f64 = 0.4;
 
 /// How widely is drawn around what did well, as a share of an arm's first spread; in the nth round an nth of it.
 const SPREAD: f64 = 0.5;
@@ -151,9 +159,10 @@ impl Search<'_> {
             since = if now < lowest - BETTER { 0 } else { since + 1 };
             lowest = lowest.min(now);
             let enough = least <= BEST + PLAUSIBLE
-                || best <= BEST && 4 * round >= rounds
-                || self.near_misses && best <= GOOD && 2 * round >= rounds
-                || since > PATIENCE;
+                || best <= BEST && round >= FOR_PLAUSIBLE
+                || self.near_misses && best <= GOOD && round >= FOR_COLLISION
+                || since > PATIENCE
+                || self.cycles() >= MOST_CYCLES;
             if !goes_on || enough {
                 break;
             }
@@ -166,6 +175,12 @@ impl Search<'_> {
 
     fn attacks(&self) -> impl Iterator<Item = &Attack> {
         self.tried.iter().map(|t| &t.attack)
+    }
+
+    /// Planning cycles of all drives so far.
+    fn cycles(&self) -> usize {
+        let effects = self.attacks().filter_map(|a| a.effect.as_ref());
+        effects.map(Effect::planned).sum()
     }
 
     /// Draws motions, and keeps those that pass the gate; says whether to continue.
@@ -239,7 +254,7 @@ impl Search<'_> {
             let (grounds, places) = (self.grounds, &self.places);
             chosen.into_par_iter().for_each(|tried| {
                 if !(self.stop)() {
-                    grounds[places[tried.arm]].drive(&mut tried.attack);
+                    grounds[places[tried.arm]].drive_coarsely(&mut tried.attack);
                 }
             });
             if !watch(self.found.so_far(self.attacks())) {
@@ -251,17 +266,25 @@ impl Search<'_> {
 
     /// Looks whether a good driver survives what the ego did not, the most dangerous first.
     fn look(&mut self, delay: f64) {
+        let hopeless = self.attacks().filter(|a| a.survivable == Some(false));
+        let most = match hopeless.count() >= HOPELESS {
+            true => OF_HOPELESS,
+            false => LOOKED_AT,
+        };
         let mut effective: Vec<&mut Trial> = { self.tried.iter_mut() }
             .filter(|t| t.attack.has_effect() && t.attack.survivable.is_none())
             .filter(|t| !t.attack.is_idle())
             .collect();
         effective.sort_by(|a, b| a.attack.cost().total_cmp(&b.attack.cost()));
-        for tried in effective.into_iter().take(LOOKED_AT) {
-            if (self.stop)() {
+        let mut looked = 0;
+        for tried in effective {
+            if (self.stop)() || looked == most {
                 break;
             }
             let ground = &self.grounds[self.places[tried.arm]];
             ground.survive(&mut tried.attack, delay);
+            // With all samples the ego may get away.
+            looked += usize::from(tried.attack.survivable.is_some());
             if tried.attack.harmlessness() <= BEST {
                 break;
             }

@@ -15,6 +15,9 @@ pub struct SelectedAttack {
 /// How many attacks are looked at, at most: a search that finds no way out takes long.
 const LOOKED_AT: usize = 8;
 
+/// Of those that are known not to be survived in time, so many: one of them may be survived with a shorter reaction time.
+const OF_HOPELESS: usize = 2;
+
 /// The first of `attacks`, which are in order, that has an effect, needs all of its attackers, and can be avoided with a
 /// reaction time of `delay` seconds; where none is, the one that can be avoided with the longest reaction time, or else
 /// the first. Nothing where no attack was driven.
@@ -30,9 +33,15 @@ pub fn choose<'a>(
     let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = known.partition(|a| a.has_effect());
     let mut best: Option<(usize, SelectedAttack)> = None;
     let needed = effective.into_iter().filter(|a| !a.is_idle());
+    let mut hopeless = 0;
     for attack in needed.take(LOOKED_AT) {
+        hopeless += usize::from(attack.survivable == Some(false));
+        if hopeless > OF_HOPELESS {
+            break;
+        }
         let attack = driven(closed, attack)?;
-        if attack.is_idle() {
+        // The search drove with fewer samples.
+        if attack.is_idle() || !attack.has_effect() {
             continue;
         }
         let chosen = look(closed, attack)?;

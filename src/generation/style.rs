@@ -40,6 +40,9 @@ impl std::fmt::Display for AttackStyle {
     }
 }
 
+/// What squared jerks of people cost: 2 m/s³ as much as 0.2 m off the way.
+const JERK_COST: f64 = 1e-2;
+
 impl HumanLimits {
     /// What is left of a vehicle's capability to a person who keeps these limits.
     #[must_use]
@@ -53,6 +56,7 @@ impl HumanLimits {
                 ..*limits
             },
             jerk: able.jerk.min(self.jerk),
+            jerk_cost: JERK_COST,
             speeding_up: able.speeding_up.min(self.speeding_up),
             lateral: able.lateral.min(self.lateral),
             ..able

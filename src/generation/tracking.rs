@@ -91,6 +91,7 @@ mod tests {
         Capability {
             limits: Limits::for_vehicle(VehicleType::Bmw320i),
             jerk: 20.0,
+            jerk_cost: 2e-4,
             speeding_up: f64::INFINITY,
             lateral: f64::INFINITY,
             on_road: true,

@@ -37,7 +37,7 @@ pub use gap::{Gap, Tip};
 pub use polygon::{Bounds, contains};
 pub use polyline::{Polyline, Projection, distance_to_segment};
 pub use pose::Pose;
-pub use reference_path::{PathPoint, ReferencePath, ReferencePathError};
+pub use reference_path::{PathFrame, PathPoint, ReferencePath, ReferencePathError};
 pub use shape::{Shape, ShapeError};
 pub use truck::{SemiTrailer, Truck};
 

@@ -38,6 +38,30 @@ pub struct PathPoint {
     pub curvature_rate: f64,
 }
 
+/// The curve at one arc length, with its direction instead of its heading: quicker, where no angle is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathFrame {
+    /// Position, metres.
+    pub position: Point,
+    /// The unit vector along the path.
+    pub tangent: Vector,
+    /// Curvature κ, 1/m; positive in left turns.
+    pub curvature: f64,
+    /// Change of curvature along the arc length dκ/ds, 1/m².
+    pub curvature_rate: f64,
+}
+
+impl From<PathFrame> for PathPoint {
+    fn from(frame: PathFrame) -> Self {
+        Self {
+            position: frame.position,
+            heading: frame.tangent.y.atan2(frame.tangent.x),
+            curvature: frame.curvature,
+            curvature_rate: frame.curvature_rate,
+        }
+    }
+}
+
 /// Why there is no smooth path along a polyline.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ReferencePathError {
@@ -212,6 +236,12 @@ impl ReferencePath {
     /// The curve at arc length `s`, any number of metres.
     #[must_use]
     pub fn at(&self, s: f64) -> PathPoint {
+        self.frame_at(s).into()
+    }
+
+    /// The same without angles.
+    #[must_use]
+    pub fn frame_at(&self, s: f64) -> PathFrame {
         let last = self.spans.len();
         if s <= self.arc[0] || s >= self.arc[last] {
             let (end, place, u) = if s <= self.arc[0] {
@@ -220,9 +250,9 @@ impl ReferencePath {
                 (self.arc[last], last - 1, 1.0)
             };
             let along = self.spans[place].first(u).normalize();
-            return PathPoint {
+            return PathFrame {
                 position: self.origin + self.spans[place].at(u) + along * (s - end),
-                heading: along.y.atan2(along.x),
+                tangent: along,
                 curvature: 0.0,
                 curvature_rate: 0.0,
             };
@@ -230,7 +260,7 @@ impl ReferencePath {
         let place = self.arc.partition_point(|&a| a <= s).clamp(1, last) - 1;
         let span = &self.spans[place];
         let length = self.arc[place + 1] - self.arc[place];
-        self.point(place, span.parameter_at(s - self.arc[place], length))
+        self.frame(place, span.parameter_at(s - self.arc[place], length))
     }
 
     /// The pose at arc length `s`.
@@ -243,14 +273,18 @@ impl ReferencePath {
     }
 
     pub(super) fn point(&self, place: usize, u: f64) -> PathPoint {
+        self.frame(place, u).into()
+    }
+
+    fn frame(&self, place: usize, u: f64) -> PathFrame {
         let jet = self.spans[place].jet(u);
         let speed = jet.first.norm();
         let curvature = jet.first.perp(&jet.second) / speed.powi(3);
         let by_u = jet.first.perp(&jet.third) / speed.powi(3)
             - 3.0 * curvature * jet.first.dot(&jet.second) / speed.powi(2);
-        PathPoint {
+        PathFrame {
             position: self.origin + jet.at,
-            heading: jet.first.y.atan2(jet.first.x),
+            tangent: jet.first / speed,
             curvature,
             curvature_rate: by_u / speed,
         }

@@ -127,10 +127,12 @@ impl<'a> Forecaster<'a> {
                     likelihood: course.weight,
                     avoided: course.weight >= likeliest,
                 });
+                let mut next = speeds.distance(0.0);
                 for k in 0..=steps {
-                    let t = k as f64 * dt;
-                    let pose = course.path.pose_at(speeds.distance(t));
-                    let velocity = (speeds.distance(t + dt) - speeds.distance(t)) / dt;
+                    let driven = next;
+                    next = speeds.distance((k + 1) as f64 * dt);
+                    let pose = course.path.pose_at(driven);
+                    let velocity = (next - driven) / dt;
                     traffic.occupy_box(body, k, extent, &pose, velocity);
                 }
             }

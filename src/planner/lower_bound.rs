@@ -133,7 +133,8 @@ mod tests {
     use super::*;
     use crate::geometry::{Point, Pose, ReferencePath};
 
-    /// On a winding path, from a state beside it: no candidate costs less than its bound, and the bound is of use.
+    /// On a winding path, from a state beside it: no candidate costs less than its bound, and many bounds are above what
+    /// the best one costs, so that those need not be followed.
     #[test]
     fn no_candidate_costs_less_than_its_bound() {
         let line = (0..80).map(|i| {
@@ -164,7 +165,7 @@ mod tests {
             by_time: [0.6, 0.2, -0.1],
             by_length: [0.6, 0.03, -0.01],
         };
-        let (mut checked, mut close) = (0, 0);
+        let mut checked = 0;
         for (from, by_length) in [([10.0, 8.0, 0.5], false), ([10.0, 3.0, -0.5], true)] {
             let at = path.at(from[0]);
             let now = Moved::from_state(&VehicleState {
@@ -173,6 +174,7 @@ mod tests {
                 acceleration: from[2],
                 curvature: at.curvature,
             });
+            let (mut best, mut bounds) = (f64::INFINITY, Vec::new());
             let level = Level::new(&settings.sampling, 0);
             let mut ways = Ways::default();
             ways.lay(&judge, level, &start, from, by_length);
@@ -188,6 +190,7 @@ mod tests {
                     for (i, way) in ways.list.iter().enumerate() {
                         let left = [rest[0], ways.rest(i, 40)[0]];
                         let least = judge.least_cost(judge.along_jerk(&profile), way, left);
+                        bounds.push(least);
                         let all = [rest.as_slice(), ways.rest(i, 40)];
                         let found = judge.follow(
                             &now,
@@ -202,7 +205,7 @@ mod tests {
                             let cost = found.cost.total();
                             assert!(least <= cost, "{least} for {cost}");
                             checked += 1;
-                            close += usize::from(least > 0.5 * cost);
+                            best = best.min(cost);
                             // Nothing that costs no more than it does is given up on its way.
                             let most = Some(cost);
                             let again = judge.follow(
@@ -219,7 +222,9 @@ mod tests {
                     }
                 }
             }
+            let above = bounds.iter().filter(|bound| **bound > best).count();
+            assert!(4 * above > bounds.len(), "{above} of {}", bounds.len());
         }
-        assert!(checked > 100 && close > checked / 3, "{close} of {checked}");
+        assert!(checked > 100, "{checked}");
     }
 }

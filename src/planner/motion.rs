@@ -4,7 +4,7 @@
 //! thousand states and shows one in a hundred.
 
 use super::VehicleState;
-use crate::geometry::{PathPoint, Point, Pose};
+use crate::geometry::{PathFrame, Point, Pose};
 
 /// A moment of a motion along the path: where it is along, and the path there.
 #[derive(Debug, Clone, Copy)]
@@ -23,15 +23,14 @@ pub(super) struct Station {
 }
 
 impl Station {
-    pub fn new(s: [f64; 3], at: &PathPoint, (wanted, allowed): (f64, f64)) -> Self {
-        let (sin, cos) = at.heading.sin_cos();
+    pub fn new(s: [f64; 3], at: &PathFrame, (wanted, allowed): (f64, f64)) -> Self {
         Self {
             s,
             wanted,
             allowed,
             position: at.position,
-            cos,
-            sin,
+            cos: at.tangent.x,
+            sin: at.tangent.y,
             curvature: at.curvature,
             curvature_rate: at.curvature_rate,
         }
@@ -129,7 +128,7 @@ mod tests {
             (30.0, 3.0, 2.0, [-1.5, -0.3, 0.05]),
             (52.5, 0.0, 0.5, [0.2, 0.0, 0.01]),
         ] {
-            let at = Station::new([s, s1, s2], &path.at(s), (0.0, 0.0));
+            let at = Station::new([s, s1, s2], &path.frame_at(s), (0.0, 0.0));
             let found = state(&at, offset).unwrap().whole();
             let [d, d1, d2] = offset;
             let motion = FrenetMotion {

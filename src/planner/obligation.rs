@@ -28,8 +28,8 @@ const BEFORE_LINE: f64 = 0.8;
 /// A vehicle that stands farther before a line has not stopped at it, metres.
 const AT_LINE: f64 = 2.0;
 
-/// Braking for a red light or a stop sign, for a yellow light, and for others, at most, m/s²: whoever could not stop
-/// with less goes on. That for yellow is of the ITE (10 ft/s²).
+/// Braking for a red light or a stop sign, for a yellow light, and for others, at most, m/s²: an ego that could
+/// not stop with less goes on. That for yellow is of the ITE (10 ft/s²).
 const AT_RED: f64 = 4.5;
 const AT_YELLOW: f64 = 3.0;
 const FOR_OTHERS: f64 = 4.0;

@@ -62,7 +62,7 @@ impl Profile {
             self.slowest = self.slowest.min(v);
             let t = i as f64 * dt;
             let speeds = (pace.wanted_at(s, t), pace.allowed_at(s, t));
-            stations.push(Station::new([s, v, a], &path.at(s), speeds));
+            stations.push(Station::new([s, v, a], &path.frame_at(s), speeds));
         }
         Some(self)
     }

@@ -75,6 +75,20 @@ pub struct Sampling {
     pub refinements: usize,
 }
 
+impl Sampling {
+    /// Fewer final speeds and offsets, and no refinement where no candidate is left: a fraction of the time, for drives
+    /// that only select what is driven with all samples.
+    #[must_use]
+    pub fn coarse(self) -> Self {
+        Self {
+            speeds: self.speeds.div_ceil(2),
+            offsets: self.offsets.div_ceil(2),
+            refinements: 0,
+            ..self
+        }
+    }
+}
+
 /// Weights of the terms of the cost; each term is a mean over the horizon.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {

@@ -45,7 +45,7 @@ pub struct Violation {
 }
 
 impl RuleReport {
-    /// The report of a scene's ego, whoever drove it.
+    /// The report of a scene's ego, recorded or planned.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let ego = match EgoAlong::new(scene) {

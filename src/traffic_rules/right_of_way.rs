@@ -159,7 +159,7 @@ fn visit(
             brakes.push(step);
         }
     }
-    // What it does before or after the drive concerns nobody.
+    // What it does before or after the drive does not count.
     let steps = ego.scene.steps();
     let inside = inside.filter(|(from, _)| steps.contains(from))?;
     Some(Visit { inside, brakes })

@@ -72,7 +72,7 @@ struct AskedWindows<'a> {
 }
 
 impl<'a> AskedWindows<'a> {
-    /// Answers that were recorded or played back do not count: nobody asked for them here.
+    /// Answers that were recorded or played back do not count: they were not asked for here.
     fn of(answers: &'a [StoredVerdict]) -> Self {
         let mut asked = Self {
             by_hash: HashMap::new(),

@@ -123,7 +123,7 @@ pub fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Res
     let Some((scenario, exported)) = exported else {
         return Ok(());
     };
-    // The roads first: whoever finds a scenario finds them.
+    // The roads first, so that a scenario is never there without them.
     let both = [
         (&paths[1], &exported.roads),
         (&paths[0], &exported.scenario),

@@ -36,6 +36,8 @@ pub struct Car {
     pub speeding_up: f64,
     pub lateral: f64,
     pub dt: f64,
+    /// What a squared jerk costs, m²/(m/s³)².
+    pub jerk_cost: f64,
 }
 
 impl Car {
@@ -47,6 +49,7 @@ impl Car {
             speeding_up: able.speeding_up,
             lateral: able.lateral,
             dt,
+            jerk_cost: able.jerk_cost,
         }
     }
 

@@ -10,8 +10,7 @@ use crate::geometry::angle_between;
 const SPEEDS: f64 = 0.2;
 const HEADINGS: f64 = 2.0;
 
-/// Weights of the inputs: squared jerk (m/s³) and squared steering rate (rad/s).
-const JERK: f64 = 2e-4;
+/// Weight of the squared steering rate (rad/s).
 const RATE: f64 = 0.05;
 
 /// What is beyond the friction circle weighs so much, squared share.
@@ -92,8 +91,8 @@ impl Worth {
     }
 }
 
-fn input_cost(u: &Input) -> f64 {
-    JERK * u[0] * u[0] + RATE * u[1] * u[1]
+fn input_cost(car: &Car, u: &Input) -> f64 {
+    car.jerk_cost * u[0] * u[0] + RATE * u[1] * u[1]
 }
 
 /// What a motion costs; its first state is given and costs nothing.
@@ -102,7 +101,7 @@ pub fn cost(car: &Car, run: &[Moment], wanted: &[Option<TrackingTarget>]) -> f64
     let states: f64 = states
         .map(|(m, w)| worth(car, &m.state, w.as_ref()).value)
         .sum();
-    states + run.iter().map(|m| input_cost(&m.input)).sum::<f64>()
+    states + run.iter().map(|m| input_cost(car, &m.input)).sum::<f64>()
 }
 
 /// The gains for each step; nothing where `damping` is too small for them to exist.
@@ -128,7 +127,7 @@ pub fn backward(
             },
         };
         let q_z = here.slope + a.transpose() * slope;
-        let weights = SVector::<f64, 2>::new(2.0 * JERK, 2.0 * RATE);
+        let weights = SVector::<f64, 2>::new(2.0 * car.jerk_cost, 2.0 * RATE);
         let q_u = weights.component_mul(input) + b.transpose() * slope;
         let q_zz = here.bend + a.transpose() * bend * a;
         let q_uz = b.transpose() * bend * a;
