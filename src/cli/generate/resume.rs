@@ -129,6 +129,7 @@ impl Papers {
 }
 
 fn differences(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
+    let candidates = crate::generation::Effort::default().candidates;
     match (then, now) {
         (Value::Object(then), Value::Object(now)) => {
             let more = now.keys().filter(|key| !then.contains_key(*key));
@@ -146,10 +147,20 @@ fn differences(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
         // Versions without `--within` let the model choose among all that it was told of.
         (Value::Null, _) if path == WITHIN => {}
         (then, now) if then == now => {}
+        // No option sets them: what an earlier version found stays found.
+        _ if SEARCH.contains(&path) => {}
+        (then, now) if path == CANDIDATES && then == CANDIDATES_BEFORE && *now == candidates => {}
         _ if path.starts_with(PROMPTS) => found.push(format!("{path}, another version")),
         _ => found.push(output::visible(&format!("{path} {then}, now {now}"))),
     }
 }
+
+/// How a search goes about it.
+const SEARCH: [&str; 3] = ["search.rounds", "search.drives", "search.attackers"];
+
+/// The number of motions, and what it was by default in versions that drove against all of them with all samples.
+const CANDIDATES: &str = "search.candidates";
+const CANDIDATES_BEFORE: usize = 600;
 
 /// The setting that old manifests do not know.
 const WITHIN: &str = "model.method.within";

@@ -55,6 +55,24 @@ fn entry(name: &str) -> Entry {
 }
 
 #[test]
+fn what_an_earlier_version_found_by_default_is_taken_over() {
+    let search = |candidates: usize, rounds: usize| json!({"search": {"candidates": candidates, "rounds": rounds, "drives": 8, "attackers": 6, "seed": 1}});
+    let apart = |then: &Value, now: &Value| {
+        let mut found = Vec::new();
+        differences("", then, now, &mut found);
+        found
+    };
+    let today = crate::generation::Effort::default().candidates;
+    let nothing: [String; 0] = [];
+    assert_eq!(apart(&search(600, 12), &search(today, 14)), nothing);
+    assert_eq!(apart(&search(600, 12), &search(600, 14)), nothing);
+    assert_eq!(apart(&search(90, 12), &search(90, 14)), nothing);
+    let other = format!("search.candidates 90, now {today}");
+    assert_eq!(apart(&search(90, 12), &search(today, 14)), [other]);
+    assert_eq!(apart(&search(today, 14), &search(600, 14)).len(), 1);
+}
+
+#[test]
 fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
     let folder = tempfile::tempdir().unwrap();
     lay(folder.path(), "A_T-2", &papers("A_T-2", "other"));
