@@ -36,6 +36,7 @@ pub(super) fn question() -> NewRun {
         messages: text(r#"[{"role":"user","content":"Is it dangerous?"}]"#),
         parameters: text(r#"{"temperature":0.5}"#),
         answer_schema: None,
+        images: Vec::new(),
     }
 }
 

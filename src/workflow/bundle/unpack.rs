@@ -92,7 +92,7 @@ pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
                         place.item(&mut item.asked.path);
                         intake.take(Record::Question(of, item), bytes)?;
                     }
-                    run @ Record::Run(_) => intake.take(run, bytes)?,
+                    other @ (Record::Run(_) | Record::Image(_)) => intake.take(other, bytes)?,
                 }
                 Ok(())
             })?,
