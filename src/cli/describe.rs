@@ -143,7 +143,11 @@ impl Describe {
         picture: Option<&ScenePicture>,
         text: &str,
     ) -> Result<Option<Written>, Failure> {
-        let Some(file) = self.output.as_deref().filter(|path| *path != Path::new("-")) else {
+        let Some(file) = self
+            .output
+            .as_deref()
+            .filter(|path| *path != Path::new("-"))
+        else {
             return Ok(None);
         };
         let ending = file.extension().and_then(|ending| ending.to_str());
@@ -162,8 +166,7 @@ impl Describe {
             }
             _ => (text.as_bytes().to_vec(), Written::Text),
         };
-        system::save(file, &bytes, self.overwrite)
-            .map_err(|error| output::refused(&error))?;
+        system::save(file, &bytes, self.overwrite).map_err(|error| output::refused(&error))?;
         Ok(Some(written))
     }
 }

@@ -23,8 +23,8 @@ use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
 pub use measure_columns::measure_column;
-pub use picture::{PictureMoment, picture_moments};
 pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
+pub use picture::{PictureMoment, picture_moments};
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value, has_relative_times};
 
@@ -218,10 +218,7 @@ fn in_words(
             trajectory::describe(w, scene, &who, window, options);
         }
         // They are no words.
-        Frame::Picture
-        | Frame::EgoPicture
-        | Frame::CartesianPicture
-        | Frame::MetricsPicture => {}
+        Frame::Picture | Frame::EgoPicture | Frame::CartesianPicture | Frame::MetricsPicture => {}
     }
     Ok(())
 }

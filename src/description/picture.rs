@@ -74,7 +74,7 @@ pub(super) fn describe(
         _ => " and heads up. ",
     });
     w.words(
-        "Bodies have their real sizes and headings, and an arrow head inside at their front. All panels have the same scale, which the bar shows. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 1 s at its present velocity. ",
+        "Bodies have their real sizes and headings, and an arrow head inside at their front. All panels have the same scale, which the bar shows. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity. ",
     );
     if options.contact {
         w.words("A red ring marks where the ego touches another body. ");
@@ -128,10 +128,7 @@ mod tests {
         let usual = Options::default();
         assert_eq!(steps(10, &usual), [22, 24, 26, 28, 30]);
         assert_eq!(steps(1, &usual), [30]);
-        let strided = Options {
-            stride: 2,
-            ..usual
-        };
+        let strided = Options { stride: 2, ..usual };
         assert_eq!(steps(21, &strided).len(), 11);
         assert_eq!(steps(31, &strided).len(), 8, "at most twelve");
         let few = Options {
@@ -150,8 +147,17 @@ mod tests {
         let window = Window::ending_at(&scene, 30, 10);
         let options = Options::default();
         let alone = in_frame(&scene, Frame::Picture, &window, &options).unwrap();
-        assert!(alone.text.contains("t = -0.80, -0.60, -0.40, -0.20, 0.00 s"), "{}", alone.text);
-        assert!(!alone.text.contains("red ring"), "contact is not told unless it is to be");
+        assert!(
+            alone
+                .text
+                .contains("t = -0.80, -0.60, -0.40, -0.20, 0.00 s"),
+            "{}",
+            alone.text
+        );
+        assert!(
+            !alone.text.contains("red ring"),
+            "contact is not told unless it is to be"
+        );
         for moment in picture_moments(&scene, &window, &options) {
             for id in moment.obstacles {
                 assert!(alone.text.contains(&id.to_string()));

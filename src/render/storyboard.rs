@@ -6,7 +6,9 @@ use super::display::{Anchor, Area, Picture, Stroke, Text};
 use super::figure::PIXEL;
 use super::map::Map;
 use super::palette::Palette;
-use super::scene::{Basemap, Body, LineStyle, MapRequest, MapScene, Overlay, Owner, Trail, TrailSpan};
+use super::scene::{
+    Basemap, Body, LineStyle, MapRequest, MapScene, Overlay, Owner, Trail, TrailSpan,
+};
 use super::view::{Subject, Variations, View};
 use crate::geometry::{Pose, Vector};
 use crate::scenario::Scene;
@@ -52,7 +54,7 @@ const MARGIN: f64 = 5.0;
 const COLORED: usize = 5;
 
 /// Seconds of motion that an arrow shows, and the slowest velocity that has one, m/s.
-const ARROW: (f64, f64) = (1.0, 0.3);
+const ARROW: (f64, f64) = (0.5, 0.3);
 
 impl Storyboard<'_> {
     /// Columns and rows of so many panels.
@@ -81,7 +83,13 @@ impl Storyboard<'_> {
     /// Draws it; the same scene up to the last panel is always the same picture.
     #[must_use]
     pub fn picture(&self) -> Picture {
-        let palette = Palette::paper();
+        // Lanes are to be seen as clearly as bodies.
+        let palette = Palette {
+            road: Color::hex(0xe4e7ea),
+            lane: Color::hex(0x4a5056),
+            lane_dashed: Color::hex(0x5f666d),
+            ..Palette::paper()
+        };
         let (columns, rows) = Self::shape(self.panels.len());
         let (width, height) = Self::size(self.panels.len());
         let points = |pixels: u32| f64::from(pixels) * PIXEL;
@@ -270,9 +278,13 @@ impl Storyboard<'_> {
                 p.line(&line, Stroke::new(palette.text.at(0.75), 0.9).rounded());
                 x + 20.0
             });
-            entry(p, "way in 1 s at its velocity", &|p, x| {
+            entry(p, "way in 0.5 s at its velocity", &|p, x| {
                 let tip = (x + 22.0, middle);
-                let head = [(tip.0 - 4.5, middle - 3.0), tip, (tip.0 - 4.5, middle + 3.0)];
+                let head = [
+                    (tip.0 - 4.5, middle - 3.0),
+                    tip,
+                    (tip.0 - 4.5, middle + 3.0),
+                ];
                 let stroke = || Stroke::new(palette.text, 1.4).rounded();
                 p.line(&[(x, middle), tip], stroke());
                 p.line(&head, stroke());

@@ -55,7 +55,9 @@ impl StoredImage {
             base64: String,
         }
         let line: Line = serde_json::from_str(line)?;
-        let bytes = STANDARD.decode(&line.base64).map_err(|_| RecordError::Image)?;
+        let bytes = STANDARD
+            .decode(&line.base64)
+            .map_err(|_| RecordError::Image)?;
         let digest = Sha256::digest(&bytes);
         let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
         match sha256 == line.sha256 {
@@ -155,7 +157,8 @@ mod tests {
     }
 
     fn with_image() -> NewRun {
-        let messages = json!([{"role": "user", "content": "?", "images": [{"sha256": image().sha256}]}]);
+        let messages =
+            json!([{"role": "user", "content": "?", "images": [{"sha256": image().sha256}]}]);
         NewRun {
             messages: messages.to_string(),
             images: vec![image()],
@@ -197,7 +200,10 @@ mod tests {
         let damaged = line.replace("YWJj", "YWJk");
         assert!(Record::from_line(&damaged).is_err());
         let newer = line.replace("\"nearmiss_image\":1", "\"nearmiss_image\":2");
-        assert!(matches!(Record::from_line(&newer), Err(RecordError::Newer(2, 1))));
+        assert!(matches!(
+            Record::from_line(&newer),
+            Err(RecordError::Newer(2, 1))
+        ));
 
         let (here, there) = (Store::in_memory().unwrap(), Store::in_memory().unwrap());
         let mut intake = RecordIntake::new(&there);

@@ -8,7 +8,8 @@ use super::database::now_ms;
 use super::items::insert;
 use super::write::{insert_whole, there};
 use super::{
-    Batch, BatchId, Item, ItemState, MergeCounts, Run, RunId, RunState, Store, StoreError, StoredImage,
+    Batch, BatchId, Item, ItemState, MergeCounts, Run, RunId, RunState, Store, StoreError,
+    StoredImage,
 };
 
 /// What is being taken in: batches first, so that their runs can be told which they belong to, then runs, and the

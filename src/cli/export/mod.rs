@@ -175,11 +175,7 @@ pub fn run(arguments: &Export) -> Outcome {
 }
 
 /// The lines of the images of a run that no line before it has.
-fn images(
-    store: &Store,
-    run: &Run,
-    shown: &mut BTreeSet<String>,
-) -> Result<Vec<Value>, Failure> {
+fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<Value>, Failure> {
     let mut lines = Vec::new();
     for hash in run.question.image_hashes() {
         if shown.insert(hash.clone()) {

@@ -3,7 +3,9 @@
 use serde_json::{Map, Value, json};
 
 use super::anthropic_blocks::{Blocks, round};
-use super::{AnswerReader, Auth, Body, WireProtocol, count, is_anthropic_model, images, names_in, string};
+use super::{
+    AnswerReader, Auth, Body, WireProtocol, count, images, is_anthropic_model, names_in, string,
+};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{AnthropicBatches, BatchApi};
 use crate::llm::chunk::{Finish, Usage};

@@ -6,25 +6,33 @@ use crate::llm::request::{Message, Role};
 
 /// OpenAI's chat: the content is a list of parts, images as data addresses.
 pub(super) fn chat(message: &Message) -> Value {
-    parts(message, |text| json!({"type": "text", "text": text}), |image| {
-        json!({"type": "image_url", "image_url": {"url": image.data_url()}})
-    })
+    parts(
+        message,
+        |text| json!({"type": "text", "text": text}),
+        |image| json!({"type": "image_url", "image_url": {"url": image.data_url()}}),
+    )
 }
 
 /// OpenAI's Responses API: parts of input, with the detail that the API would choose anyway.
 pub(super) fn responses(message: &Message) -> Value {
-    parts(message, |text| json!({"type": "input_text", "text": text}), |image| {
-        json!({"type": "input_image", "image_url": image.data_url(), "detail": "auto"})
-    })
+    parts(
+        message,
+        |text| json!({"type": "input_text", "text": text}),
+        |image| json!({"type": "input_image", "image_url": image.data_url(), "detail": "auto"}),
+    )
 }
 
 /// Anthropic's messages: content blocks, images before the text that asks about them.
 pub(super) fn anthropic(message: &Message) -> Value {
-    parts(message, |text| json!({"type": "text", "text": text}), |image| {
-        json!({"type": "image", "source": {
-            "type": "base64", "media_type": image.media_type, "data": image.base64(),
-        }})
-    })
+    parts(
+        message,
+        |text| json!({"type": "text", "text": text}),
+        |image| {
+            json!({"type": "image", "source": {
+                "type": "base64", "media_type": image.media_type, "data": image.base64(),
+            }})
+        },
+    )
 }
 
 /// Ollama's own chat: a list of base64 beside the text.
@@ -38,9 +46,10 @@ pub(super) fn ollama(message: &Message) -> Value {
 
 /// The parts of a message in Gemini's form.
 pub(super) fn gemini(message: &Message) -> Value {
-    let images = message.images.iter().map(|image| {
-        json!({"inlineData": {"mimeType": image.media_type, "data": image.base64()}})
-    });
+    let images = message
+        .images
+        .iter()
+        .map(|image| json!({"inlineData": {"mimeType": image.media_type, "data": image.base64()}}));
     let text = json!({"text": message.content});
     images.chain([text]).collect()
 }

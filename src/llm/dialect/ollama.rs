@@ -101,7 +101,9 @@ impl WireProtocol for Protocol {
             options.put("num_predict", json!(limit));
         }
         // A question longer than the window is cut without a word, so the window is made to fit.
-        let needed = endpoint.tokens(request).saturating_add(limit.unwrap_or(ROOM));
+        let needed = endpoint
+            .tokens(request)
+            .saturating_add(limit.unwrap_or(ROOM));
         let window = needed.div_ceil(STEP).saturating_mul(STEP);
         options.put("num_ctx", json!(quirks.context.unwrap_or(window)));
         out.put_inner("options", options);

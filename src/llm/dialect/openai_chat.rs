@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{
-    AnswerReader, Body, WireProtocol, count, function_tools, images, openai_models, openai_version, string,
+    AnswerReader, Body, WireProtocol, count, function_tools, images, openai_models, openai_version,
+    string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
