@@ -40,6 +40,14 @@ impl Message {
             images: Vec::new(),
         }
     }
+
+    /// The message for people: its text, and a line for each image.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let image = |image: &Image| format!("\n\n[picture: {image:?}]");
+        let images: String = self.images.iter().map(image).collect();
+        self.content.clone() + &images
+    }
 }
 
 /// The JSON schema an answer has to follow.

@@ -358,7 +358,28 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
     let images = lines
         .lines()
         .filter(|line| line.contains("\"nearmiss_image\""));
-    assert_eq!(images.count(), 2, "each once");
+    let images: Vec<Value> = images
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(images.len(), 2, "each once");
+    let schema = run(&home, &["help", "json", "--schema", "image"])
+        .status(0)
+        .json();
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    assert!(
+        images.iter().all(|image| validator.is_valid(image)),
+        "{images:?}"
+    );
+    let shown = home.files().join("shown.png").display().to_string();
+    let asked = "SELECT id FROM runs WHERE frame = 'picture' ORDER BY id";
+    let id = home.rows(asked)[0]["id"].clone().unwrap();
+    run(&home, &["runs", "picture", &id, "-o", &shown]).status(0);
+    assert!(std::fs::read(&shown).unwrap().starts_with(b"\x89PNG"));
+    let asked = "SELECT id FROM runs WHERE frame = 'ego' ORDER BY id";
+    let id = home.rows(asked)[0]["id"].clone().unwrap();
+    run(&home, &["runs", "picture", &id, "-o", &shown])
+        .status(2)
+        .says(&["asked without a picture"]);
     let other = Home::new();
     run(&other, &["import", &file]).status(0);
     let hashes = |home: &Home| home.rows("SELECT sha256, hex(bytes) AS b FROM images ORDER BY 1");

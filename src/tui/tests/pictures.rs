@@ -61,6 +61,31 @@ fn where_it_is_or_why_not_is_said() {
 }
 
 #[test]
+fn the_picture_of_the_question_is_saved_as_models_are_sent_it() {
+    let mut bench = Bench::bundled();
+    bench.frame(120, 40);
+    let wish = |bench: &mut Bench| {
+        bench.press("space o p");
+        bench.type_text("models are shown");
+        bench.press("enter");
+    };
+    wish(&mut bench);
+    assert!(bench.effects.is_empty(), "the ego frame has none");
+    assert!(bench.frame(120, 40).contains("this question has no picture"));
+    bench.model.frame = crate::description::Frame::Picture;
+    bench.model.refresh();
+    wish(&mut bench);
+    let mut job = asked(&mut bench);
+    let folder = tempfile::tempdir().unwrap();
+    job.folder = Some(folder.path().into());
+    let path = save(&job, &Drawing::default().begin()).unwrap();
+    assert!(path.ends_with("_question.png"), "{path}");
+    let question = bench.model.prompt.question.as_ref().unwrap();
+    let sent = question.messages()[1].images[0].clone();
+    assert_eq!(std::fs::read(path).unwrap(), &sent.bytes[..]);
+}
+
+#[test]
 fn without_a_scenario_there_is_nothing_to_draw() {
     let mut bench = Bench::empty();
     bench.press("space o p");
