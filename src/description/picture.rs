@@ -15,8 +15,8 @@ pub struct PictureMoment {
     pub obstacles: Vec<i64>,
 }
 
-/// Panels of a picture at most, and at most where the user states the steps between them.
-const MOST: (usize, usize) = (6, 12);
+/// Moments of a picture at most, beside the close-up of the last one, and at most where the user states the steps between them.
+const MOST: (usize, usize) = (5, 11);
 
 /// The moments that a picture of a window shows, in order: steps as the text frames have them, the last of the window
 /// always and none after it, but not more than can be looked at in one picture; and obstacles as those frames have them,
@@ -68,13 +68,13 @@ pub(super) fn describe(
             .about(Subject::Scene, Some(moment.step))
             .time(moment.step, dt);
     }
-    w.words(" s. The ego, blue, is in the middle of each panel");
+    w.words(" s; the last panel is a close-up of the last of them. The ego, blue, is in the middle of each panel");
     w.words(match frame {
         Frame::CartesianPicture => "; the x axis of the map points to the right, the y axis up. ",
         _ => " and heads up. ",
     });
     w.words(
-        "Bodies have their real sizes and headings, and an arrow head inside at their front. All panels have the same scale, which the bar shows. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity. ",
+        "Bodies have their real sizes and headings, and an arrow head inside at their front. A bar shows the scale, which is the same in all panels but the close-up. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity. ",
     );
     if options.contact {
         w.words("A red ring marks where the ego touches another body. ");
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(steps(1, &usual), [30]);
         let strided = Options { stride: 2, ..usual };
         assert_eq!(steps(21, &strided).len(), 11);
-        assert_eq!(steps(31, &strided).len(), 11, "at most twelve");
+        assert_eq!(steps(31, &strided).len(), 11, "at most eleven");
         let few = Options {
             most_times: Some(3),
             ..usual

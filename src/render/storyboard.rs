@@ -50,6 +50,9 @@ const LEGEND: u32 = 32;
 const LEAST: f64 = 16.0;
 const MARGIN: f64 = 5.0;
 
+/// The same of the close-up of the last moment, in which small distances can be told.
+const CLOSE_UP: f64 = 8.0;
+
 /// Obstacles that have colours of their own.
 const COLORED: usize = 5;
 
@@ -70,10 +73,10 @@ impl Storyboard<'_> {
         }
     }
 
-    /// Width and height of one with so many panels, pixels.
+    /// Width and height of one with so many moments, pixels.
     #[must_use]
-    pub fn size(count: usize) -> (u32, u32) {
-        let (columns, rows) = Self::shape(count);
+    pub fn size(moments: usize) -> (u32, u32) {
+        let (columns, rows) = Self::shape(moments + 1);
         let panel = (SIZE.1 - LEGEND) / rows as u32;
         let width = SIZE.0.min(panel * columns as u32);
         let panel = panel.min(width / columns as u32 + 24);
@@ -90,7 +93,7 @@ impl Storyboard<'_> {
             lane_dashed: Color::hex(0x5f666d),
             ..Palette::paper()
         };
-        let (columns, rows) = Self::shape(self.panels.len());
+        let (columns, rows) = Self::shape(self.panels.len() + 1);
         let (width, height) = Self::size(self.panels.len());
         let points = |pixels: u32| f64::from(pixels) * PIXEL;
         let mut picture = Picture::new((points(width), points(height)), palette.background);
@@ -100,8 +103,10 @@ impl Storyboard<'_> {
             points(width) / columns as f64,
             points(height - LEGEND) / rows as f64,
         );
-        let half = self.half();
-        for (place, panel) in self.panels.iter().enumerate() {
+        let (half, last) = (self.half(), self.panels.last());
+        let moments = self.panels.iter().map(|panel| (panel, half, ""));
+        let closer = last.map(|panel| (panel, CLOSE_UP, ", close-up"));
+        for (place, (panel, half, more)) in moments.chain(closer).enumerate() {
             let (row, column) = (place / columns, place % columns);
             let area = Area {
                 x: wide * column as f64,
@@ -115,7 +120,15 @@ impl Storyboard<'_> {
                 scale: area.width.min(area.height) / (2.0 * half),
                 area,
             };
-            self.panel(&mut picture, &palette, &basemap, &colored, panel, view);
+            let title = self.time(panel.step) + more;
+            self.panel(
+                &mut picture,
+                &palette,
+                &basemap,
+                (&colored, title),
+                panel,
+                view,
+            );
         }
         let below = points(height - LEGEND);
         self.legend(&mut picture, &palette, below, points(LEGEND));
@@ -184,7 +197,7 @@ impl Storyboard<'_> {
         picture: &mut Picture,
         palette: &Palette,
         basemap: &Basemap,
-        colored: &[i64],
+        (colored, title): (&[i64], String),
         panel: &StoryboardPanel,
         view: View,
     ) {
@@ -231,7 +244,7 @@ impl Storyboard<'_> {
             view,
             letters: 9.0,
             scale_bar: true,
-            title: Some(self.time(panel.step)),
+            title: Some(title),
         };
         map.draw(picture);
     }

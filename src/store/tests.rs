@@ -12,7 +12,6 @@ mod pages;
 mod secondary_runs;
 mod truths;
 
-/// A question that is never sent.
 pub(super) fn question() -> NewRun {
     let text = |s: &str| s.to_string();
     NewRun {
