@@ -342,7 +342,13 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
     );
     home.write(home.config().join("config.toml"), &config);
     let all = ["evaluate", CUT_IN, HARD_BRAKING, "--model", "lab/tiny"];
-    let frames = ["--frame", "ego,picture,ego+picture", "--json"];
+    let frames = [
+        "--frame",
+        "ego,picture,ego+picture",
+        "--task",
+        "collision",
+        "--json",
+    ];
     let rows = run(&home, &[&all[..], &frames].concat()).status(0).stdout;
     for frame in ["\"ego\"", "\"picture\"", "\"ego+picture\""] {
         assert!(rows.contains(frame), "{frame}: {rows}");
@@ -362,9 +368,8 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();
     assert_eq!(images.len(), 2, "each once");
-    let schema = run(&home, &["help", "json", "--schema", "image"])
-        .status(0)
-        .json();
+    let schema = run(&home, &["help", "json", "--schema", "image"]).status(0);
+    let schema = serde_json::from_str(&schema.stdout).unwrap();
     let validator = jsonschema::validator_for(&schema).unwrap();
     assert!(
         images.iter().all(|image| validator.is_valid(image)),
@@ -384,4 +389,27 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
     run(&other, &["import", &file]).status(0);
     let hashes = |home: &Home| home.rows("SELECT sha256, hex(bytes) AS b FROM images ORDER BY 1");
     assert_eq!(hashes(&other), hashes(&home));
+
+    // The same as an experiment file, whose answers are there; its bundle carries the pictures, too.
+    home.write(
+        "seen.toml",
+        format!(
+            "title = \"Seen\"\nscenarios = [\"{CUT_IN}\", \"{HARD_BRAKING}\"]\nmodels = [\"lab/tiny\"]\ntasks = [\"collision\"]\nframes = [\"ego\", \"picture\", \"ego+picture\"]\n"
+        ),
+    );
+    run(&home, &["evaluate", "seen.toml"]).status(0);
+    assert_eq!(server.requests().len(), 6, "all of it was asked before");
+    run(
+        &home,
+        &["experiment", "pack", "last", "-o", "seen.nearmiss"],
+    )
+    .status(0);
+    let third = Home::new();
+    let bundle = home.files().join("seen.nearmiss").display().to_string();
+    run(&third, &["experiment", "unpack", &bundle]).status(0);
+    assert_eq!(hashes(&third), hashes(&home));
+    let report = run(&third, &["report", "--batch", "last", "--json"])
+        .status(0)
+        .stdout;
+    assert!(report.contains("ego+picture"), "{report}");
 }

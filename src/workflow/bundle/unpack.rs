@@ -169,7 +169,7 @@ fn check(
                     checked.batch = Some(*batch);
                 }
                 Record::Question(of, _) if Some(of) == id => {}
-                Record::Run(_) if id.is_some() => {}
+                Record::Run(_) | Record::Image(_) if id.is_some() => {}
                 _ => return Err(BundleError::Batch("a line of another batch".into())),
             }
             Ok(())
