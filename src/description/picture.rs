@@ -70,11 +70,11 @@ pub(super) fn describe(
     }
     w.words(" s; the last panel is a close-up of the last of them. The ego, blue, is in the middle of each panel");
     w.words(match frame {
-        Frame::CartesianPicture => "; the x axis of the map points to the right, the y axis up. ",
-        _ => " and heads up. ",
+        Frame::CartesianPicture => "; the x axis of the map points to the right, the y axis up.\n",
+        _ => " and heads up.\n",
     });
     w.words(
-        "Bodies have their real sizes and headings, and an arrow head inside at their front. A bar shows the scale, which is the same in all panels but the close-up. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity. ",
+        "Bodies have their real sizes and headings, and an arrow head inside at their front. A bar shows the scale, which is the same in all panels but the close-up. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity.\n",
     );
     if options.contact {
         w.words("A red ring marks where the ego touches another body. ");
