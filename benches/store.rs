@@ -40,6 +40,7 @@ fn question(n: i64) -> NewRun {
             .to_string(),
         parameters: "{}".into(),
         answer_schema: None,
+        images: Vec::new(),
     }
 }
 

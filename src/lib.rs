@@ -77,6 +77,7 @@
 //! | parts of a batch become one | `store/intake.rs`; of bundles `workflow/bundle/unpack.rs` |
 //! | Slurm scripts | `cli/slurm/`: the command that is run in parts, and the text |
 //! | filter of the scenario list | `workflow/scenario_filter/`; as it is typed: `tui/model/list/filtering.rs` |
+//! | pictures for models | what is on them and how they are read: `description/picture.rs`; drawn by `render/storyboard.rs`, on demand: `evaluation/picture.rs`; sent: `llm/dialect/images.rs`; kept: `store/images.rs` |
 //! | answers stored before they are shown | `evaluation/stream_recorder.rs` |
 //! | page of answers in HTML reports | `evaluation/answer_page/`; its texts and pictures: `workflow/answer_page.rs` |
 //! | tables over axes | `evaluation/report/pivot/` |

@@ -82,6 +82,8 @@ mod models_and_costs;
 mod monitor;
 #[path = "cli/older_store.rs"]
 mod older_store;
+#[path = "cli/pictures.rs"]
+mod pictures;
 #[path = "cli/piped.rs"]
 mod piped;
 #[path = "cli/plan.rs"]

@@ -53,14 +53,8 @@ fn request() -> Request {
     Request {
         model: "small-1".into(),
         messages: vec![
-            Message {
-                role: Role::System,
-                content: "Be brief.".into(),
-            },
-            Message {
-                role: Role::User,
-                content: "Dangerous? 車".into(),
-            },
+            Message::new(Role::System, "Be brief."),
+            Message::new(Role::User, "Dangerous? 車"),
         ],
         parameters: Parameters {
             temperature: Some(0.0),

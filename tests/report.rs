@@ -211,6 +211,7 @@ fn run(n: i64, model: &str, dangerous: Option<bool>, state: RunState) -> Run {
             .to_string(),
         parameters: "{}".into(),
         answer_schema: None,
+        images: Vec::new(),
     };
     Run {
         id: RunId(0),

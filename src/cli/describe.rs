@@ -1,5 +1,8 @@
 //! `nearmiss describe`: describes a window of a scene, and the source of each number in the text.
 
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
 use super::open::{ScenarioArguments, configuration, frame, user_thresholds};
 use super::span::Span;
 use schemars::JsonSchema;
@@ -7,15 +10,19 @@ use serde::Serialize;
 
 use super::{Failure, Outcome, json, output};
 use crate::description::{self, DescriptionError, Frame};
+use crate::evaluation::ScenePicture;
 use crate::metrics::Context;
 use crate::prompts::{Defaults, estimate_tokens};
+use crate::render::svg;
+use crate::system;
 
 /// Arguments of `describe`.
 #[derive(Debug, clap::Args)]
 pub struct Describe {
     #[command(flatten)]
     which: ScenarioArguments,
-    /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle).
+    /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle); picture, ego+picture,
+    /// cartesian+picture or metrics+picture for a picture from above, alone or with words.
     #[arg(long, default_value = "ego", value_parser = frame)]
     frame: Frame,
     #[command(flatten)]
@@ -23,6 +30,26 @@ pub struct Describe {
     /// Print one JSON object: the text, and the position (in bytes) and source of each number in it.
     #[arg(long, alias = "trace")]
     json: bool,
+    /// File for the picture of a frame that has one: .png, as models are sent it, or .svg; with another name for the
+    /// text.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+}
+
+/// The picture of a description, for programs.
+#[derive(Serialize, JsonSchema)]
+struct PictureDocument {
+    /// SHA-256 of the PNG.
+    sha256: String,
+    /// Pixels.
+    width: u32,
+    /// Pixels.
+    height: u32,
+    /// Tokens that it is taken for where the provider is not known.
+    tokens: usize,
 }
 
 /// A description for programs.
@@ -42,6 +69,8 @@ pub struct Document {
     last_step: i64,
     /// The description.
     text: String,
+    /// The picture of a frame that has one.
+    picture: Option<PictureDocument>,
     /// Every number of the text: start and end in bytes, step, quantity, value and whose it is.
     #[schemars(with = "Vec<serde_json::Value>")]
     spans: Vec<description::Span>,
@@ -67,7 +96,11 @@ pub fn run(arguments: &Describe) -> Outcome {
     let context = Context::under(&scene, &thresholds);
     let described = description::describe_in(&context, arguments.frame, &window, &decided.options);
     let described = described.map_err(|error| Failure::input(advised(&error)))?;
-    let tokens = estimate_tokens(&described.text);
+    let scene = Arc::new(scene);
+    let picture = ScenePicture::new(&scene, arguments.frame, &window, &decided.options);
+    let tokens =
+        estimate_tokens(&described.text) + picture.as_ref().map_or(0, ScenePicture::tokens);
+    let drawn = arguments.write(picture.as_ref(), &described.text)?;
     if arguments.json {
         output::document(&Document {
             scenario: entry.name,
@@ -78,13 +111,64 @@ pub fn run(arguments: &Describe) -> Outcome {
             first_step: window.first(),
             last_step: window.last(),
             text: described.text,
+            picture: picture.map(|picture| {
+                let (image, tokens) = (picture.image(), picture.tokens());
+                PictureDocument {
+                    sha256: image.sha256,
+                    width: image.width,
+                    height: image.height,
+                    tokens,
+                }
+            }),
             spans: described.spans,
         })?;
-    } else {
+    } else if drawn != Some(Written::Text) {
         output::text(&described.text)?;
     }
     output::say(&format!("about {tokens} tokens (estimated)"));
     Ok(())
+}
+
+/// What was written to the file of `-o`.
+#[derive(PartialEq)]
+enum Written {
+    Picture,
+    Text,
+}
+
+impl Describe {
+    /// Writes the file that was asked for, if there is one.
+    fn write(
+        &self,
+        picture: Option<&ScenePicture>,
+        text: &str,
+    ) -> Result<Option<Written>, Failure> {
+        let Some(file) = self
+            .output
+            .as_deref()
+            .filter(|path| *path != Path::new("-"))
+        else {
+            return Ok(None);
+        };
+        let ending = file.extension().and_then(|ending| ending.to_str());
+        let ending = ending.map(str::to_ascii_lowercase);
+        let (bytes, written) = match (ending.as_deref(), picture) {
+            (Some("png"), Some(picture)) => (picture.image().bytes.to_vec(), Written::Picture),
+            (Some("svg"), Some(picture)) => {
+                (svg(&picture.picture()).into_bytes(), Written::Picture)
+            }
+            (Some("png" | "svg"), None) => {
+                return Err(Failure::input(format!(
+                    "{}: the {} frame has no picture; add --frame picture or --frame ego+picture",
+                    file.display(),
+                    self.frame.name()
+                )));
+            }
+            _ => (text.as_bytes().to_vec(), Written::Text),
+        };
+        system::save(file, &bytes, self.overwrite).map_err(|error| output::refused(&error))?;
+        Ok(Some(written))
+    }
 }
 
 /// An error with what to do on the command line.

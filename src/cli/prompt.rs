@@ -28,7 +28,8 @@ pub struct QuestionArguments {
     /// Task: collision, safety, recording, attacker or trajectory.
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
-    /// Frame of the description: ego, cartesian, metrics or trajectory [default: ego; metrics for attacker; trajectory
+    /// Frame of the description: ego, cartesian, metrics or trajectory; picture for a picture from above in place of
+    /// words, ego+picture, cartesian+picture or metrics+picture for both [default: ego; metrics for attacker; trajectory
     /// for trajectory].
     #[arg(long, value_parser = frame)]
     frame: Option<Frame>,
@@ -140,6 +141,14 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
     let prompt = &question.prompt;
     let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);
     output::text(&output::visible(&text))?;
+    if let Some(picture) = &question.picture {
+        let (width, height) = picture.size();
+        output::say(&format!(
+            "with a picture of {width} × {height} pixels, about {} tokens (estimated; models differ); `nearmiss describe --frame {} -o FILE.png` writes it",
+            picture.tokens(),
+            question.case.frame.name(),
+        ));
+    }
     output::say(&format!(
         "{} ({}), about {} tokens (estimated)",
         question.template,

@@ -1,6 +1,7 @@
 //! `nearmiss runs`: lists stored questions and answers.
 
 mod list;
+mod picture;
 
 pub use list::RunLine;
 
@@ -37,6 +38,8 @@ enum RunsCommand {
         #[command(flatten)]
         unlock: Unlock,
     },
+    /// Write the picture that the model was shown.
+    Picture(picture::PictureOfRun),
     /// Find runs that have all these words in model, scenario, answer, reasoning, justification or notes.
     Search {
         /// Words or their beginnings.
@@ -89,6 +92,7 @@ pub fn run(arguments: &Runs) -> Outcome {
         None => Some(arguments.list.unlock),
         Some(RunsCommand::List(list) | RunsCommand::Search { list, .. }) => Some(list.unlock),
         Some(RunsCommand::Show { unlock, .. }) => Some(*unlock),
+        Some(RunsCommand::Picture(wanted)) => Some(wanted.unlock),
         _ => None,
     };
     // A look is recorded.
@@ -104,6 +108,7 @@ pub fn run(arguments: &Runs) -> Outcome {
             list: wanted,
         }) => list(&store, wanted, Some(words.join(" "))),
         Some(RunsCommand::Show { id, json, unlock }) => show(&store, RunId(*id), *json, *unlock),
+        Some(RunsCommand::Picture(wanted)) => picture::write(&store, wanted),
         Some(RunsCommand::Delete(ids)) => each(&store, ids, Change::Delete),
         Some(RunsCommand::Restore(ids)) => each(&store, ids, Change::Restore),
         Some(RunsCommand::Pin(ids)) => each(&store, ids, Change::Pin),
@@ -223,17 +228,23 @@ fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
 
 fn show(store: &Store, id: RunId, json: bool, unlock: Unlock) -> Outcome {
     let run = known(store, id)?;
-    if unlock.locked(store, [id])?.has(id) {
-        return Err(Failure::input(format!(
-            "run {id} is of a test split that is not complete; --unlock shows it and records the look"
-        )));
-    }
+    refuse_locked(store, id, unlock)?;
     if json {
         let superseded = store.superseded().map_err(Failure::input)?;
         return output::json(&record(&run, superseded.contains(&id)));
     }
     let most = store.bound_of(id).map_err(Failure::input)?;
     output::text(&output::visible(&words(&run, most)))
+}
+
+/// Refuses a run of a test split that is not complete.
+fn refuse_locked(store: &Store, id: RunId, unlock: Unlock) -> Outcome {
+    match unlock.locked(store, [id])?.has(id) {
+        true => Err(Failure::input(format!(
+            "run {id} is of a test split that is not complete; --unlock shows it and records the look"
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// Everything of a run that people want to see; `most` is what it can have cost, US dollars.
@@ -283,6 +294,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
         "messages",
         messages.map(|count| format!("{count}; --json shows them")),
     );
+    row("pictures", Some(question.image_hashes().join(", ")));
     row(
         "parameters",
         Some(question.parameters.clone()).filter(|p| p != "{}"),

@@ -10,6 +10,7 @@ mod motion_words;
 mod options;
 mod overview;
 mod parts;
+mod picture;
 mod road;
 mod safety_metrics;
 mod seen;
@@ -23,6 +24,7 @@ use crate::scenario::{Participant, Scene, Window};
 
 pub use measure_columns::measure_column;
 pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
+pub use picture::{PictureMoment, picture_moments};
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value, has_relative_times};
 
@@ -39,11 +41,28 @@ pub enum Frame {
     Metrics,
     /// What one obstacle and the ego did, and the road.
     Trajectory,
+    /// A picture from above, with what is needed to read it.
+    Picture,
+    /// [`Frame::Ego`], and the picture.
+    EgoPicture,
+    /// [`Frame::Cartesian`], and the picture.
+    CartesianPicture,
+    /// [`Frame::Metrics`], and the picture.
+    MetricsPicture,
 }
 
 impl Frame {
     /// Every frame.
-    pub const ALL: [Self; 4] = [Self::Ego, Self::Cartesian, Self::Metrics, Self::Trajectory];
+    pub const ALL: [Self; 8] = [
+        Self::Ego,
+        Self::Cartesian,
+        Self::Metrics,
+        Self::Trajectory,
+        Self::Picture,
+        Self::EgoPicture,
+        Self::CartesianPicture,
+        Self::MetricsPicture,
+    ];
 
     /// The word for it, on the command line and in the store.
     #[must_use]
@@ -53,7 +72,29 @@ impl Frame {
             Self::Ego => "ego",
             Self::Metrics => "metrics",
             Self::Trajectory => "trajectory",
+            Self::Picture => "picture",
+            Self::EgoPicture => "ego+picture",
+            Self::CartesianPicture => "cartesian+picture",
+            Self::MetricsPicture => "metrics+picture",
         }
+    }
+
+    /// The frame of its words; `None` for the picture alone.
+    #[must_use]
+    pub fn words(self) -> Option<Self> {
+        match self {
+            Self::Picture => None,
+            Self::EgoPicture => Some(Self::Ego),
+            Self::CartesianPicture => Some(Self::Cartesian),
+            Self::MetricsPicture => Some(Self::Metrics),
+            words => Some(words),
+        }
+    }
+
+    /// Whether a picture belongs to it.
+    #[must_use]
+    pub fn has_picture(self) -> bool {
+        self.words() != Some(self)
     }
 
     /// The frame with this name.
@@ -138,6 +179,26 @@ pub fn describe_in(
     let chosen = chosen.transpose()?;
     let mut writer = Writer::new(options.precision);
     let w = &mut writer;
+    match frame.words() {
+        None => {}
+        Some(words) => in_words(w, context, words, chosen, window, options)?,
+    }
+    if frame.has_picture() {
+        picture::describe(w, scene, frame, window, options);
+    }
+    Ok(writer.finish())
+}
+
+/// Describes it in a frame that is words alone.
+fn in_words(
+    w: &mut Writer,
+    context: &Context<'_>,
+    frame: Frame,
+    chosen: Option<Participant<'_>>,
+    window: &Window,
+    options: &Options,
+) -> Result<(), DescriptionError> {
+    let scene = context.scene();
     match frame {
         Frame::Cartesian => cartesian::describe(w, scene, window, options),
         Frame::Ego if options.axes == EgoAxes::Lane => {
@@ -156,8 +217,10 @@ pub fn describe_in(
             }
             trajectory::describe(w, scene, &who, window, options);
         }
+        // They are no words.
+        Frame::Picture | Frame::EgoPicture | Frame::CartesianPicture | Frame::MetricsPicture => {}
     }
-    Ok(writer.finish())
+    Ok(())
 }
 
 fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, DescriptionError> {

@@ -154,7 +154,7 @@ impl Options {
     }
 
     /// The participants near the ego at `step`, with their motion, nearest first.
-    fn near<'a>(&self, scene: &'a Scene, step: i64) -> Vec<Near<'a>> {
+    pub(super) fn near<'a>(&self, scene: &'a Scene, step: i64) -> Vec<Near<'a>> {
         let Some(ego) = scene.ego.track.at(step) else {
             return Vec::new();
         };

@@ -43,6 +43,8 @@ topics! {
         "The built-in judge: exact geometry, and how far ahead it sees";
     prompting, "prompting", "prompting.md", ["describe", "prompt", "prompts"],
         "Descriptions, techniques, templates of your own, the template editor";
+    pictures, "pictures", "pictures.md", [],
+        "Pictures for models that see: the storyboard, what is sent, tokens, the store";
     providers, "providers", "providers.md", ["ask", "models"],
         "Language models: keys, addresses, prices, what is refused, what fails";
     tools, "tools", "tools.md", [],

@@ -1,6 +1,7 @@
 //! Builds the messages of a case: the same for workbench, command line and batches.
 
 use super::claims::TimeOrigin;
+use super::picture::ScenePicture;
 use super::prompt_summary::{TemplateVersion, how};
 use std::sync::Arc;
 
@@ -98,6 +99,8 @@ pub struct Question {
     pub case: Case,
     /// The description of the scene.
     pub description: String,
+    /// The picture that is shown with it, of frames that have one.
+    pub picture: Option<ScenePicture>,
     /// The filled template.
     pub prompt: Prompt,
     /// The template's file name.
@@ -192,6 +195,7 @@ pub fn prepare(
     let values = Values::new(&case, &described.text, &verdict::schema(case.task));
     let prompt = prompts::render(file, &template.source, library.fragments(), values)?;
     Ok(Question {
+        picture: ScenePicture::of(&case),
         prompt,
         template: file.to_string(),
         template_version: (!is_draft && !library.is_draft(file))
@@ -260,13 +264,13 @@ impl Question {
     /// The messages as they are sent.
     #[must_use]
     pub fn messages(&self) -> Vec<Message> {
-        let message = |role, content: &String| Message {
-            role,
-            content: content.clone(),
-        };
+        let shown = self.picture.iter().map(ScenePicture::image);
         let prompt = [
-            message(Role::System, &self.prompt.system),
-            message(Role::User, &self.prompt.user),
+            Message::new(Role::System, &self.prompt.system),
+            Message {
+                images: shown.collect(),
+                ..Message::new(Role::User, &self.prompt.user)
+            },
         ];
         prompt.into_iter().chain(self.turns.clone()).collect()
     }
@@ -286,10 +290,7 @@ impl Question {
             return next;
         }
         for (role, content) in [(Role::Assistant, answer), (Role::User, words)] {
-            next.turns.push(Message {
-                role,
-                content: content.to_string(),
-            });
+            next.turns.push(Message::new(role, content));
         }
         next
     }
@@ -303,13 +304,14 @@ impl Question {
             .then(|| case.judgement().verdict)
     }
 
-    /// Roughly how many tokens the messages are.
+    /// Roughly how many tokens the messages are, a picture as most providers count it.
     #[must_use]
     pub fn tokens(&self) -> usize {
         let turns = self.turns.iter().map(|turn| &turn.content);
         let all = [&self.prompt.system, &self.prompt.user]
             .into_iter()
             .chain(turns);
-        all.map(|text| prompts::estimate_tokens(text)).sum()
+        let words: usize = all.map(|text| prompts::estimate_tokens(text)).sum();
+        words + self.picture.as_ref().map_or(0, ScenePicture::tokens)
     }
 }

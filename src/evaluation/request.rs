@@ -4,9 +4,9 @@ use super::judges::{Judge, ModelJudge};
 use super::question::{Case, Question};
 use super::run_case::RunOptions;
 use super::tool_rounds;
-use crate::llm::{Parameters, Request, ResponseFormat, Schema};
+use crate::llm::{Image, Parameters, Request, ResponseFormat, Schema};
 use crate::prompts::Pack;
-use crate::store::NewRun;
+use crate::store::{NewRun, StoredImage};
 use crate::verdict::{self, Task};
 
 /// Builds the request.
@@ -86,6 +86,7 @@ pub fn record(
         messages: "[]".to_string(),
         parameters: thresholds(case)?,
         answer_schema: None,
+        images: Vec::new(),
     };
     if let Judge::Model(model) = judge {
         let request = request(question, model);
@@ -94,6 +95,7 @@ pub fn record(
         run.endpoint = place.to_string();
         run.address = Some(place.url);
         run.messages = serde_json::to_string(&request.messages)?;
+        run.images = request.images().map(stored).collect();
         // The limit that is sent may be that of the configuration.
         let parameters = Parameters {
             max_tokens: model.endpoint.answer_limit(&request.parameters),
@@ -110,6 +112,17 @@ pub fn record(
             .transpose()?;
     }
     Ok(run)
+}
+
+/// An image as the store keeps it.
+fn stored(image: &Image) -> StoredImage {
+    StoredImage {
+        sha256: image.sha256.clone(),
+        media_type: image.media_type.clone(),
+        width: image.width,
+        height: image.height,
+        bytes: image.bytes.clone(),
+    }
 }
 
 /// The part of the schema that is sent to the server.

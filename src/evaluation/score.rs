@@ -85,7 +85,7 @@ pub fn says_the_score(way: &PromptConfig, measures: Option<&MeasureList>) -> boo
         // The templates of the recording task choose measures without it.
         None => way.task != Task::Recording,
     };
-    way.frame == Some(Frame::Metrics) && printed
+    way.frame.and_then(Frame::words) == Some(Frame::Metrics) && printed
 }
 
 /// The note of a report on answers whose truth is a risk score and whose questions print it: how they were asked, and the

@@ -55,7 +55,8 @@ impl Settings {
             self.measures.is_some(),
         ];
         let mut given = OF_ONE_FRAME.iter().zip(given).filter(|(_, given)| *given);
-        let ((name, frame), _) = given.find(|((_, frame), _)| !frames.contains(frame))?;
+        let ((name, frame), _) =
+            given.find(|((_, frame), _)| !frames.iter().any(|f| f.words() == Some(*frame)))?;
         let frame = frame.name();
         Some(format!(
             "{prefix}{name} is an option of the {frame} frame; add that frame or remove the option"

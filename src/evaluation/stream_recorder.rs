@@ -177,6 +177,7 @@ mod tests {
             messages: text("[]"),
             parameters: text("{}"),
             answer_schema: None,
+            images: Vec::new(),
         };
         let Claim::Granted(run) = store.claim(&question, true).unwrap() else {
             panic!("no other program asks");

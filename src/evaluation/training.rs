@@ -175,7 +175,9 @@ impl ExampleRules {
 
     fn example(&self, run: &Run) -> Option<Example> {
         let asked: Vec<Message> = serde_json::from_str(&run.question.messages).ok()?;
-        if !asked.iter().any(|message| message.role == Role::User) {
+        // Of a picture, the messages have only the hash.
+        let shows = |message: &Message| !message.images.is_empty();
+        if !asked.iter().any(|message| message.role == Role::User) || asked.iter().any(shows) {
             return None;
         }
         let reasoning = run.reasoning.trim();

@@ -182,18 +182,24 @@ impl Endpoint {
         Ok((pricing, limit))
     }
 
+    /// Tokens of a request, its images as the documentation of this provider counts them.
+    #[must_use]
+    pub fn tokens(&self, request: &Request) -> u32 {
+        request.tokens(self.quirks.image_tokens)
+    }
+
     /// The most that a request can cost, US dollars, if price and limit of the answer are known.
     #[must_use]
     pub fn at_most(&self, request: &Request) -> Option<f64> {
         let (pricing, limit) = self.worst_case(&request.model, &request.parameters).ok()?;
-        pricing.at_most(request.tokens(), limit)
+        pricing.at_most(self.tokens(request), limit)
     }
 
     /// The same for a request that is `added` tokens longer.
     #[must_use]
     pub fn at_most_with(&self, request: &Request, added: u32) -> Option<f64> {
         let (pricing, limit) = self.worst_case(&request.model, &request.parameters).ok()?;
-        pricing.at_most(request.tokens().saturating_add(added), limit)
+        pricing.at_most(self.tokens(request).saturating_add(added), limit)
     }
 
     /// Whether the server is on this machine; such servers rarely want a key.

@@ -7,7 +7,7 @@
 //!
 //! let request = Request {
 //!     model: "qwen3".into(),
-//!     messages: vec![Message { role: Role::User, content: "Is this dangerous?".into() }],
+//!     messages: vec![Message::new(Role::User, "Is this dangerous?")],
 //!     parameters: Parameters::default(),
 //!     schema: None,
 //!     tools: None,
@@ -40,6 +40,7 @@ mod error;
 mod error_body;
 mod events;
 mod frames;
+mod image;
 mod invalid_provider;
 mod json;
 mod key_command;
@@ -74,6 +75,7 @@ pub use effort::{Effort, EffortLevels};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 pub use error::{Error, ProviderAddress, TimeoutKind};
 pub use frames::decode;
+pub use image::{Image, ImageTokens};
 pub use key_command::KeyCommand;
 pub use limits::Limits;
 pub use listing::{Address, KeyState, ModelListing, ModelOffer, Retirement};

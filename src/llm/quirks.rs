@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::effort::EffortLevels;
+use super::image::ImageTokens;
 
 /// Parameters a model accepts, and how to send them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +30,10 @@ pub struct Quirks {
     pub context: Option<u32>,
     /// Only hosts that know every parameter are to be chosen (OpenRouter).
     pub require_parameters: bool,
+    /// Whether the model takes images; `None` where that is not known.
+    pub images: Option<bool>,
+    /// How many tokens an image is.
+    pub image_tokens: ImageTokens,
 }
 
 impl Default for Quirks {
@@ -45,6 +50,8 @@ impl Default for Quirks {
             max_tokens: None,
             context: None,
             require_parameters: false,
+            images: None,
+            image_tokens: ImageTokens::default(),
         }
     }
 }
@@ -121,6 +128,10 @@ pub struct StatedQuirks {
     pub context: Option<u32>,
     /// See [`Quirks::require_parameters`].
     pub require_parameters: Option<bool>,
+    /// See [`Quirks::images`].
+    pub images: Option<bool>,
+    /// See [`Quirks::image_tokens`].
+    pub image_tokens: Option<ImageTokens>,
 }
 
 impl StatedQuirks {
@@ -139,6 +150,8 @@ impl StatedQuirks {
             max_tokens: self.max_tokens.or(other.max_tokens),
             context: self.context.or(other.context),
             require_parameters: self.require_parameters.or(other.require_parameters),
+            images: self.images.or(other.images),
+            image_tokens: self.image_tokens.or(other.image_tokens),
         }
     }
 
@@ -162,6 +175,8 @@ impl StatedQuirks {
             require_parameters: self
                 .require_parameters
                 .unwrap_or(default.require_parameters),
+            images: self.images,
+            image_tokens: self.image_tokens.unwrap_or(default.image_tokens),
         }
     }
 }

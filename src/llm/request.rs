@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effort::Effort;
+use super::image::{Image, ImageTokens};
 use super::tool_calls::{ToolLimits, Toolbox};
 
 /// Author of a [`Message`].
@@ -24,6 +25,29 @@ pub struct Message {
     pub role: Role,
     /// The message as plain text.
     pub content: String,
+    /// Images that are shown with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub images: Vec<Image>,
+}
+
+impl Message {
+    /// A message without images.
+    #[must_use]
+    pub fn new(role: Role, content: impl Into<String>) -> Self {
+        Self {
+            role,
+            content: content.into(),
+            images: Vec::new(),
+        }
+    }
+
+    /// The message for people: its text, and a line for each image.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let image = |image: &Image| format!("\n\n[picture: {image:?}]");
+        let images: String = self.images.iter().map(image).collect();
+        self.content.clone() + &images
+    }
 }
 
 /// The JSON schema an answer has to follow.
@@ -76,14 +100,21 @@ pub struct Request {
 
 impl Request {
     /// Tokens of the question, estimated to be rather too many than too few: half of the bytes. Numbers, which scenes
-    /// in words are full of, are two to three bytes a token.
+    /// in words are full of, are two to three bytes a token. Images count as the endpoint's documentation says.
     #[must_use]
-    pub fn tokens(&self) -> u32 {
+    pub fn tokens(&self, counted: ImageTokens) -> u32 {
         let messages: usize = self.messages.iter().map(|m| m.content.len() + 16).sum();
         let schema = self.schema.as_ref();
         let schema = schema.map_or(0, |s| s.schema.to_string().len());
         let tools = self.tools.as_ref().map_or(0, Toolbox::bytes);
-        u32::try_from((messages + schema + tools) / 2).unwrap_or(u32::MAX)
+        let words = u32::try_from((messages + schema + tools) / 2).unwrap_or(u32::MAX);
+        let images = self.images().map(|i| counted.of(i.width, i.height));
+        images.fold(words, u32::saturating_add)
+    }
+
+    /// Every image of the conversation.
+    pub fn images(&self) -> impl Iterator<Item = &Image> {
+        self.messages.iter().flat_map(|message| &message.images)
     }
 
     /// Whether the model may call tools now.

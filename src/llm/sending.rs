@@ -52,6 +52,7 @@ impl Ready {
     ) -> Result<Self, Error> {
         let wrong = |place| |why| Error::Setup { place, why };
         effort::check(endpoint, request)?;
+        check_images(endpoint, request)?;
         let (url, headers) = addressed(client, endpoint, request).await?;
         let endpoint = &*endpoint;
         let body = endpoint.dialect.protocol().body(endpoint, request);
@@ -68,7 +69,7 @@ impl Ready {
             headers,
             body: Value::Object(body.fields).to_string().into_bytes(),
             gate,
-            tokens: request.tokens().saturating_add(limit.unwrap_or(0)),
+            tokens: endpoint.tokens(request).saturating_add(limit.unwrap_or(0)),
             patience: Deadlines::starting_now(endpoint.timeouts),
             waits: waits(endpoint.retry),
             attempt: 1,
@@ -93,14 +94,30 @@ pub(super) async fn sendable(
 ) -> Result<(), Error> {
     // The budget is checked before a command asks the user for a password.
     effort::check(endpoint, request)?;
+    check_images(endpoint, request)?;
     drop(reserve(endpoint, request)?);
     let limit = endpoint.answer_limit(&request.parameters);
-    let tokens = request.tokens().saturating_add(limit.unwrap_or(0));
+    let tokens = endpoint.tokens(request).saturating_add(limit.unwrap_or(0));
     endpoint.limits.allow(tokens).map_err(|why| Error::Setup {
         place: endpoint.place(),
         why,
     })?;
     addressed(client, endpoint, request).await.map(drop)
+}
+
+/// Refuses images for a model that is known not to see.
+fn check_images(endpoint: &Endpoint, request: &Request) -> Result<(), Error> {
+    let blind = endpoint.quirks.images == Some(false);
+    if !blind || request.images().next().is_none() {
+        return Ok(());
+    }
+    let (model, name) = (&request.model, &endpoint.name);
+    Err(Error::Setup {
+        place: endpoint.place(),
+        why: format!(
+            "{model} takes no pictures; choose a frame in words or a model that sees, or, if it does see, set quirks = {{ images = true }} for it in [provider.{name}]"
+        ),
+    })
 }
 
 /// Where a request goes and under which headers; fetches its key if a command has it.
@@ -145,7 +162,7 @@ fn reserve(endpoint: &Endpoint, request: &Request) -> Result<Option<Reservation>
         return Ok(None);
     };
     let (pricing, limit) = endpoint.worst_case(&request.model, &request.parameters)?;
-    let tokens = request.tokens();
+    let tokens = endpoint.tokens(request);
     let most = pricing
         .at_most(tokens, limit)
         .ok_or_else(|| Error::Budget {

@@ -88,6 +88,7 @@ fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> R
             messages: "[]".into(),
             parameters: "{}".into(),
             answer_schema: None,
+            images: Vec::new(),
         },
         answer: answer.text.clone(),
         reasoning: String::new(),

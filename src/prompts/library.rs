@@ -79,6 +79,9 @@ pub struct Library {
     pub problems: Vec<Problem>,
 }
 
+/// How the name of a frame of words ends that has a picture beside them.
+const BESIDE_WORDS: &str = "+picture";
+
 impl Library {
     /// The shipped templates, overridden by those in `folder` (files ending in `.md`).
     ///
@@ -265,9 +268,16 @@ impl Library {
     }
 
     /// The template for a task and a frame: the chosen one, else a user's before a shipped one, of a user's the one
-    /// that overrides the shipped one; of another pack only where it is chosen and no pack is asked for.
+    /// that overrides the shipped one; of another pack only where it is chosen and no pack is asked for. A frame of
+    /// words with a picture beside them has the template of the words, unless it has its own.
     #[must_use]
     pub fn find(&self, task: &str, frame: &str) -> Option<(&str, &Template)> {
+        let words = || frame.strip_suffix(BESIDE_WORDS);
+        self.find_exactly(task, frame)
+            .or_else(|| self.find_exactly(task, words()?))
+    }
+
+    fn find_exactly(&self, task: &str, frame: &str) -> Option<(&str, &Template)> {
         let chosen = self.chosen.get(task, frame);
         let rank = |file: &str, origin: &Origin| {
             let user = matches!(origin, Origin::User(_));

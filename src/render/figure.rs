@@ -270,6 +270,7 @@ impl<'a> Figure<'a> {
             view,
             letters,
             scale_bar,
+            title: None,
         };
         map.draw(picture);
     }

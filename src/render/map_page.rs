@@ -78,6 +78,7 @@ impl MapPage {
             view,
             letters: LETTERS,
             scale_bar: true,
+            title: None,
         };
         let mut picture = Picture::new((view.area.width, view.area.height), palette.background);
         map.draw(&mut picture);

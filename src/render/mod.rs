@@ -23,6 +23,7 @@ mod quantize;
 mod raster;
 pub mod scene;
 mod screen;
+mod storyboard;
 mod svg;
 #[cfg(test)]
 mod tests;
@@ -41,5 +42,6 @@ pub use palette::Palette;
 pub use plot::{Ticks, runs, steps, value_range};
 pub use raster::{MOST_PIXELS, RasterError, pixels, png};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
+pub use storyboard::{Storyboard, StoryboardPanel};
 pub use svg::svg;
 pub use view::{MapExtent, Subject, Variation, Variations};

@@ -250,7 +250,8 @@ pub fn png(picture: &Picture, dpi: f64) -> Result<Vec<u8>, RasterError> {
         ("Title", &provenance.title),
         ("Description", &provenance.description),
     ];
-    for (name, value) in named.into_iter().chain(facts) {
+    let told = named.into_iter().chain(facts);
+    for (name, value) in told.filter(|(_, value)| !value.is_empty()) {
         let keyword = match name {
             "program" => "Software",
             other => other,

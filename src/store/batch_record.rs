@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use super::record::RecordError;
-use super::{Batch, BatchId, Item, Run};
+use super::{Batch, BatchId, Item, Run, StoredImage, images};
 
 /// The form of these lines.
 const FORM: u32 = 1;
@@ -18,6 +18,8 @@ pub enum Record {
     Batch(Box<Batch>),
     /// A question of a batch.
     Question(BatchId, Box<Item>),
+    /// An image that questions show.
+    Image(Box<StoredImage>),
 }
 
 impl Record {
@@ -31,8 +33,15 @@ impl Record {
         struct Kind {
             nearmiss_batch: Option<u32>,
             nearmiss_question: Option<u32>,
+            nearmiss_image: Option<u32>,
         }
         let kind: Kind = serde_json::from_str(line)?;
+        if let Some(form) = kind.nearmiss_image {
+            return match form > images::FORM {
+                true => Err(RecordError::Newer(form, images::FORM)),
+                false => StoredImage::from_record(line).map(|one| Self::Image(Box::new(one))),
+            };
+        }
         let Some(form) = kind.nearmiss_batch.or(kind.nearmiss_question) else {
             return Run::from_record(line).map(|run| Self::Run(Box::new(run)));
         };

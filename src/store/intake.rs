@@ -9,6 +9,7 @@ use super::items::insert;
 use super::write::{insert_whole, there};
 use super::{
     Batch, BatchId, Item, ItemState, MergeCounts, Run, RunId, RunState, Store, StoreError,
+    StoredImage,
 };
 
 /// What is being taken in: batches first, so that their runs can be told which they belong to, then runs, and the
@@ -49,6 +50,14 @@ impl<'a> Intake<'a> {
         let taken: Vec<BatchId> = self.batches.values().map(|(id, _)| *id).collect();
         let found = self.store.unite(theirs, &taken)?;
         self.found(theirs, found)
+    }
+
+    /// Takes in an image.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn image(&mut self, image: &StoredImage) -> Result<(), StoreError> {
+        self.store.keep_image(image)
     }
 
     /// Takes in a batch of a bundle: into this one here, which then has the parts of both, else as a new one, with the

@@ -31,6 +31,11 @@ impl Store {
         for (theirs, _) in batches.iter().rev() {
             intake.batch(theirs)?;
         }
+        for hash in other.image_hashes()? {
+            if let Some(image) = other.image(&hash)? {
+                intake.image(&image)?;
+            }
+        }
         for part in other.run_numbers()?.chunks(PART) {
             let runs = part.iter().map(|id| other.run(RunId(*id)));
             let runs: Vec<_> = runs.collect::<Result<_, _>>()?;

@@ -5,7 +5,7 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 11] = [
+const MIGRATIONS: [&str; 12] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
     include_str!("migrations/3.sql"),
@@ -17,6 +17,7 @@ const MIGRATIONS: [&str; 11] = [
     include_str!("migrations/9.sql"),
     include_str!("migrations/10.sql"),
     include_str!("migrations/11.sql"),
+    include_str!("migrations/12.sql"),
 ];
 
 /// The version of a file that this program writes.
@@ -332,5 +333,32 @@ mod tests {
         let record = run(1).to_record().to_string();
         assert!(record.contains("tool_rounds"), "{record}");
         assert!(!run(2).to_record().to_string().contains("tool_rounds"));
+    }
+
+    #[test]
+    fn a_store_of_version_11_keeps_its_runs_and_takes_images() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..11] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 11).unwrap();
+        assert!(connection.prepare("SELECT * FROM images").is_err());
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
+        let image = crate::store::StoredImage {
+            sha256: "aa".into(),
+            media_type: "image/png".into(),
+            width: 1,
+            height: 1,
+            bytes: vec![1, 2].into(),
+        };
+        store.keep_image(&image).unwrap();
+        drop(store);
+        let store = Store::open(&path).unwrap();
+        assert_eq!(store.image("aa").unwrap(), Some(image));
     }
 }

@@ -37,6 +37,9 @@ pub enum RecordError {
     /// The key is not the one of the request.
     #[error("the key does not match the request: the line was changed")]
     Key,
+    /// The bytes of an image are not those that its hash names.
+    #[error("the image does not match its hash: the line was changed")]
+    Image,
     /// The answer is still arriving in another program.
     #[error("the answer was still streaming when it was exported")]
     Running,

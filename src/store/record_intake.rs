@@ -39,6 +39,7 @@ impl<'a> RecordIntake<'a> {
                 self.questions.entry(batch).or_default().push(*item);
                 Ok(())
             }
+            Record::Image(image) => self.intake.image(&image),
             Record::Run(run) => {
                 self.runs.push(*run);
                 self.bytes += bytes;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::{ClaimCounts, Key, key};
+use super::{ClaimCounts, Key, StoredImage, key};
 use crate::verdict::{ParsedAnswer, Task};
 
 /// Identifies a run in its store.
@@ -61,6 +61,9 @@ pub struct NewRun {
     pub parameters: String,
     /// The shape of the answer that is asked of the server, as JSON.
     pub answer_schema: Option<String>,
+    /// The images that its messages name, to be kept with it; empty where a run is read.
+    #[serde(skip)]
+    pub images: Vec<StoredImage>,
 }
 
 /// The template that a run was asked with.

@@ -12,7 +12,6 @@ mod pages;
 mod secondary_runs;
 mod truths;
 
-/// A question that is never sent.
 pub(super) fn question() -> NewRun {
     let text = |s: &str| s.to_string();
     NewRun {
@@ -36,6 +35,7 @@ pub(super) fn question() -> NewRun {
         messages: text(r#"[{"role":"user","content":"Is it dangerous?"}]"#),
         parameters: text(r#"{"temperature":0.5}"#),
         answer_schema: None,
+        images: Vec::new(),
     }
 }
 

@@ -28,6 +28,7 @@ fn question() -> NewRun {
         messages: text("[]"),
         parameters: text("{}"),
         answer_schema: None,
+        images: Vec::new(),
     }
 }
 

@@ -192,6 +192,9 @@ pub(super) fn insert_new(
     run: &NewRun,
     created_ms: i64,
 ) -> Result<RunId, StoreError> {
+    for image in &run.images {
+        super::images::keep(connection, image)?;
+    }
     let columns = Columns::from_fields(run)?
         .with("created_ms", created_ms)
         .with("updated_ms", created_ms)

@@ -110,7 +110,7 @@ fn role(role: Role) -> &'static str {
 fn add(page: &mut AnswerPage, place: usize, run: Run) -> Told {
     let messages: Vec<Message> = serde_json::from_str(&run.question.messages).unwrap_or_default();
     for message in &messages {
-        page.add_message(place, role(message.role), &message.content);
+        page.add_message(place, role(message.role), &message.in_words());
     }
     let text = shown_text(&run.reasoning, &run.answer, false);
     if !text.is_empty() {

@@ -76,6 +76,7 @@ fn answer(question: usize, scenario: &str, model: usize, techniques: usize) -> R
         .to_string(),
         parameters: "{}".into(),
         answer_schema: None,
+        images: Vec::new(),
     };
     let words = "The gap shrinks step by step, and the ego does not brake. ".repeat(12);
     Run {

@@ -49,6 +49,7 @@ fn answer(n: i64) -> Run {
         messages: messages.to_string(),
         parameters: "{}".into(),
         answer_schema: None,
+        images: Vec::new(),
     };
     let said = ParsedAnswer::Verdict(verdict);
     Run {

@@ -11,8 +11,9 @@ use super::support::program::Home;
 
 const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 
-/// Outputs that need what a test here has not: a provider with batches, right answers of a model, a planner's process.
-const ELSEWHERE: [&str; 3] = ["batches", "export-chat", "plan-log-stderr"];
+/// Outputs that need what a test here has not: a provider with batches, right answers of a model, a model
+/// that sees, a planner's process.
+const ELSEWHERE: [&str; 4] = ["batches", "export-chat", "image", "plan-log-stderr"];
 
 /// A home with a few runs, ratings, a variant, a solution and a log.
 fn furnished() -> Home {

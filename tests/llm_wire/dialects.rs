@@ -156,10 +156,7 @@ fn schema() -> Value {
 fn bodies_word_for_word() {
     for dialect in Dialect::ALL {
         let mut request = request();
-        request.messages.push(Message {
-            role: Role::Assistant,
-            content: "Yes.".into(),
-        });
+        request.messages.push(Message::new(Role::Assistant, "Yes."));
         request.schema.as_mut().unwrap().schema = schema();
         request.parameters.effort = Some(Effort::High);
         let endpoint = endpoint_of(dialect, "http://h");

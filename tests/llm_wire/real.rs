@@ -16,10 +16,7 @@ async fn asked(endpoint: Endpoint, model: &str, question: &str, schema: bool) ->
     let mut answer = Answer::default();
     let request = Request {
         model: model.into(),
-        messages: vec![Message {
-            role: Role::User,
-            content: question.into(),
-        }],
+        messages: vec![Message::new(Role::User, question)],
         parameters: Parameters {
             temperature: Some(0.0),
             max_tokens: Some(200),
@@ -141,10 +138,7 @@ async fn a_real_llama_server_keeps_to_its_seed() {
     let sampled = async |seed: u64| {
         let request = Request {
             model: "bigram".into(),
-            messages: vec![Message {
-                role: Role::User,
-                content: "x".into(),
-            }],
+            messages: vec![Message::new(Role::User, "x")],
             parameters: Parameters {
                 temperature: Some(1.0),
                 max_tokens: Some(80),
@@ -183,10 +177,7 @@ async fn cancelling_frees_the_place_of_a_real_llama_server() {
     // A list that takes the server long: its grammar does not let it end before.
     let request = Request {
         model: "bigram".into(),
-        messages: vec![Message {
-            role: Role::User,
-            content: "x".into(),
-        }],
+        messages: vec![Message::new(Role::User, "x")],
         parameters: Parameters::default(),
         schema: Some(Schema {
             name: "r".into(),

@@ -29,11 +29,9 @@ fn contact_is_said_only_where_it_is_wanted() {
                 assert!(!without.contains(word), "{word}:\n{without}");
             }
             let with = described(frame, form, true);
-            assert_eq!(
-                with.contains("Contact"),
-                frame != Frame::Cartesian,
-                "{with}"
-            );
+            let in_words = frame.words().is_some_and(|words| words != Frame::Cartesian);
+            assert_eq!(with.contains("Contact"), in_words, "{with}");
+            assert_eq!(with.contains("A red ring"), frame.has_picture(), "{with}");
         }
     }
     assert!(described(Frame::Ego, Form::Prose, true).contains("It touches the ego."));

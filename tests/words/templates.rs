@@ -117,7 +117,13 @@ fn every_template_is_filled_with_every_combination() {
         }
         texts.sort();
         texts.dedup();
-        assert_eq!(texts.len(), 16, "{file}: every choice has its text");
+        // The words with a picture alone have one form.
+        let texts_wanted = if file.ends_with("-picture.md") { 8 } else { 16 };
+        assert_eq!(
+            texts.len(),
+            texts_wanted,
+            "{file}: every choice has its text"
+        );
     }
 }
 
@@ -129,7 +135,7 @@ fn a_trial_fills_what_the_program_can_ask() {
         dry_render(&library, file).unwrap();
         tried += usize::from(Task::parse(&template.front.task).is_some());
     }
-    assert_eq!(tried, 15);
+    assert_eq!(tried, 18);
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod columns;
 
 pub use chat::ChatManifest;
 
+use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
@@ -17,7 +18,7 @@ use super::output::{self, Encoded, OutputFile, TableWriter, format_of, written};
 use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::evaluation::{AnswerState, Provenance};
-use crate::store::{Filter, Outcome as StoredAnswer, Run};
+use crate::store::{Filter, Outcome as StoredAnswer, Run, Store};
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
@@ -118,6 +119,7 @@ pub fn run(arguments: &Export) -> Outcome {
             return Ok(());
         }
     }
+    let mut shown = BTreeSet::new();
     for number in &numbers {
         if stop.load(Ordering::Relaxed) {
             return Err(Failure {
@@ -130,6 +132,14 @@ pub fn run(arguments: &Export) -> Outcome {
             // It is gone meanwhile.
             continue;
         };
+        if format == output::Format::Json {
+            for image in images(&store, &run, &mut shown)? {
+                let line = output::json_line(&image)?;
+                if written(file, writer.write(Encoded::Text(line.into_bytes())))?.is_none() {
+                    return Ok(());
+                }
+            }
+        }
         let record = record(&run, superseded.contains(number));
         let row = match format {
             // The record says more than the table.
@@ -162,6 +172,18 @@ pub fn run(arguments: &Export) -> Outcome {
         output::say(&format!("{} runs{batches} exported", numbers.len()));
     }
     Ok(())
+}
+
+/// The lines of the images of a run that no line before it has.
+fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<Value>, Failure> {
+    let mut lines = Vec::new();
+    for hash in run.question.image_hashes() {
+        if shown.insert(hash.clone()) {
+            let image = store.image(&hash).map_err(Failure::input)?;
+            lines.extend(image.map(|image| image.to_record()));
+        }
+    }
+    Ok(lines)
 }
 
 /// Writes examples for fine-tuning.

@@ -3,7 +3,9 @@
 use serde_json::{Map, Value, json};
 
 use super::anthropic_blocks::{Blocks, round};
-use super::{AnswerReader, Auth, Body, WireProtocol, count, is_anthropic_model, names_in, string};
+use super::{
+    AnswerReader, Auth, Body, WireProtocol, count, images, is_anthropic_model, names_in, string,
+};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{AnthropicBatches, BatchApi};
 use crate::llm::chunk::{Finish, Usage};
@@ -57,7 +59,7 @@ impl WireProtocol for Protocol {
             out.put("system", system_prompt(endpoint, system.join("\n\n")));
         }
         let turns = request.messages.iter().filter(|m| m.role != Role::System);
-        let mut messages: Vec<Value> = turns.map(|m| json!(m)).collect();
+        let mut messages: Vec<Value> = turns.map(images::anthropic).collect();
         if let Some(tools) = request.offered() {
             messages.extend(tools.rounds.iter().flat_map(round));
             let tool = |spec: &ToolSpec| {

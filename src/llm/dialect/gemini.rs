@@ -3,7 +3,7 @@
 use reqwest::Url;
 use serde_json::{Map, Value, json};
 
-use super::{AnswerReader, Auth, Body, WireProtocol, count, names_in, string};
+use super::{AnswerReader, Auth, Body, WireProtocol, count, images, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, GeminiBatches};
 use crate::llm::chunk::{Finish, Usage};
@@ -55,7 +55,7 @@ impl WireProtocol for Protocol {
                 Role::Assistant => "model",
                 Role::System | Role::User => "user",
             };
-            json!({"role": role, "parts": [part(&m.content)]})
+            json!({"role": role, "parts": images::gemini(m)})
         });
         let mut contents: Vec<Value> = turns.collect();
         if let Some(tools) = request.offered() {

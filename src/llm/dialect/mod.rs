@@ -4,6 +4,7 @@ mod anthropic;
 mod anthropic_blocks;
 mod body;
 mod gemini;
+mod images;
 mod ollama;
 mod openai_chat;
 mod openai_responses;

@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::{AnswerReader, Body, Framing, WireProtocol, count, function_tools, names_in, string};
+use super::{
+    AnswerReader, Body, Framing, WireProtocol, count, function_tools, images, names_in, string,
+};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::effort::Effort;
@@ -99,7 +101,9 @@ impl WireProtocol for Protocol {
             options.put("num_predict", json!(limit));
         }
         // A question longer than the window is cut without a word, so the window is made to fit.
-        let needed = request.tokens().saturating_add(limit.unwrap_or(ROOM));
+        let needed = endpoint
+            .tokens(request)
+            .saturating_add(limit.unwrap_or(ROOM));
         let window = needed.div_ceil(STEP).saturating_mul(STEP);
         options.put("num_ctx", json!(quirks.context.unwrap_or(window)));
         out.put_inner("options", options);
@@ -120,7 +124,7 @@ impl WireProtocol for Protocol {
 
 /// The conversation with the rounds of calls so far.
 fn messages(request: &Request) -> Value {
-    let mut all: Vec<Value> = request.messages.iter().map(|m| json!(m)).collect();
+    let mut all: Vec<Value> = request.messages.iter().map(images::ollama).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
         let calls = round.turn.calls.iter();

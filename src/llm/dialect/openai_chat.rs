@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{
-    AnswerReader, Body, WireProtocol, count, function_tools, openai_models, openai_version, string,
+    AnswerReader, Body, WireProtocol, count, function_tools, images, openai_models, openai_version,
+    string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
@@ -82,7 +83,7 @@ impl WireProtocol for Protocol {
 
 /// The conversation with the rounds of calls so far.
 fn messages(endpoint: &Endpoint, request: &Request) -> Value {
-    let mut all: Vec<Value> = request.messages.iter().map(|m| json!(m)).collect();
+    let mut all: Vec<Value> = request.messages.iter().map(images::chat).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
         let calls = round.turn.calls.iter().map(|call| {

@@ -39,10 +39,7 @@ fn decode(events: &[Value]) -> (String, String, Vec<Chunk>) {
 fn request() -> Request {
     Request {
         model: "gpt".into(),
-        messages: vec![Message {
-            role: Role::User,
-            content: "hi".into(),
-        }],
+        messages: vec![Message::new(Role::User, "hi")],
         parameters: Parameters {
             log_probabilities: false,
             tools: None,

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::string;
+use super::{images, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::request::Request;
 use crate::llm::tool_calls::{ToolSpec, Toolbox};
@@ -20,7 +20,7 @@ pub(super) fn flat_tools(tools: &Toolbox) -> Value {
 
 /// The conversation with the rounds of calls so far.
 pub(super) fn input(request: &Request) -> Value {
-    let mut all: Vec<Value> = request.messages.iter().map(|m| json!(m)).collect();
+    let mut all: Vec<Value> = request.messages.iter().map(images::responses).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
         all.extend(round.turn.echo.iter().cloned());

@@ -10,7 +10,9 @@ const MARGIN: f64 = 4.0;
 pub fn draw(map: &Map<'_>, picture: &mut Picture) -> Vec<Area> {
     let mut taken = vec![time(map, picture)];
     taken.extend(map.scale_bar.then(|| scale(map, picture)));
-    taken.extend(north(map, picture));
+    if map.title.is_none() {
+        taken.extend(north(map, picture));
+    }
     taken
 }
 
@@ -50,7 +52,8 @@ fn scale(map: &Map<'_>, picture: &mut Picture) -> Area {
 
 fn time(map: &Map<'_>, picture: &mut Picture) -> Area {
     let (palette, size, frame) = (map.palette, map.letters, map.view.area);
-    let words = format!("t = {:.1} s", map.seconds);
+    let time = || format!("t = {:.1} s", map.seconds);
+    let words = map.title.clone().unwrap_or_else(time);
     let area = Area {
         x: frame.x + MARGIN,
         y: frame.y + MARGIN,

@@ -4,7 +4,7 @@ use super::Map;
 use crate::geometry::Point;
 use crate::render::Color;
 use crate::render::display::{Area, Picture, Stroke, Text};
-use crate::render::scene::{Body, NAMED, Owner};
+use crate::render::scene::{Body, NAMED, Overlay, Owner};
 
 struct Label {
     words: String,
@@ -29,6 +29,7 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture, taken: &[Area], contacts: &[Ar
         .chain(contacts)
         .copied()
         .chain(bodies)
+        .chain(arrows(map))
         .collect();
     for label in labels {
         if let Some((area, lead)) = place(map, &label, &taken) {
@@ -82,6 +83,27 @@ fn everybody(map: &Map<'_>) -> Vec<Area> {
         .collect()
 }
 
+/// What the arrows of a storyboard cover: boxes along each.
+fn arrows(map: &Map<'_>) -> Vec<Area> {
+    let overlays = map.scene.overlays.iter().filter(|_| map.title.is_some());
+    let along = overlays.filter_map(|overlay| match overlay {
+        Overlay::Path(path) => {
+            let ends = map.view.all(path.points.iter().take(2));
+            let &[(ax, ay), (bx, by)] = &ends[..] else {
+                return None;
+            };
+            let boxed = move |i: u8| {
+                let part = f64::from(i) / 8.0;
+                let at = (ax + (bx - ax) * part, ay + (by - ay) * part);
+                Area::around(&[at]).map(|area| area.grown(2.0))
+            };
+            Some((0..=8).filter_map(boxed))
+        }
+        Overlay::Outline(_) => None,
+    });
+    along.flatten().filter(|area| map.shows(area)).collect()
+}
+
 /// Boxes that cover a ring: of a box that stands askew, four along it.
 fn pieces(ring: &[(f64, f64)]) -> Vec<Area> {
     let &[a, b, c, d] = ring else {
@@ -112,10 +134,15 @@ fn place(map: &Map<'_>, label: &Label, taken: &[Area]) -> Option<(Area, bool)> {
         let (left, right) = (body.x - gap - width, body.right() + gap);
         let (above, below) = (body.y - gap - height, body.bottom() + gap);
         let (centered, middle) = (x - width / 2.0, y - height / 2.0);
+        // In a storyboard arrows begin at the fronts, which mostly are above.
+        let [first, second, third] = match map.title {
+            None => [(centered, above), (right, middle), (left, middle)],
+            Some(_) => [(right, middle), (left, middle), (centered, above)],
+        };
         let spots = [
-            (centered, above),
-            (right, middle),
-            (left, middle),
+            first,
+            second,
+            third,
             (centered, below),
             (right, above),
             (right, below),

@@ -34,6 +34,8 @@ pub struct Map<'a> {
     pub letters: f64,
     /// Whether it has a scale bar.
     pub scale_bar: bool,
+    /// What stands on it in place of the time and of north: it is a panel of a storyboard.
+    pub title: Option<String>,
 }
 
 impl Map<'_> {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::{GeneratedVariant, VariantShown};
+use crate::evaluation::ScenePicture;
 use crate::generation::AttackerEffect;
 use crate::metrics::Thresholds;
 use crate::render::{Format, Look, Screen, Variation, Variations};
@@ -22,6 +23,8 @@ pub enum PictureKind {
     Screen,
     /// The map at every step.
     Animation,
+    /// The picture that models are shown with the question.
+    Question,
 }
 
 impl PictureKind {
@@ -34,6 +37,7 @@ impl PictureKind {
             Self::Both => "map_plot",
             Self::Screen => "screen",
             Self::Animation => "animation",
+            Self::Question => "question",
         }
     }
 }
@@ -63,6 +67,8 @@ pub struct PictureJob {
     pub folder: Option<PathBuf>,
     /// The screen, when it is painted; or why it could not be.
     pub screen: Result<Option<Screen>, String>,
+    /// The picture of the question, if its frame has one.
+    pub shown: Option<ScenePicture>,
 }
 
 impl GeneratedVariant {

@@ -34,6 +34,12 @@ impl Choice for Pictures {
             return Step::close();
         };
         let kind = offer.kind;
+        let question = model.prompt.question.as_ref();
+        let asked = question.and_then(|question| question.picture.clone());
+        if kind == PictureKind::Question && asked.is_none() {
+            model.say("this question has no picture; choose the frame picture or ego+picture");
+            return Step::close();
+        }
         if matches!(kind, PictureKind::Plot | PictureKind::Both) && opened.scene.is_none() {
             let why = model.without_ego();
             model.say(format!("nothing to plot: {why}"));
@@ -52,6 +58,7 @@ impl Choice for Pictures {
             thresholds: model.thresholds.clone(),
             folder: model.config.pictures.clone(),
             screen: Ok(None),
+            shown: asked,
         };
         if kind == PictureKind::Animation {
             model.say("the animation is being drawn");
@@ -139,6 +146,11 @@ const OFFERS: &[PictureOffer] = &[
         PictureKind::Animation,
         Format::Gif,
         "map at every step, animated",
+    ),
+    offer(
+        PictureKind::Question,
+        Format::Png,
+        "picture that models are shown with the question",
     ),
 ];
 

@@ -68,6 +68,10 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
         format!("_step{}", job.step)
     };
     let stem = format!("{}{step}_{}", file_name(&job.name), job.kind.word());
+    if let (PictureKind::Question, Some(shown)) = (job.kind, &job.shown) {
+        let stem = format!("{}_{}", file_name(&job.name), job.kind.word());
+        return save_new(folder, &stem, job.format.name(), &shown.image().bytes);
+    }
     let still = match job.kind {
         PictureKind::Screen => Some(screen(job)?),
         _ => None,

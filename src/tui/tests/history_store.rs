@@ -55,6 +55,7 @@ impl Fixture {
             messages: r#"[{"role":"system","content":"Be brief.\u001b[31m"},{"role":"user","content":"Is it?"}]"#.into(),
             parameters: "{}".into(),
             answer_schema: None,
+            images: Vec::new(),
         };
         let Claim::Granted(id) = self.store.claim(&run, true).unwrap() else {
             panic!("fresh questions are granted");

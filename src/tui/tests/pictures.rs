@@ -7,6 +7,7 @@ use crate::render::MapExtent;
 use crate::tui::loaded::{PictureJob, PictureKind};
 use crate::tui::message::{Effect, JobRequest, Msg};
 use crate::tui::model::Pane;
+use crate::tui::pixels::Encoder;
 use crate::tui::tasks::pictures::{Drawing, save};
 
 fn asked(bench: &mut Bench) -> Box<PictureJob> {
@@ -58,6 +59,62 @@ fn where_it_is_or_why_not_is_said() {
     assert!(bench.frame(120, 40).contains("saved as a/b.svg"));
     bench.send(Msg::Pictured(Err("no space".into())));
     assert!(bench.frame(120, 40).contains("no picture: no space"));
+}
+
+#[test]
+fn the_picture_of_the_question_is_saved_as_models_are_sent_it() {
+    let mut bench = Bench::bundled();
+    bench.frame(120, 40);
+    let wish = |bench: &mut Bench| {
+        bench.press("space o p");
+        bench.type_text("models are shown");
+        bench.press("enter");
+    };
+    wish(&mut bench);
+    let saves = |effect: &Effect| matches!(effect, Effect::Picture(_));
+    assert!(!bench.effects.iter().any(saves), "the ego frame has none");
+    assert!(
+        bench
+            .frame(120, 40)
+            .contains("this question has no picture")
+    );
+    bench.model.frame = crate::description::Frame::Picture;
+    bench.model.refresh();
+    wish(&mut bench);
+    let mut job = asked(&mut bench);
+    let folder = tempfile::tempdir().unwrap();
+    job.folder = Some(folder.path().into());
+    let path = save(&job, &Drawing::default().begin()).unwrap();
+    assert!(path.ends_with("_question.png"), "{path}");
+    let question = bench.model.prompt.question.as_ref().unwrap();
+    let sent = question.messages()[1].images[0].clone();
+    assert_eq!(std::fs::read(path).unwrap(), &sent.bytes[..]);
+}
+
+#[test]
+fn where_the_terminal_shows_images_the_picture_for_models_stands_beside_the_answer() {
+    let mut bench = Bench::bundled();
+    bench.model.map.images.encoder = Some(Encoder::kitty((10, 20), false));
+    bench.model.frame = crate::description::Frame::EgoPicture;
+    bench.model.refresh();
+    let mut drawn = |shown: bool| {
+        bench.model.map.layers.shown = shown;
+        bench.frame(200, 60);
+        bench.model.drawn.take_picture().unwrap()
+    };
+    let (map, shown) = (drawn(false), drawn(true));
+    assert_eq!(map.cells, shown.cells);
+    assert_ne!(map.picture.items, shown.picture.items);
+    let question = bench.model.prompt.question.as_ref().unwrap();
+    let whole = question.picture.as_ref().unwrap().picture();
+    assert_eq!(shown.picture.items, whole.items);
+    // As large as it fits, and the page fills the pane.
+    let pixels = |points: f64| (points * shown.dpi / 72.0).round();
+    let (columns, rows) = shown.cells;
+    assert_eq!(pixels(shown.picture.size.0), f64::from(columns) * 10.0);
+    assert_eq!(pixels(shown.picture.size.1), f64::from(rows) * 20.0);
+    assert!(shown.picture.size.0 >= whole.size.0 - 1e-9);
+    assert!(shown.picture.size.1 >= whole.size.1 - 1e-9);
 }
 
 #[test]

@@ -152,6 +152,11 @@ fn drafts_of_other_templates_are_kept() {
     bench.press("space a f");
     assert!(rendered(&bench).contains("described by safety measures"));
     bench.press("space a f");
+    assert!(rendered(&bench).contains("The picture shows the scene"));
+    // The words with the picture beside them have the templates of the words.
+    bench.press("space a f");
+    assert!(rendered(&bench).contains("Draft."));
+    bench.press("space a f space a f space a f");
     assert!(rendered(&bench).contains("Draft."));
 }
 

@@ -109,6 +109,14 @@ fn numbers(model: &Model) -> Option<String> {
         let by = thousands(tokens.abs_diff(shipped) as u64);
         words.push_str(&format!(" ({sign}{by} vs shipped)"));
     }
+    if prompt
+        .question
+        .as_ref()
+        .is_some_and(|q| q.picture.is_some())
+    {
+        let key = model.look.key(Action::SavePicture);
+        words.push_str(&format!(" with the picture ({key} saves it)"));
+    }
     Some(format!("{words} · {}", model.price()))
 }
 

@@ -76,7 +76,7 @@ impl BatchLines<'_> {
         };
         writeln!(out, "{}", batch.to_record()).map_err(io)?;
         let claims = self.claims()?;
-        let mut runs = 0;
+        let (mut runs, mut shown) = (0, BTreeSet::new());
         for number in self.runs {
             let Some(run) = self.store.run(*number)? else {
                 continue;
@@ -85,6 +85,12 @@ impl BatchLines<'_> {
                 continue;
             }
             let run = self.portable(run, &claims);
+            for hash in run.question.image_hashes() {
+                let new = shown.insert(hash.clone()).then(|| self.store.image(&hash));
+                if let Some(image) = new.transpose()?.flatten() {
+                    writeln!(out, "{}", image.to_record()).map_err(io)?;
+                }
+            }
             writeln!(out, "{}", run.to_record()).map_err(io)?;
             runs += 1;
         }

@@ -92,7 +92,7 @@ pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
                         place.item(&mut item.asked.path);
                         intake.take(Record::Question(of, item), bytes)?;
                     }
-                    run @ Record::Run(_) => intake.take(run, bytes)?,
+                    other @ (Record::Run(_) | Record::Image(_)) => intake.take(other, bytes)?,
                 }
                 Ok(())
             })?,
@@ -169,7 +169,7 @@ fn check(
                     checked.batch = Some(*batch);
                 }
                 Record::Question(of, _) if Some(of) == id => {}
-                Record::Run(_) if id.is_some() => {}
+                Record::Run(_) | Record::Image(_) if id.is_some() => {}
                 _ => return Err(BundleError::Batch("a line of another batch".into())),
             }
             Ok(())

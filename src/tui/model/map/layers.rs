@@ -124,6 +124,8 @@ pub struct Layers {
     pub rejected: bool,
     /// The two motions of a variant's attacker.
     pub variant: bool,
+    /// The picture that models are shown in place of the map, in terminals that show images.
+    pub shown: bool,
 }
 
 impl Default for Layers {
@@ -140,13 +142,14 @@ impl Default for Layers {
             planner: true,
             rejected: false,
             variant: true,
+            shown: false,
         }
     }
 }
 
 impl Layers {
     /// How many layers there are.
-    pub const COUNT: usize = 11;
+    pub const COUNT: usize = 12;
 
     /// Every layer: what it is, and how it is switched.
     #[must_use]
@@ -164,6 +167,7 @@ impl Layers {
             ("planner's candidates and choice", on(self.planner)),
             ("planner's rejected candidates", on(self.rejected)),
             ("both motions of a variant's attacker", on(self.variant)),
+            ("the picture for models, as an image", on(self.shown)),
         ]
     }
 
@@ -187,6 +191,7 @@ impl Layers {
             8 => &mut self.planner,
             9 => &mut self.rejected,
             10 => &mut self.variant,
+            11 => &mut self.shown,
             _ => return,
         };
         *layer = !*layer;

@@ -166,7 +166,15 @@ fn messages(json: &str) -> Vec<(String, String)> {
         Value::String(text) => text.clone(),
         other => other.to_string(),
     };
+    let pictures = |message: &Value| -> String {
+        let images = message["images"].as_array().into_iter().flatten();
+        let words = |image: &Value| {
+            let hash = text(image, "sha256");
+            format!("\n\n[picture {hash}: nearmiss runs picture writes it]")
+        };
+        images.map(words).collect()
+    };
     all.iter()
-        .map(|m| (text(m, "role"), text(m, "content")))
+        .map(|m| (text(m, "role"), text(m, "content") + &pictures(m)))
         .collect()
 }

@@ -82,6 +82,10 @@ const LEAST_NAME: usize = 44;
 pub fn asked(way: &PromptConfig) -> [String; 3] {
     let frame = way.frame.map_or("–", |frame| match frame.name() {
         "cartesian" => "cart",
+        "picture" => "pic",
+        "ego+picture" => "ego+pic",
+        "cartesian+picture" => "cart+pic",
+        "metrics+picture" => "metr+pic",
         name => name,
     });
     let techniques = way.techniques.map_or("–".into(), |t| t.to_string());

@@ -3,7 +3,7 @@
 use ratatui::layout::Rect;
 
 use super::{CellView, MapScene, request as scene_request, with_layers};
-use crate::render::{MapPage, Palette};
+use crate::render::{MapPage, Palette, Picture};
 use crate::settings::ThemeColor;
 use crate::tui::model::{MapChoice, MapPicture, Model, Moment};
 use crate::tui::pixels::{Encoder, MapImage};
@@ -28,6 +28,21 @@ pub fn request(
     (area, view): (Rect, &CellView),
 ) {
     let (width, height) = encoder.cell();
+    if model.map.layers.shown
+        && let Some(picture) = for_models(model)
+    {
+        let pixels = (
+            width * u32::from(area.width),
+            height * u32::from(area.height),
+        );
+        let (picture, dpi) = filling(picture, pixels);
+        model.drawn.set_picture(MapPicture {
+            picture,
+            dpi,
+            cells: (area.width, area.height),
+        });
+        return;
+    }
     let part = encoder.coarseness(model.clock.playing);
     let page = MapPage {
         pixels: (
@@ -46,6 +61,20 @@ pub fn request(
         dpi: page.dpi(),
         cells: (area.width, area.height),
     });
+}
+
+/// The picture that models are shown with the present question, if its frame has one.
+fn for_models(model: &Model) -> Option<Picture> {
+    let question = model.prompt.question.as_ref()?;
+    Some(question.picture.as_ref()?.picture())
+}
+
+/// A picture on a page of so many pixels, as large as it fits there, and its resolution.
+fn filling(mut picture: Picture, (width, height): (u32, u32)) -> (Picture, f64) {
+    let (width, height) = (f64::from(width), f64::from(height));
+    let scale = (width / picture.size.0).min(height / picture.size.1);
+    picture.size = (width / scale, height / scale);
+    (picture, 72.0 * scale)
 }
 
 /// The image, where it fills the area.

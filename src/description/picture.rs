@@ -1,0 +1,173 @@
+//! What a picture of a window shows, under the rules of the text frames, and the words that are needed to read it.
+
+use super::options::Options;
+use super::parts::{name, subject};
+use super::writer::{Subject, Writer};
+use super::{Frame, options};
+use crate::scenario::{Participant, Scene, Window};
+
+/// A moment of a picture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PictureMoment {
+    /// The time step.
+    pub step: i64,
+    /// The ids of the obstacles that are shown, nearest first.
+    pub obstacles: Vec<i64>,
+}
+
+/// Moments of a picture at most, beside the close-up of the last one, and at most where the user states the steps between them.
+const MOST: (usize, usize) = (5, 11);
+
+/// The moments that a picture of a window shows, in order: steps as the text frames have them, the last of the window
+/// always and none after it, but not more than can be looked at in one picture; and obstacles as those frames have them,
+/// by the radius.
+#[must_use]
+pub fn picture_moments(scene: &Scene, window: &Window, options: &Options) -> Vec<PictureMoment> {
+    let most = if options.stride > 1 { MOST.1 } else { MOST.0 };
+    let few = options::Options {
+        most_times: Some(options.most_times.map_or(most, |times| times.min(most))),
+        ..*options
+    };
+    let moment = |step| PictureMoment {
+        step,
+        obstacles: ids(&few.near(scene, step)),
+    };
+    few.steps(window).into_iter().map(moment).collect()
+}
+
+fn ids(near: &[options::Near<'_>]) -> Vec<i64> {
+    near.iter().map(|(other, _)| other.obstacle.id).collect()
+}
+
+/// How the picture is to be read, and who is on it.
+pub(super) fn describe(
+    w: &mut Writer,
+    scene: &Scene,
+    frame: Frame,
+    window: &Window,
+    options: &Options,
+) {
+    let dt = scene.scenario.dt();
+    let moments = picture_moments(scene, window, options);
+    if frame.words().is_none() {
+        w.relative_to(window.last());
+    } else {
+        w.words("\n");
+    }
+    w.about(Subject::Scene, Some(window.last()));
+    match moments.len() {
+        1 => drop(w.words("The picture shows the scene from above at t = ")),
+        n => {
+            w.words("The picture shows the scene from above at ")
+                .whole("panels", n as i64)
+                .words(" times, one panel each, row by row from left to right: t = ");
+        }
+    }
+    for (place, moment) in moments.iter().enumerate() {
+        w.words(if place == 0 { "" } else { ", " })
+            .about(Subject::Scene, Some(moment.step))
+            .time(moment.step, dt);
+    }
+    w.words(" s; the last panel is a close-up of the last of them. The ego, blue, is in the middle of each panel");
+    w.words(match frame {
+        Frame::CartesianPicture => "; the x axis of the map points to the right, the y axis up.\n",
+        _ => " and heads up.\n",
+    });
+    w.words(
+        "Bodies have their real sizes and headings, and an arrow head inside at their front. A bar shows the scale, which is the same in all panels but the close-up. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity.\n",
+    );
+    if options.contact {
+        w.words("A red ring marks where the ego touches another body. ");
+    }
+    w.words("Obstacles whose centre is within ")
+        .about(Subject::Scene, None)
+        .number("radius", options.radius)
+        .words(" m of the ego's are shown, with their ids, and the nearest ones in colours of their own: ");
+    let shown = shown(scene, &moments);
+    if shown.is_empty() {
+        w.words("there are none");
+    }
+    for (place, participant) in shown.iter().enumerate() {
+        w.words(if place == 0 { "" } else { ", " })
+            .about(subject(participant), None);
+        name(w, participant);
+    }
+    w.words(".\n");
+}
+
+/// Everyone who is shown, in the order in which they come near.
+fn shown<'s>(scene: &'s Scene, moments: &[PictureMoment]) -> Vec<Participant<'s>> {
+    let mut all: Vec<i64> = Vec::new();
+    for id in moments.iter().flat_map(|moment| &moment.obstacles) {
+        if !all.contains(id) {
+            all.push(*id);
+        }
+    }
+    let found = |id| scene.participants().find(|p| p.obstacle.id == id);
+    all.into_iter().filter_map(found).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::describe as in_frame;
+    use super::*;
+    use crate::formats::bundled;
+
+    #[test]
+    fn a_picture_has_few_panels_and_always_the_last_step() {
+        let entry = &bundled()[0];
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let scene = Scene::new(scenario, ego);
+        let steps = |history, options: &Options| -> Vec<i64> {
+            let window = Window::ending_at(&scene, 30, history);
+            let moments = picture_moments(&scene, &window, options);
+            moments.iter().map(|moment| moment.step).collect()
+        };
+        let usual = Options::default();
+        assert_eq!(steps(10, &usual), [22, 24, 26, 28, 30]);
+        assert_eq!(steps(1, &usual), [30]);
+        let strided = Options { stride: 2, ..usual };
+        assert_eq!(steps(21, &strided).len(), 11);
+        assert_eq!(steps(31, &strided).len(), 11, "at most eleven");
+        let few = Options {
+            most_times: Some(3),
+            ..usual
+        };
+        assert_eq!(steps(10, &few), [22, 26, 30]);
+    }
+
+    #[test]
+    fn the_words_name_the_times_and_everyone_on_it() {
+        let entry = &bundled()[0];
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let scene = Scene::new(scenario, ego);
+        let window = Window::ending_at(&scene, 30, 10);
+        let options = Options::default();
+        let alone = in_frame(&scene, Frame::Picture, &window, &options).unwrap();
+        assert!(
+            alone
+                .text
+                .contains("t = -0.80, -0.60, -0.40, -0.20, 0.00 s"),
+            "{}",
+            alone.text
+        );
+        assert!(
+            !alone.text.contains("red ring"),
+            "contact is not told unless it is to be"
+        );
+        for moment in picture_moments(&scene, &window, &options) {
+            for id in moment.obstacles {
+                assert!(alone.text.contains(&id.to_string()));
+            }
+        }
+        let both = in_frame(&scene, Frame::EgoPicture, &window, &options).unwrap();
+        let words = in_frame(&scene, Frame::Ego, &window, &options).unwrap();
+        assert!(both.text.starts_with(&words.text));
+        for span in &both.spans {
+            assert!(both.text.get(span.range()).is_some());
+        }
+    }
+}
