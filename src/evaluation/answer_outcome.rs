@@ -7,20 +7,20 @@ use crate::verdict::{self, Task};
 
 /// Reads an answer whose text is complete, truncated or missing.
 pub(super) fn read(task: Task, answer: &Answer, failure: Option<MissingVerdict>) -> JudgeOutcome {
-    read_from(task, answer, 0, failure)
+    read_from(task, answer, [0, 0], failure)
 }
 
-/// The same of the text from a byte on: what a model says before it calls tools is no answer.
+/// The same of text and reasoning from these bytes on: what a model says before it calls tools is no answer.
 pub(super) fn read_from(
     task: Task,
     answer: &Answer,
-    from: usize,
+    from: [usize; 2],
     failure: Option<MissingVerdict>,
 ) -> JudgeOutcome {
-    let last = answer.text.get(from..).unwrap_or_default();
+    let last = answer.text.get(from[0]..).unwrap_or_default();
     // A model that puts everything into its reasoning has still answered.
     let whole = if last.trim().is_empty() {
-        &answer.reasoning
+        answer.reasoning.get(from[1]..).unwrap_or_default()
     } else {
         last
     };

@@ -11,6 +11,7 @@ use super::request::request;
 use super::run_case::{Asking, Event};
 use super::tool_rounds;
 use crate::llm::{self, Chunk, Finish, Request, Secrets, Token, ToolTurn, Usage};
+use crate::store::StoreError;
 
 /// How one request ended.
 #[derive(Default)]
@@ -41,7 +42,7 @@ impl Asking {
         let weigh = llm::gives_log_probabilities(&model.endpoint, &request);
         let mut paid = false;
         let (failure, over_budget, tokens) = loop {
-            self.turn = self.answer.text.len();
+            self.turn = [self.answer.text.len(), self.answer.reasoning.len()];
             if let (Some(tools), Some(limits)) = (&mut request.tools, model.parameters.tools) {
                 tools.rounds.clone_from(&self.answer.tool_rounds);
                 tools.may_call = tool_rounds::may_call(&tools.rounds, &limits);
@@ -67,7 +68,7 @@ impl Asking {
                 let why = MissingVerdict::NotInAnswer(tool_rounds::beyond(&limits));
                 break (Some(why), None, Vec::new());
             }
-            if let Some(why) = self.round(question, turn, &limits, model, on_event) {
+            if let Some(why) = self.round(question, turn, &limits, on_event) {
                 break (Some(MissingVerdict::NoAnswer(why)), None, Vec::new());
             }
         };
@@ -91,23 +92,20 @@ impl Asking {
         question: &Question,
         turn: ToolTurn,
         limits: &llm::ToolLimits,
-        model: &ModelJudge,
         on_event: &mut impl FnMut(Event),
     ) -> Option<String> {
         let made = tool_rounds::calls(&self.answer.tool_rounds);
         let round = tool_rounds::answered(question, turn, made, limits);
         self.answer.tool_rounds.push(round.clone());
-        if self.answer.text.len() > self.turn {
+        if self.answer.text.len() > self.turn[0] {
             self.piece(Chunk::Text("\n\n".into()));
         }
         if let Some((store, run)) = &self.store {
-            // The most that it can have cost from now on: what it has, and all rounds that may follow.
-            let most = super::request::most_usd(question, model);
-            let most = most.zip(self.answer.consumed.cost_usd);
-            let json = serde_json::to_string(&self.answer.tool_rounds).ok()?;
-            let kept = store
-                .keep_rounds(*run, &json)
-                .and_then(|()| store.bound(*run, most.map(|(most, spent)| most + spent)));
+            // What the run can cost at most covers all rounds already.
+            let json = serde_json::to_string(&self.answer.tool_rounds);
+            let kept = json
+                .map_err(StoreError::from)
+                .and_then(|json| store.keep_rounds(*run, &json));
             if let Err(why) = kept {
                 return Some(format!("the tool calls cannot be stored: {why}"));
             }
@@ -128,10 +126,14 @@ impl Asking {
     fn consume(&mut self, end: &TurnEnd, paid: bool) {
         let all = &mut self.answer.consumed;
         let usage = end.usage.unwrap_or_default();
-        let add = |sum: &mut Option<u64>, more: Option<u64>| match (*sum, more) {
-            (Some(a), Some(b)) => *sum = Some(a.saturating_add(b)),
-            (None, more) => *sum = more,
-            (Some(_), None) => {}
+        let add = |sum: &mut Option<u64>, more: Option<u64>| {
+            *sum = match (paid, end.sent, more) {
+                (false, _, more) => more,
+                // A request that never left uses nothing.
+                (true, false, None) => *sum,
+                // What one of them did not tell is not known of all.
+                (true, _, more) => sum.zip(more).map(|(a, b)| a.saturating_add(b)),
+            };
         };
         add(&mut all.input_tokens, usage.input_tokens);
         add(&mut all.output_tokens, usage.output_tokens);
@@ -172,7 +174,12 @@ impl Asking {
                 Ok(note @ Chunk::Note(_)) => on_event(Event::Chunk(note)),
                 Ok(Chunk::Started { model }) => {
                     (begun, end.sent) = (true, true);
-                    self.answer.model_returned.clone_from(&model);
+                    // Of several turns the first name that is another one than was asked for counts.
+                    let returned = &mut self.answer.model_returned;
+                    let asked = Some(request.model.as_str());
+                    if returned.is_none() || returned.as_deref() == asked {
+                        *returned = model.clone().or(returned.take());
+                    }
                     on_event(Event::Chunk(Chunk::Started { model }));
                 }
                 Ok(piece @ (Chunk::Reasoning(_) | Chunk::Text(_))) => self.piece(piece),

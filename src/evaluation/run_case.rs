@@ -109,7 +109,7 @@ pub async fn run(
         recorder: StreamRecorder::new(kept),
         started: Instant::now(),
         store: place.clone(),
-        turn: 0,
+        turn: [0, 0],
     };
     asking.answer.tool_rounds = continued;
     let over_budget = match judge {
@@ -134,7 +134,12 @@ pub async fn run(
             // There is nothing to lose.
             return Err(why.into());
         }
-        let unstored = store.set_aside(*id, run, texts, &ending, why);
+        let rounds = &asking.answer.tool_rounds;
+        let rounds = match rounds.is_empty() {
+            true => None,
+            false => Some(serde_json::to_string(rounds).map_err(StoreError::from)?),
+        };
+        let unstored = store.set_aside((*id, run), texts, (&ending, rounds), why);
         on_event(Event::NotStored(unstored.to_string()));
         asking.answer.run = None;
         return Ok(asking.answer);
@@ -278,7 +283,8 @@ fn continued_rounds(
     let Some((earlier, json)) = store.unfinished_rounds(run, id)? else {
         return Ok(Vec::new());
     };
-    let rounds = tool_rounds::stored(Some(&json));
+    // They are paid: unreadable ones must not be asked again without a word.
+    let rounds: Vec<ToolRound> = serde_json::from_str(&json)?;
     if !rounds.is_empty() {
         store.keep_rounds(id, &json)?;
         on_event(Event::Chunk(Chunk::Note(format!(
@@ -299,8 +305,8 @@ pub(super) struct Asking {
     pub(super) answer: Answer,
     /// Where the rounds of tool calls are kept.
     pub(super) store: Option<(Arc<Store>, RunId)>,
-    /// Where in the text the last turn begins: turns before it end in calls.
-    pub(super) turn: usize,
+    /// Where in text and reasoning the last turn begins: turns before it end in calls.
+    pub(super) turn: [usize; 2],
 }
 
 impl Asking {

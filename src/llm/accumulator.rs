@@ -123,6 +123,12 @@ impl ResponseAccumulator {
         self.turn.named(number, &id, &name);
     }
 
+    /// The number of the call that a server means by this number and id: another one than the call of that number if
+    /// that has another id.
+    pub fn call_of(&self, number: u64, id: &str) -> u64 {
+        self.turn.number_of(number, &word(id))
+    }
+
     /// A fragment of the arguments of a call.
     pub fn call_arguments(&mut self, number: u64, fragment: &str) {
         let fitting = self.fitting(fragment);

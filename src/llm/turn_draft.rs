@@ -7,9 +7,13 @@ use super::tool_calls::{ToolCall, ToolTurn};
 /// Most calls of one turn that are read.
 const MOST_CALLS: usize = 64;
 
+/// Numbers of calls whose server gave them the number of another one.
+const AGAIN: u64 = 1 << 32;
+
 /// Calls so far, in the order in which they began.
 #[derive(Debug, Default)]
 pub(super) struct TurnDraft {
+    /// Under the server's number, or one of [`AGAIN`] and more where that number had been taken by another call.
     calls: Vec<(u64, ToolCall)>,
     echo: Vec<Value>,
 }
@@ -32,6 +36,19 @@ impl TurnDraft {
             }
         };
         Some(&mut self.calls[place].1)
+    }
+
+    /// Under which number the call is that a server names by a number and an id: calls with the same number but another id
+    /// are another one, and fragments without an id belong to the newest of them.
+    pub fn number_of(&self, number: u64, id: &str) -> u64 {
+        let same = |known: u64| known == number || known >= AGAIN && known % AGAIN == number;
+        let mut calls = self.calls.iter().filter(|(known, _)| same(*known));
+        let named = |call: &ToolCall| id.is_empty() || call.id.is_empty() || call.id == id;
+        match calls.clone().rev().find(|(_, call)| named(call)) {
+            Some((known, _)) => *known,
+            None if calls.next().is_none() => number,
+            None => AGAIN * (1 + self.calls.len() as u64) + number,
+        }
     }
 
     /// Names a call. Servers say a name once or, some, with every fragment.

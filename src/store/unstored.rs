@@ -61,14 +61,13 @@ impl Store {
     }
 
     /// Keeps an answer that the store cannot have, as a line that `nearmiss import` reads: beside the store, else in
-    /// the folder for temporary files.
+    /// the folder for temporary files. With the rounds of its tool calls, JSON, if it has some.
     #[must_use]
     pub fn set_aside(
         &self,
-        id: RunId,
-        question: &NewRun,
+        (id, question): (RunId, &NewRun),
         (reasoning, answer): (&str, &str),
-        ending: &Ending,
+        (ending, tool_rounds): (&Ending, Option<String>),
         why: StoreError,
     ) -> UnstoredAnswer {
         let now = now_ms();
@@ -85,7 +84,7 @@ impl Store {
             reasoning: reasoning.to_owned(),
             ending: ending.clone(),
             verdict_json: verdict.and_then(|said| serde_json::to_string(said).ok()),
-            tool_rounds: None,
+            tool_rounds,
             most_usd: None,
             notes: String::new(),
             pinned: false,

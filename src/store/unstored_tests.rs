@@ -59,7 +59,10 @@ fn an_answer_that_was_set_aside_ends_its_run_when_the_store_opens() {
     let ending = Ending::bare(RunState::Answered);
     let why = StoreError::Word("the disk is full".into());
     let texts = ("because", "the beginning and the end");
-    let unstored = store.set_aside(run, &question(), texts, &ending, why);
+    let rounds = r#"[{"turn":{},"results":[]}]"#.to_string();
+    let rounds = Some(rounds);
+    let ended = (&ending, rounds.clone());
+    let unstored = store.set_aside((run, &question()), texts, ended, why);
     let words = unstored.to_string();
     assert!(
         unstored.beside && words.contains("the disk is full"),
@@ -71,6 +74,7 @@ fn an_answer_that_was_set_aside_ends_its_run_when_the_store_opens() {
     let store = Store::open(&path).unwrap();
     let kept = store.run(run).unwrap().unwrap();
     assert_eq!((kept.reasoning.as_str(), kept.answer.as_str()), texts);
+    assert_eq!(kept.tool_rounds, rounds);
     assert_eq!(kept.ending.state, RunState::Answered);
     assert!(matches!(store.claim(&question(), false), Ok(Claim::Stored(found)) if found.id == run));
     assert_eq!((files(folder.path()), store.count().unwrap()), (0, 1));
@@ -83,7 +87,7 @@ fn an_answer_of_another_store_is_added_once() {
     let why = StoreError::Word("locked".into());
     let ending = Ending::bare(RunState::Answered);
     let run = granted(&store);
-    let aside = store.set_aside(run, &question(), ("", "yes"), &ending, why);
+    let aside = store.set_aside((run, &question()), ("", "yes"), (&ending, None), why);
     let file = aside.file.unwrap();
     for _ in 0..2 {
         std::fs::copy(&file, other.path().join(file.file_name().unwrap())).unwrap();

@@ -57,6 +57,89 @@ fn calls_are_read_wherever_the_stream_is_cut() {
     }
 }
 
+#[test]
+fn each_call_that_is_sent_again_has_a_result() {
+    let many: Vec<(String, &str, &str)> = (0..80)
+        .map(|n| (format!("call_{n}_x"), "distance", r#"{"obstacle": 304}"#))
+        .collect();
+    let many: Vec<(&str, &str, &str)> = many
+        .iter()
+        .map(|(id, n, a)| (id.as_str(), *n, *a))
+        .collect();
+    for dialect in Dialect::ALL {
+        let items = decode(dialect, [calling(dialect, &many).as_bytes()]);
+        let turn = turn(&items).unwrap().clone();
+        assert!((2..=80).contains(&turn.calls.len()), "{dialect:?}");
+        let results = vec![r#"{"distance":2.02}"#.to_string(); turn.calls.len()];
+        let mut request = after_a_round(dialect, true);
+        let calls = turn.calls.len();
+        request.tools.as_mut().unwrap().rounds = vec![ToolRound { turn, results }];
+        let mut endpoint = Endpoint::new("lab", "https://example.org");
+        endpoint.dialect = dialect;
+        let sent = body(&endpoint, &request).to_string();
+        let (call, result) = match dialect {
+            Dialect::OpenAiChat => (r#""type":"function"}"#, r#""role":"tool""#),
+            Dialect::OpenAiResponses => (
+                r#""type":"function_call""#,
+                r#""type":"function_call_output""#,
+            ),
+            Dialect::Anthropic => (r#""type":"tool_use""#, r#""type":"tool_result""#),
+            Dialect::Gemini => (r#""functionCall":"#, r#""functionResponse":"#),
+            Dialect::Ollama => (r#""arguments":"#, r#""role":"tool""#),
+        };
+        let count = |word: &str| sent.matches(word).count();
+        assert_eq!(count(result), calls, "{dialect:?}");
+        if dialect != Dialect::OpenAiChat {
+            assert_eq!(count(call), calls, "{dialect:?}");
+        }
+    }
+}
+
+#[test]
+fn calls_that_share_a_number_are_told_apart_by_their_ids() {
+    let piece = |call: Value| {
+        let delta = json!({"choices": [{"index": 0, "delta": {"tool_calls": [call]}}]});
+        format!("data: {delta}\n\n")
+    };
+    let fragment = |id: Option<&str>, name: Option<&str>, arguments: &str| {
+        let mut call = json!({"index": 0, "function": {"arguments": arguments}});
+        if let (Some(id), Some(name)) = (id, name) {
+            call["id"] = id.into();
+            call["function"]["name"] = name.into();
+        }
+        piece(call)
+    };
+    let stream = [
+        fragment(Some("a"), Some("distance"), r#"{"obstacle":"#),
+        fragment(None, None, "304}"),
+        fragment(Some("b"), Some("measure"), r#"{"obstacle":"#),
+        fragment(None, None, "301}"),
+        // Some say the id with every fragment.
+        fragment(Some("c"), Some("distance"), r#"{"obstacle":"#),
+        fragment(Some("c"), Some("distance"), "302}"),
+        "data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"tool_calls\"}]}\n\ndata: [DONE]\n\n".into(),
+    ];
+    let items = decode(Dialect::OpenAiChat, [stream.concat().as_bytes()]);
+    let read = turn(&items).unwrap();
+    let calls: Vec<(&str, &str, &str)> = { read.calls.iter() }
+        .map(|call| {
+            (
+                call.id.as_str(),
+                call.name.as_str(),
+                call.arguments.as_str(),
+            )
+        })
+        .collect();
+    assert_eq!(
+        calls,
+        [
+            ("a", "distance", r#"{"obstacle":304}"#),
+            ("b", "measure", r#"{"obstacle":301}"#),
+            ("c", "distance", r#"{"obstacle":302}"#),
+        ]
+    );
+}
+
 /// A request after one round.
 fn after_a_round(dialect: Dialect, may_call: bool) -> Request {
     let items = decode(dialect, [calling(dialect, &CALLS).as_bytes()]);

@@ -111,9 +111,15 @@ pub fn run(
             .unwrap_or_default()
     };
     let (out, err) = (text(out), text(err));
+    if out.len() as u64 > LONGEST {
+        return JobEnd::Failed(format!("the result has more than {LONGEST} bytes"));
+    }
     // Status 1 is a finding: the output says it.
     match (status.code(), picture) {
         (Some(0), Some(path)) => match std::fs::read_to_string(path) {
+            Ok(svg) if svg.len() as u64 > LONGEST => {
+                JobEnd::Failed(format!("the picture has more than {LONGEST} bytes"))
+            }
             Ok(svg) => JobEnd::Done(svg),
             Err(why) => JobEnd::Failed(why.to_string()),
         },
@@ -134,7 +140,10 @@ fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<std::thread::J
     let pipe = pipe?;
     Some(std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        let _ = pipe.take(LONGEST).read_to_end(&mut bytes);
+        let mut pipe = pipe.take(LONGEST + 1);
+        let _ = pipe.read_to_end(&mut bytes);
+        // What is too long is refused below; it is still read, so that the command can end.
+        let _ = std::io::copy(&mut pipe.into_inner(), &mut std::io::sink());
         String::from_utf8_lossy(&bytes).into_owned()
     }))
 }

@@ -1,22 +1,24 @@
 //! `nearmiss mcp`: a Model Context Protocol server over standard input and output.
 //!
 //! The protocol is spoken by hand: it is JSON-RPC 2.0 with a message a line, of which a server without subscriptions
-//! needs ten methods. The official crate `rmcp` (Apache-2.0) would bring its own runtime glue, macros and four crates, and
-//! does not bound the length of a line, which this server must.
+//! needs ten methods, and the length of a line is bounded.
 
 mod catalogue;
 mod jobs;
 mod lines;
 mod places;
 mod prompts;
+mod purse;
 mod server;
 
 use std::io::{BufReader, stdin};
 use std::path::PathBuf;
 
+use super::ask::budget;
 use super::open::{configuration, user_thresholds};
 use super::{Failure, Outcome, output};
 use places::Places;
+use purse::Purse;
 use server::Server;
 
 /// Arguments of `mcp`.
@@ -25,13 +27,16 @@ pub struct Mcp {
     /// Folders whose scenarios clients may open; nothing outside them is read, and nothing is written [default: none, the
     /// bundled scenarios alone].
     folders: Vec<PathBuf>,
-    /// Also offer the oracles, which know the recorded future and the built-in judge's verdict; not for models that are
-    /// being judged.
+    /// Also offer the oracles: the recorded future, contacts, and the built-in judge's verdict. Without them, clients can
+    /// still read whole recordings; models that are being judged belong to `ask --tools`.
     #[arg(long)]
     oracles: bool,
-    /// Let clients ask language models, which may cost money: adds the tool ask_model.
-    #[arg(long)]
+    /// Let clients ask language models, which may cost money: adds the tool ask_model; needs --budget.
+    #[arg(long, requires = "budget")]
     allow_models: bool,
+    /// Maximum cost of all answers of the session in US dollars.
+    #[arg(long, value_name = "USD", value_parser = budget, requires = "allow_models")]
+    budget: Option<f64>,
 }
 
 /// Runs `mcp` until standard input ends.
@@ -47,7 +52,9 @@ pub fn run(arguments: &Mcp) -> Outcome {
         places,
         thresholds,
         arguments.oracles,
-        arguments.allow_models,
+        { arguments.budget }
+            .filter(|_| arguments.allow_models)
+            .map(Purse::new),
     );
     server.serve(BufReader::new(stdin().lock()));
     Ok(())

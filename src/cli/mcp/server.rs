@@ -12,13 +12,15 @@ use super::jobs::{self, JobEnd};
 use super::lines::{LONGEST, Line, RpcError, Wire, next};
 use super::places::Places;
 use super::prompts;
+use super::purse::Purse;
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::scenario::Window;
 use crate::tools::{Arguments, TOOLS, Tool, WindowView};
 
 /// Versions of the protocol that are spoken, the newest first.
-const VERSIONS: [&str; 4] = ["2025-11-25", "2025-06-18", "2025-03-26", "2024-11-05"];
+/// That of 2025-03-26 asks for batches, which no client sends and later versions have dropped.
+const VERSIONS: [&str; 3] = ["2025-11-25", "2025-06-18", "2024-11-05"];
 
 /// Resources of one page.
 const PAGE: usize = 200;
@@ -37,7 +39,8 @@ pub struct Server {
     places: Places,
     thresholds: Thresholds,
     oracles: bool,
-    paid: bool,
+    /// What may be spent on models; `None` where none may be asked.
+    purse: Option<Purse>,
     wire: Wire,
     /// Jobs that run, by the id of their request, with the flag that ends them.
     running: Mutex<HashMap<String, Arc<AtomicBool>>>,
@@ -45,12 +48,17 @@ pub struct Server {
 
 impl Server {
     /// A server of these places.
-    pub fn new(places: Places, thresholds: Thresholds, oracles: bool, paid: bool) -> Self {
+    pub fn new(
+        places: Places,
+        thresholds: Thresholds,
+        oracles: bool,
+        purse: Option<Purse>,
+    ) -> Self {
         Self {
             places,
             thresholds,
             oracles,
-            paid,
+            purse,
             wire: Wire::default(),
             running: Mutex::default(),
         }
@@ -133,12 +141,14 @@ impl Server {
                 Ok(initialized(parameters))
             }
             "ping" => Ok(json!({})),
-            "tools/list" => Ok(json!({"tools": catalogue::tools(self.oracles, self.paid)})),
+            "tools/list" => {
+                Ok(json!({"tools": catalogue::tools(self.oracles, self.purse.is_some())}))
+            }
             "tools/call" => {
                 let name = parameters["name"].as_str().unwrap_or_default();
                 let job = JOBS
                     .iter()
-                    .find(|job| job.name == name && (self.paid || !job.paid));
+                    .find(|job| job.name == name && (self.purse.is_some() || !job.paid));
                 match job {
                     Some(job) => return self.start(job, id, parameters.clone(), scope),
                     None => self.call(name, &parameters["arguments"]),
@@ -149,7 +159,6 @@ impl Server {
             "resources/read" => self.resource(parameters),
             "prompts/list" => Ok(json!({"prompts": prompts::list()})),
             "prompts/get" => prompts::get(&self.places, parameters),
-            "logging/setLevel" => Ok(json!({})),
             other => Err(RpcError::method(other)),
         };
         match answer {
@@ -205,7 +214,13 @@ impl Server {
                 steps.end - 1
             ));
         }
-        let history = history.unwrap_or(10).clamp(1, 10_000) as usize;
+        let history = history.unwrap_or(10);
+        if !(1..=10_000).contains(&history) {
+            return Err(format!(
+                "argument `history` is {history}; 1 to 10000 steps are possible"
+            ));
+        }
+        let history = history as usize;
         let window = Window::ending_at(&scene, last, history);
         let view = WindowView::new(&scene, &self.thresholds, window);
         let arguments = Arguments::of(Value::Object(own), tool.arguments);
@@ -228,17 +243,33 @@ impl Server {
         };
         let words =
             entry.and_then(|entry| jobs::arguments(job, &Places::argument(&entry), arguments));
-        let words = match words {
+        let mut words = match words {
             Ok(words) => words,
             Err(why) => return self.wire.result(&id, &failed(&why)),
         };
         let cancel = Arc::new(AtomicBool::new(false));
         let key = id.to_string();
         let mut running = self.jobs();
-        if running.len() >= MOST_JOBS || running.contains_key(&key) {
+        if running.contains_key(&key) {
+            drop(running);
+            let error = RpcError::request("a request with this id is still running");
+            return self.wire.error(&id, &error);
+        }
+        if running.len() >= MOST_JOBS {
             drop(running);
             let why = format!("{MOST_JOBS} jobs run already; wait for one or cancel it");
             return self.wire.result(&id, &failed(&why));
+        }
+        let purse = self.purse.as_ref().filter(|_| job.paid);
+        let reserved = match purse.map(|purse| purse.reserve(arguments)).transpose() {
+            Ok(reserved) => reserved,
+            Err(why) => {
+                drop(running);
+                return self.wire.result(&id, &failed(&why));
+            }
+        };
+        if let Some(usd) = reserved.filter(|_| arguments["budget"].is_null()) {
+            words.push(format!("--budget={usd}"));
         }
         running.insert(key.clone(), Arc::clone(&cancel));
         drop(running);
@@ -258,6 +289,9 @@ impl Server {
             self.jobs().remove(&key);
             match end {
                 JobEnd::Done(text) => {
+                    if let (Some(purse), Some(usd)) = (purse, reserved) {
+                        purse.settle(usd, &text);
+                    }
                     let text = self.places.told(&text);
                     self.wire.result(&id, &jobs::result(job, &text));
                 }

@@ -49,6 +49,10 @@ impl Blocks {
             let number = answer.calls();
             let name = string(block, "name").unwrap_or_default();
             answer.call(number, string(block, "id").unwrap_or_default(), name);
+            if answer.calls() == number {
+                // There are too many: a call without a result must not be sent again.
+                return;
+            }
             // In streams the input begins empty, and comes in fragments.
             let whole = block.get("input").and_then(Value::as_object);
             if let Some(whole) = whole.filter(|input| !input.is_empty()) {

@@ -219,8 +219,13 @@ impl AnswerReader for GeminiReader {
         for part in parts.and_then(Value::as_array).into_iter().flatten() {
             let text = string(part, "text").unwrap_or_default();
             let function = part.get("functionCall");
+            let before = answer.calls();
             if let Some(function) = function {
                 call(function, answer);
+            }
+            if function.is_some() && answer.calls() == before {
+                // There are too many: a call without a result must not be sent again.
+                continue;
             }
             if function.is_some() || part.get("thoughtSignature").is_some() {
                 answer.echo(part.clone());

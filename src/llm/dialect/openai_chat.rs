@@ -117,6 +117,8 @@ fn calls(list: Option<&Value>, answer: &mut ResponseAccumulator) {
         let number = number.unwrap_or_else(|| answer.calls());
         let function = call.get("function").unwrap_or(&Value::Null);
         let id = string(call, "id").unwrap_or_default();
+        // Some servers give all calls of a turn the same index; fragments then belong to the newest one.
+        let number = answer.call_of(number, id);
         answer.call(number, id, string(function, "name").unwrap_or_default());
         match function.get("arguments") {
             Some(Value::String(fragment)) => answer.call_arguments(number, fragment),
