@@ -59,10 +59,7 @@ fn an_answer_that_was_set_aside_ends_its_run_when_the_store_opens() {
     let ending = Ending::bare(RunState::Answered);
     let why = StoreError::Word("the disk is full".into());
     let texts = ("because", "the beginning and the end");
-    let rounds = r#"[{"turn":{},"results":[]}]"#.to_string();
-    let rounds = Some(rounds);
-    let ended = (&ending, rounds.clone());
-    let unstored = store.set_aside((run, &question()), texts, ended, why);
+    let unstored = store.set_aside((run, &question()), texts, (&ending, None), why);
     let words = unstored.to_string();
     assert!(
         unstored.beside && words.contains("the disk is full"),
@@ -74,7 +71,6 @@ fn an_answer_that_was_set_aside_ends_its_run_when_the_store_opens() {
     let store = Store::open(&path).unwrap();
     let kept = store.run(run).unwrap().unwrap();
     assert_eq!((kept.reasoning.as_str(), kept.answer.as_str()), texts);
-    assert_eq!(kept.tool_rounds, rounds);
     assert_eq!(kept.ending.state, RunState::Answered);
     assert!(matches!(store.claim(&question(), false), Ok(Claim::Stored(found)) if found.id == run));
     assert_eq!((files(folder.path()), store.count().unwrap()), (0, 1));
@@ -87,12 +83,16 @@ fn an_answer_of_another_store_is_added_once() {
     let why = StoreError::Word("locked".into());
     let ending = Ending::bare(RunState::Answered);
     let run = granted(&store);
-    let aside = store.set_aside((run, &question()), ("", "yes"), (&ending, None), why);
+    let rounds = Some(r#"[{"turn":{},"results":[]}]"#.to_string());
+    let ended = (&ending, rounds.clone());
+    let aside = store.set_aside((run, &question()), ("", "yes"), ended, why);
     let file = aside.file.unwrap();
     for _ in 0..2 {
         std::fs::copy(&file, other.path().join(file.file_name().unwrap())).unwrap();
         let store = Store::open(&other.path().join("runs.sqlite")).unwrap();
         assert_eq!((files(other.path()), store.count().unwrap()), (0, 1));
+        let added = store.run(RunId(1)).unwrap().unwrap();
+        assert_eq!(added.tool_rounds, rounds);
     }
     // What is no answer stays, and keeps nothing from being opened.
     std::fs::write(other.path().join("unstored-1-2.jsonl"), "{}").unwrap();

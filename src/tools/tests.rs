@@ -10,7 +10,8 @@ use crate::formats::bundled;
 use crate::geometry::Point;
 use crate::metrics::{MEASURES, Thresholds};
 use crate::scenario::{
-    Obstacle, ObstacleParts, Position, Prediction, Sample, Scenario, Scene, State, Track, Window,
+    Obstacle, ObstacleParts, ObstacleRole, Position, Prediction, Quantity, Sample, Scenario, Scene,
+    State, Steps, Track, Window,
 };
 
 fn scene(at: usize) -> Scene {
@@ -28,7 +29,8 @@ fn view(scene: &Scene, last: i64) -> WindowView<'_> {
     )
 }
 
-/// The same scene until `now`; later all are elsewhere, and there is an obstacle more.
+/// The same scene until `now`; later all are elsewhere, move otherwise and give other signals, and there is an obstacle
+/// more, where the ego is.
 fn otherwise(scene: &Scene, now: i64, shift: f64) -> Scene {
     let elsewhere = |step: i64| Point::new(5e3 + shift * step as f64, -5e3);
     let dt = scene.scenario.dt();
@@ -38,11 +40,20 @@ fn otherwise(scene: &Scene, now: i64, shift: f64) -> Scene {
                 let mut states: Vec<State> = later.clone();
                 for state in states.iter_mut().filter(|s| s.time.from > now) {
                     state.position = Some(Position::Point(elsewhere(state.time.from)));
+                    state.orientation = Some(Quantity::Exact(2.0));
+                    state.velocity = Some(Quantity::Exact(1.0));
+                    state.acceleration = Some(Quantity::Exact(-3.0));
                 }
                 Prediction::Trajectory(states)
             }
             other => other.clone(),
         };
+        let mut signals = o.signals.clone();
+        for signal in signals.iter_mut().filter(|s| s.time.from > now) {
+            for (_, on) in &mut signal.signals {
+                *on = !*on;
+            }
+        }
         let parts = ObstacleParts {
             id: o.id,
             role: o.role,
@@ -50,12 +61,33 @@ fn otherwise(scene: &Scene, now: i64, shift: f64) -> Scene {
             footprint: o.footprint.clone(),
             initial: o.initial.clone(),
             prediction,
-            signals: o.signals.clone(),
+            signals,
         };
         Obstacle::new(parts, dt)
     };
+    let beside_ego = scene.ego.track.at(now).unwrap().pose.position;
+    let state = |step: i64| State {
+        position: Some(Position::Point(beside_ego)),
+        orientation: Some(Quantity::Exact(0.5)),
+        velocity: Some(Quantity::Exact(2.0)),
+        ..State::at(Steps::exact(step))
+    };
+    let like = { scene.scenario.obstacles.iter() }.find(|o| o.role == ObstacleRole::Dynamic);
+    let more = like.map(|like| {
+        let parts = ObstacleParts {
+            id: 999_999,
+            role: like.role,
+            kind: like.kind,
+            footprint: like.footprint.clone(),
+            initial: Some(state(now + 1)),
+            prediction: Prediction::Trajectory((now + 2..now + 9).map(state).collect()),
+            signals: Vec::new(),
+        };
+        Obstacle::new(parts, dt)
+    });
+    let obstacles = scene.scenario.obstacles.iter().map(obstacle);
     let scenario = Scenario {
-        obstacles: scene.scenario.obstacles.iter().map(obstacle).collect(),
+        obstacles: obstacles.chain(more).collect(),
         planning_problems: Vec::new(),
         ..Scenario::clone(&scene.scenario)
     };
@@ -67,9 +99,13 @@ fn otherwise(scene: &Scene, now: i64, shift: f64) -> Scene {
         } else {
             motion.pose.position
         },
-        heading: Some(motion.pose.heading),
-        velocity: Some(motion.velocity),
-        acceleration: Some(motion.acceleration),
+        heading: Some(if step > now { 2.0 } else { motion.pose.heading }),
+        velocity: Some(if step > now { 1.0 } else { motion.velocity }),
+        acceleration: Some(if step > now {
+            -3.0
+        } else {
+            motion.acceleration
+        }),
     });
     ego.track = Track::new(samples.collect(), dt, None);
     Scene::new(Arc::new(scenario), ego)
@@ -147,10 +183,12 @@ fn oracles_and_measures_that_read_ahead_do_tell_the_future() {
                 let ahead = full.during(&Window::ending_at(scene, now, 10));
                 (full, ahead)
             });
+            // The last one of the other future is not in this one.
+            let both = whole[0].0.participants().len();
             for measure in MEASURES {
                 let read = |context: &crate::metrics::Context<'_>| -> Vec<_> {
-                    let all = 0..context.participants().len();
-                    all.map(|p| context.encounter(p, now).map(|e| (measure.compute)(&e)))
+                    (0..both)
+                        .map(|p| context.encounter(p, now).map(|e| (measure.compute)(&e)))
                         .collect()
                 };
                 if read(&whole[0].0) != read(&whole[1].0) {
