@@ -219,11 +219,8 @@ impl Attack {
     /// Whether the ego, where it was driven, was touched by an attacker or nearly so, and not just hit from behind.
     #[must_use]
     pub fn has_effect(&self) -> bool {
-        self.effect.as_ref().is_some_and(|e| match e.consequence {
-            Consequence::Collision(_) => e.hits_attacker() && !e.is_hit_from_behind(),
-            Consequence::NearMiss => true,
-            Consequence::NoEffect => false,
-        })
+        let effect = self.effect.as_ref();
+        effect.is_some_and(|effect| effect.consequence != Consequence::NoEffect)
     }
 
     /// How good it looks before it is driven, the less the better.
@@ -259,10 +256,8 @@ impl Attack {
         };
         hopeless
             + match effect.consequence {
-                Consequence::Collision(_) if effect.is_hit_from_behind() => -0.5,
-                Consequence::Collision(_) if effect.hits_attacker() => -3.0,
+                Consequence::Collision(_) => -3.0,
                 Consequence::NearMiss => -2.0,
-                Consequence::Collision(_) => 0.5,
                 // All of them have to come near.
                 Consequence::NoEffect => {
                     let all = effect.attackers.iter().map(|attacker| {

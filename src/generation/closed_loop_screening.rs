@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::effect::AttackerEffect;
+use super::effect::{self, AttackerEffect};
 use super::{Change, ChangeError, Consequence, Effect, JointChange, RiskCurve};
 use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::{Cancel, Forecast, Planner};
@@ -175,24 +175,26 @@ impl ClosedLoop {
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
         let unchanged = || attackers.iter().all(|a| a.after == a.before);
-        let lowest = attackers
-            .iter()
-            .filter_map(AttackerEffect::lowest_after)
-            .min();
-        let near = lowest.is_some_and(|score| score <= NEAR_MISS);
-        let consequence = match drive.outcome {
-            Outcome::Collision(collision) if !same && !recorded.touches(collision.with) => {
-                Consequence::Collision(collision)
+        let contact = match drive.outcome {
+            Outcome::Collision(collision) => Some(collision),
+            _ => None,
+        };
+        let contact = contact.filter(|c| !same && !recorded.touches(c.with));
+        let telling = contact.filter(|c| effect::is_telling(c, &attackers));
+        let consequence = match telling {
+            Some(collision) => Consequence::Collision(collision),
+            None if effect::comes_near(&attackers, &changed, &drive) && !(same && unchanged()) => {
+                Consequence::NearMiss
             }
-            _ if near && !(same && unchanged()) => Consequence::NearMiss,
-            _ => Consequence::NoEffect,
+            None => Consequence::NoEffect,
         };
         Ok(Effect {
-            main: Effect::place_of_main(&attackers, consequence),
+            main: Effect::place_of_main(&attackers, contact),
             from: change.from_step().ok_or(ChangeError::Nothing)?,
             attackers,
             scenario: changed,
             consequence,
+            contact,
             anyone_before: self.baseline.lowest(),
             anyone_after: lowest_of_all(&scores),
             between,

@@ -2,18 +2,20 @@
 
 use std::sync::Arc;
 
+use super::closed_loop_screening::NEAR_MISS;
 use crate::scenario::Scenario;
 use crate::simulation::{Collision, ContactSide, Rollout};
 
 /// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
 pub type RiskCurve = Vec<(i64, u8)>;
 
-/// Consequence of a change. What also happens to the ego in the baseline is not one.
+/// Consequence of a change. What also happens to the ego in the baseline is not one, and neither is being hit from behind:
+/// no obstacle reacts to the ego.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Consequence {
-    /// The ego touches an obstacle: an attacker, or another one.
+    /// The ego and an attacker touch, or the ego drives into another obstacle with its front.
     Collision(Collision),
-    /// No obstacle is touched, and the risk score of an attacker is 1 at most at some step.
+    /// No such contact, and the risk score of an attacker that is not behind the ego is 1 at most at some step.
     NearMiss,
     /// Neither.
     NoEffect,
@@ -61,6 +63,8 @@ pub struct Effect {
     pub drive: Rollout,
     /// Its outcome.
     pub consequence: Consequence,
+    /// The contact at its end that the baseline does not have, also one that is no consequence of the change.
+    pub contact: Option<Collision>,
     /// The lowest risk score of any obstacle in the baseline; `None` if none ever is there.
     pub anyone_before: Option<u8>,
     /// The lowest risk score of any obstacle in this drive.
@@ -168,27 +172,17 @@ impl Effect {
         all.min_by(f64::total_cmp)
     }
 
-    /// The collision, if there is one.
-    #[must_use]
-    pub fn collision(&self) -> Option<Collision> {
-        match self.consequence {
-            Consequence::Collision(collision) => Some(collision),
-            _ => None,
-        }
-    }
-
     /// Whether it is an attacker that the ego touches.
     #[must_use]
     pub fn hits_attacker(&self) -> bool {
-        self.collision().is_some_and(|c| self.is_attacker(c.with))
+        self.contact.is_some_and(|c| self.is_attacker(c.with))
     }
 
     /// Whether an obstacle drives into the ego's rear with the front: that proves little, since no obstacle reacts to
     /// the ego.
     #[must_use]
     pub fn is_hit_from_behind(&self) -> bool {
-        self.collision()
-            .is_some_and(|c| c.ego == ContactSide::Rear && c.other == ContactSide::Front)
+        self.contact.as_ref().is_some_and(hits_from_behind)
     }
 
     /// Whether each of several attackers is needed: without it, the others come to something less bad. `None` of a single
@@ -202,12 +196,9 @@ impl Effect {
         })
     }
 
-    /// The place of the attacker that counts most.
-    pub(super) fn place_of_main(attackers: &[AttackerEffect], consequence: Consequence) -> usize {
-        let touched = match consequence {
-            Consequence::Collision(c) => attackers.iter().position(|a| a.obstacle == c.with),
-            _ => None,
-        };
+    /// The place of the attacker that counts most: the one that the ego touches, or else the most dangerous one.
+    pub(super) fn place_of_main(attackers: &[AttackerEffect], contact: Option<Collision>) -> usize {
+        let touched = contact.and_then(|c| attackers.iter().position(|a| a.obstacle == c.with));
         let order = |a: &AttackerEffect, b: &AttackerEffect| {
             let (a, b) = (a.safety(), b.safety());
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
@@ -216,6 +207,48 @@ impl Effect {
         let nearest = all.min_by(|(_, a), (_, b)| order(a, b));
         touched.or(nearest.map(|(i, _)| i)).unwrap_or(0)
     }
+}
+
+/// Whether the ego's rear is hit by the other's front.
+fn hits_from_behind(contact: &Collision) -> bool {
+    contact.ego == ContactSide::Rear && contact.other == ContactSide::Front
+}
+
+/// Whether an attacker comes dangerously near without being behind the ego: a risk score of [`NEAR_MISS`] at most.
+pub(super) fn comes_near(
+    attackers: &[AttackerEffect],
+    scenario: &Scenario,
+    drive: &Rollout,
+) -> bool {
+    let track = drive.track();
+    let length = drive.limits.length;
+    let is_behind = |id: i64, step: i64| {
+        let own = track.at(step)?;
+        let obstacle = scenario.obstacle(id)?;
+        let (other, (long, wide)) = (
+            obstacle.motion_at(step)?,
+            obstacle.footprint.as_ref()?.shape().size(),
+        );
+        let (sin, cos) = (other.pose.heading - own.pose.heading).sin_cos();
+        let reach = f64::midpoint(long * cos.abs(), wide * sin.abs());
+        let ahead = own.pose.to_local(&other.pose.position).x + reach;
+        Some(ahead < -length / 2.0)
+    };
+    attackers.iter().any(|attacker| {
+        let near = attacker
+            .after
+            .iter()
+            .filter(|(_, score)| *score <= NEAR_MISS);
+        let mut steps = near.map(|(step, _)| *step);
+        steps.any(|step| is_behind(attacker.obstacle, step) != Some(true))
+    })
+}
+
+/// Whether a contact shows something of the ego: an attacker touches it, but for its rear, or it drives into another
+/// obstacle.
+pub(super) fn is_telling(contact: &Collision, attackers: &[AttackerEffect]) -> bool {
+    let by_attacker = attackers.iter().any(|a| a.obstacle == contact.with);
+    !hits_from_behind(contact) && (by_attacker || contact.ego == ContactSide::Front)
 }
 
 fn lowest(curve: &RiskCurve) -> Option<u8> {

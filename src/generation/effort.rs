@@ -3,7 +3,7 @@
 /// Search effort.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Motions in all.
+    /// Motions in all; more than [`Self::AT_FIRST`] are tried only where those lead to nothing that can be survived.
     pub candidates: usize,
     /// Rounds after each of which the search learns.
     pub rounds: usize,
@@ -22,7 +22,7 @@ pub struct Effort {
 impl Default for Effort {
     fn default() -> Self {
         Self {
-            candidates: 1500,
+            candidates: 2 * Self::AT_FIRST,
             rounds: 14,
             drives: 8,
             attackers: 6,
@@ -34,15 +34,42 @@ impl Default for Effort {
 }
 
 impl Effort {
-    /// The share of it that each attacker after the first gets.
+    /// Motions of the first search.
+    pub const AT_FIRST: usize = 1500;
+
+    /// The share of the first search that each attacker after the first gets.
     const SHARE: f64 = 0.5;
+
+    /// Added to the seed for the second search: any other number would do.
+    const ANOTHER_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
+
+    /// The effort for the first search.
+    #[must_use]
+    pub fn first(&self) -> Self {
+        Self {
+            candidates: self.candidates.min(Self::AT_FIRST),
+            ..*self
+        }
+    }
+
+    /// The effort for another search with new random numbers, where the first one found too little; `None` where no
+    /// motions are left for it.
+    #[must_use]
+    pub fn second(&self) -> Option<Self> {
+        let candidates = self.candidates.saturating_sub(Self::AT_FIRST);
+        (candidates > 0).then(|| Self {
+            candidates,
+            seed: self.seed.wrapping_add(Self::ANOTHER_SEED),
+            ..*self
+        })
+    }
 
     /// The effort for an attacker beside others.
     #[must_use]
     pub fn further(&self) -> Self {
         let part = |n: usize| ((n as f64 * Self::SHARE).round() as usize).max(1);
         Self {
-            candidates: part(self.candidates),
+            candidates: part(self.first().candidates),
             rounds: part(self.rounds),
             ..*self
         }

@@ -56,7 +56,7 @@ impl<'a> Search<'a> {
         let driver = closed.driver();
         let after = (AFTER / driver.dt()).ceil() as i64;
         let deadline = driver.whole().last;
-        let contact = effect.collision().map(|c| c.step);
+        let contact = effect.contact.map(|c| c.step);
         let goal_from = contact.map_or(effect.from, |step| step.saturating_add(after));
         let obstacles = effect.scenario.obstacles.iter();
         let moving = obstacles.filter(|o| o.role == ObstacleRole::Dynamic);

@@ -13,8 +13,9 @@ use rayon::prelude::*;
 use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
+use super::search_result;
 use super::surrogate::{self, Trial};
-use super::{Effect, Effort, Progress, Refusal, SearchResult, motion};
+use super::{Effort, Progress, Refusal, SearchResult, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
@@ -33,9 +34,6 @@ const FOR_COLLISION: usize = 5;
 /// The search ends after so many rounds in a row that found nothing better by [`BETTER`].
 const PATIENCE: usize = 8;
 const BETTER: f64 = 0.05;
-
-/// No further round begins after so many planning cycles of the ego, about 10 s of one core.
-const MOST_CYCLES: usize = 8000;
 
 /// Motions that each core tries before the progress is told.
 const AT_ONCE: usize = 4;
@@ -69,21 +67,36 @@ pub fn search_until(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> SearchResult {
     let grounds = std::slice::from_ref(ground);
-    search_on(grounds, effort, (among, true), watch, stop)
+    let wanted = Wanted {
+        among,
+        near_misses: true,
+        cycles: usize::MAX,
+    };
+    search_on(grounds, effort, wanted, watch, stop)
 }
 
-/// The same on several grounds at once: what does well on one of them is sampled more often. Without `near_misses`
-/// nothing but a collision ends the search early.
+/// What a search looks for, and how long.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    /// Only these obstacles may attack, any where that is empty.
+    pub among: &'a [i64],
+    /// Whether near misses also end it early, not only collisions.
+    pub near_misses: bool,
+    /// No further round begins after so many planning cycles of the ego.
+    pub cycles: usize,
+}
+
+/// The same on several grounds at once: what does well on one of them is sampled more often.
 pub(super) fn search_on(
     grounds: &[AttackSetup<'_>],
     effort: &Effort,
-    (among, near_misses): (&[i64], bool),
+    wanted: Wanted<'_>,
     watch: &mut dyn FnMut(Progress) -> bool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> SearchResult {
     let mut search = Search {
         grounds,
-        near_misses,
+        wanted,
         stop,
         arms: Vec::new(),
         places: Vec::new(),
@@ -94,7 +107,7 @@ pub(super) fn search_on(
         let others = ground.stage.others.map(|(others, _)| &others.change);
         let may = |id: i64| {
             let attacks = others.is_some_and(|others| others.obstacles().any(|o| o == id));
-            !attacks && (among.is_empty() || among.contains(&id))
+            !attacks && (wanted.among.is_empty() || wanted.among.contains(&id))
         };
         let ranked = attacker::rank(ground.stage);
         let chosen = ranked.iter().filter(|c| may(c.obstacle));
@@ -116,7 +129,7 @@ pub(super) fn search_on(
 /// The search in one scenario.
 struct Search<'a> {
     grounds: &'a [AttackSetup<'a>],
-    near_misses: bool,
+    wanted: Wanted<'a>,
     stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<ManoeuvreSpace>,
     /// The ground of each arm.
@@ -160,9 +173,9 @@ impl Search<'_> {
             lowest = lowest.min(now);
             let enough = least <= BEST + PLAUSIBLE
                 || best <= BEST && round >= FOR_PLAUSIBLE
-                || self.near_misses && best <= GOOD && round >= FOR_COLLISION
+                || self.wanted.near_misses && best <= GOOD && round >= FOR_COLLISION
                 || since > PATIENCE
-                || self.cycles() >= MOST_CYCLES;
+                || self.cycles() >= self.wanted.cycles;
             if !goes_on || enough {
                 break;
             }
@@ -179,8 +192,7 @@ impl Search<'_> {
 
     /// Planning cycles of all drives so far.
     fn cycles(&self) -> usize {
-        let effects = self.attacks().filter_map(|a| a.effect.as_ref());
-        effects.map(Effect::planned).sum()
+        search_result::cycles(self.attacks())
     }
 
     /// Draws motions, and keeps those that pass the gate; says whether to continue.

@@ -1,6 +1,6 @@
 //! What a search for attacks has found, and how far it is.
 
-use super::{Attack, Consequence, Refusal};
+use super::{Attack, Consequence, Effect, Refusal};
 use crate::simulation::Outcome;
 
 /// Result of a search.
@@ -41,6 +41,11 @@ impl SearchResult {
         self.sort();
     }
 
+    /// Planning cycles of the drives.
+    pub(super) fn cycles(&self) -> usize {
+        cycles(self.attacks.iter())
+    }
+
     /// Drives that an error of the planner's process ended, and the first error; nothing without one.
     #[must_use]
     pub fn planner_errors(&self) -> Option<(usize, String)> {
@@ -74,6 +79,12 @@ impl SearchResult {
             best: best.and_then(|a| Some(a.effect.as_ref()?.consequence)),
         }
     }
+}
+
+/// Planning cycles of all drives against attacks; those that were taken over do not count.
+pub(super) fn cycles<'a>(attacks: impl Iterator<Item = &'a Attack>) -> usize {
+    let effects = attacks.filter_map(|a| a.effect.as_ref());
+    effects.map(Effect::planned).sum()
 }
 
 impl Progress {

@@ -1,7 +1,7 @@
 //! Selects an attack: the most dangerous one that a good driver survives.
 
 use super::attack::Attack;
-use super::{Avoidability, ClosedLoop};
+use super::{Avoidability, ClosedLoop, Consequence};
 
 /// An attack with the proof that it can be survived, or that this was searched for.
 #[derive(Debug, Clone)]
@@ -89,11 +89,11 @@ impl SelectedAttack {
     pub(super) fn rank(&self, delay: f64) -> Rank {
         let avoided = self.avoidability.at(delay) == Some(true);
         let effect = self.attack.effect.as_ref();
-        match effect.filter(|_| self.attack.has_effect()) {
-            None => Rank::Harmless,
+        match effect.map(|effect| effect.consequence) {
+            None | Some(Consequence::NoEffect) => Rank::Harmless,
             Some(_) if !avoided => Rank::Hopeless,
-            Some(effect) if effect.collision().is_some() => Rank::Collision,
-            Some(_) => Rank::NearMiss,
+            Some(Consequence::Collision(_)) => Rank::Collision,
+            Some(Consequence::NearMiss) => Rank::NearMiss,
         }
     }
 }

@@ -5,20 +5,27 @@
 //! driver survives, the attacks that came nearest to the ego without a collision stay on, and another attacker is searched
 //! for beside each of them: against the ego as it drives under that attack. The ego is driven against all motions at once.
 //!
+//! Where a search finds nothing that a good driver survives, another one follows with new random numbers, in which attackers
+//! keep the limits of people also where they need not: among all that a vehicle can do, what a person does is found late.
+//!
 //! Fewer attackers are preferred: another one is taken only if the outcome is of a better rank (a survivable collision
 //! before a survivable near miss, before one that is not survived) and if without any one of the attackers the others come
 //! to a less bad outcome.
 
-use super::search::search_on;
+use super::search::{Wanted, search_on};
 use super::select_attack::Rank;
 use super::{
-    Attack, AttackContext, AttackSetup, Effect, Effort, Gate, SearchEvent, SearchResult,
-    SelectedAttack, Selection, StagedDrive, VariantGenerator, choose,
+    Attack, AttackContext, AttackSetup, AttackStyle, Effect, Effort, Gate, Progress, SearchEvent,
+    SearchResult, SelectedAttack, Selection, StagedDrive, VariantGenerator, choose,
 };
 use crate::scenario::{Ego, Scenario};
 
 /// Attacks beside which another attacker is searched for, at most.
 const BASES: usize = 3;
+
+/// No further round begins after so many planning cycles of the ego: about 10 s of one core, and 15 s of both searches.
+const MOST_CYCLES: usize = 8000;
+const MOST_CYCLES_OF_BOTH: usize = 12_000;
 
 /// What a further attacker joins: the attack that goes on, if there is one, and the ego's drive under it.
 struct Base {
@@ -71,7 +78,8 @@ pub(super) fn search(
     best
 }
 
-/// Searches for one more attacker beside those of each base, where `rank` is reached already.
+/// Searches for one more attacker beside those of each base, where `rank` is reached already: once, and where nothing is
+/// found that a good driver survives, once more.
 fn round(
     workshop: &VariantGenerator,
     bases: &[Base],
@@ -79,11 +87,59 @@ fn round(
     (among, rank): (&[i64], Rank),
     watch: &mut dyn FnMut(SearchEvent) -> bool,
 ) -> SearchResult {
+    let wanted = Wanted {
+        among,
+        near_misses: rank < Rank::NearMiss,
+        cycles: MOST_CYCLES,
+    };
+    let mut stopped = false;
+    let mut go_on = |progress| {
+        stopped |= !watch(SearchEvent::Round(progress));
+        !stopped
+    };
+    let first = effort.first();
+    let mut found = pass(
+        workshop,
+        workshop.style(),
+        bases,
+        &first,
+        wanted,
+        &mut go_on,
+    );
+    let survived = found.attacks.iter().any(|a| a.survivable == Some(true));
+    let left = MOST_CYCLES_OF_BOTH.saturating_sub(found.cycles());
+    let second = effort
+        .second()
+        .filter(|_| !survived && !stopped && left > 0);
+    let Some(second) = second else {
+        return found;
+    };
+    let before = found.progress();
+    let wanted = Wanted {
+        cycles: left,
+        ..wanted
+    };
+    let mut go_on = |progress| watch(SearchEvent::Round(before.and(progress)));
+    let human = AttackStyle::Human;
+    found.merge(pass(workshop, human, bases, &second, wanted, &mut go_on));
+    found
+}
+
+/// One search beside each base, by attackers of a style.
+fn pass(
+    workshop: &VariantGenerator,
+    style: AttackStyle,
+    bases: &[Base],
+    effort: &Effort,
+    wanted: Wanted<'_>,
+    watch: &mut dyn FnMut(Progress) -> bool,
+) -> SearchResult {
     let stages: Vec<(AttackContext<'_>, Gate<'_>)> = { bases.iter() }
         .filter_map(|base| {
             let scenario = base.scenario(workshop);
             let others = base.others.as_ref().map(|(attack, drive)| (attack, drive));
             let stage = workshop.stage_with((scenario, &base.ego), others)?;
+            let stage = stage.of_style(style);
             Some((stage, workshop.gate_with(scenario, &base.ego)))
         })
         .collect();
@@ -94,9 +150,7 @@ fn round(
     });
     let grounds: Vec<AttackSetup<'_>> = grounds.collect();
     let stop = || workshop.closed.driver().is_cancelled();
-    let wanted = (among, rank < Rank::NearMiss);
-    let mut round = |progress| watch(SearchEvent::Round(progress));
-    search_on(&grounds, effort, wanted, &mut round, &stop)
+    search_on(&grounds, effort, wanted, watch, &stop)
 }
 
 /// The best rank that an attack may have once it is looked at.
@@ -127,7 +181,7 @@ impl Base {
             let kind: Vec<_> = { attack.acts() }
                 .map(|(asked, change)| (change.obstacle, asked.name()))
                 .collect();
-            let collides = |effect: &Effect| effect.collision().is_some();
+            let collides = |effect: &Effect| effect.contact.is_some();
             let usable = attack.effect.as_ref().is_some_and(|e| !collides(e));
             if !usable || kinds.contains(&kind) {
                 continue;

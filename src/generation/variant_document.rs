@@ -60,7 +60,7 @@ pub(super) fn variant_document(
             "planner": planner(baseline),
         },
         "outcome": effect.consequence.name(),
-        "collision": effect.collision().map(|c| collision(&c, effect)),
+        "collision": effect.contact.map(|c| collision(&c, effect)),
         "hit_from_behind": effect.is_hit_from_behind(),
         "drive": drive(&effect.drive),
         "baseline": drive(baseline),

@@ -37,7 +37,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let made = &generated.made;
     let chosen = made.chosen.as_ref();
     let effect = chosen.and_then(|c| c.attack.effect.as_ref());
-    let collision = effect.and_then(|e| e.collision());
+    let collision = effect.and_then(|e| e.contact);
     let main = chosen.zip(effect);
     let main = main.and_then(|(c, effect)| c.attack.asked.get(effect.main));
     let baseline = generated.workshop.closed.baseline();

@@ -149,7 +149,10 @@ fn differences(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
         (then, now) if then == now => {}
         // No option sets them: what an earlier version found stays found.
         _ if SEARCH.contains(&path) => {}
-        (then, now) if path == CANDIDATES && then == CANDIDATES_BEFORE && *now == candidates => {}
+        (then, now)
+            if path == CANDIDATES
+                && CANDIDATES_BEFORE.iter().any(|n| then == n)
+                && *now == candidates => {}
         _ if path.starts_with(PROMPTS) => found.push(format!("{path}, another version")),
         _ => found.push(output::visible(&format!("{path} {then}, now {now}"))),
     }
@@ -158,9 +161,9 @@ fn differences(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
 /// How a search goes about it.
 const SEARCH: [&str; 3] = ["search.rounds", "search.drives", "search.attackers"];
 
-/// The number of motions, and what it was by default in versions that drove against all of them with all samples.
+/// The number of motions, and what it was by default in earlier versions.
 const CANDIDATES: &str = "search.candidates";
-const CANDIDATES_BEFORE: usize = 600;
+const CANDIDATES_BEFORE: [usize; 2] = [600, 1500];
 
 /// The setting that old manifests do not know.
 const WITHIN: &str = "model.method.within";

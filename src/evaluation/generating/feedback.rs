@@ -157,27 +157,28 @@ fn where_it_was(effect: &Effect, track: &Track, step: i64) -> String {
 
 /// Why that is not what is wanted, and what would be better.
 fn verdict(attack: &Attack, effect: &Effect, delay: f64, at: &dyn Fn(i64) -> String) -> String {
-    match effect.consequence {
-        Consequence::Collision(collision) if effect.is_hit_from_behind() => format!(
+    let nothing = effect.consequence == Consequence::NoEffect;
+    match effect.contact.filter(|_| nothing) {
+        Some(collision) if effect.is_hit_from_behind() => format!(
             "Obstacle {} ran into the ego from behind at {}, which is no test of the ego. Meet it from the front or the side.",
             collision.with,
             at(collision.step)
         ),
-        Consequence::Collision(collision) if !effect.hits_attacker() => format!(
+        Some(collision) => format!(
             "The ego touched obstacle {} at {}, and not the attacker.",
             collision.with,
             at(collision.step)
         ),
-        Consequence::Collision(_) | Consequence::NearMiss if attack.has_effect() => {
-            let what = match effect.collision() {
-                Some(collision) => format!("The ego was touched at {}", at(collision.step)),
-                None => "That is a near miss".into(),
+        None if attack.has_effect() => {
+            let what = match effect.consequence {
+                Consequence::Collision(collision) => format!("The ego was touched at {}", at(collision.step)),
+                _ => "That is a near miss".into(),
             };
             format!(
                 "{what}, but no manoeuvre was found with which even a good driver, reacting {delay} s after the motion departs from the recorded one, avoids contact. Leave a little more time or room."
             )
         }
-        _ => "The ego avoided the danger. Leave it less time or room: be nearer, be in its way earlier, or let it see the danger later, within the limits.".into(),
+        None => "The ego avoided the danger. Leave it less time or room: be nearer, be in its way earlier, or let it see the danger later, within the limits.".into(),
     }
 }
 

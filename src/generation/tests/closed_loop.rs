@@ -117,7 +117,7 @@ fn who_goes_through_the_ego_between_two_steps_is_told() {
     };
     let effect = closed.effect(&change.into()).unwrap();
     assert_eq!(effect.between, Some(step));
-    assert!(effect.collision().is_none(), "{:?}", effect.consequence);
+    assert!(effect.contact.is_none(), "{:?}", effect.consequence);
     let unchanged = closed.driver();
     let drive = closed.baseline().drive();
     assert_eq!(unchanged.touched_between(closed.scenario(), drive), None);
@@ -129,7 +129,7 @@ fn a_wall_in_front_is_a_collision_with_the_attacker() {
     let before = lowest_before(&closed).unwrap();
     // As if it drove into something: what is asked here is not whether a car could.
     let effect = closed.effect(&braking(&closed, 1, 500.0).into()).unwrap();
-    let collision = effect.collision().unwrap();
+    let collision = effect.contact.unwrap();
     assert_eq!(effect.drive.outcome, Outcome::Collision(collision));
     assert!(effect.hits_attacker() && !effect.is_hit_from_behind());
     assert_eq!(

@@ -91,7 +91,8 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     let mut lines = Lines::new(theme, width);
     lines.title("the drive");
     lines.say("ended", &planned.outcome.to_string());
-    lines.say("prediction", forecast_words(planned.forecast));
+    let forecast = forecast_words(planned.forecast);
+    lines.say("prediction", forecast.trim_start_matches("predictions "));
     lines.say("cycles", &planned.cycles.len().to_string());
     rules(&mut lines, planned, model);
     if let Some(process) = &planned.process {

@@ -271,7 +271,7 @@ fn found(model: &mut Model, original: Box<Opened>, variant: Box<Opened>) -> Vec<
 fn moment(made: &GeneratedVariant) -> i64 {
     let effect = &made.effect;
     let lowest = effect.main().after.iter().min_by_key(|(_, score)| *score);
-    let contact = effect.collision().map(|c| c.step);
+    let contact = effect.contact.map(|c| c.step);
     contact
         .or(lowest.map(|(step, _)| *step))
         .unwrap_or(effect.from)
