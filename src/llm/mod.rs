@@ -89,7 +89,8 @@ pub use redaction::Secrets;
 pub use registry::Registry;
 pub use request::{Message, Parameters, Request, Role, Schema};
 pub use token::Token;
-pub use tool_calls::{ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
+pub use tool_calls::{CALL, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
+pub use turn_draft::MOST_CALLS;
 
 use futures_util::stream::{self, Stream, StreamExt};
 

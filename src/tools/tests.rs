@@ -169,6 +169,52 @@ fn another_future_changes_no_answer_of_an_instrument() {
     assert!(values > 1000 && refused > 100, "{values} {refused}");
 }
 
+/// A scene whose ego is recorded without speeds, and drives `metres` farther in each step than it did.
+fn without_speeds(scene: &Scene, metres: f64) -> Scene {
+    let mut ego = scene.ego.clone();
+    let first = ego.track.steps().start;
+    let samples = ego.track.iter().map(|(step, motion)| Sample {
+        step,
+        position: motion.pose.position + motion.pose.forward() * (metres * (step - first) as f64),
+        heading: Some(motion.pose.heading),
+        velocity: None,
+        acceleration: None,
+    });
+    ego.track = Track::new(samples.collect(), scene.scenario.dt(), None);
+    Scene::new(Arc::clone(&scene.scenario), ego)
+}
+
+#[test]
+fn what_a_window_does_not_tell_yet_is_refused() {
+    let recorded = scene(0);
+    let scenes = [0.0, 3.0].map(|metres| without_speeds(&recorded, metres));
+    let first = scenes[0].ego.track.steps().start;
+    let views = [view(&scenes[0], first), view(&scenes[1], first)];
+    let mut unknown = 0;
+    for (name, arguments) in calls(&views[0]) {
+        let text = arguments.to_string();
+        let said = views
+            .each_ref()
+            .map(|view| call(view, &[Kind::Instrument], name, &text));
+        assert_eq!(said[0], said[1], "{name} {text}");
+        let why = said[0].as_ref().err().map(ToString::to_string);
+        unknown += usize::from(why.is_some_and(|why| why.contains("not known yet")));
+    }
+    assert!(unknown > 10, "{unknown}");
+    let state = |last: i64, t: f64| {
+        let text = json!({"participant": 0, "t": t}).to_string();
+        call(
+            &view(&scenes[0], last),
+            &[Kind::Instrument],
+            "get_state",
+            &text,
+        )
+    };
+    // A step later all is known, also of the moment before.
+    let later = state(first + 1, -scenes[0].scenario.dt()).unwrap();
+    assert!(later.get("acceleration").is_some(), "{later}");
+}
+
 #[test]
 fn oracles_and_measures_that_read_ahead_do_tell_the_future() {
     let mut told: std::collections::BTreeSet<&str> = std::collections::BTreeSet::new();

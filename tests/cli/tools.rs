@@ -205,6 +205,33 @@ async fn a_killed_run_goes_on_after_its_paid_rounds() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn rounds_that_the_server_refuses_are_left_out() {
+    let dialect = Dialect::OpenAiChat;
+    let home = Home::new();
+    // The second request of the first run gets no answer; then rounds of that run are refused.
+    let server = Server::answering(move |number, request: &Recorded| {
+        let had = String::from_utf8_lossy(&request.body).contains("call_old");
+        Some(match (number, had) {
+            (0, _) => {
+                script(dialect).send(calling(dialect, &[("call_old", "list_obstacles", "{}")]))
+            }
+            (_, true) => Script::json(400, r#"{"error": {"message": "no such call"}}"#),
+            _ => script(dialect).send(saying(dialect, VERDICT)),
+        })
+    })
+    .await;
+    let url = server.base_url();
+    ask(&home, url, dialect, &[])
+        .status(1)
+        .says(&["no such call"]);
+    assert_eq!(server.requests().len(), 2);
+    let ended = ask(&home, url, dialect, &[]).status(0);
+    let ended = ended.says(&["continuing after 1 rounds", "asking from the beginning"]);
+    assert_eq!(ended.json()["dangerous"], false);
+    assert_eq!(server.requests().len(), 4);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn with_and_without_tools_are_an_axis() {
     let dialect = Dialect::OpenAiChat;
     let home = Home::new();

@@ -8,6 +8,7 @@ mod images;
 mod ollama;
 mod openai_chat;
 mod openai_responses;
+mod reasoning_details;
 mod responses_items;
 
 use std::fmt::Debug;
