@@ -16,6 +16,12 @@ const POLL: Duration = Duration::from_millis(50);
 /// How often progress is reported.
 const TOLD: Duration = Duration::from_secs(1);
 
+/// How long a command that is asked to end may take for that.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// Longest time that a job may take.
+const LONGEST_TIME: Duration = Duration::from_secs(3600);
+
 /// Longest result that is given, bytes.
 const LONGEST: u64 = 8 << 20;
 
@@ -100,6 +106,11 @@ pub fn run(
             Ok(None) => std::thread::sleep(POLL),
             Err(why) => return JobEnd::Failed(why.to_string()),
         }
+        if begun.elapsed() > LONGEST_TIME {
+            end(&mut child);
+            let most = LONGEST_TIME.as_secs() / 60;
+            return JobEnd::Failed(format!("it took longer than {most} minutes"));
+        }
         if told.elapsed() >= TOLD {
             told = Instant::now();
             tell(begun.elapsed().as_secs());
@@ -131,7 +142,19 @@ pub fn run(
     }
 }
 
+/// Ends a command: asks it to end, so that it keeps what it has paid for, and ends it after [`GRACE`].
 fn end(child: &mut Child) {
+    #[cfg(unix)]
+    if let Some(process) = i32::try_from(child.id())
+        .ok()
+        .and_then(rustix::process::Pid::from_raw)
+    {
+        let _ = rustix::process::kill_process(process, rustix::process::Signal::INT);
+        let until = Instant::now() + GRACE;
+        while Instant::now() < until && matches!(child.try_wait(), Ok(None)) {
+            std::thread::sleep(POLL);
+        }
+    }
     let _ = child.kill();
     let _ = child.wait();
 }

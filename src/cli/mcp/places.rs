@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find};
+use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
 use crate::scenario::Scene;
 use crate::system::shown_path;
 use crate::workflow::{OpenRequest, open};
@@ -18,8 +18,11 @@ pub struct Places {
     scenes: Mutex<Scenes>,
 }
 
-/// Scenes by the name that a client gave, with when their file was changed.
-type Scenes = HashMap<PathBuf, (Option<SystemTime>, Arc<Scene>)>;
+/// Time and length of scenario and ego.
+type Version = [Option<(SystemTime, u64)>; 2];
+
+/// Scenes by the name that a client gave, with the version of their files.
+type Scenes = HashMap<PathBuf, (Version, Arc<Scene>)>;
 
 /// Scenes that are kept open.
 const KEPT: usize = 64;
@@ -74,11 +77,17 @@ impl Places {
         let EntryLocation::File(path) = &entry.place else {
             return entry.name.clone();
         };
-        let below = self
-            .roots
-            .iter()
-            .find_map(|root| path.strip_prefix(root).ok());
-        below.unwrap_or(path).display().to_string()
+        let mut roots = self.roots.iter().enumerate();
+        let below = roots.find_map(|(place, root)| Some((place, path.strip_prefix(root).ok()?)));
+        let Some((place, below)) = below else {
+            return path.display().to_string();
+        };
+        let earlier = &self.roots[..place];
+        // Of the same path below two folders, the later one has the number of its folder before it.
+        match earlier.iter().any(|root| root.join(below).exists()) {
+            true => format!("{}:{}", place + 1, below.display()),
+            false => below.display().to_string(),
+        }
     }
 
     /// How commands of this program name a scenario.
@@ -128,7 +137,8 @@ impl Places {
         self.roots.iter().any(|root| resolved.starts_with(root))
     }
 
-    /// Whether the file and those that are read with it, which begin with its name, lie in the folders.
+    /// Whether the file and those that are read with it lie in the folders: those that begin with its name, its ego, and
+    /// of recordings, which have maps and tables beside them, all in its folder.
     fn allowed(&self, entry: &Entry) -> Result<(), String> {
         let EntryLocation::File(path) = &entry.place else {
             return Ok(());
@@ -145,17 +155,22 @@ impl Places {
         let (Some(folder), Some(stem)) = (file.parent(), file.file_stem()) else {
             return Ok(());
         };
-        let stem = stem.to_string_lossy().into_owned();
-        let beside = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        for other in beside {
-            if other.file_name().to_string_lossy().starts_with(&stem) {
-                let resolved = other.path().canonicalize().map_err(|_| outside())?;
-                if !self.holds(&resolved) {
-                    return Err(outside());
-                }
-            }
+        // A link that leads nowhere is not read.
+        let leads_out = |path: &Path| path.canonicalize().is_ok_and(|to| !self.holds(&to));
+        if find_recording(path).is_some_and(|ego| leads_out(&ego)) {
+            return Err(outside());
         }
-        Ok(())
+        let stem = stem.to_string_lossy().into_owned();
+        let whole = entry.is_recording();
+        let beside = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut links = beside.filter(|other| {
+            let named = || other.file_name().to_string_lossy().starts_with(&stem);
+            other.file_type().is_ok_and(|kind| kind.is_symlink()) && (whole || named())
+        });
+        match links.any(|link| leads_out(&link.path())) {
+            true => Err(outside()),
+            false => Ok(()),
+        }
     }
 
     /// The scene of a scenario, with the ego recorded beside it.
@@ -164,14 +179,16 @@ impl Places {
     /// In words: it cannot be opened, or has no ego.
     pub fn scene(&self, name: &str) -> Result<Arc<Scene>, String> {
         let key = PathBuf::from(name);
-        let known =
-            |scenes: &HashMap<PathBuf, (Option<SystemTime>, Arc<Scene>)>| scenes.get(&key).cloned();
+        let known = |scenes: &Scenes| scenes.get(&key).cloned();
         let lock = || self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
+        // The ego may change without its scenario.
         let changed = |entry: &Entry| {
-            let file = entry.file()?;
-            std::fs::metadata(file)
-                .and_then(|meta| meta.modified())
-                .ok()
+            let file = entry.file();
+            let ego = file.as_deref().and_then(find_recording);
+            [file, ego].map(|file| {
+                let meta = std::fs::metadata(file?).ok()?;
+                Some((meta.modified().ok()?, meta.len()))
+            })
         };
         let entry = self.entry(name)?;
         let modified = changed(&entry);
