@@ -182,3 +182,41 @@ pub fn result(job: &Job, text: &str) -> Value {
     }
     result
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A shell that has begun to wait, with what it does when it is asked to end.
+    fn waiting(folder: &std::path::Path, when_asked: &str) -> Child {
+        let script = format!("trap '{when_asked}' INT; touch begun; while :; do sleep 0.05; done");
+        let child = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(folder)
+            .spawn()
+            .unwrap();
+        while !folder.join("begun").exists() {
+            std::thread::sleep(POLL);
+        }
+        child
+    }
+
+    #[test]
+    fn commands_may_finish_before_they_are_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = waiting(folder.path(), "touch kept; exit 0");
+        end(&mut child);
+        assert!(folder.path().join("kept").exists());
+    }
+
+    #[test]
+    fn commands_that_do_not_finish_are_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = waiting(folder.path(), "");
+        let begun = Instant::now();
+        end(&mut child);
+        assert!(begun.elapsed() >= GRACE);
+        assert!(child.try_wait().unwrap().is_some());
+    }
+}

@@ -64,9 +64,9 @@ fn loopback(text: &str) -> Result<SocketAddr, String> {
 
 /// Runs `mcp` until standard input ends, or over HTTP until it is interrupted.
 pub fn run(arguments: &Mcp) -> Outcome {
-    let (folders, _) = configuration()?;
+    let (folders, config) = configuration()?;
     let thresholds = user_thresholds(&folders)?;
-    let places = Places::new(&arguments.folders).map_err(Failure::input)?;
+    let places = Places::new(&arguments.folders, config.maps.as_deref()).map_err(Failure::input)?;
     let words = places.words();
     let server = Server::new(
         places,

@@ -80,6 +80,7 @@ pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
         }
     }
     Ok(Work {
+        entry,
         job: &PROMPT,
         words,
         becomes: messages,

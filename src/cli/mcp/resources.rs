@@ -32,7 +32,10 @@ fn address(places: &Places, entry: &Entry) -> String {
 fn is_text(entry: &Entry) -> bool {
     match &entry.place {
         EntryLocation::Bundled(_) => true,
-        EntryLocation::File(path) => path.extension().is_some_and(|end| end == "xml"),
+        EntryLocation::File(path) => {
+            let end = path.extension();
+            end.is_some_and(|end| end.eq_ignore_ascii_case("xml")) && !entry.is_recording()
+        }
     }
 }
 

@@ -248,8 +248,8 @@ impl Server {
             Some(name) => self.places.entry(name),
             None => Err("argument `scenario` is missing: the path or name of a scenario".into()),
         };
-        let words =
-            entry.and_then(|entry| jobs::arguments(job, &Places::argument(&entry), arguments));
+        let entry = entry.map_err(Refused::Result)?;
+        let words = jobs::arguments(job, &Places::argument(&entry), arguments);
         let mut words = words.map_err(Refused::Result)?;
         let purse = self.purse.as_ref().filter(|_| job.paid);
         let reserved = purse.map(|purse| purse.reserve(arguments)).transpose();
@@ -258,6 +258,7 @@ impl Server {
             words.push(format!("--budget={usd}"));
         }
         Ok(Work {
+            entry,
             job,
             words,
             becomes: jobs::result,

@@ -11,9 +11,13 @@ use super::catalogue::Job;
 use super::jobs::{self, JobEnd};
 use super::lines::{RpcError, Wire};
 use super::server::{Server, failed};
+use crate::formats::Entry;
 
 /// Jobs that run at once, of all clients.
 const MOST_JOBS: usize = 4;
+
+/// How commands say that they have paid nothing.
+const UNSENT: &str = "nearmiss: nothing was sent: ";
 
 /// A client from its `initialize` on.
 #[derive(Debug)]
@@ -37,6 +41,8 @@ impl Session {
 /// A request that a job answers.
 #[derive(Debug)]
 pub struct Work {
+    /// What it is about.
+    pub entry: Entry,
     /// The command.
     pub job: &'static Job,
     /// Its arguments.
@@ -132,7 +138,7 @@ pub fn launch(
 ) {
     let of = Arc::clone(server);
     let thread = std::thread::spawn(move || {
-        let end = jobs::run(work.job, work.words.clone(), &cancel, |seconds| {
+        let tell = |seconds: u64| {
             if let Some(token) = &work.token {
                 wire.send(&json!({
                     "jsonrpc": "2.0", "method": "notifications/progress",
@@ -142,7 +148,13 @@ pub fn launch(
                     },
                 }));
             }
-        });
+        };
+        let seen = of.places.check(&work.entry);
+        let is_seen = seen.is_ok();
+        let end = match seen {
+            Ok(()) => jobs::run(work.job, work.words.clone(), &cancel, tell),
+            Err(why) => JobEnd::Failed(why),
+        };
         of.jobs.leave(session, &id);
         match end {
             JobEnd::Done(text) => {
@@ -153,6 +165,11 @@ pub fn launch(
                 wire.result(&id, &(work.becomes)(work.job, &text));
             }
             JobEnd::Failed(why) => {
+                if let (Some(purse), Some(usd)) = (&of.purse, work.reserved)
+                    && (!is_seen || why.starts_with(UNSENT))
+                {
+                    purse.put_back(usd);
+                }
                 let why = of.places.told(&why);
                 match work.job.is_tool() {
                     true => wire.result(&id, &failed(&why)),
