@@ -70,7 +70,7 @@ pub use attempt::RetryHint;
 pub use budget::{Budget, OverBudget};
 pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Usage};
 pub use client::Client;
-pub use dialect::{Auth, Dialect, body, gives_log_probabilities, notes};
+pub use dialect::{Auth, Dialect, body, gives_log_probabilities, notes, sends_form};
 pub use effort::{Effort, EffortLevels};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 pub use error::{Error, ProviderAddress, TimeoutKind};

@@ -62,7 +62,8 @@ fn rounds(home: &Home) -> Value {
 async fn calls_are_answered_stored_and_counted_in_every_dialect() {
     for dialect in Dialect::ALL {
         let home = Home::new();
-        home.write(home.config().join("config.toml"), PRICES);
+        let form = "[provider.lab]\nresponse_format = \"json_schema\"\n";
+        home.write(home.config().join("config.toml"), format!("{form}{PRICES}"));
         let calls = vec![
             vec![
                 ("call_a", "list_obstacles", "{}"),
@@ -101,6 +102,15 @@ async fn calls_are_answered_stored_and_counted_in_every_dialect() {
         assert!(
             (usd - (400.0 * 1000.0 + 40.0 * 10000.0) / 1e6).abs() < 1e-9,
             "{usd}"
+        );
+        // Gemini, Ollama and servers on this machine take no form beside tools.
+        let parameters = home.rows("SELECT parameters FROM runs ORDER BY id DESC LIMIT 1");
+        let parameters = parameters[0]["parameters"].as_deref().unwrap();
+        let late = !matches!(dialect, Dialect::OpenAiResponses | Dialect::Anthropic);
+        assert_eq!(
+            parameters.contains("answer_form"),
+            late,
+            "{dialect:?} {parameters}"
         );
         // The same question again is answered by the store, with its calls.
         let again = ask(&home, server.base_url(), dialect, &[]).status(0).json();

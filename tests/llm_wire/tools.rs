@@ -1,7 +1,8 @@
 //! Calls of tools on the wire: read in fragments cut anywhere, sent again with their results.
 
 use nearmiss::llm::{
-    Chunk, Dialect, Endpoint, Finish, Request, ToolRound, ToolSpec, ToolTurn, Toolbox, body, decode,
+    Chunk, Dialect, Endpoint, Finish, Request, ToolRound, ToolSpec, ToolTurn, Toolbox, body,
+    decode, sends_form,
 };
 use serde_json::{Value, json};
 
@@ -228,6 +229,16 @@ fn rounds_are_sent_again_in_the_form_of_each_dialect() {
                 );
                 assert_eq!(second["content"], r#"{"error":"no"}"#);
                 assert_eq!(last["tool_choice"], "none");
+                // Servers on this machine take no form beside tools.
+                for (address, beside_tools) in
+                    [("https://example.org", true), ("http://127.0.0.1:1", false)]
+                {
+                    let mut endpoint = Endpoint::new("lab", address);
+                    endpoint.dialect = dialect;
+                    endpoint.response_format = nearmiss::llm::ResponseFormat::JsonSchema;
+                    let sent = |may| sends_form(&endpoint, &after_a_round(dialect, may));
+                    assert_eq!([sent(true), sent(false)], [beside_tools, true], "{address}");
+                }
             }
             Dialect::OpenAiResponses => {
                 assert_eq!(sent["tools"][0]["name"], "distance");
@@ -257,6 +268,8 @@ fn rounds_are_sent_again_in_the_form_of_each_dialect() {
                     results["parts"][0]["functionResponse"]["response"]["result"]["distance"],
                     2.02
                 );
+                assert!(!sends_form(&endpoint, &after_a_round(dialect, true)));
+                assert!(sends_form(&endpoint, &after_a_round(dialect, false)));
                 // A form and functions exclude each other, even functions that may not be called.
                 assert!(last.get("tools").is_none() && last.get("toolConfig").is_none());
                 let mut formless = endpoint.clone();

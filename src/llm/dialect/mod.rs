@@ -208,6 +208,20 @@ pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
     Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
 }
 
+/// Whether a request carries the form of its answer: some servers take none while tools may be called.
+#[must_use]
+pub fn sends_form(endpoint: &Endpoint, request: &Request) -> bool {
+    let with = Request {
+        messages: Vec::new(),
+        ..request.clone()
+    };
+    let without = Request {
+        schema: None,
+        ..with.clone()
+    };
+    body(endpoint, &with) != body(endpoint, &without)
+}
+
 /// Whether a request asks for log probabilities, and the endpoint's model gives them.
 #[must_use]
 pub fn gives_log_probabilities(endpoint: &Endpoint, request: &Request) -> bool {
