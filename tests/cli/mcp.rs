@@ -10,7 +10,7 @@ use super::support::program::Home;
 
 /// A client.
 pub struct Client {
-    child: Child,
+    pub child: Child,
     out: BufReader<ChildStdout>,
     number: u64,
 }
@@ -67,12 +67,27 @@ impl Client {
         self.ask("tools/call", json!({"name": tool, "arguments": arguments}))["result"].clone()
     }
 
-    pub fn end(mut self) {
+    pub fn end(self) {
+        assert_eq!(self.rest(), "");
+    }
+
+    /// The same while jobs run, which may have said how far they are.
+    pub fn end_amid_jobs(self) {
+        let rest = self.rest();
+        let mut lines = rest.lines();
+        assert!(
+            lines.all(|line| line.contains("notifications/progress")),
+            "{rest}"
+        );
+    }
+
+    /// What the server still says when its input ends.
+    fn rest(mut self) -> String {
         drop(self.child.stdin.take());
         assert!(self.child.wait().unwrap().success());
         let mut rest = String::new();
         std::io::Read::read_to_string(&mut self.out, &mut rest).unwrap();
-        assert_eq!(rest, "");
+        rest
     }
 }
 

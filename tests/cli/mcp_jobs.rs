@@ -68,13 +68,13 @@ fn a_cancelled_job_says_no_more_and_gives_its_place_back() {
     // It has some seconds to end by itself.
     let begun = Instant::now();
     let mut number = 0;
-    let free = loop {
+    loop {
         assert!(
             begun.elapsed() < Duration::from_secs(20),
             "no place is free"
         );
         std::thread::sleep(Duration::from_millis(200));
-        let before = ping(&mut client);
+        ping(&mut client);
         number += 1;
         let id = format!("late {number}");
         begin(&mut client, &id, &json!(id));
@@ -89,10 +89,9 @@ fn a_cancelled_job_says_no_more_and_gives_its_place_back() {
             refused |= message["id"] == json!(id);
         }
         if !refused {
-            break before;
+            break;
         }
-    };
-    drop(free);
+    }
     std::thread::sleep(Duration::from_millis(4000));
     // What was said until they had ended.
     ping(&mut client);
@@ -103,7 +102,52 @@ fn a_cancelled_job_says_no_more_and_gives_its_place_back() {
         !after.contains(&json!("a")) && !after.contains(&json!("b")),
         "{after:?}"
     );
-    client.end();
+    client.end_amid_jobs();
+}
+
+/// Processes that run as children of one.
+#[cfg(target_os = "linux")]
+fn children(of: u32) -> Vec<u32> {
+    let all = std::fs::read_dir("/proc").unwrap().flatten();
+    let numbers = all.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    let is_child = |number: &u32| {
+        let stat = std::fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
+        let after_name = stat.rsplit(") ").next().unwrap_or_default().to_string();
+        after_name.split(' ').nth(1) == Some(&of.to_string())
+    };
+    numbers.filter(is_child).collect()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn jobs_end_with_a_server_that_is_terminated() {
+    let home = Home::new();
+    let mut client = Client::start(&home, &[]);
+    begin(&mut client, "a", &json!("a"));
+    assert_eq!(client.next()["params"]["progressToken"], "a");
+    let jobs = children(client.child.id());
+    assert_eq!(jobs.len(), 1);
+    let server = client.child.id().to_string();
+    // Waiting would end the input, which ends the server, too.
+    let input = client.child.stdin.take();
+    let sent = std::process::Command::new("kill")
+        .args(["-TERM", &server])
+        .status();
+    assert!(sent.unwrap().success());
+    assert_eq!(client.child.wait().unwrap().code(), Some(130));
+    drop(input);
+    let runs = || {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", jobs[0])).unwrap_or_default();
+        !stat.is_empty() && !stat.contains(") Z ")
+    };
+    let begun = Instant::now();
+    while runs() {
+        assert!(
+            begun.elapsed() < Duration::from_secs(2),
+            "the job goes on alone"
+        );
+        std::thread::sleep(Duration::from_millis(50));
+    }
 }
 
 #[test]
@@ -119,7 +163,7 @@ fn progress_is_told_only_by_tokens_of_the_protocol() {
         !tokens.is_empty() && tokens.iter().all(|token| *token == json!(7)),
         "{tokens:?}"
     );
-    client.end();
+    client.end_amid_jobs();
 }
 
 #[test]

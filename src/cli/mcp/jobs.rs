@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::catalogue::Job;
+use crate::system::ProcessGroup;
 
 /// How often a job is looked at.
 const POLL: Duration = Duration::from_millis(50);
@@ -80,7 +81,11 @@ pub fn run(
     }
     let program = std::env::current_exe();
     let child = program.and_then(|program| {
-        Command::new(program)
+        let mut command = Command::new(program);
+        // A group of its own: Ctrl-C reaches it once, from here, so that it may finish.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        command
             .args(&words)
             .current_dir(folder.path())
             .stdin(Stdio::null())
@@ -92,6 +97,7 @@ pub fn run(
         Ok(child) => child,
         Err(why) => return JobEnd::Failed(why.to_string()),
     };
+    let group = ProcessGroup::led_by(child.id());
     let out = read_aside(child.stdout.take());
     let err = read_aside(child.stderr.take());
     let begun = Instant::now();
@@ -116,6 +122,7 @@ pub fn run(
             tell(begun.elapsed().as_secs());
         }
     };
+    drop(group);
     let text = |reader: Option<std::thread::JoinHandle<String>>| {
         reader
             .and_then(|reader| reader.join().ok())

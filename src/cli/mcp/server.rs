@@ -3,6 +3,7 @@
 use std::io::BufRead;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -14,6 +15,7 @@ use super::prompts;
 use super::purse::Purse;
 use super::resources;
 use super::session::{Jobs, Session, Work, launch};
+use crate::cli::interrupt::{end, interrupted};
 use crate::metrics::Thresholds;
 use crate::scenario::Window;
 use crate::tools::{Arguments, TOOLS, Tool, WindowView};
@@ -21,6 +23,9 @@ use crate::tools::{Arguments, TOOLS, Tool, WindowView};
 /// Versions of the protocol that are spoken, the newest first.
 /// That of 2025-03-26 asks for batches, which no client sends and later versions have dropped.
 pub const VERSIONS: [&str; 3] = ["2025-11-25", "2025-06-18", "2024-11-05"];
+
+/// How often an interrupt is looked for.
+const WATCHED: Duration = Duration::from_millis(100);
 
 /// A server.
 #[derive(Debug)]
@@ -52,9 +57,19 @@ impl Server {
         }
     }
 
-    /// Serves one client until the input ends; then jobs that still run are ended.
+    /// Serves one client until the input ends, or the program is interrupted; then jobs that still run are ended.
     pub fn serve(self, mut input: impl BufRead) {
         let server = Arc::new(self);
+        let watched = Arc::clone(&server);
+        let stop = interrupted(true);
+        std::thread::spawn(move || {
+            while !stop.load(Ordering::SeqCst) {
+                std::thread::sleep(WATCHED);
+            }
+            watched.jobs.cancel_all(None);
+            watched.jobs.wait();
+            end();
+        });
         let (session, wire) = (Session::new(0), Wire::stdout());
         while let Some(line) = next(&mut input) {
             let message = match line {
