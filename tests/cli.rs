@@ -72,6 +72,12 @@ mod long_jobs;
 mod manual;
 #[path = "cli/mcp.rs"]
 mod mcp;
+#[path = "cli/mcp_files.rs"]
+mod mcp_files;
+#[path = "cli/mcp_http.rs"]
+mod mcp_http;
+#[path = "cli/mcp_jobs.rs"]
+mod mcp_jobs;
 #[path = "cli/metrics.rs"]
 mod metrics;
 #[path = "cli/models.rs"]

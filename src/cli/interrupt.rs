@@ -104,9 +104,8 @@ fn listen_on() {
     }
 }
 
-/// Ends the program, whatever it is doing.
-#[cfg_attr(not(unix), allow(dead_code))]
-fn end() -> ! {
+/// Ends the program as interrupted, whatever it is doing.
+pub fn end() -> ! {
     let (sender, last_line) = channel();
     std::thread::spawn(move || {
         // Until it is free a row is being written; from now on none is begun.

@@ -28,6 +28,8 @@ struct TurnEnd {
     usage: Option<Usage>,
     /// Whether the server may want money for it.
     sent: bool,
+    /// The server did not take the request as it was.
+    refused: bool,
 }
 
 impl Asking {
@@ -49,6 +51,12 @@ impl Asking {
             }
             let mut end = self.turn(&request, model, on_event).await;
             self.consume(&end, paid);
+            if end.refused && !paid && !self.answer.tool_rounds.is_empty() {
+                match self.begin_anew(on_event) {
+                    None => continue,
+                    Some(why) => break (Some(MissingVerdict::NoAnswer(why)), None, Vec::new()),
+                }
+            }
             let round = self.answer.tool_rounds.len() + 1;
             if let Some(failure) = end.failure.take_if(|_| paid) {
                 // Rounds before this one were paid, so that something was sent.
@@ -84,6 +92,21 @@ impl Asking {
             on_event(Event::Chunk(Chunk::Note(note.into())));
         }
         over_budget
+    }
+
+    /// Leaves out the rounds of an earlier run, with which the server takes no request: each later run would fail as this
+    /// one did. Why that failed, where it did.
+    fn begin_anew(&mut self, on_event: &mut impl FnMut(Event)) -> Option<String> {
+        self.answer.tool_rounds.clear();
+        if let Some((store, run)) = &self.store
+            && let Err(why) = store.keep_rounds(*run, "[]")
+        {
+            return Some(format!("the tool calls cannot be stored: {why}"));
+        }
+        let note =
+            "the server does not take the tool calls of the earlier run; asking from the beginning";
+        on_event(Event::Chunk(Chunk::Note(note.into())));
+        None
     }
 
     /// Answers the calls of a turn and keeps both before anything else is paid. Why that failed, where it did.
@@ -206,6 +229,7 @@ impl Asking {
                     break;
                 }
                 Err(error) => {
+                    end.refused = matches!(error, llm::Error::BadRequest { .. });
                     if let Some(barrier) = error.barrier().filter(|_| !begun) {
                         on_event(Event::Barred(barrier));
                     }

@@ -4,7 +4,7 @@ use super::judges::{Judge, ModelJudge};
 use super::question::{Case, Question};
 use super::run_case::RunOptions;
 use super::tool_rounds;
-use crate::llm::{Image, Parameters, Request, ResponseFormat, Schema};
+use crate::llm::{Image, Parameters, Request, ResponseFormat, Schema, sends_form};
 use crate::prompts::Pack;
 use crate::store::{NewRun, StoredImage};
 use crate::verdict::{self, Task};
@@ -105,6 +105,10 @@ pub fn record(
         if parameters.tools.is_some() {
             // The tools are part of what is sent, so changed ones are another question.
             sent["tool_table"] = tool_rounds::table_hash().into();
+            let form = shape(model.endpoint.response_format, request.schema.as_ref());
+            if form.is_some() && !sends_form(&model.endpoint, &request) {
+                sent["answer_form"] = AT_THE_LIMIT.into();
+            }
         }
         run.parameters = sent.to_string();
         run.answer_schema = shape(model.endpoint.response_format, request.schema.as_ref())
@@ -113,6 +117,10 @@ pub fn record(
     }
     Ok(run)
 }
+
+/// When the form of the answer is sent where a server takes none beside tools: a model that answers before the limit was
+/// not shown one.
+const AT_THE_LIMIT: &str = "once tools may not be called";
 
 /// An image as the store keeps it.
 fn stored(image: &Image) -> StoredImage {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::question::Question;
-use crate::llm::{ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
+use crate::llm::{CALL, MOST_CALLS, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
 use crate::tools::{self, Kind, WindowView, tools};
 
 /// Most bytes of a result: longer ones become an error that says so.
@@ -49,15 +49,20 @@ pub fn answered(question: &Question, turn: ToolTurn, made: u32, limits: &ToolLim
     let left = limits.calls.saturating_sub(made) as usize;
     let results = turn.calls.iter().enumerate().map(|(place, call)| {
         if place >= left {
-            let most = limits.calls;
-            return error(&format!(
-                "the limit of {most} tool calls is reached; answer now"
-            ));
+            return over_limit(limits);
         }
         result(&view, call)
     });
     let results = results.collect();
     ToolRound { turn, results }
+}
+
+/// The result of a call beyond the limit.
+fn over_limit(limits: &ToolLimits) -> String {
+    let most = limits.calls;
+    error(&format!(
+        "the limit of {most} tool calls is reached; answer now"
+    ))
 }
 
 /// The result of a call as the model gets it.
@@ -98,6 +103,19 @@ pub fn stored(json: Option<&str>) -> Vec<ToolRound> {
     read.and_then(Result::ok).unwrap_or_default()
 }
 
+/// What the last turn of a run said, of all that the run said: what stands before the calls of rounds is no answer.
+/// `of` gives the part of a turn that the text is made of.
+#[must_use]
+pub fn last_turn<'a>(rounds: &[ToolRound], text: &'a str, of: fn(&ToolTurn) -> &str) -> &'a str {
+    // Rounds that were continued are not in the text.
+    rounds.iter().fold(text, |rest, round| {
+        let after = rest
+            .strip_prefix(of(&round.turn))
+            .filter(|after| after.len() < rest.len());
+        after.map_or(rest, |after| after.strip_prefix("\n\n").unwrap_or(after))
+    })
+}
+
 /// A round in lines, a call each: `distance {"obstacle":304} → {"distance":2.02}`.
 #[must_use]
 pub fn lines(round: &ToolRound) -> Vec<String> {
@@ -115,10 +133,17 @@ pub fn lines(round: &ToolRound) -> Vec<String> {
 /// Tokens that the rounds may add to a request at most: calls and results of all rounds before it.
 pub(super) fn most_added(rounds: u32, limits: &ToolLimits, answer: u32) -> u32 {
     // A turn is at most an answer long; results are half as many tokens as bytes.
-    let results = limits.calls.saturating_mul(LONGEST_RESULT as u32 / 2);
+    let tokens = |bytes: usize| u32::try_from((bytes + CALL).div_ceil(2)).unwrap_or(u32::MAX);
+    let results = limits.calls.saturating_mul(tokens(LONGEST_RESULT));
+    // Calls of the last round that are beyond the limit are answered, too.
+    let beyond = MOST_CALLS as u32 * tokens(over_limit(limits).len());
     rounds
         .saturating_mul(answer)
-        .saturating_add(if rounds == 0 { 0 } else { results })
+        .saturating_add(if rounds == 0 {
+            0
+        } else {
+            results.saturating_add(beyond)
+        })
 }
 
 /// What a turn that called tools after the limit leaves: no verdict, and why.
@@ -128,4 +153,94 @@ pub(super) fn beyond(limits: &ToolLimits) -> String {
          --tool-calls",
         limits.rounds, limits.calls
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::llm::{Endpoint, Message, Parameters, Request, Role};
+
+    fn request(rounds: Vec<ToolRound>) -> Request {
+        let tools = Toolbox {
+            rounds,
+            ..toolbox()
+        };
+        Request {
+            model: "m".into(),
+            messages: vec![Message::new(Role::User, "Is it safe?")],
+            parameters: Parameters {
+                max_tokens: Some(200),
+                ..Parameters::default()
+            },
+            schema: None,
+            tools: Some(tools),
+        }
+    }
+
+    /// Rounds as long as they can be: turns of many bytes a token, told again as the server wants them.
+    fn longest(rounds: u32, limits: &ToolLimits) -> Vec<ToolRound> {
+        let mut all: Vec<ToolRound> = Vec::new();
+        for round in 0..rounds {
+            let last = round + 1 == rounds;
+            let count = if last { MOST_CALLS as u32 } else { 1 };
+            let call = ToolCall {
+                id: "call".into(),
+                name: "distance".into(),
+                arguments: "9".repeat(2000),
+            };
+            let made = calls(&all);
+            let results = (0..count).map(|place| match made + place < limits.calls {
+                true => "x".repeat(LONGEST_RESULT),
+                false => over_limit(limits),
+            });
+            let results = results.collect();
+            let turn = ToolTurn {
+                text: "t".repeat(3000),
+                thought: "t".repeat(3000),
+                calls: vec![call; count as usize],
+                echo: vec![json!({"thinking": "t".repeat(3000)})],
+            };
+            all.push(ToolRound { turn, results });
+        }
+        all
+    }
+
+    #[test]
+    fn the_bound_of_a_dry_run_covers_what_is_reserved() {
+        let endpoint = Endpoint::new("lab", "https://example.org");
+        for limits in [
+            ToolLimits::default(),
+            ToolLimits {
+                rounds: 3,
+                calls: 4,
+            },
+        ] {
+            let bare = endpoint.tokens(&request(Vec::new()));
+            for rounds in 0..=limits.rounds {
+                let reserved = endpoint.tokens(&request(longest(rounds, &limits)));
+                let bound = bare + most_added(rounds, &limits, 200);
+                assert!(reserved <= bound, "{limits:?} {rounds}: {reserved} {bound}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_turn_is_what_follows_the_rounds() {
+        let round = |text: &str| ToolRound {
+            turn: ToolTurn {
+                text: text.into(),
+                ..ToolTurn::default()
+            },
+            results: Vec::new(),
+        };
+        let of: fn(&ToolTurn) -> &str = |turn| &turn.text;
+        let rounds = [round("{\"collision\": true}"), round(""), round("Now.")];
+        assert_eq!(
+            last_turn(&rounds, "{\"collision\": true}\n\nNow.\n\nNo.", of),
+            "No."
+        );
+        // The first round was continued.
+        assert_eq!(last_turn(&rounds, "Now.\n\nNo.", of), "No.");
+        assert_eq!(last_turn(&[], "No.", of), "No.");
+    }
 }

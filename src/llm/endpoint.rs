@@ -185,7 +185,10 @@ impl Endpoint {
     /// Tokens of a request, its images as the documentation of this provider counts them.
     #[must_use]
     pub fn tokens(&self, request: &Request) -> u32 {
-        request.tokens(self.quirks.image_tokens)
+        request.tokens(
+            self.quirks.image_tokens,
+            self.answer_limit(&request.parameters),
+        )
     }
 
     /// The most that a request can cost, US dollars, if price and limit of the answer are known.

@@ -70,7 +70,7 @@ pub use attempt::RetryHint;
 pub use budget::{Budget, OverBudget};
 pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Usage};
 pub use client::Client;
-pub use dialect::{Auth, Dialect, body, gives_log_probabilities, notes};
+pub use dialect::{Auth, Dialect, body, gives_log_probabilities, notes, sends_form};
 pub use effort::{Effort, EffortLevels};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 pub use error::{Error, ProviderAddress, TimeoutKind};
@@ -89,7 +89,8 @@ pub use redaction::Secrets;
 pub use registry::Registry;
 pub use request::{Message, Parameters, Request, Role, Schema};
 pub use token::Token;
-pub use tool_calls::{ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
+pub use tool_calls::{CALL, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
+pub use turn_draft::MOST_CALLS;
 
 use futures_util::stream::{self, Stream, StreamExt};
 

@@ -100,13 +100,14 @@ pub struct Request {
 
 impl Request {
     /// Tokens of the question, estimated to be rather too many than too few: half of the bytes. Numbers, which scenes
-    /// in words are full of, are two to three bytes a token. Images count as the endpoint's documentation says.
+    /// in words are full of, are two to three bytes a token. Images count as the endpoint's documentation says, and
+    /// turns that called tools as `answer` tokens at most, the most that an answer may have.
     #[must_use]
-    pub fn tokens(&self, counted: ImageTokens) -> u32 {
+    pub fn tokens(&self, counted: ImageTokens, answer: Option<u32>) -> u32 {
         let messages: usize = self.messages.iter().map(|m| m.content.len() + 16).sum();
         let schema = self.schema.as_ref();
         let schema = schema.map_or(0, |s| s.schema.to_string().len());
-        let tools = self.tools.as_ref().map_or(0, Toolbox::bytes);
+        let tools = self.tools.as_ref().map_or(0, |tools| tools.bytes(answer));
         let words = u32::try_from((messages + schema + tools) / 2).unwrap_or(u32::MAX);
         let images = self.images().map(|i| counted.of(i.width, i.height));
         images.fold(words, u32::saturating_add)

@@ -14,6 +14,9 @@ pub struct ToolSpec {
     pub schema: Value,
 }
 
+/// Bytes that a call adds to a request beside its name, arguments and result, roughly.
+pub const CALL: usize = 32;
+
 /// Limits of the calls of one answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -126,20 +129,29 @@ impl ToolRound {
         self.turn.calls.iter().zip(results)
     }
 
-    fn bytes(&self) -> usize {
-        let calls = self
-            .pairs()
-            .map(|(call, result)| call.name.len() + call.arguments.len() + result.len() + 32);
+    /// Two bytes a token; a turn has no more tokens than an answer may have.
+    fn bytes(&self, answer: Option<u32>) -> usize {
+        let calls = self.turn.calls.iter();
+        let calls = calls.map(|call| call.name.len() + call.arguments.len());
         let echo = self.turn.echo.iter().map(|part| part.to_string().len());
-        self.turn.text.len() + self.turn.thought.len() + calls.sum::<usize>() + echo.sum::<usize>()
+        let turn = self.turn.text.len() + self.turn.thought.len();
+        let turn = turn + calls.sum::<usize>() + echo.sum::<usize>();
+        let most = answer.map_or(usize::MAX, |tokens| (tokens as usize).saturating_mul(2));
+        let results = self.results.iter().map(|result| result.len() + CALL);
+        turn.min(most) + results.sum::<usize>()
     }
 }
 
 impl Toolbox {
-    /// Bytes that the tools and the rounds add to a request, roughly.
-    pub(super) fn bytes(&self) -> usize {
+    /// Bytes that the tools and the rounds add to a request, roughly; `answer` is the most tokens of an answer.
+    pub(super) fn bytes(&self, answer: Option<u32>) -> usize {
         let specs = self.specs.iter();
         let specs = specs.map(|s| s.name.len() + s.about.len() + s.schema.to_string().len() + 48);
-        specs.sum::<usize>() + self.rounds.iter().map(ToolRound::bytes).sum::<usize>()
+        specs.sum::<usize>()
+            + self
+                .rounds
+                .iter()
+                .map(|round| round.bytes(answer))
+                .sum::<usize>()
     }
 }

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::tool_calls::{ToolCall, ToolTurn};
 
 /// Most calls of one turn that are read.
-const MOST_CALLS: usize = 64;
+pub const MOST_CALLS: usize = 64;
 
 /// Numbers of calls whose server gave them the number of another one.
 const AGAIN: u64 = 1 << 32;

@@ -60,6 +60,10 @@ pub struct Track {
     motions: Vec<(i64, Motion)>,
     /// What was filled.
     pub derived: DerivedCounts,
+    /// Motions until the first step have heading or velocity from the second one.
+    lead: Option<(i64, i64)>,
+    /// The acceleration at the first step is from the second one.
+    lead_acceleration: Option<(i64, i64)>,
 }
 
 /// A displacement below this says nothing about the heading: files round to tenths of millimetres.
@@ -83,6 +87,9 @@ impl Track {
             return Self::default();
         };
         samples.retain(|s| s.step.saturating_sub(first) <= LONGEST_TRACK);
+        let lead = lead(&samples, resting);
+        let next = samples.get(1).map(|s| (first, s.step));
+        let lead_acceleration = next.filter(|_| samples[0].acceleration.is_none());
         let mut derived = DerivedCounts::default();
         let headings = headings(&samples, resting, &mut derived);
         let velocities = velocities(&samples, &headings, dt, &mut derived);
@@ -109,7 +116,24 @@ impl Track {
             };
             motions.push((sample.step, motion));
         }
-        Self { motions, derived }
+        Self {
+            motions,
+            derived,
+            lead,
+            lead_acceleration,
+        }
+    }
+
+    /// The last step that heading and velocity at `step` were filled from: a later one where a track begins without them.
+    #[must_use]
+    pub fn motion_known_at(&self, step: i64) -> i64 {
+        known_at(self.lead, step)
+    }
+
+    /// The same of the acceleration.
+    #[must_use]
+    pub fn acceleration_known_at(&self, step: i64) -> i64 {
+        known_at(self.lead_acceleration, step).max(self.motion_known_at(step))
     }
 
     /// The motion at a time step; `None` before, after and in gaps.
@@ -147,6 +171,31 @@ impl Track {
     /// Steps and motions that are recorded, in order.
     pub fn iter(&self) -> impl Iterator<Item = (i64, &Motion)> {
         self.motions.iter().map(|(step, motion)| (*step, motion))
+    }
+}
+
+fn known_at(lead: Option<(i64, i64)>, step: i64) -> i64 {
+    match lead {
+        Some((until, from)) if step <= until => from,
+        _ => step,
+    }
+}
+
+/// Until which step headings or velocities are filled from a later one, and from which.
+fn lead(samples: &[Sample], resting: Option<f64>) -> Option<(i64, i64)> {
+    let (first, next) = (samples.first()?, samples.get(1)?);
+    let moved = |i: usize| (samples[i].position - samples[i - 1].position).norm() >= STANDSTILL;
+    let known = |i: &usize| samples[*i].heading.is_some() || *i > 0 && moved(*i);
+    let heading = match (resting, (0..samples.len()).find(known)) {
+        (Some(_), _) | (None, Some(0)) => None,
+        (None, Some(i)) => Some((samples[i - 1].step, samples[i].step)),
+        // It would be that of a later displacement, if there were one.
+        (None, None) => samples.last().map(|last| (last.step, last.step)),
+    };
+    let velocity = first.velocity.is_none().then_some((first.step, next.step));
+    match (heading, velocity) {
+        (Some(a), Some(b)) => Some((a.0.max(b.0), a.1.max(b.1))),
+        (one, other) => one.or(other),
     }
 }
 
@@ -277,6 +326,41 @@ mod tests {
                 .at(0)
                 .is_some_and(|m| (m.pose.heading - 2.0).abs() < 1e-12)
         );
+    }
+
+    #[test]
+    fn what_is_filled_from_later_steps_is_told() {
+        let told = |samples: Vec<Sample>, step| {
+            let track = Track::new(samples, 0.1, None);
+            (
+                track.motion_known_at(step),
+                track.acceleration_known_at(step),
+            )
+        };
+        let bare = |n: i64| {
+            (0..n)
+                .map(|i| sample(i, i as f64, Some(0.0)))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(
+            told(bare(3), 0),
+            (1, 1),
+            "the first velocity is the next displacement"
+        );
+        assert_eq!(told(bare(3), 1), (1, 1));
+        assert_eq!(told(bare(1), 0), (0, 0));
+        let mut moving = bare(3);
+        moving[0].velocity = Some(10.0);
+        assert_eq!(told(moving.clone(), 0), (0, 1));
+        moving[0].acceleration = Some(0.0);
+        assert_eq!(told(moving, 0), (0, 0));
+        // At rest until step 3, with no heading before.
+        let mut resting: Vec<_> = (0..5)
+            .map(|i| sample(i, (i - 2).max(0) as f64, None))
+            .collect();
+        resting[0].velocity = Some(0.0);
+        assert_eq!(told(resting.clone(), 2), (3, 3));
+        assert_eq!(told(resting, 3), (3, 3));
     }
 
     #[test]

@@ -82,12 +82,4 @@ impl Store {
         let found = statement.query_map(params_from_iter(values), rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
-
-    /// The texts of a run: its answer and its reasoning; `None` if there is no such run.
-    ///
-    /// # Errors
-    /// SQLite refused.
-    pub fn texts(&self, run: RunId) -> Result<Option<(String, String)>, StoreError> {
-        Ok(self.run(run)?.map(|run| (run.answer, run.reasoning)))
-    }
 }

@@ -27,7 +27,9 @@ pub fn open_file(path: &Path) -> Result<File> {
 /// # Errors
 /// Those of [`open_file`].
 pub fn check_file(path: &Path) -> Result<()> {
-    check(&path.metadata()?)
+    check(&path.metadata()?)?;
+    super::opened_files::note(path);
+    Ok(())
 }
 
 fn check(found: &Metadata) -> Result<()> {

@@ -101,6 +101,7 @@ fn list_obstacles(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value,
         .there()
         .iter()
         .filter_map(|(place, p)| {
+            view.at(&Who::Other(*place, *p), step).ok()?;
             let encounter = view.context().encounter(*place, step)?;
             let apart = encounter.ego_placed().distance(&encounter.other_placed());
             (apart <= radius).then_some((apart, p, encounter))
@@ -153,7 +154,12 @@ pub(super) const GET_STATE: Tool = Tool {
             "m/s",
             "Along the heading; negative in reverse.",
         ),
-        Field::new("acceleration", "number", "m/s²", "Along the heading."),
+        Field::new(
+            "acceleration",
+            "number",
+            "m/s²",
+            "Along the heading; missing where the described window does not tell it.",
+        ),
         Field::new("length", "number", "m", "Length of the body."),
         Field::new("width", "number", "m", "Width of the body."),
     ],
@@ -165,14 +171,17 @@ fn get_state(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, Tool
     let who = view.who(arguments.id("participant").unwrap_or(0))?;
     let (motion, body) = view.at(&who, step)?;
     let (length, width) = body.shape().size();
-    Ok(json!({
+    let mut state = json!({
         "t": time(view.seconds(step)),
         "x": number(motion.pose.position.x),
         "y": number(motion.pose.position.y),
         "heading": number(motion.pose.heading.to_degrees()),
         "speed": number(motion.velocity),
-        "acceleration": number(motion.acceleration),
         "length": number(length),
         "width": number(width),
-    }))
+    });
+    if view.knows_acceleration(&who, step) {
+        state["acceleration"] = number(motion.acceleration);
+    }
+    Ok(state)
 }

@@ -114,4 +114,6 @@ pub fn table() -> String {
 }
 
 #[cfg(test)]
+mod other_futures;
+#[cfg(test)]
 mod tests;

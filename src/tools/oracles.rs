@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::instruments::{AT, OBSTACLE, PARTICIPANT, T};
-use super::pair::said;
+use super::pair::{READING, said};
 use super::view::{Who, number, time};
 use super::{Argument, ArgumentKind, Arguments, Field, Kind, Tool, ToolError, WindowView};
 use crate::judge::{self, judge_under};
@@ -89,28 +89,7 @@ pub(super) const MEASURE_RECORDED: Tool = Tool {
         OBSTACLE,
         T,
     ],
-    result: &[
-        AT,
-        Field::new("name", "string", "", "Name of the measure."),
-        Field::new(
-            "value",
-            "number",
-            "",
-            "Its value in `unit`; missing where there is none.",
-        ),
-        Field::new(
-            "unit",
-            "string",
-            "",
-            "Unit of the value; missing for scores and shares.",
-        ),
-        Field::new(
-            "none",
-            "string",
-            "",
-            "Why there is no value; missing where there is one.",
-        ),
-    ],
+    result: READING,
     call: measure_recorded,
 };
 

@@ -92,6 +92,25 @@ fn time_to_collision(view: &WindowView<'_>, arguments: &Arguments) -> Result<Val
     })
 }
 
+/// The result of a measure.
+pub(super) const READING: &[Field] = &[
+    AT,
+    Field::new("name", "string", "", "Name of the measure."),
+    Field::new(
+        "value",
+        "number",
+        "",
+        "Its value in `unit`; missing where there is none.",
+    ),
+    Field::new(
+        "unit",
+        "string",
+        "",
+        "Unit of the value; missing for scores and shares.",
+    ),
+    NONE,
+];
+
 pub(super) const MEASURE: Tool = Tool {
     name: "measure",
     about: "A safety measure of the ego and an obstacle at a moment, by its id: gaps (gap_long, gap_lat), times to \
@@ -109,23 +128,7 @@ pub(super) const MEASURE: Tool = Tool {
         OBSTACLE,
         T,
     ],
-    result: &[
-        AT,
-        Field::new("name", "string", "", "Name of the measure."),
-        Field::new(
-            "value",
-            "number",
-            "",
-            "Its value in `unit`; missing where there is none.",
-        ),
-        Field::new(
-            "unit",
-            "string",
-            "",
-            "Unit of the value; missing for scores and shares.",
-        ),
-        NONE,
-    ],
+    result: READING,
     call: measured,
 };
 
@@ -150,8 +153,16 @@ fn measured(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolE
             "a measure is of the ego and an obstacle; name one",
         ));
     };
-    view.at(&Who::Ego, step)?;
-    view.at(&who, step)?;
+    for one in [Who::Ego, who] {
+        view.at(&one, step)?;
+        if !view.knows_acceleration(&one, step) {
+            return Err(ToolError::new(format!(
+                "the acceleration of {}, which measures may use, is not known yet: its record begins without one at the end \
+                 of the described window; distance and time_to_collision need none",
+                one.name()
+            )));
+        }
+    }
     let reading = view
         .context()
         .encounter(place, step)

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::ToolError;
 use crate::geometry::Footprint;
 use crate::metrics::{Context, Thresholds};
-use crate::scenario::{Motion, Participant, Scene, Window};
+use crate::scenario::{Motion, Participant, Scene, Track, Window};
 
 /// A scene as it is known at the end of a window. Instruments read it through this type alone, and nothing that it
 /// gives them depends on later steps; oracles ask for the recording.
@@ -26,6 +26,16 @@ pub(super) enum Who<'s> {
     Ego,
     /// An obstacle, with its place in the context.
     Other(usize, Participant<'s>),
+}
+
+impl Who<'_> {
+    /// The words for it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Ego => "the ego".into(),
+            Self::Other(_, p) => format!("obstacle {}", p.obstacle.id),
+        }
+    }
 }
 
 impl<'s> WindowView<'s> {
@@ -114,29 +124,37 @@ impl<'s> WindowView<'s> {
         who: &Who<'s>,
         step: i64,
     ) -> Result<(&'s Motion, &'s Footprint), ToolError> {
-        let (name, found) = match who {
+        let found = match who {
             Who::Ego => {
-                let scene = self.scene;
-                (
-                    "the ego".to_string(),
-                    scene
-                        .ego
-                        .track
-                        .at(step)
-                        .zip(Some(scene.ego_footprint_at(step))),
-                )
+                let motion = self.scene.ego.track.at(step);
+                motion.zip(Some(self.scene.ego_footprint_at(step)))
             }
-            Who::Other(_, p) => {
-                let found = p.at(step).zip(Some(p.footprint_at(step)));
-                (format!("obstacle {}", p.obstacle.id), found)
-            }
+            Who::Other(_, p) => p.at(step).zip(Some(p.footprint_at(step))),
         };
-        found.ok_or_else(|| {
-            ToolError::new(format!(
-                "{name} is not there at t = {:.2} s",
-                self.seconds(step)
-            ))
-        })
+        let t = self.seconds(step);
+        let found = found.ok_or_else(|| {
+            ToolError::new(format!("{} is not there at t = {t:.2} s", who.name()))
+        })?;
+        if self.track(who).motion_known_at(step) > self.window.last() {
+            return Err(ToolError::new(format!(
+                "heading and speed of {} are not known yet: its record begins without them at the end of the described \
+                 window",
+                who.name()
+            )));
+        }
+        Ok(found)
+    }
+
+    /// Whether the acceleration of a participant at a step follows from the steps of the window.
+    pub(super) fn knows_acceleration(&self, who: &Who<'s>, step: i64) -> bool {
+        self.track(who).acceleration_known_at(step) <= self.window.last()
+    }
+
+    fn track(&self, who: &Who<'s>) -> &'s Track {
+        match who {
+            Who::Ego => &self.scene.ego.track,
+            Who::Other(_, p) => p.obstacle.track(),
+        }
     }
 }
 

@@ -90,10 +90,13 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
 const EVERYWHERE: &str = "system";
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 20] = [
+const HOMES: [(&str, &[&str]); 23] = [
     ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
+    ("hyper", &["cli/mcp/"]),
+    ("http_body_util", &["cli/mcp/"]),
+    ("getrandom", &["cli/mcp/token.rs"]),
     ("quick_xml", &["formats/commonroad/"]),
     (
         "prost",

@@ -62,7 +62,8 @@ fn rounds(home: &Home) -> Value {
 async fn calls_are_answered_stored_and_counted_in_every_dialect() {
     for dialect in Dialect::ALL {
         let home = Home::new();
-        home.write(home.config().join("config.toml"), PRICES);
+        let form = "[provider.lab]\nresponse_format = \"json_schema\"\n";
+        home.write(home.config().join("config.toml"), format!("{form}{PRICES}"));
         let calls = vec![
             vec![
                 ("call_a", "list_obstacles", "{}"),
@@ -101,6 +102,15 @@ async fn calls_are_answered_stored_and_counted_in_every_dialect() {
         assert!(
             (usd - (400.0 * 1000.0 + 40.0 * 10000.0) / 1e6).abs() < 1e-9,
             "{usd}"
+        );
+        // Gemini, Ollama and servers on this machine take no form beside tools.
+        let parameters = home.rows("SELECT parameters FROM runs ORDER BY id DESC LIMIT 1");
+        let parameters = parameters[0]["parameters"].as_deref().unwrap();
+        let late = !matches!(dialect, Dialect::OpenAiResponses | Dialect::Anthropic);
+        assert_eq!(
+            parameters.contains("answer_form"),
+            late,
+            "{dialect:?} {parameters}"
         );
         // The same question again is answered by the store, with its calls.
         let again = ask(&home, server.base_url(), dialect, &[]).status(0).json();
@@ -202,6 +212,33 @@ async fn a_killed_run_goes_on_after_its_paid_rounds() {
         .filter(|body| !body.to_string().contains("tool_result"))
         .count();
     assert_eq!((first, server.requests().len()), (1, 3));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn rounds_that_the_server_refuses_are_left_out() {
+    let dialect = Dialect::OpenAiChat;
+    let home = Home::new();
+    // The second request of the first run gets no answer; then rounds of that run are refused.
+    let server = Server::answering(move |number, request: &Recorded| {
+        let had = String::from_utf8_lossy(&request.body).contains("call_old");
+        Some(match (number, had) {
+            (0, _) => {
+                script(dialect).send(calling(dialect, &[("call_old", "list_obstacles", "{}")]))
+            }
+            (_, true) => Script::json(400, r#"{"error": {"message": "no such call"}}"#),
+            _ => script(dialect).send(saying(dialect, VERDICT)),
+        })
+    })
+    .await;
+    let url = server.base_url();
+    ask(&home, url, dialect, &[])
+        .status(1)
+        .says(&["no such call"]);
+    assert_eq!(server.requests().len(), 2);
+    let ended = ask(&home, url, dialect, &[]).status(0);
+    let ended = ended.says(&["continuing after 1 rounds", "asking from the beginning"]);
+    assert_eq!(ended.json()["dangerous"], false);
+    assert_eq!(server.requests().len(), 4);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

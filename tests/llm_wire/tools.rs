@@ -1,7 +1,8 @@
 //! Calls of tools on the wire: read in fragments cut anywhere, sent again with their results.
 
 use nearmiss::llm::{
-    Chunk, Dialect, Endpoint, Finish, Request, ToolRound, ToolSpec, ToolTurn, Toolbox, body, decode,
+    Chunk, Dialect, Endpoint, Finish, Request, ToolRound, ToolSpec, ToolTurn, Toolbox, body,
+    decode, sends_form,
 };
 use serde_json::{Value, json};
 
@@ -140,6 +141,48 @@ fn calls_that_share_a_number_are_told_apart_by_their_ids() {
     );
 }
 
+#[test]
+fn thoughts_between_calls_go_back_in_their_places() {
+    let dialect = Dialect::OpenAiResponses;
+    let thought =
+        |n: usize| json!({"type": "reasoning", "id": n, "summary": [], "encrypted_content": "x"});
+    let call = |id: &str| json!({"type": "function_call", "call_id": id, "name": "distance", "arguments": "{}"});
+    let items = [thought(0), call("a"), thought(1), call("b")];
+    let done = items.iter().enumerate().map(|(index, item)| {
+        let event =
+            json!({"type": "response.output_item.done", "output_index": index, "item": item});
+        format!("event: response.output_item.done\ndata: {event}\n\n")
+    });
+    let end =
+        json!({"type": "response.completed", "response": {"status": "completed", "output": items}});
+    let stream = done.collect::<String>() + &format!("event: response.completed\ndata: {end}\n\n");
+    let items = decode(dialect, [stream.as_bytes()]);
+    let read = turn(&items).unwrap().clone();
+    assert_eq!(read.calls.len(), 2);
+    let mut request = after_a_round(dialect, true);
+    let mut endpoint = Endpoint::new("lab", "https://example.org");
+    endpoint.dialect = dialect;
+    let mut kinds = |echo: Option<Vec<Value>>| -> Vec<String> {
+        let mut turn = read.clone();
+        turn.echo = echo.unwrap_or(turn.echo);
+        let results = vec!["{}".to_string(); 2];
+        request.tools.as_mut().unwrap().rounds = vec![ToolRound { turn, results }];
+        let sent = body(&endpoint, &request);
+        let input = sent["input"].as_array().unwrap().iter();
+        input
+            .filter_map(|i| i["type"].as_str().map(str::to_owned))
+            .collect()
+    };
+    let outputs = ["function_call_output"; 2];
+    let pair = ["reasoning", "function_call"];
+    assert_eq!(kinds(None), [&pair[..], &pair, &outputs].concat());
+    // Rounds that were stored before calls had places.
+    assert_eq!(
+        kinds(Some(vec![thought(0)])),
+        [&pair[..], &["function_call"], &outputs].concat()
+    );
+}
+
 /// A request after one round.
 fn after_a_round(dialect: Dialect, may_call: bool) -> Request {
     let items = decode(dialect, [calling(dialect, &CALLS).as_bytes()]);
@@ -186,6 +229,16 @@ fn rounds_are_sent_again_in_the_form_of_each_dialect() {
                 );
                 assert_eq!(second["content"], r#"{"error":"no"}"#);
                 assert_eq!(last["tool_choice"], "none");
+                // Servers on this machine take no form beside tools.
+                for (address, beside_tools) in
+                    [("https://example.org", true), ("http://127.0.0.1:1", false)]
+                {
+                    let mut endpoint = Endpoint::new("lab", address);
+                    endpoint.dialect = dialect;
+                    endpoint.response_format = nearmiss::llm::ResponseFormat::JsonSchema;
+                    let sent = |may| sends_form(&endpoint, &after_a_round(dialect, may));
+                    assert_eq!([sent(true), sent(false)], [beside_tools, true], "{address}");
+                }
             }
             Dialect::OpenAiResponses => {
                 assert_eq!(sent["tools"][0]["name"], "distance");
@@ -215,7 +268,17 @@ fn rounds_are_sent_again_in_the_form_of_each_dialect() {
                     results["parts"][0]["functionResponse"]["response"]["result"]["distance"],
                     2.02
                 );
-                assert_eq!(last["toolConfig"]["functionCallingConfig"]["mode"], "NONE");
+                assert!(!sends_form(&endpoint, &after_a_round(dialect, true)));
+                assert!(sends_form(&endpoint, &after_a_round(dialect, false)));
+                // A form and functions exclude each other, even functions that may not be called.
+                assert!(last.get("tools").is_none() && last.get("toolConfig").is_none());
+                let mut formless = endpoint.clone();
+                formless.response_format = nearmiss::llm::ResponseFormat::Off;
+                let last_formless = body(&formless, &after_a_round(dialect, false));
+                assert_eq!(
+                    last_formless["toolConfig"]["functionCallingConfig"]["mode"],
+                    "NONE"
+                );
                 assert!(sent["generationConfig"].get("responseJsonSchema").is_none());
                 assert!(last["generationConfig"].get("responseJsonSchema").is_some());
             }

@@ -80,6 +80,13 @@ pub const JOBS: &[Job] = &[
     },
 ];
 
+impl Job {
+    /// Whether clients call it as a tool.
+    pub fn is_tool(&self) -> bool {
+        JOBS.iter().any(|job| job.name == self.name)
+    }
+}
+
 /// Whether a tool of the table is offered.
 pub fn is_offered(tool: &Tool, oracles: bool) -> bool {
     oracles || tool.kind == Kind::Instrument

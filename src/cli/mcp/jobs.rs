@@ -9,12 +9,19 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::catalogue::Job;
+use crate::system::ProcessGroup;
 
 /// How often a job is looked at.
 const POLL: Duration = Duration::from_millis(50);
 
 /// How often progress is reported.
 const TOLD: Duration = Duration::from_secs(1);
+
+/// How long a command that is asked to end may take for that.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// Longest time that a job may take.
+const LONGEST_TIME: Duration = Duration::from_secs(3600);
 
 /// Longest result that is given, bytes.
 const LONGEST: u64 = 8 << 20;
@@ -74,7 +81,11 @@ pub fn run(
     }
     let program = std::env::current_exe();
     let child = program.and_then(|program| {
-        Command::new(program)
+        let mut command = Command::new(program);
+        // A group of its own: Ctrl-C reaches it once, from here, so that it may finish.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        command
             .args(&words)
             .current_dir(folder.path())
             .stdin(Stdio::null())
@@ -86,6 +97,7 @@ pub fn run(
         Ok(child) => child,
         Err(why) => return JobEnd::Failed(why.to_string()),
     };
+    let group = ProcessGroup::led_by(child.id());
     let out = read_aside(child.stdout.take());
     let err = read_aside(child.stderr.take());
     let begun = Instant::now();
@@ -100,11 +112,17 @@ pub fn run(
             Ok(None) => std::thread::sleep(POLL),
             Err(why) => return JobEnd::Failed(why.to_string()),
         }
+        if begun.elapsed() > LONGEST_TIME {
+            end(&mut child);
+            let most = LONGEST_TIME.as_secs() / 60;
+            return JobEnd::Failed(format!("it took longer than {most} minutes"));
+        }
         if told.elapsed() >= TOLD {
             told = Instant::now();
             tell(begun.elapsed().as_secs());
         }
     };
+    drop(group);
     let text = |reader: Option<std::thread::JoinHandle<String>>| {
         reader
             .and_then(|reader| reader.join().ok())
@@ -131,7 +149,19 @@ pub fn run(
     }
 }
 
+/// Ends a command: asks it to end, so that it keeps what it has paid for, and ends it after [`GRACE`].
 fn end(child: &mut Child) {
+    #[cfg(unix)]
+    if let Some(process) = i32::try_from(child.id())
+        .ok()
+        .and_then(rustix::process::Pid::from_raw)
+    {
+        let _ = rustix::process::kill_process(process, rustix::process::Signal::INT);
+        let until = Instant::now() + GRACE;
+        while Instant::now() < until && matches!(child.try_wait(), Ok(None)) {
+            std::thread::sleep(POLL);
+        }
+    }
     let _ = child.kill();
     let _ = child.wait();
 }
@@ -158,4 +188,42 @@ pub fn result(job: &Job, text: &str) -> Value {
         result["structuredContent"] = document;
     }
     result
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A shell that has begun to wait, with what it does when it is asked to end.
+    fn waiting(folder: &std::path::Path, when_asked: &str) -> Child {
+        let script = format!("trap '{when_asked}' INT; touch begun; while :; do sleep 0.05; done");
+        let child = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(folder)
+            .spawn()
+            .unwrap();
+        while !folder.join("begun").exists() {
+            std::thread::sleep(POLL);
+        }
+        child
+    }
+
+    #[test]
+    fn commands_may_finish_before_they_are_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = waiting(folder.path(), "touch kept; exit 0");
+        end(&mut child);
+        assert!(folder.path().join("kept").exists());
+    }
+
+    #[test]
+    fn commands_that_do_not_finish_are_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = waiting(folder.path(), "");
+        let begun = Instant::now();
+        end(&mut child);
+        assert!(begun.elapsed() >= GRACE);
+        assert!(child.try_wait().unwrap().is_some());
+    }
 }

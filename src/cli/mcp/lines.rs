@@ -1,9 +1,9 @@
 //! Messages a line each: reading them within bounds, writing them whole.
 
 use std::io::{BufRead, Read, Write};
-use std::sync::Mutex;
 
 use serde_json::{Value, json};
+use tokio::sync::mpsc::UnboundedSender;
 
 /// Longest message that is read, bytes.
 pub const LONGEST: u64 = 1 << 20;
@@ -42,18 +42,32 @@ pub fn next(input: &mut impl BufRead) -> Option<Line> {
     }
 }
 
-/// Where answers go: one message a line, never two at once.
-#[derive(Debug, Default)]
-pub struct Wire(Mutex<()>);
+/// Where answers go.
+#[derive(Debug, Clone)]
+pub enum Wire {
+    /// Standard output: one message a line, never two at once.
+    Output,
+    /// The response to a request over HTTP.
+    Response(UnboundedSender<Value>),
+}
 
 impl Wire {
+    /// Standard output.
+    pub fn stdout() -> Self {
+        Self::Output
+    }
+
     /// Sends a message. A client that has gone is no error: its input ends too.
     pub fn send(&self, message: &Value) {
-        let _one_at_a_time = self.0.lock();
-        let mut out = std::io::stdout().lock();
-        let _ = out
-            .write_all(format!("{message}\n").as_bytes())
-            .and_then(|()| out.flush());
+        match self {
+            Self::Output => {
+                let mut out = std::io::stdout().lock();
+                let _ = out
+                    .write_all(format!("{message}\n").as_bytes())
+                    .and_then(|()| out.flush());
+            }
+            Self::Response(response) => drop(response.send(message.clone())),
+        }
     }
 
     /// Answers a request.

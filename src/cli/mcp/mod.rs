@@ -1,17 +1,24 @@
-//! `nearmiss mcp`: a Model Context Protocol server over standard input and output.
+//! `nearmiss mcp`: a Model Context Protocol server over standard input and output, or over HTTP on loopback.
 //!
 //! The protocol is spoken by hand: it is JSON-RPC 2.0 with a message a line, of which a server without subscriptions
 //! needs ten methods, and the length of a line is bounded.
 
 mod catalogue;
+mod clients;
+mod http;
 mod jobs;
 mod lines;
 mod places;
 mod prompts;
 mod purse;
+mod resources;
+mod response;
 mod server;
+mod session;
+mod token;
 
 use std::io::{BufReader, stdin};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use super::ask::budget;
@@ -20,6 +27,7 @@ use super::{Failure, Outcome, output};
 use places::Places;
 use purse::Purse;
 use server::Server;
+use token::Token;
 
 /// Arguments of `mcp`.
 #[derive(Debug, clap::Args)]
@@ -37,17 +45,29 @@ pub struct Mcp {
     /// Maximum cost of all answers of the session in US dollars.
     #[arg(long, value_name = "USD", value_parser = budget, requires = "allow_models")]
     budget: Option<f64>,
+    /// Serve streamable HTTP at http://ADDRESS/mcp, on this machine alone; port 0 takes a free one. Clients send the token
+    /// that is printed, or that of NEARMISS_MCP_TOKEN.
+    #[arg(long, value_name = "ADDRESS", value_parser = loopback)]
+    http: Option<SocketAddr>,
 }
 
-/// Runs `mcp` until standard input ends.
+/// An address of this machine: `127.0.0.1:8000`.
+fn loopback(text: &str) -> Result<SocketAddr, String> {
+    let address: SocketAddr = text
+        .parse()
+        .map_err(|_| "expected an address with a port, such as 127.0.0.1:8000")?;
+    match address.ip().is_loopback() {
+        true => Ok(address),
+        false => Err("only addresses of this machine are served, such as 127.0.0.1:8000".into()),
+    }
+}
+
+/// Runs `mcp` until standard input ends, or over HTTP until it is interrupted.
 pub fn run(arguments: &Mcp) -> Outcome {
-    let (folders, _) = configuration()?;
+    let (folders, config) = configuration()?;
     let thresholds = user_thresholds(&folders)?;
-    let places = Places::new(&arguments.folders).map_err(Failure::input)?;
-    output::say(&format!(
-        "nearmiss: MCP server on standard input and output; {}",
-        places.words()
-    ));
+    let places = Places::new(&arguments.folders, config.maps.as_deref()).map_err(Failure::input)?;
+    let words = places.words();
     let server = Server::new(
         places,
         thresholds,
@@ -56,6 +76,18 @@ pub fn run(arguments: &Mcp) -> Outcome {
             .filter(|_| arguments.allow_models)
             .map(Purse::new),
     );
+    if let Some(address) = arguments.http {
+        let given = std::env::var(token::VARIABLE).ok();
+        let token = Token::new(given.as_deref()).map_err(Failure::input)?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .enable_all()
+            .build()
+            .map_err(Failure::input)?;
+        return runtime.block_on(http::serve(server, address, token));
+    }
+    output::say(&format!(
+        "nearmiss: MCP server on standard input and output; {words}"
+    ));
     server.serve(BufReader::new(stdin().lock()));
     Ok(())
 }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find};
+use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
 use crate::scenario::Scene;
-use crate::system::shown_path;
+use crate::system::{files_opened_by, shown_path};
 use crate::workflow::{OpenRequest, open};
 
 /// The folders, and the scenes opened so far.
@@ -15,21 +15,65 @@ use crate::workflow::{OpenRequest, open};
 pub struct Places {
     /// With symbolic links resolved.
     roots: Vec<PathBuf>,
+    /// Where recordings have their maps by config.toml.
+    maps: Option<PathBuf>,
     scenes: Mutex<Scenes>,
 }
 
-/// Scenes by the name that a client gave, with when their file was changed.
-type Scenes = HashMap<PathBuf, (Option<SystemTime>, Arc<Scene>)>;
+/// Scenes by where they are.
+type Scenes = HashMap<String, Kept>;
+
+/// A scene with the files that it was read from.
+#[derive(Debug)]
+struct Kept {
+    files: Vec<(Option<Version>, PathBuf)>,
+    ego: Option<PathBuf>,
+    scene: Arc<Scene>,
+}
+
+/// Time of the last change and length of a file.
+type Version = (SystemTime, u64);
+
+fn version(file: &Path) -> Option<Version> {
+    let meta = std::fs::metadata(file).ok()?;
+    Some((meta.modified().ok()?, meta.len()))
+}
+
+impl Kept {
+    fn is_current(&self, ego: Option<&Path>) -> bool {
+        let mut files = self.files.iter();
+        self.ego.as_deref() == ego && files.all(|(read, file)| version(file) == *read)
+    }
+}
+
+/// Why there is no scene.
+enum NotOpened {
+    /// It reads what clients may not see.
+    Outside,
+    /// In words.
+    Unreadable(String),
+}
+
+impl NotOpened {
+    fn words(self) -> String {
+        match self {
+            Self::Outside => "the scenario reads a file outside the folders of this server: a link leads there, or it \
+                              names the file"
+                .into(),
+            Self::Unreadable(why) => why,
+        }
+    }
+}
 
 /// Scenes that are kept open.
 const KEPT: usize = 64;
 
 impl Places {
-    /// These folders.
+    /// These folders; `maps` is where recordings may have maps besides.
     ///
     /// # Errors
     /// One does not exist, or is no folder.
-    pub fn new(folders: &[PathBuf]) -> Result<Self, String> {
+    pub fn new(folders: &[PathBuf], maps: Option<&Path>) -> Result<Self, String> {
         let root = |folder: &PathBuf| {
             let resolved = folder.canonicalize();
             let resolved = resolved.map_err(|why| format!("{}: {why}", shown_path(folder)))?;
@@ -43,6 +87,7 @@ impl Places {
         };
         Ok(Self {
             roots: folders.iter().map(root).collect::<Result<_, _>>()?,
+            maps: maps.and_then(|maps| maps.canonicalize().ok()),
             scenes: Mutex::default(),
         })
     }
@@ -65,7 +110,7 @@ impl Places {
         let found = find(&self.roots).map(|found| found.entries);
         let mut entries = found.unwrap_or_default();
         // A search may follow links.
-        entries.retain(|entry| self.allowed(entry).is_ok());
+        entries.retain(|entry| self.is_inside(entry));
         entries
     }
 
@@ -74,11 +119,17 @@ impl Places {
         let EntryLocation::File(path) = &entry.place else {
             return entry.name.clone();
         };
-        let below = self
-            .roots
-            .iter()
-            .find_map(|root| path.strip_prefix(root).ok());
-        below.unwrap_or(path).display().to_string()
+        let mut roots = self.roots.iter().enumerate();
+        let below = roots.find_map(|(place, root)| Some((place, path.strip_prefix(root).ok()?)));
+        let Some((place, below)) = below else {
+            return path.display().to_string();
+        };
+        let earlier = &self.roots[..place];
+        // Of the same path below two folders, the later one has the number of its folder before it.
+        match earlier.iter().any(|root| root.join(below).exists()) {
+            true => format!("{}:{}", place + 1, below.display()),
+            false => below.display().to_string(),
+        }
     }
 
     /// How commands of this program name a scenario.
@@ -110,9 +161,7 @@ impl Places {
                 continue;
             };
             if self.holds(&resolved) && resolved.is_file() {
-                let entry = Entry::of_file(&resolved);
-                self.allowed(&entry)?;
-                return Ok(entry);
+                return Ok(Entry::of_file(&resolved));
             }
         }
         let by_name = |entry: &Entry| entry.name == name || self.name(entry) == name;
@@ -128,34 +177,23 @@ impl Places {
         self.roots.iter().any(|root| resolved.starts_with(root))
     }
 
-    /// Whether the file and those that are read with it, which begin with its name, lie in the folders.
-    fn allowed(&self, entry: &Entry) -> Result<(), String> {
-        let EntryLocation::File(path) = &entry.place else {
-            return Ok(());
-        };
-        let outside = || {
-            "the scenario, or a file beside it, is a link out of the folders of this server"
-                .to_string()
-        };
-        let file = entry.file().unwrap_or_else(|| path.clone());
-        let resolved = file.canonicalize().map_err(|why| why.to_string())?;
-        if !self.holds(&resolved) {
-            return Err(outside());
+    /// Whether the file of a scenario lies in the folders, wherever a link leads.
+    fn is_inside(&self, entry: &Entry) -> bool {
+        let resolved = entry.file().map(|file| file.canonicalize());
+        resolved.is_none_or(|file| file.is_ok_and(|file| self.holds(&file)))
+    }
+
+    /// Whether nothing outside the folders is read to open a scenario: maps, tables and egos that lie beside it, and what
+    /// it names.
+    ///
+    /// # Errors
+    /// In words: it reads a file outside.
+    pub fn check(&self, entry: &Entry) -> Result<(), String> {
+        match self.opened(entry) {
+            Err(NotOpened::Outside) => Err(NotOpened::Outside.words()),
+            // Why it cannot be opened is better said by the command that needs it.
+            Ok(_) | Err(NotOpened::Unreadable(_)) => Ok(()),
         }
-        let (Some(folder), Some(stem)) = (file.parent(), file.file_stem()) else {
-            return Ok(());
-        };
-        let stem = stem.to_string_lossy().into_owned();
-        let beside = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        for other in beside {
-            if other.file_name().to_string_lossy().starts_with(&stem) {
-                let resolved = other.path().canonicalize().map_err(|_| outside())?;
-                if !self.holds(&resolved) {
-                    return Err(outside());
-                }
-            }
-        }
-        Ok(())
     }
 
     /// The scene of a scenario, with the ego recorded beside it.
@@ -163,37 +201,55 @@ impl Places {
     /// # Errors
     /// In words: it cannot be opened, or has no ego.
     pub fn scene(&self, name: &str) -> Result<Arc<Scene>, String> {
-        let key = PathBuf::from(name);
-        let known =
-            |scenes: &HashMap<PathBuf, (Option<SystemTime>, Arc<Scene>)>| scenes.get(&key).cloned();
-        let lock = || self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
-        let changed = |entry: &Entry| {
-            let file = entry.file()?;
-            std::fs::metadata(file)
-                .and_then(|meta| meta.modified())
-                .ok()
-        };
         let entry = self.entry(name)?;
-        let modified = changed(&entry);
-        if let Some((when, scene)) = known(&lock())
-            && when == modified
+        self.opened(&entry).map_err(NotOpened::words)
+    }
+
+    fn opened(&self, entry: &Entry) -> Result<Arc<Scene>, NotOpened> {
+        let key = entry.display();
+        let lock = || self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
+        // One that was recorded since counts, too.
+        let ego = entry.file().as_deref().and_then(find_recording);
+        if let Some(known) = lock().get(&key)
+            && known.is_current(ego.as_deref())
         {
-            return Ok(scene);
+            return Ok(Arc::clone(&known.scene));
         }
-        let opened = open(&OpenRequest {
-            entry: &entry,
-            ego: &EgoSelection::Beside,
-            transform: None,
-            strict: true,
+        let (opened, files) = files_opened_by(|| {
+            open(&OpenRequest {
+                entry,
+                ego: &EgoSelection::Beside,
+                transform: None,
+                strict: true,
+            })
         });
-        let scene = opened.map_err(|why| self.told(&why.to_string()))?.scene;
-        let scene = scene.map_err(|why| why.to_string())?;
+        let may_read = |file: &PathBuf| {
+            let resolved = file.canonicalize();
+            resolved.is_ok_and(|file| self.holds(&file) || self.is_map(&file))
+        };
+        if !files.iter().all(may_read) {
+            return Err(NotOpened::Outside);
+        }
+        let unreadable = |why: String| NotOpened::Unreadable(self.told(&why));
+        let scene = opened.map_err(|why| unreadable(why.to_string()))?.scene;
+        let scene = scene.map_err(|why| unreadable(why.to_string()))?;
+        let files = files.into_iter().map(|file| (version(&file), file));
+        let kept = Kept {
+            files: files.collect(),
+            ego,
+            scene: Arc::clone(&scene),
+        };
         let mut scenes = lock();
         if scenes.len() >= KEPT {
             scenes.clear();
         }
-        scenes.insert(key, (modified, Arc::clone(&scene)));
+        scenes.insert(key, kept);
         Ok(scene)
+    }
+
+    /// Whether the user says in config.toml that maps are there.
+    fn is_map(&self, resolved: &Path) -> bool {
+        { self.maps.as_ref() }.is_some_and(|maps| resolved.starts_with(maps))
     }
 
     /// An error without the folders of this machine.

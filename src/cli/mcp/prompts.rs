@@ -1,18 +1,16 @@
 //! Prompts: the messages that a model would be sent about a scenario, by task and frame.
 
-use std::sync::atomic::AtomicBool;
-
 use serde_json::{Value, json};
 
 use super::catalogue::Job;
-use super::jobs::{JobEnd, run};
 use super::lines::RpcError;
 use super::places::Places;
+use super::session::Work;
 use crate::description::Frame;
 use crate::verdict::Task;
 
 /// The command that fills templates.
-const PROMPT: Job = Job {
+static PROMPT: Job = Job {
     name: "prompt",
     about: "",
     command: "prompt",
@@ -44,8 +42,11 @@ pub fn list() -> Value {
     all.collect()
 }
 
-/// The messages of a prompt.
-pub fn get(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
+/// What has to be run for a prompt.
+///
+/// # Errors
+/// There is no such prompt or scenario.
+pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
     let name = parameters["name"].as_str().unwrap_or_default();
     let known = TASKS
         .into_iter()
@@ -78,12 +79,19 @@ pub fn get(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
             words.push(format!("--at={step}"));
         }
     }
-    let text = match run(&PROMPT, words, &AtomicBool::new(false), |_| {}) {
-        JobEnd::Done(text) => text,
-        JobEnd::Failed(why) => return Err(RpcError::parameters(places.told(&why))),
-        JobEnd::Cancelled => return Err(RpcError::request("cancelled")),
-    };
-    let document: Value = serde_json::from_str(&text).unwrap_or_default();
+    Ok(Work {
+        entry,
+        job: &PROMPT,
+        words,
+        becomes: messages,
+        reserved: None,
+        token: None,
+    })
+}
+
+/// The messages of the filled template.
+fn messages(_: &Job, text: &str) -> Value {
+    let document: Value = serde_json::from_str(text).unwrap_or_default();
     let messages = document["messages"].as_array().cloned().unwrap_or_default();
     // Prompts of the protocol have no system messages; the first user message carries it.
     let messages: Vec<Value> = messages
@@ -96,5 +104,5 @@ pub fn get(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
             json!({"role": role, "content": {"type": "text", "text": message["content"]}})
         })
         .collect();
-    Ok(json!({"description": format!("The {} question.", task.name()), "messages": messages}))
+    json!({"description": "The question about a scenario.", "messages": messages})
 }

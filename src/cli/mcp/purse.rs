@@ -24,6 +24,11 @@ impl Purse {
     pub fn reserve(&self, arguments: &Value) -> Result<f64, String> {
         let mut left = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let asked = arguments[BUDGET].as_f64().unwrap_or(*left);
+        if asked < 0.0 {
+            return Err(format!(
+                "argument `{BUDGET}` is {asked}; it must not be negative"
+            ));
+        }
         if *left <= 0.0 || asked > *left {
             return Err(format!(
                 "the session has {:.4} USD left of its --budget, and this answer may cost {asked:.4}",
@@ -39,9 +44,13 @@ impl Purse {
         let line = text.lines().next().unwrap_or_default();
         let document: Value = serde_json::from_str(line).unwrap_or_default();
         if let Some(cost) = document["cost_usd"].as_f64() {
-            let mut left = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            *left += (reserved - cost).max(0.0);
+            self.put_back((reserved - cost).max(0.0));
         }
+    }
+
+    /// Puts back what nothing was paid of.
+    pub fn put_back(&self, usd: f64) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) += usd;
     }
 }
 
@@ -56,6 +65,9 @@ mod tests {
         let purse = Purse::new(1.0);
         let taken = |asked: Value| purse.reserve(&asked);
         assert_eq!(taken(json!({"budget": 0.6})), Ok(0.6));
+        assert!(taken(json!({"budget": 0.6})).is_err());
+        // Less than nothing would add to what is left.
+        assert!(taken(json!({"budget": -5.0})).is_err());
         assert!(taken(json!({"budget": 0.6})).is_err());
         purse.settle(0.6, r#"{"cost_usd": 0.1}"#);
         assert_eq!(taken(json!({"budget": 0.6})), Ok(0.6));

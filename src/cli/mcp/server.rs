@@ -1,49 +1,43 @@
 //! The server: reads requests, answers those about numbers at once, and jobs in threads of their own.
 
-use std::collections::HashMap;
 use std::io::BufRead;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
 use super::catalogue::{self, JOBS, Job, PLACE, is_offered};
-use super::jobs::{self, JobEnd};
+use super::jobs;
 use super::lines::{LONGEST, Line, RpcError, Wire, next};
 use super::places::Places;
 use super::prompts;
 use super::purse::Purse;
-use crate::formats::Entry;
+use super::resources;
+use super::session::{Jobs, Session, Work, launch};
+use crate::cli::interrupt::{end, interrupted};
 use crate::metrics::Thresholds;
 use crate::scenario::Window;
 use crate::tools::{Arguments, TOOLS, Tool, WindowView};
 
 /// Versions of the protocol that are spoken, the newest first.
 /// That of 2025-03-26 asks for batches, which no client sends and later versions have dropped.
-const VERSIONS: [&str; 3] = ["2025-11-25", "2025-06-18", "2024-11-05"];
+pub const VERSIONS: [&str; 3] = ["2025-11-25", "2025-06-18", "2024-11-05"];
 
-/// Resources of one page.
-const PAGE: usize = 200;
+/// How often an interrupt is looked for.
+const WATCHED: Duration = Duration::from_millis(100);
 
-/// Jobs that run at once.
-const MOST_JOBS: usize = 4;
-
-/// How the addresses of scenarios begin.
-const SCHEME: &str = "nearmiss://scenario/";
-
-/// Largest scenario that is given as a resource, bytes.
-const LONGEST_SCENARIO: usize = 8 << 20;
-
-/// A server for one client.
+/// A server.
+#[derive(Debug)]
 pub struct Server {
-    places: Places,
+    /// What clients may see.
+    pub places: Places,
     thresholds: Thresholds,
     oracles: bool,
     /// What may be spent on models; `None` where none may be asked.
-    purse: Option<Purse>,
-    wire: Wire,
-    /// Jobs that run, by the id of their request, with the flag that ends them.
-    running: Mutex<HashMap<String, Arc<AtomicBool>>>,
+    pub purse: Option<Purse>,
+    /// What runs.
+    pub jobs: Jobs,
 }
 
 impl Server {
@@ -59,51 +53,49 @@ impl Server {
             thresholds,
             oracles,
             purse,
-            wire: Wire::default(),
-            running: Mutex::default(),
+            jobs: Jobs::default(),
         }
     }
 
-    /// Serves until the input ends; then jobs that still run are ended.
+    /// Serves one client until the input ends, or the program is interrupted; then jobs that still run are ended.
     pub fn serve(self, mut input: impl BufRead) {
-        let server = &self;
-        std::thread::scope(|scope| {
-            let mut ready = false;
-            while let Some(line) = next(&mut input) {
-                let message = match line {
-                    Line::TooLong => {
-                        let why = format!("the message has more than {LONGEST} bytes");
-                        server.wire.error(&Value::Null, &RpcError::request(why));
-                        continue;
-                    }
-                    Line::Message(bytes) => bytes,
-                };
-                if message.iter().all(u8::is_ascii_whitespace) {
+        let server = Arc::new(self);
+        let watched = Arc::clone(&server);
+        let stop = interrupted(true);
+        std::thread::spawn(move || {
+            while !stop.load(Ordering::SeqCst) {
+                std::thread::sleep(WATCHED);
+            }
+            watched.jobs.cancel_all(None);
+            watched.jobs.wait();
+            end();
+        });
+        let (session, wire) = (Session::new(0), Wire::stdout());
+        while let Some(line) = next(&mut input) {
+            let message = match line {
+                Line::TooLong => {
+                    let why = format!("the message has more than {LONGEST} bytes");
+                    wire.error(&Value::Null, &RpcError::request(why));
                     continue;
                 }
-                let Ok(message) = serde_json::from_slice::<Value>(&message) else {
-                    let error = RpcError::parse("the message is no JSON");
-                    server.wire.error(&Value::Null, &error);
-                    continue;
-                };
-                server.message(&message, &mut ready, scope);
+                Line::Message(bytes) => bytes,
+            };
+            if message.iter().all(u8::is_ascii_whitespace) {
+                continue;
             }
-            for cancel in server.jobs().values() {
-                cancel.store(true, Ordering::SeqCst);
-            }
-        });
+            let Ok(message) = serde_json::from_slice::<Value>(&message) else {
+                let error = RpcError::parse("the message is no JSON");
+                wire.error(&Value::Null, &error);
+                continue;
+            };
+            server.message(&message, &session, &wire);
+        }
+        server.jobs.cancel_all(None);
+        server.jobs.wait();
     }
 
-    fn jobs(&self) -> std::sync::MutexGuard<'_, HashMap<String, Arc<AtomicBool>>> {
-        self.running.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn message<'s>(
-        &'s self,
-        message: &Value,
-        ready: &mut bool,
-        scope: &'s std::thread::Scope<'s, '_>,
-    ) {
+    /// Reads a message of a client and answers it, now or when its job ends.
+    pub fn message(self: &Arc<Self>, message: &Value, session: &Session, wire: &Wire) {
         let id = message.get("id").cloned();
         let method = message.get("method").and_then(Value::as_str);
         let proper = message.get("jsonrpc").and_then(Value::as_str) == Some("2.0");
@@ -112,7 +104,7 @@ impl Server {
             if message.get("result").is_none() && message.get("error").is_none() {
                 let id = id.filter(|id| id.is_string() || id.is_number());
                 let error = RpcError::request("the message is no request of JSON-RPC 2.0");
-                self.wire.error(&id.unwrap_or_default(), &error);
+                wire.error(&id.unwrap_or_default(), &error);
             }
             return;
         };
@@ -120,24 +112,22 @@ impl Server {
         let parameters = message.get("params").unwrap_or(&empty);
         let Some(id) = id else {
             if method == "notifications/cancelled" {
-                let key = parameters["requestId"].to_string();
-                if let Some(cancel) = self.jobs().get(&key) {
-                    cancel.store(true, Ordering::SeqCst);
-                }
+                self.jobs.cancel(session.number, &parameters["requestId"]);
             }
             return;
         };
         if !(id.is_string() || id.is_number()) {
             let error = RpcError::request("`id` is neither a string nor a number");
-            return self.wire.error(&Value::Null, &error);
+            return wire.error(&Value::Null, &error);
         }
-        if !*ready && !["initialize", "ping"].contains(&method) {
+        let ready = session.ready.load(Ordering::SeqCst);
+        if !ready && !["initialize", "ping"].contains(&method) {
             let error = RpcError::request("the first request must be `initialize`");
-            return self.wire.error(&id, &error);
+            return wire.error(&id, &error);
         }
         let answer = match method {
             "initialize" => {
-                *ready = true;
+                session.ready.store(true, Ordering::SeqCst);
                 Ok(initialized(parameters))
             }
             "ping" => Ok(json!({})),
@@ -150,20 +140,28 @@ impl Server {
                     .iter()
                     .find(|job| job.name == name && (self.purse.is_some() || !job.paid));
                 match job {
-                    Some(job) => return self.start(job, id, parameters.clone(), scope),
+                    Some(job) => {
+                        let work = |server: &Self| server.work(job, parameters);
+                        return self.start((session.number, id), wire, parameters, work);
+                    }
                     None => self.call(name, &parameters["arguments"]),
                 }
             }
-            "resources/list" => Ok(self.resources(parameters)),
+            "resources/list" => Ok(resources::list(&self.places, parameters)),
             "resources/templates/list" => Ok(json!({"resourceTemplates": []})),
-            "resources/read" => self.resource(parameters),
+            "resources/read" => resources::read(&self.places, parameters),
             "prompts/list" => Ok(json!({"prompts": prompts::list()})),
-            "prompts/get" => prompts::get(&self.places, parameters),
+            "prompts/get" => {
+                let work = |server: &Self| {
+                    prompts::work(&server.places, parameters).map_err(Refused::Error)
+                };
+                return self.start((session.number, id), wire, parameters, work);
+            }
             other => Err(RpcError::method(other)),
         };
         match answer {
-            Ok(result) => self.wire.result(&id, &result),
-            Err(error) => self.wire.error(&id, &error),
+            Ok(result) => wire.result(&id, &result),
+            Err(error) => wire.error(&id, &error),
         }
     }
 
@@ -229,142 +227,70 @@ impl Server {
     }
 
     /// Starts a job; its answer is sent when it ends.
-    fn start<'s>(
-        &'s self,
-        job: &'static Job,
-        id: Value,
-        parameters: Value,
-        scope: &'s std::thread::Scope<'s, '_>,
+    fn start(
+        self: &Arc<Self>,
+        (session, id): (u64, Value),
+        wire: &Wire,
+        parameters: &Value,
+        work: impl FnOnce(&Self) -> Result<Work, Refused>,
     ) {
+        let cancel = match self.jobs.place(session, &id) {
+            Ok(Ok(cancel)) => cancel,
+            Ok(Err(why)) => return wire.result(&id, &failed(&why)),
+            Err(error) => return wire.error(&id, &error),
+        };
+        match work(self) {
+            Ok(mut work) => {
+                let token = parameters.pointer("/_meta/progressToken").cloned();
+                work.token =
+                    token.filter(|token| token.is_string() || token.is_i64() || token.is_u64());
+                launch(self, (session, id), wire.clone(), cancel, work);
+            }
+            Err(refused) => {
+                self.jobs.leave(session, &id);
+                match refused {
+                    Refused::Result(why) => wire.result(&id, &failed(&why)),
+                    Refused::Error(error) => wire.error(&id, &error),
+                }
+            }
+        }
+    }
+
+    /// The work of a job that is called as a tool, with what it may cost taken out of the budget.
+    fn work(&self, job: &'static Job, parameters: &Value) -> Result<Work, Refused> {
         let arguments = &parameters["arguments"];
         let entry = match arguments["scenario"].as_str() {
             Some(name) => self.places.entry(name),
             None => Err("argument `scenario` is missing: the path or name of a scenario".into()),
         };
-        let words =
-            entry.and_then(|entry| jobs::arguments(job, &Places::argument(&entry), arguments));
-        let mut words = match words {
-            Ok(words) => words,
-            Err(why) => return self.wire.result(&id, &failed(&why)),
-        };
-        let cancel = Arc::new(AtomicBool::new(false));
-        let key = id.to_string();
-        let mut running = self.jobs();
-        if running.contains_key(&key) {
-            drop(running);
-            let error = RpcError::request("a request with this id is still running");
-            return self.wire.error(&id, &error);
-        }
-        if running.len() >= MOST_JOBS {
-            drop(running);
-            let why = format!("{MOST_JOBS} jobs run already; wait for one or cancel it");
-            return self.wire.result(&id, &failed(&why));
-        }
+        let entry = entry.map_err(Refused::Result)?;
+        let words = jobs::arguments(job, &Places::argument(&entry), arguments);
+        let mut words = words.map_err(Refused::Result)?;
         let purse = self.purse.as_ref().filter(|_| job.paid);
-        let reserved = match purse.map(|purse| purse.reserve(arguments)).transpose() {
-            Ok(reserved) => reserved,
-            Err(why) => {
-                drop(running);
-                return self.wire.result(&id, &failed(&why));
-            }
-        };
+        let reserved = purse.map(|purse| purse.reserve(arguments)).transpose();
+        let reserved = reserved.map_err(Refused::Result)?;
         if let Some(usd) = reserved.filter(|_| arguments["budget"].is_null()) {
             words.push(format!("--budget={usd}"));
         }
-        running.insert(key.clone(), Arc::clone(&cancel));
-        drop(running);
-        let token = parameters.pointer("/_meta/progressToken").cloned();
-        scope.spawn(move || {
-            let end = jobs::run(job, words, &cancel, |seconds| {
-                if let Some(token) = &token {
-                    self.wire.send(&json!({
-                        "jsonrpc": "2.0", "method": "notifications/progress",
-                        "params": {
-                            "progressToken": token, "progress": seconds,
-                            "message": format!("{} runs for {seconds} s", job.name),
-                        },
-                    }));
-                }
-            });
-            self.jobs().remove(&key);
-            match end {
-                JobEnd::Done(text) => {
-                    if let (Some(purse), Some(usd)) = (purse, reserved) {
-                        purse.settle(usd, &text);
-                    }
-                    let text = self.places.told(&text);
-                    self.wire.result(&id, &jobs::result(job, &text));
-                }
-                JobEnd::Failed(why) => self.wire.result(&id, &failed(&self.places.told(&why))),
-                // A cancelled request gets no answer.
-                JobEnd::Cancelled => {}
-            }
-        });
-    }
-
-    fn address(&self, entry: &Entry) -> String {
-        let name = self.places.name(entry);
-        let escaped = name.bytes().map(|byte| match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' | b'/' | b'#' => {
-                char::from(byte).to_string()
-            }
-            other => format!("%{other:02X}"),
-        });
-        format!(
-            "{SCHEME}{}",
-            escaped.collect::<String>().replace('#', "%23")
-        )
-    }
-
-    fn resources(&self, parameters: &Value) -> Value {
-        let from = parameters["cursor"]
-            .as_str()
-            .and_then(|cursor| cursor.parse().ok());
-        let from: usize = from.unwrap_or(0);
-        let entries = self.places.entries();
-        let page = entries.iter().skip(from).take(PAGE);
-        let resources: Vec<Value> = page
-            .map(|entry| {
-                json!({
-                    "uri": self.address(entry),
-                    "name": self.places.name(entry),
-                    "mimeType": "application/xml",
-                })
-            })
-            .collect();
-        let mut list = json!({"resources": resources});
-        if from + PAGE < entries.len() {
-            list["nextCursor"] = (from + PAGE).to_string().into();
-        }
-        list
-    }
-
-    fn resource(&self, parameters: &Value) -> Result<Value, RpcError> {
-        let uri = parameters["uri"].as_str().unwrap_or_default();
-        let unknown = |why: String| RpcError {
-            code: -32002,
-            message: why,
-        };
-        let entries = self.places.entries();
-        let entry = entries.iter().find(|entry| self.address(entry) == uri);
-        let Some(entry) = entry else {
-            return Err(unknown("no such resource; resources/list has all".into()));
-        };
-        let text = entry
-            .source()
-            .map_err(|why| unknown(self.places.told(&why)))?;
-        if text.len() > LONGEST_SCENARIO {
-            return Err(unknown(format!(
-                "the scenario has {} bytes, more than {LONGEST_SCENARIO}; ask tools about it",
-                text.len()
-            )));
-        }
-        let contents = json!({"uri": uri, "mimeType": "application/xml", "text": text});
-        Ok(json!({"contents": [contents]}))
+        Ok(Work {
+            entry,
+            job,
+            words,
+            becomes: jobs::result,
+            reserved,
+            token: None,
+        })
     }
 }
 
-fn failed(why: &str) -> Value {
+/// Why a job is not started: told to the model, or to its client.
+enum Refused {
+    Result(String),
+    Error(RpcError),
+}
+
+/// A result that says what went wrong.
+pub fn failed(why: &str) -> Value {
     json!({"content": [{"type": "text", "text": why}], "isError": true})
 }
 

@@ -1,7 +1,6 @@
 //! `--ego planner`: drives scenarios and keeps the drives in the data folder, as egos for other commands.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
@@ -10,8 +9,6 @@ use super::planners::{BUILT_IN, PlannerChoice};
 use super::{PlannerOptions, document};
 use crate::cli::interrupt::{INTERRUPTED, interrupted};
 use crate::cli::open::configuration;
-use crate::cli::parallel::in_order;
-use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
 use crate::evaluation::default_planning;
 use crate::formats::{EgoSelection, Entry, PlannerDrives, write_recording};
@@ -117,37 +114,19 @@ impl Kept {
     ) -> Result<(), Failure> {
         let stop = interrupted(true);
         let cancel = Cancel::from_flag(&stop);
-        let progress = Progress::new(entries.len(), "drives", true);
-        let mut failure = None;
+        let work =
+            |entry: &Entry| driven::drive(entry, problem, settings, Some(planner), None, &cancel);
         let mut done = 0;
-        in_order(
-            entries.len(),
-            &stop,
-            |i| driven::drive(&entries[i], problem, settings, Some(planner), None, &cancel),
-            |driven| {
-                let taken = match driven {
-                    None => return ControlFlow::Break(()),
-                    Some(Ok(driven)) => self.take(&driven, &progress),
-                    Some(Err(error)) => {
-                        progress.suspend(|| output::say(&format!("nearmiss: {error}")));
-                        Ok(())
-                    }
-                };
-                done += 1;
-                progress.step();
-                match taken {
-                    Ok(()) => ControlFlow::Continue(()),
-                    Err(error) => {
-                        failure = Some(error);
-                        ControlFlow::Break(())
-                    }
+        driven::each(entries, "drives", &stop, work, |_, driven| {
+            done += 1;
+            match driven {
+                Ok(driven) => self.take(&driven),
+                Err(error) => {
+                    output::say(&format!("nearmiss: {error}"));
+                    Ok(())
                 }
-            },
-        );
-        drop(progress);
-        if let Some(failure) = failure {
-            return Err(failure);
-        }
+            }
+        })?;
         if stop.load(Ordering::Relaxed) {
             return Err(Failure {
                 message: format!(
@@ -161,7 +140,7 @@ impl Kept {
     }
 
     /// A planner that failed has driven nothing that could be asked about.
-    fn take(&mut self, driven: &DrivenScenario, progress: &Progress) -> Result<(), Failure> {
+    fn take(&mut self, driven: &DrivenScenario) -> Result<(), Failure> {
         let report = driven.drive.external.as_ref();
         if self.said.is_none() {
             self.said = report.filter(|r| !r.name.is_empty()).map(|r| r.named());
@@ -169,7 +148,7 @@ impl Kept {
         if let (Outcome::PlannerError(_), Some(report)) = (driven.outcome(), report) {
             let why = report.fault_in_words().unwrap_or_default();
             let why = output::visible(&format!("nearmiss: {}: not driven: {why}", driven.file));
-            progress.suspend(|| output::say(&why));
+            output::say(&why);
             return Ok(());
         }
         let recording = write_recording(driven.problem, &driven.drive.track());

@@ -1,6 +1,5 @@
 //! Two planners side by side: every scenario driven by both, and paired differences.
 
-use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
@@ -14,8 +13,6 @@ use super::{PlanArguments, document};
 use crate::cli::interrupt::{INTERRUPTED, interrupted};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{self, line};
-use crate::cli::parallel::in_order;
-use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome};
 use crate::evaluation::statistics::PairedTest;
 use crate::formats::Entry;
@@ -68,38 +65,14 @@ pub fn run(
     if !job.json {
         output::text(&job.title())?;
     }
-    let progress = Progress::new(entries.len(), "scenarios", true);
-    let mut failure = None;
-    in_order(
-        entries.len(),
-        &stop,
-        |i| {
-            let drive = |planner| {
-                driven::drive(&entries[i], problem, settings, Some(planner), None, &cancel)
-            };
-            let one = drive(first)?;
-            Some((i, one.and_then(|one| Ok((one, drive(second).transpose()?)))))
-        },
-        |work| {
-            let Some((place, pair)) = work else {
-                return ControlFlow::Break(());
-            };
-            let mut taken = Ok(());
-            progress.suspend(|| taken = job.take(&entries[place], pair));
-            progress.step();
-            match taken {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(error) => {
-                    failure = Some(error);
-                    ControlFlow::Break(())
-                }
-            }
-        },
-    );
-    drop(progress);
-    if let Some(failure) = failure {
-        return Err(failure);
-    }
+    let both = |entry: &Entry| {
+        let drive = |planner| driven::drive(entry, problem, settings, Some(planner), None, &cancel);
+        let one = drive(first)?;
+        Some(one.and_then(|one| Ok((one, drive(second).transpose()?))))
+    };
+    driven::each(entries, "scenarios", &stop, both, |entry, pair| {
+        job.take(entry, pair)
+    })?;
     job.end()?;
     job.export.take().map_or(Ok(()), Export::finish)?;
     if stop.load(Ordering::Relaxed) {

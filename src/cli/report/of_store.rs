@@ -9,7 +9,7 @@ use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
 use crate::evaluation::report::{self, Comparison, ReportSubject, Stored};
 use crate::evaluation::{
-    AnswerCase, AnswerPage, Provenance, note_on_score, with_token_probability,
+    AnswerCase, AnswerPage, Provenance, note_on_score, tool_rounds, with_token_probability,
 };
 use crate::store::{Filter, Outcome as Run, Store};
 use crate::verdict::{self, ParsedAnswer};
@@ -193,19 +193,20 @@ fn reread(store: &Store, runs: &mut [Run]) -> Result<(), Failure> {
     let progress = Progress::new(runs.len(), "answers", true);
     for run in runs.iter_mut() {
         progress.step();
-        let Some((answer, reasoning)) = store.texts(run.run).map_err(Failure::input)? else {
+        let Some(stored) = store.run(run.run).map_err(Failure::input)? else {
             continue;
         };
+        let rounds = tool_rounds::stored(stored.tool_rounds.as_deref());
+        let answer = tool_rounds::last_turn(&rounds, &stored.answer, |turn| &turn.text);
         // A model that puts everything into its reasoning has still answered.
-        let whole = if answer.trim().is_empty() {
-            reasoning
-        } else {
-            answer
+        let whole = match answer.trim().is_empty() {
+            true => tool_rounds::last_turn(&rounds, &stored.reasoning, |turn| &turn.thought),
+            false => answer,
         };
         if whole.trim().is_empty() {
             continue;
         }
-        match verdict::read(run.task, &whole) {
+        match verdict::read(run.task, whole) {
             Ok(mut reading) => {
                 if let ParsedAnswer::Verdict(verdict) = reading.said {
                     let kept = with_token_probability(verdict, run.verdict.as_deref());

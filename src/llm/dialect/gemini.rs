@@ -60,10 +60,16 @@ impl WireProtocol for Protocol {
         let mut contents: Vec<Value> = turns.collect();
         if let Some(tools) = request.offered() {
             contents.extend(tools.rounds.iter().flat_map(round));
-            out.put("tools", declarations(tools));
-            if !tools.may_call {
-                let none = json!({"functionCallingConfig": {"mode": "NONE"}});
-                out.put("toolConfig", none);
+            let form = endpoint.response_format != ResponseFormat::Off;
+            match (tools.may_call, form && request.schema.is_some()) {
+                (true, _) => out.put("tools", declarations(tools)),
+                // Functions are refused beside a form, even where none may be called.
+                (false, true) => {}
+                (false, false) => {
+                    out.put("tools", declarations(tools));
+                    let none = json!({"functionCallingConfig": {"mode": "NONE"}});
+                    out.put("toolConfig", none);
+                }
             }
         }
         out.put("contents", json!(contents));
@@ -118,14 +124,20 @@ fn declarations(tools: &Toolbox) -> Value {
 /// A turn of the model and the results of its calls: its parts as they came, since some are signed.
 fn round(round: &ToolRound) -> [Value; 2] {
     let mut parts = Vec::new();
-    if !round.turn.text.is_empty() {
-        parts.push(json!({"text": round.turn.text}));
+    let echo = &round.turn.echo;
+    let is_thought = |part: &Value| part.get("thought").and_then(Value::as_bool) == Some(true);
+    let signed = echo.iter().filter(|part| !is_thought(part));
+    let signed: String = signed.filter_map(|part| string(part, "text")).collect();
+    // Signed text comes last, and is among the parts.
+    let text = &round.turn.text;
+    let text = text.strip_suffix(signed.as_str()).unwrap_or(text);
+    if !text.is_empty() {
+        parts.push(json!({"text": text}));
     }
-    let signed = |part: &&Value| part.get("functionCall").is_some();
-    let echoed: Vec<Value> = round.turn.echo.iter().filter(signed).cloned().collect();
-    match echoed.is_empty() {
-        false => parts.extend(echoed),
-        true => {
+    parts.extend(echo.iter().cloned());
+    match echo.iter().any(|part| part.get("functionCall").is_some()) {
+        true => {}
+        false => {
             parts.extend(
                 round.turn.calls.iter().map(
                     |call| json!({"functionCall": {"name": call.name, "args": call.object()}}),

@@ -8,6 +8,7 @@ mod images;
 mod ollama;
 mod openai_chat;
 mod openai_responses;
+mod reasoning_details;
 mod responses_items;
 
 use std::fmt::Debug;
@@ -205,6 +206,20 @@ impl Auth {
 #[must_use]
 pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
     Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
+}
+
+/// Whether a request carries the form of its answer: some servers take none while tools may be called.
+#[must_use]
+pub fn sends_form(endpoint: &Endpoint, request: &Request) -> bool {
+    let with = Request {
+        messages: Vec::new(),
+        ..request.clone()
+    };
+    let without = Request {
+        schema: None,
+        ..with.clone()
+    };
+    body(endpoint, &with) != body(endpoint, &without)
 }
 
 /// Whether a request asks for log probabilities, and the endpoint's model gives them.

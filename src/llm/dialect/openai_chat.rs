@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::reasoning_details::Details;
 use super::{
     AnswerReader, Body, WireProtocol, count, function_tools, images, openai_models, openai_version,
     string,
@@ -102,6 +103,11 @@ fn messages(endpoint: &Endpoint, request: &Request) -> Value {
         if endpoint.quirks.efforts == Some(Efforts::DeepSeek) && !round.turn.thought.is_empty() {
             said["reasoning_content"] = json!(round.turn.thought);
         }
+        // OpenRouter gives them to the model's own server, which signs some.
+        let details = &round.turn.echo;
+        if endpoint.quirks.efforts == Some(Efforts::OpenRouter) && !details.is_empty() {
+            said["reasoning_details"] = json!(details);
+        }
         all.push(said);
         all.extend(round.pairs().map(
             |(call, result)| json!({"role": "tool", "tool_call_id": call.id, "content": result}),
@@ -193,6 +199,8 @@ fn response_format(endpoint: &Endpoint, request: &Request, schema: &Schema, out:
 struct ChatReader {
     /// The one field reasoning is read from: some servers send the same text in two.
     reasoning_field: Option<&'static str>,
+    /// OpenRouter's, put together from fragments.
+    details: Details,
 }
 
 impl AnswerReader for ChatReader {
@@ -229,6 +237,9 @@ impl ChatReader {
             .or_else(message)
         {
             self.reasoning(delta, answer);
+            if !answer.is_capped() {
+                self.details.add(delta);
+            }
             match delta.get("content") {
                 Some(Value::String(text)) => answer.say(text),
                 Some(Value::Array(parts)) => parts.iter().for_each(|p| self.part(p, answer)),
@@ -237,7 +248,11 @@ impl ChatReader {
             calls(delta.get("tool_calls"), answer);
             answer.refuse(string(delta, "refusal").unwrap_or_default());
         }
-        match string(choice, "finish_reason") {
+        let finish = string(choice, "finish_reason");
+        if finish.is_some() && answer.calls() > 0 {
+            self.details.take().into_iter().for_each(|d| answer.echo(d));
+        }
+        match finish {
             None => {}
             Some("stop" | "eos" | "end_turn") => answer.finish(Finish::Stop),
             Some("tool_calls" | "function_call") => answer.finish(Finish::ToolCalls),

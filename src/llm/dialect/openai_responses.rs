@@ -32,6 +32,10 @@ impl WireProtocol for Protocol {
         let quirks = &endpoint.quirks;
         out.put("model", json!(request.model));
         out.put("input", input(request));
+        // A model that does not reason refuses the questions for a summary and for its thoughts.
+        let effort =
+            { request.parameters.effort }.filter(|_| quirks.efforts != Some(Efforts::Untaken));
+        let thinks = effort != Some(Effort::Off) && (quirks.reasoning || effort.is_some());
         let mut include: Vec<&str> = Vec::new();
         if let Some(tools) = request.offered() {
             out.put("tools", flat_tools(tools));
@@ -39,7 +43,7 @@ impl WireProtocol for Protocol {
                 out.put("tool_choice", json!("none"));
             }
             // Nothing is kept by the server, so its thoughts come along and go back.
-            if quirks.reasoning && request.parameters.effort != Some(Effort::Off) {
+            if thinks {
                 include.push("reasoning.encrypted_content");
             }
         }
@@ -71,9 +75,7 @@ impl WireProtocol for Protocol {
             (Some(effort), _) => drop(reasoning.insert("effort".into(), json!(effort.name()))),
             (None, _) => {}
         }
-        // A model that does not reason refuses the question for a summary.
-        let off = request.parameters.effort == Some(Effort::Off);
-        if !off && (quirks.reasoning || !reasoning.is_empty()) {
+        if thinks {
             reasoning.insert("summary".into(), json!("auto"));
         }
         if !reasoning.is_empty() {

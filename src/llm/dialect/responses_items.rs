@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{images, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::request::Request;
-use crate::llm::tool_calls::{ToolSpec, Toolbox};
+use crate::llm::tool_calls::{ToolCall, ToolSpec, Toolbox};
 
 /// The tools.
 pub(super) fn flat_tools(tools: &Toolbox) -> Value {
@@ -23,21 +23,40 @@ pub(super) fn input(request: &Request) -> Value {
     let mut all: Vec<Value> = request.messages.iter().map(images::responses).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
-        all.extend(round.turn.echo.iter().cloned());
-        if !round.turn.text.is_empty() {
-            all.push(json!({"role": "assistant", "content": round.turn.text}));
+        let turn = &round.turn;
+        let places = turn.echo.iter().filter(|item| is_call(item));
+        let places: Vec<&str> = places.filter_map(|item| string(item, "call_id")).collect();
+        let mut text =
+            (!turn.text.is_empty()).then(|| json!({"role": "assistant", "content": turn.text}));
+        for item in &turn.echo {
+            if !is_call(item) {
+                all.push(item.clone());
+                continue;
+            }
+            all.extend(text.take());
+            let meant = turn
+                .calls
+                .iter()
+                .find(|call| string(item, "call_id") == Some(&call.id));
+            all.extend(meant.map(sent_call));
         }
-        all.extend(round.turn.calls.iter().map(|call| {
-            json!({
-                "type": "function_call", "call_id": call.id, "name": call.name,
-                "arguments": call.arguments,
-            })
-        }));
+        all.extend(text);
+        let rest = turn
+            .calls
+            .iter()
+            .filter(|call| !places.contains(&call.id.as_str()));
+        all.extend(rest.map(sent_call));
         all.extend(round.pairs().map(|(call, result)| {
             json!({"type": "function_call_output", "call_id": call.id, "output": result})
         }));
     }
     json!(all)
+}
+
+fn sent_call(call: &ToolCall) -> Value {
+    json!({
+        "type": "function_call", "call_id": call.id, "name": call.name, "arguments": call.arguments,
+    })
 }
 
 /// The number of an item.
@@ -83,6 +102,10 @@ fn whole(number: u64, item: &Value, answer: &mut ResponseAccumulator) {
         named(number, item, answer);
         if let Some(arguments) = string(item, "arguments") {
             answer.call_whole(number, arguments);
+        }
+        // Its place among the thoughts, which go back in their order.
+        if let Some(id) = string(item, "call_id") {
+            answer.echo(json!({"type": "function_call", "call_id": id}));
         }
     } else if string(item, "type") == Some("reasoning")
         && string(item, "encrypted_content").is_some()

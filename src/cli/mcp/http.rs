@@ -1,0 +1,282 @@
+//! Streamable HTTP on loopback: one address, `POST /mcp` for each message; a token, and no page of a browser.
+//!
+//! As the specification of 2025-06-18 has it. Answers that come at once are JSON, those of jobs a stream of events with
+//! their progress. The server has nothing to say of its own, so that `GET` is refused.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use http_body_util::{BodyExt, Limited};
+use hyper::body::Incoming;
+use hyper::header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, HOST, HeaderMap, ORIGIN};
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use serde_json::Value;
+use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use tokio::time::timeout;
+
+use super::clients::Clients;
+use super::lines::{LONGEST, RpcError, Wire};
+use super::response::{Answer, accepted, events, json, refused};
+use super::server::{Server, VERSIONS};
+use super::token::Token;
+use crate::cli::{Failure, Outcome, interrupt, output};
+
+/// The path of the only address.
+const PATH: &str = "/mcp";
+
+/// Connections at once.
+const CONNECTIONS: usize = 64;
+
+/// How long head and body of a request may take.
+const READ: Duration = Duration::from_secs(20);
+
+/// How long an answer may take before it becomes a stream.
+const AT_ONCE: Duration = Duration::from_secs(1);
+
+/// The header of sessions.
+const SESSION: &str = "mcp-session-id";
+
+/// Serves clients until the program is interrupted; then jobs that still run are ended.
+pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome {
+    let listener = TcpListener::bind(address).await;
+    let listener = listener.map_err(|why| Failure::input(format!("{address}: {why}")))?;
+    let address = listener.local_addr().map_err(Failure::input)?;
+    output::say(&format!(
+        "nearmiss: MCP server at http://{address}{PATH}; {}",
+        server.places.words()
+    ));
+    output::say(&token.words());
+    let face = Arc::new(Face {
+        server: Arc::new(server),
+        clients: Clients::default(),
+        token,
+    });
+    let connections = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let stream = tokio::select! {
+            accepted = listener.accept() => match accepted {
+                Ok((stream, _)) => stream,
+                // Too many open files, say: it may be over soon.
+                Err(_) => {
+                    tokio::time::sleep(Duration::from_millis(100)).await;
+                    continue;
+                }
+            },
+            () = interrupt::signal() => break,
+        };
+        let Ok(place) = Arc::clone(&connections).try_acquire_owned() else {
+            continue;
+        };
+        let face = Arc::clone(&face);
+        tokio::spawn(async move {
+            let answer = hyper::service::service_fn(move |request| {
+                let face = Arc::clone(&face);
+                async move { Ok::<_, std::convert::Infallible>(face.answer(request).await) }
+            });
+            let mut connection = hyper::server::conn::http1::Builder::new();
+            connection
+                .timer(TokioTimer::new())
+                .header_read_timeout(READ);
+            // A client that breaks off is no error of ours.
+            let _ = connection
+                .serve_connection(TokioIo::new(stream), answer)
+                .await;
+            drop(place);
+        });
+    }
+    face.server.jobs.cancel_all(None);
+    let server = Arc::clone(&face.server);
+    tokio::task::spawn_blocking(move || server.jobs.wait())
+        .await
+        .map_err(Failure::input)
+}
+
+/// The server as it is seen over HTTP.
+struct Face {
+    server: Arc<Server>,
+    clients: Clients,
+    token: Token,
+}
+
+impl Face {
+    async fn answer(&self, request: Request<Incoming>) -> Response<Answer> {
+        match self.admitted(&request) {
+            Ok(()) => {}
+            Err((status, why)) => return refused(status, &RpcError::request(why)),
+        }
+        let session = header(request.headers(), SESSION).map(str::to_owned);
+        match *request.method() {
+            Method::POST => self.message(request, session).await,
+            Method::DELETE => match session.and_then(|id| self.clients.end(&id)) {
+                Some(ended) => {
+                    self.server.jobs.cancel_all(Some(ended.number));
+                    accepted(StatusCode::NO_CONTENT)
+                }
+                None => refused(StatusCode::NOT_FOUND, &RpcError::request("no such session")),
+            },
+            _ => {
+                let why = "messages are sent by POST; the server opens no stream of its own";
+                let mut no = refused(StatusCode::METHOD_NOT_ALLOWED, &RpcError::request(why));
+                let allowed = hyper::header::HeaderValue::from_static("POST, DELETE");
+                no.headers_mut().insert(hyper::header::ALLOW, allowed);
+                no
+            }
+        }
+    }
+
+    /// Whether a request may say anything at all.
+    fn admitted(&self, request: &Request<Incoming>) -> Result<(), (StatusCode, &'static str)> {
+        let headers = request.headers();
+        // A page in a browser has an origin, and may reach this machine under a name of its own.
+        let local = |name| {
+            headers
+                .get(name)
+                .is_none_or(|value| value.to_str().is_ok_and(is_here))
+        };
+        if !local(ORIGIN) || !local(HOST) {
+            return Err((
+                StatusCode::FORBIDDEN,
+                "the request comes from another origin",
+            ));
+        }
+        let given = header(headers, AUTHORIZATION.as_str());
+        if !given.is_some_and(|given| self.token.is_in(given)) {
+            return Err((
+                StatusCode::UNAUTHORIZED,
+                "the token is missing or wrong; the server prints it when it starts",
+            ));
+        }
+        if request.uri().path() != PATH {
+            return Err((StatusCode::NOT_FOUND, "the only path is /mcp"));
+        }
+        match header(headers, "mcp-protocol-version") {
+            Some(version) if !VERSIONS.contains(&version) => Err((
+                StatusCode::BAD_REQUEST,
+                "the version in MCP-Protocol-Version is not spoken here",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    async fn message(&self, request: Request<Incoming>, id: Option<String>) -> Response<Answer> {
+        let no = |status, why: &str| refused(status, &RpcError::request(why));
+        let headers = request.headers();
+        let kind = header(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
+        if kind.split(';').next().map(str::trim) != Some("application/json") {
+            let why = "the message must be application/json";
+            return no(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
+        }
+        let takes = header(headers, ACCEPT.as_str()).unwrap_or("*/*");
+        let takes = |kind: &str| takes.contains(kind) || takes.contains("*/*");
+        if !takes("application/json") || !takes("text/event-stream") {
+            let why = "Accept must list application/json and text/event-stream";
+            return no(StatusCode::NOT_ACCEPTABLE, why);
+        }
+        let length = header(headers, "content-length").and_then(|n| n.parse::<u64>().ok());
+        let long = || {
+            let why = format!("the message has more than {LONGEST} bytes");
+            no(StatusCode::PAYLOAD_TOO_LARGE, &why)
+        };
+        if length.is_some_and(|length| length > LONGEST) {
+            return long();
+        }
+        let body = Limited::new(request.into_body(), LONGEST as usize);
+        let body = match timeout(READ, body.collect()).await {
+            Ok(Ok(body)) => body.to_bytes(),
+            Ok(Err(why)) if why.is::<http_body_util::LengthLimitError>() => return long(),
+            Ok(Err(_)) => return no(StatusCode::BAD_REQUEST, "the message broke off"),
+            Err(_) => return no(StatusCode::REQUEST_TIMEOUT, "the message came too slowly"),
+        };
+        let Ok(message) = serde_json::from_slice::<Value>(&body) else {
+            let error = RpcError::parse("the message is no JSON");
+            return refused(StatusCode::BAD_REQUEST, &error);
+        };
+        let begins = message.get("method").and_then(Value::as_str) == Some("initialize");
+        let (client, new) = match (begins, id) {
+            (true, _) => match self.clients.begin(|number| self.server.jobs.has(number)) {
+                Ok((id, client)) => (client, Some(id)),
+                Err(why) => return no(StatusCode::SERVICE_UNAVAILABLE, &why),
+            },
+            (false, None) => {
+                let why = "Mcp-Session-Id is missing; `initialize` answers with it";
+                return no(StatusCode::BAD_REQUEST, why);
+            }
+            (false, Some(id)) => match self.clients.of(&id) {
+                Some(client) => (client, None),
+                None => return no(StatusCode::NOT_FOUND, "no such session; `initialize` again"),
+            },
+        };
+        let (wire, mut answers) = unbounded_channel();
+        let server = Arc::clone(&self.server);
+        // Scenarios are read meanwhile.
+        tokio::task::spawn_blocking(move || {
+            server.message(&message, &client, &Wire::Response(wire));
+        });
+        let mut response = match at_once(&mut answers).await {
+            Ok(response) => response,
+            Err(begun) => events(begun, answers),
+        };
+        if let Some(id) = new.and_then(|id| id.parse().ok()) {
+            response.headers_mut().insert(SESSION, id);
+        }
+        response
+    }
+}
+
+/// The response to a message that is answered at once, or that has no answer. Others get a stream, which may begin with
+/// the progress that was told already.
+async fn at_once(
+    answers: &mut UnboundedReceiver<Value>,
+) -> Result<Response<Answer>, Option<Value>> {
+    match timeout(AT_ONCE, answers.recv()).await {
+        Err(_) => Err(None),
+        Ok(Some(progress)) if progress.get("method").is_some() => Err(Some(progress)),
+        Ok(Some(answer)) => Ok(json(StatusCode::OK, &answer)),
+        Ok(None) => Ok(accepted(StatusCode::ACCEPTED)),
+    }
+}
+
+fn header<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+    headers.get(name)?.to_str().ok()
+}
+
+/// Whether an origin or a host is this machine.
+fn is_here(place: &str) -> bool {
+    let host = place.split_once("://").map_or(place, |(_, host)| host);
+    let host = match host.strip_prefix('[') {
+        Some(rest) => rest.split(']').next().unwrap_or_default(),
+        None => host.split([':', '/']).next().unwrap_or_default(),
+    };
+    let address = host.parse::<std::net::IpAddr>();
+    host.eq_ignore_ascii_case("localhost") || address.is_ok_and(|ip| ip.is_loopback())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_here;
+
+    #[test]
+    fn origins_of_this_machine() {
+        for here in [
+            "http://localhost:3000",
+            "http://127.0.0.1",
+            "[::1]:80",
+            "localhost",
+        ] {
+            assert!(is_here(here), "{here}");
+        }
+        for there in [
+            "https://evil.example",
+            "http://127.0.0.1.evil.example",
+            "null",
+            "",
+            "localhost.evil",
+        ] {
+            assert!(!is_here(there), "{there}");
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Clients, and the jobs that run for them: commands of this program in threads of their own.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use serde_json::{Value, json};
+
+use super::catalogue::Job;
+use super::jobs::{self, JobEnd};
+use super::lines::{RpcError, Wire};
+use super::server::{Server, failed};
+use crate::formats::Entry;
+
+/// Jobs that run at once, of all clients.
+const MOST_JOBS: usize = 4;
+
+/// How commands say that they have paid nothing.
+const UNSENT: &str = "nearmiss: nothing was sent: ";
+
+/// A client from its `initialize` on.
+#[derive(Debug)]
+pub struct Session {
+    /// Which one.
+    pub number: u64,
+    /// Whether `initialize` was answered.
+    pub ready: AtomicBool,
+}
+
+impl Session {
+    /// A client that has not said anything yet.
+    pub fn new(number: u64) -> Self {
+        Self {
+            number,
+            ready: AtomicBool::new(false),
+        }
+    }
+}
+
+/// A request that a job answers.
+#[derive(Debug)]
+pub struct Work {
+    /// What it is about.
+    pub entry: Entry,
+    /// The command.
+    pub job: &'static Job,
+    /// Its arguments.
+    pub words: Vec<String>,
+    /// What its output becomes.
+    pub becomes: fn(&Job, &str) -> Value,
+    /// What it may cost, reserved of the budget.
+    pub reserved: Option<f64>,
+    /// What the client knows its progress by.
+    pub token: Option<Value>,
+}
+
+/// Jobs by session and id of their request, with the flag that ends them.
+type Running = HashMap<(u64, String), Arc<AtomicBool>>;
+
+/// All jobs of a server.
+#[derive(Debug, Default)]
+pub struct Jobs {
+    running: Mutex<Running>,
+    threads: Mutex<Vec<JoinHandle<()>>>,
+}
+
+impl Jobs {
+    fn running(&self) -> MutexGuard<'_, Running> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends the job of a request; one that does not run needs no end.
+    pub fn cancel(&self, session: u64, id: &Value) {
+        if let Some(cancel) = self.running().get(&(session, id.to_string())) {
+            cancel.store(true, Ordering::SeqCst);
+        }
+    }
+
+    /// Whether a client has jobs that run.
+    pub fn has(&self, session: u64) -> bool {
+        self.running().keys().any(|(of, _)| *of == session)
+    }
+
+    /// Ends the jobs of a client, or of all.
+    pub fn cancel_all(&self, session: Option<u64>) {
+        let running = self.running();
+        let meant = running.iter();
+        let meant = meant.filter(|((of, _), _)| session.is_none_or(|session| session == *of));
+        meant.for_each(|(_, cancel)| cancel.store(true, Ordering::SeqCst));
+    }
+
+    /// Waits until all jobs have ended.
+    pub fn wait(&self) {
+        let mut threads = self.threads.lock().unwrap_or_else(PoisonError::into_inner);
+        for thread in threads.drain(..) {
+            let _ = thread.join();
+        }
+    }
+
+    /// A place for a job; `Ok(Err)` says why the caller has to wait.
+    ///
+    /// # Errors
+    /// The id is that of a request that is still running.
+    pub fn place(
+        &self,
+        session: u64,
+        id: &Value,
+    ) -> Result<Result<Arc<AtomicBool>, String>, RpcError> {
+        let key = (session, id.to_string());
+        let mut running = self.running();
+        if running.contains_key(&key) {
+            return Err(RpcError::request("a request with this id is still running"));
+        }
+        if running.len() >= MOST_JOBS {
+            return Ok(Err(format!(
+                "{MOST_JOBS} jobs run already; wait for one or cancel it"
+            )));
+        }
+        let cancel = Arc::new(AtomicBool::new(false));
+        running.insert(key, Arc::clone(&cancel));
+        Ok(Ok(cancel))
+    }
+
+    /// Gives a place back.
+    pub fn leave(&self, session: u64, id: &Value) {
+        self.running().remove(&(session, id.to_string()));
+    }
+}
+
+/// Runs a job that has its place; its answer is sent when it ends.
+pub fn launch(
+    server: &Arc<Server>,
+    (session, id): (u64, Value),
+    wire: Wire,
+    cancel: Arc<AtomicBool>,
+    work: Work,
+) {
+    let of = Arc::clone(server);
+    let thread = std::thread::spawn(move || {
+        let tell = |seconds: u64| {
+            if let Some(token) = &work.token {
+                wire.send(&json!({
+                    "jsonrpc": "2.0", "method": "notifications/progress",
+                    "params": {
+                        "progressToken": token, "progress": seconds,
+                        "message": format!("{} runs for {seconds} s", work.job.name),
+                    },
+                }));
+            }
+        };
+        let seen = of.places.check(&work.entry);
+        let is_seen = seen.is_ok();
+        let end = match seen {
+            Ok(()) => jobs::run(work.job, work.words.clone(), &cancel, tell),
+            Err(why) => JobEnd::Failed(why),
+        };
+        of.jobs.leave(session, &id);
+        match end {
+            JobEnd::Done(text) => {
+                if let (Some(purse), Some(usd)) = (&of.purse, work.reserved) {
+                    purse.settle(usd, &text);
+                }
+                let text = of.places.told(&text);
+                wire.result(&id, &(work.becomes)(work.job, &text));
+            }
+            JobEnd::Failed(why) => {
+                if let (Some(purse), Some(usd)) = (&of.purse, work.reserved)
+                    && (!is_seen || why.starts_with(UNSENT))
+                {
+                    purse.put_back(usd);
+                }
+                let why = of.places.told(&why);
+                match work.job.is_tool() {
+                    true => wire.result(&id, &failed(&why)),
+                    false => wire.error(&id, &RpcError::parameters(why)),
+                }
+            }
+            // A cancelled request gets no answer.
+            JobEnd::Cancelled => {}
+        }
+    });
+    let mut threads = { server.jobs.threads.lock() }.unwrap_or_else(PoisonError::into_inner);
+    threads.retain(|thread| !thread.is_finished());
+    threads.push(thread);
+}

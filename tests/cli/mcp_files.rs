@@ -1,0 +1,116 @@
+//! `mcp`: which files are read for clients, and scenarios as resources.
+
+use serde_json::{Value, json};
+
+use super::mcp::{CUT_IN, Client};
+use super::support::program::Home;
+
+fn bundled(name: &str) -> Vec<u8> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/");
+    std::fs::read(format!("{folder}{name}")).unwrap()
+}
+
+fn resources(client: &mut Client) -> Vec<Value> {
+    let list = client.ask("resources/list", json!({}))["result"]["resources"].clone();
+    list.as_array().unwrap().clone()
+}
+
+#[cfg(unix)]
+#[test]
+fn files_that_a_scenario_reads_lie_in_the_folders() {
+    let home = Home::new();
+    std::fs::create_dir(home.files().join("in")).unwrap();
+    home.run(&["convert", CUT_IN, "-o", "in/drive.xosc"])
+        .status(0);
+    let text = std::fs::read_to_string(home.files().join("in/drive.xosc")).unwrap();
+    assert!(text.contains("drive.xodr"));
+    let road = std::fs::read(home.files().join("in/drive.xodr")).unwrap();
+    home.write("outer.xodr", road);
+    std::os::unix::fs::symlink(
+        home.files().join("outer.xodr"),
+        home.files().join("in/road.xodr"),
+    )
+    .unwrap();
+    home.write("in/link.xosc", text.replace("drive.xodr", "road.xodr"));
+    home.write("in/up.xosc", text.replace("drive.xodr", "../outer.xodr"));
+    let mut client = Client::start(&home, &["in"]);
+    let why = |said: &Value| said["content"][0]["text"].as_str().unwrap().to_string();
+    for (file, inside) in [
+        ("drive.xosc", true),
+        ("link.xosc", false),
+        ("up.xosc", false),
+    ] {
+        // Both look at the same files, in this process and in one of their own.
+        for tool in ["list_obstacles", "render"] {
+            let said = client.call(tool, json!({"scenario": file}));
+            assert_eq!(
+                said["isError"].as_bool(),
+                Some(!inside),
+                "{tool} {file} {said}"
+            );
+            assert_eq!(
+                why(&said).contains("outside the folders"),
+                !inside,
+                "{tool} {file} {said}"
+            );
+        }
+    }
+    client.end();
+}
+
+#[test]
+fn a_changed_ego_is_read_anew() {
+    let home = Home::new();
+    std::fs::create_dir(home.files().join("in")).unwrap();
+    home.write("in/a.xml", bundled("ZAM_CutIn-1_1_T-1.xml"));
+    let ego = String::from_utf8(bundled("ZAM_CutIn-1_1_T-1.ego_trajectory.csv")).unwrap();
+    home.write("in/a.ego_trajectory.csv", &ego);
+    let mut client = Client::start(&home, &["in"]);
+    let late = json!({"scenario": "a.xml", "at": 30});
+    let said = client.call("list_obstacles", late.clone());
+    assert_eq!(said["isError"], false, "{said}");
+    let half: Vec<&str> = ego.lines().take(20).collect();
+    home.write("in/a.ego_trajectory.csv", half.join("\n") + "\n");
+    let said = client.call("list_obstacles", late);
+    assert!(said.to_string().contains("the ego is recorded"), "{said}");
+    client.end();
+}
+
+#[test]
+fn resources_of_two_folders_are_told_apart_and_measured_before_they_are_read() {
+    let home = Home::new();
+    for (folder, name) in [("one", "ZAM_CutIn-1_1_T-1"), ("two", "ZAM_JamTail-1_1_T-1")] {
+        std::fs::create_dir(home.files().join(folder)).unwrap();
+        home.write(format!("{folder}/a.xml"), bundled(&format!("{name}.xml")));
+    }
+    let large = home.write("two/large.xml", bundled("ZAM_CutIn-1_1_T-1.xml"));
+    // Sparse, so that it costs no room.
+    let file = std::fs::File::options().write(true).open(large).unwrap();
+    file.set_len(9 << 20).unwrap();
+    let mut client = Client::start(&home, &["one", "two"]);
+    let all = resources(&mut client);
+    let uris: std::collections::BTreeSet<&str> =
+        all.iter().map(|r| r["uri"].as_str().unwrap()).collect();
+    assert_eq!((all.len(), uris.len()), (3, 3), "{all:?}");
+    assert!(all.iter().all(|r| r["mimeType"] == "application/xml"));
+    for resource in &all {
+        let name = resource["name"].as_str().unwrap();
+        let read = client.ask("resources/read", json!({"uri": resource["uri"]}));
+        if name.contains("large") {
+            let why = read["error"]["message"].as_str().unwrap();
+            assert!(why.contains("9437184 bytes"), "{why}");
+            continue;
+        }
+        let text = read["result"]["contents"][0]["text"].as_str().unwrap();
+        let expected = if name.starts_with("2:") {
+            "ZAM_JamTail"
+        } else {
+            "ZAM_CutIn"
+        };
+        assert!(text.contains(expected), "{name}");
+        // Tools take the same name.
+        let said = client.call("render", json!({"scenario": name, "at": 0}));
+        assert_eq!(said["isError"], false, "{said}");
+    }
+    client.end();
+}
