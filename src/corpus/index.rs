@@ -5,17 +5,19 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::parts::{IndexError, Part, PartRow};
+use super::parts::{Columns, IndexError, Part, PartRow};
 use super::{Cell, Coverage, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
+use crate::scenario::ObstacleType;
 use crate::system;
 
-const TEXTS: [&str; 6] = [
+const TEXTS: [&str; 7] = [
     "scenario",
     "file",
     "sha256",
     "ego_source",
     "manoeuvre",
     "road",
+    "obstacle_type",
 ];
 const INTEGERS: [&str; 6] = [
     "severity",
@@ -26,7 +28,7 @@ const INTEGERS: [&str; 6] = [
     "worst_step",
 ];
 
-/// The windows of a scenario that have the same manoeuvre, road and severity.
+/// The windows of a scenario that have the same manoeuvre, road, severity and type of obstacle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CellWindows {
     /// What the obstacle does.
@@ -35,6 +37,8 @@ pub struct CellWindows {
     pub road: RoadType,
     /// The worst risk score, 0 (collision) to 5 (negligible).
     pub severity: u8,
+    /// The obstacle's type.
+    pub actor: ObstacleType,
     /// How many windows.
     pub windows: u64,
     /// How many of them were asked about.
@@ -67,7 +71,7 @@ pub struct IndexedScenario {
     pub file: String,
     /// SHA-256 of the file.
     pub hash: String,
-    /// Its windows by cell, in the order of manoeuvre, road and severity.
+    /// Its windows by cell and type of obstacle, in the order of manoeuvre, road and severity.
     pub windows: Arc<[CellWindows]>,
 }
 
@@ -80,9 +84,7 @@ pub struct CellCounts {
     pub asked: [u64; SEVERITIES],
 }
 
-/// Manoeuvres.
 const MANOEUVRES: usize = Manoeuvre::ALL.len();
-/// Roads.
 const ROADS: usize = RoadType::ALL.len();
 
 /// An index that was read.
@@ -143,7 +145,8 @@ impl CorpusIndex {
         let mut reading = Reading::default();
         let mut rows = 0;
         for part in parts {
-            let done = Part::open(part)?.read(&TEXTS, &INTEGERS, &mut |row| {
+            let columns = Columns::of(&TEXTS, &INTEGERS);
+            let done = Part::open(part)?.read(&columns, &mut |row| {
                 reading.take(row, asked)?;
                 rows += 1;
                 Ok(match rows % ROWS_A_LOOK {
@@ -190,7 +193,8 @@ impl CorpusIndex {
                 usize::from(window.severity),
             );
             let scenario = reading.place_of(hash, name, name);
-            reading.add(scenario, cell, place, *asked);
+            let actor = ObstacleType::parse(window.kind).unwrap_or(ObstacleType::Unknown);
+            reading.add(scenario, cell, actor, place, *asked);
         }
         reading.end(folder)
     }
@@ -250,6 +254,36 @@ impl CorpusIndex {
     }
 }
 
+/// Places of manoeuvre, road and severity in their lists.
+type CellPlaces = (usize, usize, usize);
+
+/// The cell of a row and the type of its obstacle, from the places of these text columns and of the severity among the
+/// integers.
+pub(super) fn cell_of(
+    row: &PartRow<'_>,
+    (manoeuvre, road, actor): (usize, usize, usize),
+    severity: usize,
+) -> Result<(CellPlaces, ObstacleType), IndexError> {
+    let manoeuvres = Manoeuvre::ALL.map(Manoeuvre::name);
+    let word = row.text(manoeuvre)?;
+    let manoeuvre = manoeuvres.iter().position(|known| *known == word);
+    let manoeuvre =
+        manoeuvre.ok_or_else(|| row.foreign(system::unknown("manoeuvre", word, manoeuvres)))?;
+    let roads = RoadType::ALL.map(RoadType::name);
+    let word = row.text(road)?;
+    let road = roads.iter().position(|known| *known == word);
+    let road = road.ok_or_else(|| row.foreign(system::unknown("road", word, roads)))?;
+    let word = row.text(actor)?;
+    let kinds = ObstacleType::ALL.iter().map(|kind| kind.name());
+    let actor = ObstacleType::parse(word)
+        .ok_or_else(|| row.foreign(system::unknown("obstacle_type", word, kinds)))?;
+    let number = row.integer(severity);
+    let severity = usize::try_from(number).ok().filter(|s| *s < SEVERITIES);
+    let severity =
+        severity.ok_or_else(|| row.foreign(format!("severity {number} is not 0 to 5")))?;
+    Ok(((manoeuvre, road, severity), actor))
+}
+
 /// An index while it is read.
 #[derive(Default)]
 struct Reading {
@@ -279,22 +313,10 @@ impl Reading {
             steps: (row.integer(3), row.integer(4)),
             worst_step: row.integer(5),
         };
-        let manoeuvres = Manoeuvre::ALL.map(Manoeuvre::name);
-        let word = row.text(4)?;
-        let manoeuvre = manoeuvres.iter().position(|known| *known == word);
-        let manoeuvre =
-            manoeuvre.ok_or_else(|| row.foreign(system::unknown("manoeuvre", word, manoeuvres)))?;
-        let roads = RoadType::ALL.map(RoadType::name);
-        let word = row.text(5)?;
-        let road = roads.iter().position(|known| *known == word);
-        let road = road.ok_or_else(|| row.foreign(system::unknown("road", word, roads)))?;
-        let number = row.integer(0);
-        let severity = usize::try_from(number).ok().filter(|s| *s < SEVERITIES);
-        let severity =
-            severity.ok_or_else(|| row.foreign(format!("severity {number} is not 0 to 5")))?;
+        let (cell, actor) = cell_of(row, (4, 5, 6), 0)?;
         let key = WindowKey { hash, name, place };
         let scenario = self.place_of(hash, name, row.text(1)?);
-        self.add(scenario, (manoeuvre, road, severity), place, asked(key));
+        self.add(scenario, cell, actor, place, asked(key));
         Ok(())
     }
 
@@ -303,6 +325,7 @@ impl Reading {
         &mut self,
         scenario: usize,
         (manoeuvre, road, severity): (usize, usize, usize),
+        actor: ObstacleType,
         example: WindowPlace,
         asked: bool,
     ) {
@@ -313,8 +336,9 @@ impl Reading {
         let (manoeuvre, road) = (Manoeuvre::ALL[manoeuvre], RoadType::ALL[road]);
         let severity = severity as u8;
         let cells = &mut self.scenarios[scenario].1;
-        let same =
-            |c: &&mut CellWindows| (c.manoeuvre, c.road, c.severity) == (manoeuvre, road, severity);
+        let same = |c: &&mut CellWindows| {
+            (c.manoeuvre, c.road, c.severity, c.actor) == (manoeuvre, road, severity, actor)
+        };
         match cells.iter_mut().find(same) {
             Some(cell) => {
                 cell.windows += 1;
@@ -324,6 +348,7 @@ impl Reading {
                 manoeuvre,
                 road,
                 severity,
+                actor,
                 windows: 1,
                 asked,
                 example,
@@ -356,7 +381,7 @@ impl Reading {
 
     fn end(self, folder: PathBuf) -> CorpusIndex {
         let scenarios = self.scenarios.into_iter().map(|(scenario, mut cells)| {
-            cells.sort_by_key(|cell| (cell.manoeuvre, cell.road, cell.severity));
+            cells.sort_by_key(|cell| (cell.manoeuvre, cell.road, cell.severity, cell.actor));
             IndexedScenario {
                 windows: cells.into(),
                 ..scenario

@@ -20,7 +20,7 @@ pub use index::{
     CellCounts, CellWindows, CorpusIndex, InIndex, IndexedScenario, WindowKey, WindowPlace,
 };
 pub use manoeuvre::Manoeuvre;
-pub use parts::{IndexError, Part, PartRow, part_files};
+pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use road_type::RoadType;
 pub use sampler::{Axis, Candidate, Drawn, Sampler};
 pub use windows::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};

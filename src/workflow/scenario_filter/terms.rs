@@ -30,7 +30,7 @@ pub const TERMS: &[(&str, &str)] = &[
     ),
     (
         "road:urban",
-        "windows of an index: also manoeuvre:cut_in, severity<=1; one window fits all",
+        "windows of an index: also manoeuvre:cut_in,merging, actor:truck, severity<=1; one window fits all",
     ),
     ("!tag:urban", "the opposite of a term, or of a word"),
 ];
@@ -124,15 +124,33 @@ const COMPARISONS: [(&str, Comparison); 5] = [
 /// Measures that are known of every scenario that was read.
 pub const HEADLINE: [&str; 3] = ["risk", "distance", "ttc"];
 
+/// The measures whose values are known, beside [`HEADLINE`].
+#[derive(Debug, Clone, Copy)]
+pub enum Measures {
+    /// The one that the list is sorted by.
+    Sorted(Option<&'static Measure>),
+    /// Those of the windows of an index: each, as far as the index has it.
+    OfWindows,
+}
+
+impl Measures {
+    fn has(self, measure: &Measure) -> bool {
+        match self {
+            Self::Sorted(sorted) => sorted.is_some_and(|s| s.id == measure.id),
+            Self::OfWindows => true,
+        }
+    }
+}
+
 /// Reads a word as a term: nothing if it is none, `Ok(None)` while its value is still to be typed.
-pub fn term(word: &str, sorted: Option<&'static Measure>) -> Option<Result<Option<Term>, String>> {
+pub fn term(word: &str, measures: Measures) -> Option<Result<Option<Term>, String>> {
     let (negated, bare) = match word.strip_prefix('!') {
         Some(rest) => (true, rest),
         None => (false, word),
     };
     let test = match (bare.split_once(':'), compared(bare)) {
         (Some((key, value)), _) if !key.is_empty() => named(key, value),
-        (_, Some((key, how, value))) if !key.is_empty() => number(key, how, value, sorted),
+        (_, Some((key, how, value))) if !key.is_empty() => number(key, how, value, measures),
         _ => return None,
     };
     Some(test.map(|test| test.map(|test| Term { test, negated })))
@@ -176,7 +194,7 @@ fn named(key: &str, value: &str) -> Result<Option<Test>, String> {
         _ => match WindowTest::read(key, value) {
             Some(test) => test.map(|test| test.map(Test::Window)),
             None => Err(format!(
-                "unknown filter `{key}:`; available: tag: country: folder: has: no: verdict: manoeuvre: road: severity:"
+                "unknown filter `{key}:`; available: tag: country: folder: has: no: verdict: manoeuvre: actor: road: severity:"
             )),
         },
     }
@@ -196,18 +214,18 @@ fn number(
     key: &str,
     how: Comparison,
     value: &str,
-    sorted: Option<&'static Measure>,
+    measures: Measures,
 ) -> Result<Option<Test>, String> {
     let measure = MEASURES.iter().find(|m| m.id == key);
     if key == "severity" {
-        let test = |score| Test::Window(WindowTest::Severity(how, score));
+        let test = |score| Test::Window(WindowTest::Compared(how, score));
         return Ok(number_in(key, value)?.map(test));
     }
     let number = match (key, measure) {
         ("obstacles", _) => Number::Obstacles,
         ("duration", _) => Number::Duration,
         ("answers", _) => Number::Answers,
-        (_, Some(m)) if HEADLINE.contains(&key) || sorted.is_some_and(|s| s.id == key) => {
+        (_, Some(m)) if HEADLINE.contains(&key) || measures.has(m) => {
             Number::Of(m)
         }
         (_, Some(_)) => {
