@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::parts::{Columns, IndexError, Part, PartRow};
+use super::row_cell::RowCell;
 use super::{Cell, Coverage, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
 use crate::scenario::ObstacleType;
-use crate::system;
 
 const TEXTS: [&str; 7] = [
     "scenario",
@@ -184,17 +184,14 @@ impl CorpusIndex {
                 steps: window.steps,
                 worst_step: window.worst_step,
             };
-            let mut manoeuvres = Manoeuvre::ALL.into_iter();
-            let manoeuvre = manoeuvres.position(|one| one == window.manoeuvre);
-            let road = RoadType::ALL.into_iter().position(|one| one == window.road);
-            let cell = (
-                manoeuvre.unwrap_or_default(),
-                road.unwrap_or_default(),
-                usize::from(window.severity),
-            );
+            let cell = RowCell {
+                manoeuvre: window.manoeuvre,
+                road: window.road,
+                severity: window.severity,
+                actor: ObstacleType::parse(window.kind).unwrap_or(ObstacleType::Unknown),
+            };
             let scenario = reading.place_of(hash, name, name);
-            let actor = ObstacleType::parse(window.kind).unwrap_or(ObstacleType::Unknown);
-            reading.add(scenario, cell, actor, place, *asked);
+            reading.add(scenario, cell, place, *asked);
         }
         reading.end(folder)
     }
@@ -254,36 +251,6 @@ impl CorpusIndex {
     }
 }
 
-/// Places of manoeuvre, road and severity in their lists.
-type CellPlaces = (usize, usize, usize);
-
-/// The cell of a row and the type of its obstacle, from the places of these text columns and of the severity among the
-/// integers.
-pub(super) fn cell_of(
-    row: &PartRow<'_>,
-    (manoeuvre, road, actor): (usize, usize, usize),
-    severity: usize,
-) -> Result<(CellPlaces, ObstacleType), IndexError> {
-    let manoeuvres = Manoeuvre::ALL.map(Manoeuvre::name);
-    let word = row.text(manoeuvre)?;
-    let manoeuvre = manoeuvres.iter().position(|known| *known == word);
-    let manoeuvre =
-        manoeuvre.ok_or_else(|| row.foreign(system::unknown("manoeuvre", word, manoeuvres)))?;
-    let roads = RoadType::ALL.map(RoadType::name);
-    let word = row.text(road)?;
-    let road = roads.iter().position(|known| *known == word);
-    let road = road.ok_or_else(|| row.foreign(system::unknown("road", word, roads)))?;
-    let word = row.text(actor)?;
-    let kinds = ObstacleType::ALL.iter().map(|kind| kind.name());
-    let actor = ObstacleType::parse(word)
-        .ok_or_else(|| row.foreign(system::unknown("obstacle_type", word, kinds)))?;
-    let number = row.integer(severity);
-    let severity = usize::try_from(number).ok().filter(|s| *s < SEVERITIES);
-    let severity =
-        severity.ok_or_else(|| row.foreign(format!("severity {number} is not 0 to 5")))?;
-    Ok(((manoeuvre, road, severity), actor))
-}
-
 /// An index while it is read.
 #[derive(Default)]
 struct Reading {
@@ -313,28 +280,26 @@ impl Reading {
             steps: (row.integer(3), row.integer(4)),
             worst_step: row.integer(5),
         };
-        let (cell, actor) = cell_of(row, (4, 5, 6), 0)?;
+        let cell = RowCell::of(row, (4, 5, 6), 0)?;
         let key = WindowKey { hash, name, place };
         let scenario = self.place_of(hash, name, row.text(1)?);
-        self.add(scenario, cell, actor, place, asked(key));
+        self.add(scenario, cell, place, asked(key));
         Ok(())
     }
 
-    /// Counts a window of a scenario, in the cell at these places.
-    fn add(
-        &mut self,
-        scenario: usize,
-        (manoeuvre, road, severity): (usize, usize, usize),
-        actor: ObstacleType,
-        example: WindowPlace,
-        asked: bool,
-    ) {
+    /// Counts a window of a scenario.
+    fn add(&mut self, scenario: usize, cell: RowCell, example: WindowPlace, asked: bool) {
+        let RowCell {
+            manoeuvre,
+            road,
+            severity,
+            actor,
+        } = cell;
         let asked = u64::from(asked);
-        let counts = &mut self.cells[manoeuvre][road];
-        counts.windows[severity] += 1;
-        counts.asked[severity] += asked;
-        let (manoeuvre, road) = (Manoeuvre::ALL[manoeuvre], RoadType::ALL[road]);
-        let severity = severity as u8;
+        // Both are in the order of their lists.
+        let counts = &mut self.cells[manoeuvre as usize][road as usize];
+        counts.windows[usize::from(severity)] += 1;
+        counts.asked[usize::from(severity)] += asked;
         let cells = &mut self.scenarios[scenario].1;
         let same = |c: &&mut CellWindows| {
             (c.manoeuvre, c.road, c.severity, c.actor) == (manoeuvre, road, severity, actor)

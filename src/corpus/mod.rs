@@ -8,6 +8,7 @@ mod index;
 mod manoeuvre;
 mod parts;
 mod road_type;
+mod row_cell;
 mod sampler;
 
 #[cfg(test)]
@@ -22,6 +23,7 @@ pub use index::{
 pub use manoeuvre::Manoeuvre;
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use road_type::RoadType;
+pub use row_cell::RowCell;
 pub use sampler::{Axis, Candidate, Drawn, Sampler};
 pub use windows::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
 pub use worst_moments::{WorstMoment, worst_moments};

@@ -6,6 +6,7 @@ use super::super::message::Effect;
 use super::super::model::{Filtering, Model, Pane};
 use super::{actions, jumps, open_current};
 use crate::description::visible;
+use crate::workflow::Sentence;
 
 /// Begins to type; the old text is selected, so that the first character replaces it.
 pub fn begin(model: &mut Model) {
@@ -45,6 +46,7 @@ pub fn drop_kept(model: &mut Model) {
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     match key.code {
         Code::Esc => return cancel(model),
+        Code::Enter | Code::Tab if model.list.sentence().is_some() => return translate(model),
         Code::Enter | Code::Tab => {
             let effects = open_match(model);
             keep(model);
@@ -74,6 +76,25 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         return Vec::new();
     }
     typed(model, filter)
+}
+
+/// The sentence that is typed becomes its filter, which is still being typed: it is used as it stands then.
+fn translate(model: &mut Model) -> Vec<Effect> {
+    let read = Sentence::read(model.list.sentence().unwrap_or_default());
+    let missed: Vec<_> = read
+        .not_understood
+        .iter()
+        .map(|part| visible(part))
+        .collect();
+    let missed = missed.join(", ");
+    if read.filter.is_empty() {
+        model.say("nothing of this is a filter; `nearmiss help finding` lists the words");
+        return Vec::new();
+    }
+    if !missed.is_empty() {
+        model.say(format!("not understood, left out: {missed}"));
+    }
+    typed(model, read.filter)
 }
 
 /// Text that is pasted while the filter is typed.

@@ -40,7 +40,7 @@ pub enum WindowTest {
 
 /// The word of a type of obstacle in filters: `priority_vehicle`.
 #[must_use]
-pub fn actor_word(kind: ObstacleType) -> String {
+fn actor_word(kind: ObstacleType) -> String {
     let mut word = String::new();
     for letter in kind.name().chars() {
         if letter.is_ascii_uppercase() {

@@ -9,10 +9,10 @@ mod index_tests;
 mod selector;
 mod terms;
 
+pub use countries::country_named;
 pub use facts::{Facts, Tally, Verdicts, country_of, nearest};
 pub use filter::{Filter, Matching, WordMatch};
 pub use selector::Selector;
-pub use index_terms::actor_word;
 pub use terms::{HEADLINE, Number, Property, TERMS};
 
 use std::sync::Arc;

@@ -225,9 +225,7 @@ fn number(
         ("obstacles", _) => Number::Obstacles,
         ("duration", _) => Number::Duration,
         ("answers", _) => Number::Answers,
-        (_, Some(m)) if HEADLINE.contains(&key) || measures.has(m) => {
-            Number::Of(m)
-        }
+        (_, Some(m)) if HEADLINE.contains(&key) || measures.has(m) => Number::Of(m),
         (_, Some(_)) => {
             return Err(format!("filtering by `{key}` needs the list sorted by it"));
         }
