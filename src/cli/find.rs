@@ -24,7 +24,6 @@ Words without a term are named on standard error. `nearmiss help finding`: the v
 Exit status: 0 windows were found; 1 none was; 2 nothing was understood, or an error of input.")]
 pub struct Find {
     /// What is looked for: \"cut-ins under 1.5 s TTC on motorways\".
-    #[arg(required_unless_present = "filter")]
     sentence: Option<String>,
     /// Folder of the index, see `nearmiss index` [default: `index` of the configuration].
     #[arg(long, value_name = "FOLDER")]
@@ -99,21 +98,18 @@ impl json::Output for FindDocument {
 pub fn run(arguments: &Find) -> Outcome {
     let read = match (&arguments.sentence, &arguments.filter) {
         (Some(sentence), _) => Sentence::read(sentence),
-        (None, filter) => Sentence {
-            filter: filter.clone().unwrap_or_default(),
+        (None, Some(filter)) => Sentence {
+            filter: filter.clone(),
             not_understood: Vec::new(),
         },
+        (None, None) => {
+            return Err(Failure::input(
+                "expected a sentence, such as \"cut-ins under 1.5 s TTC\", or --filter FILTER",
+            ));
+        }
     };
-    let missed: Vec<String> = read
-        .not_understood
-        .iter()
-        .map(|w| output::visible(w))
-        .collect();
-    if !missed.is_empty() {
-        output::say(&format!(
-            "nearmiss: not understood, left out: {}",
-            missed.join(", ")
-        ));
+    if let Some(left_out) = read.left_out(output::visible) {
+        output::say(&format!("nearmiss: {left_out}"));
     }
     if read.filter.trim().is_empty() {
         return Err(Failure::input(
@@ -125,7 +121,9 @@ pub fn run(arguments: &Find) -> Outcome {
     let mut document = FindDocument {
         sentence: arguments.sentence.as_deref().map(output::visible),
         filter: output::visible(&read.filter),
-        not_understood: missed,
+        not_understood: { read.not_understood.iter() }
+            .map(|part| output::visible(&part.words))
+            .collect(),
         searched: None,
         windows: None,
         scenarios: None,

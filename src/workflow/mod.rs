@@ -79,7 +79,7 @@ pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
 };
-pub use sentence::{Sentence, phrases};
+pub use sentence::{NotUnderstood, Sentence};
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
 pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};

@@ -81,18 +81,12 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 /// The sentence that is typed becomes its filter, which is still being typed: it is used as it stands then.
 fn translate(model: &mut Model) -> Vec<Effect> {
     let read = Sentence::read(model.list.sentence().unwrap_or_default());
-    let missed: Vec<_> = read
-        .not_understood
-        .iter()
-        .map(|part| visible(part))
-        .collect();
-    let missed = missed.join(", ");
     if read.filter.is_empty() {
         model.say("nothing of this is a filter; `nearmiss help finding` lists the words");
         return Vec::new();
     }
-    if !missed.is_empty() {
-        model.say(format!("not understood, left out: {missed}"));
+    if let Some(left_out) = read.left_out(|words| visible(words).into_owned()) {
+        model.say(left_out);
     }
     typed(model, read.filter)
 }

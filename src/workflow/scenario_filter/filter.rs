@@ -105,7 +105,7 @@ impl Filter {
                 None => match (codes_of(word.trim_start_matches('!')), word) {
                     (codes, _) if codes.is_empty() => words.push(word),
                     (codes, word) if word.starts_with('!') => filter.terms.push(Term {
-                        test: Test::Country(word.to_uppercase(), codes),
+                        test: Test::Country(vec![(word.to_uppercase(), codes)]),
                         negated: true,
                     }),
                     (codes, _) => {

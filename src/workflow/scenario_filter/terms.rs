@@ -13,7 +13,7 @@ pub const TERMS: &[(&str, &str)] = &[
     ),
     (
         "country:DEU",
-        "the country of the benchmark id, or its name: country:germany, or just germany",
+        "the country of the benchmark id, or its name: country:germany, or just germany; country:DEU,USA",
     ),
     ("folder:highway", "part of the folder's name"),
     (
@@ -49,8 +49,8 @@ pub struct Term {
 pub enum Test {
     /// Whether a tag has this part, in small letters.
     Tag(String),
-    /// Whether the country begins so, in capitals, or is one of these.
-    Country(String, Vec<&'static str>),
+    /// Whether the country begins so, in capitals, or is one of these; one of several such conditions holds.
+    Country(Vec<(String, Vec<&'static str>)>),
     /// Whether the folder has this part, in small letters.
     Folder(String),
     /// Whether something is there (or, with `false`, known not to be).
@@ -178,7 +178,9 @@ fn named(key: &str, value: &str) -> Result<Option<Test>, String> {
     match key {
         "tag" => Ok((!small.is_empty()).then_some(Test::Tag(small))),
         "country" => {
-            let test = || Test::Country(value.to_uppercase(), codes_of(value));
+            let named = value.split(',').filter(|name| !name.is_empty());
+            let named = named.map(|name| (name.to_uppercase(), codes_of(name)));
+            let test = || Test::Country(named.collect());
             Ok((!small.is_empty()).then(test))
         }
         "folder" => Ok((!small.is_empty()).then_some(Test::Folder(small))),
@@ -293,9 +295,11 @@ impl Test {
     pub fn holds(&self, row: &impl Filterable) -> bool {
         match self {
             Self::Tag(part) => row.tags().any(|tag| tag.to_lowercase().contains(part)),
-            Self::Country(start, codes) => {
+            Self::Country(named) => {
                 let country = row.country();
-                country.starts_with(start.as_str()) || codes.contains(&country)
+                named.iter().any(|(start, codes)| {
+                    country.starts_with(start.as_str()) || codes.contains(&country)
+                })
             }
             Self::Folder(part) => row.entry().group.to_lowercase().contains(part),
             Self::Has(thing, there) => row.has(*thing) == Some(*there),

@@ -1,43 +1,20 @@
 //! From the words of a sentence to the terms of a filter.
 
-use super::lexicon::{Meaning, phrase};
+use super::items::{Item, What, items};
+use super::levels;
+use super::lexicon::{Meaning, alike};
+use super::quantity::{self, Before, Named};
 use super::words::{Token, tokens};
-use super::{Sentence, quantity};
-use crate::workflow::scenario_filter::country_named;
-
-/// Part of a sentence.
-#[derive(Debug, Clone)]
-pub struct Item {
-    /// Its words: first and behind the last.
-    pub words: (usize, usize),
-    /// What it is.
-    pub what: What,
-}
-
-/// What a part of a sentence is.
-#[derive(Debug, Clone, PartialEq)]
-pub enum What {
-    /// A phrase that is known.
-    Means(Meaning),
-    /// A term as it stands, or a word of a name.
-    Term(String),
-    /// A number.
-    Number(f64),
-    /// Not known.
-    Unknown,
-}
-
-/// Left and right, which no term tells apart.
-const SIDES: [&str; 4] = ["left", "right", "leftwards", "rightwards"];
+use super::{NotUnderstood, Sentence};
 
 /// Reads a sentence.
 pub fn read(sentence: &str) -> Sentence {
-    let (sides, words): (Vec<_>, Vec<_>) = { tokens(sentence).into_iter().enumerate() }
-        .partition(|(_, token)| SIDES.contains(&token.small.as_str()));
+    let all = tokens(sentence).into_iter().enumerate();
+    let (sides, words): (Vec<_>, Vec<_>) = all.partition(|(_, token)| token.is_side());
     let (places, words): (Vec<usize>, Vec<Token>) = words.into_iter().unzip();
     let mut reading = Reading {
         unknown: vec![false; words.len()],
-        terms: Vec::new(),
+        ..Reading::default()
     };
     let items = items(&words);
     let mut at = 0;
@@ -57,211 +34,217 @@ pub fn read(sentence: &str) -> Sentence {
 }
 
 /// Words that follow each other are one part.
-fn joined(words: Vec<(usize, String)>) -> Vec<String> {
-    let mut parts: Vec<(usize, String)> = Vec::new();
+fn joined(words: Vec<(usize, String)>) -> Vec<NotUnderstood> {
+    let mut parts: Vec<(usize, Vec<String>)> = Vec::new();
     for (place, word) in words {
         match parts.last_mut() {
             Some((last, part)) if *last + 1 == place => {
                 *last = place;
-                part.push(' ');
-                part.push_str(&word);
+                part.push(word);
             }
-            _ => parts.push((place, word)),
+            _ => parts.push((place, vec![word])),
         }
     }
-    parts.into_iter().map(|(_, part)| part).collect()
+    let parts = parts.into_iter().map(|(_, words)| NotUnderstood {
+        alike: words.iter().find_map(|word| alike(word)),
+        words: words.join(" "),
+    });
+    parts.collect()
 }
 
-/// The parts of a sentence, without fillers.
-fn items(words: &[Token]) -> Vec<Item> {
-    let mut items = Vec::new();
-    let mut at = 0;
-    while at < words.len() {
-        let (length, what) = part(&words[at..]);
-        let filler = what == What::Means(Meaning::Filler);
-        if !filler {
-            items.push(Item {
-                words: (at, at + length),
-                what,
-            });
-        }
-        at += length;
-    }
-    items
+/// Part of a filter.
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// A value of a key: those of one key are alternatives.
+    Value(&'static str, String),
+    /// A term that is complete.
+    Whole(String),
 }
 
-fn part(words: &[Token]) -> (usize, What) {
-    let word = &words[0];
-    match phrase(words) {
-        Some((length, Meaning::Key(key))) => match words.get(length) {
-            Some(value) => (length + 1, What::Term(format!("{key}:{}", value.small))),
-            None => (length, What::Unknown),
-        },
-        Some((length, meaning)) => (length, What::Means(meaning)),
-        None => {
-            let two = words
-                .get(1)
-                .map(|next| format!("{} {}", word.said, next.said));
-            if let Some(code) = two.and_then(|two| country_named(&two)) {
-                return (2, What::Term(format!("country:{code}")));
-            }
-            match (word.number, country_named(&word.said)) {
-                (Some(number), _) => (1, What::Number(number)),
-                (None, Some(code)) => (1, What::Term(format!("country:{code}"))),
-                (None, None) if is_name(&word.said) => (1, What::Term(word.said.clone())),
-                _ => (1, What::Unknown),
-            }
-        }
-    }
-}
-
-/// Whether a word is part of a scenario's name: capitals with digits or `_`.
-fn is_name(word: &str) -> bool {
-    let has = |test: fn(&char) -> bool| word.chars().any(|c| test(&c));
-    has(char::is_ascii_uppercase) && (word.contains('_') || has(char::is_ascii_digit))
+/// What was said last, to which `or` may join alternatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Said {
+    /// Values of a key.
+    Values(&'static str),
+    /// Anything else, which no filter has alternatives of.
+    Other,
 }
 
 /// A term while the sentence is read.
 enum Term {
-    /// A key with the values of all its words.
     Values {
         key: &'static str,
         values: Vec<String>,
         negated: bool,
     },
-    /// One that is complete.
     Whole(String),
 }
 
+/// Words, by their places: first and behind the last.
+type Words = (usize, usize);
+
+#[derive(Default)]
 struct Reading {
     /// By word.
     unknown: Vec<bool>,
     terms: Vec<Term>,
+    /// The measure of the quantity that was read last.
+    joined: Option<Named>,
+    /// The last measure without a number.
+    waiting: Option<(Named, Words)>,
+    said: Option<Said>,
+    /// `or`, behind what was said.
+    or: Option<(Said, Words)>,
+    /// Whether the other is said to be ahead.
+    ahead: bool,
 }
 
 impl Reading {
     /// Takes what stands first: how many items.
     fn take(&mut self, items: &[Item]) -> usize {
-        if let Some(taken) = self.levels(items) {
-            return taken;
-        }
-        if let Some(quantity) = quantity::read(items) {
-            let taken = &items[..quantity.length];
-            if quantity.terms.is_empty() {
-                taken.iter().for_each(|item| self.miss(item));
-            }
-            for term in quantity.terms {
-                self.whole(term);
-            }
-            return quantity.length;
-        }
         let item = &items[0];
-        match &item.what {
-            What::Means(Meaning::Term(key, value)) => self.add(key, value, false),
-            What::Means(Meaning::Terms(all)) => {
-                for (key, value) in *all {
-                    self.add(key, value, false);
-                }
+        match item.what {
+            What::Means(Meaning::Or) => {
+                self.or = self.said.map(|said| (said, item.words));
+                return 1;
             }
-            What::Means(Meaning::Whole(term)) => self.whole((*term).to_string()),
-            What::Means(Meaning::Not) => return self.negated(items),
-            What::Term(term) => self.whole(term.clone()),
             // Joins, and obstacles that nothing is said of.
-            What::Means(Meaning::And | Meaning::Measure("obstacles", _)) => {}
-            _ => self.miss(item),
+            What::Means(Meaning::And | Meaning::Between | Meaning::Measure("obstacles", _))
+                if quantity::read(items, Before::default()).is_none() =>
+            {
+                return 1;
+            }
+            What::Means(Meaning::Not) => return self.negated(items),
+            What::Means(Meaning::Ahead) => {
+                self.ahead = true;
+                return 1;
+            }
+            What::Means(Meaning::NoTermOf) => {
+                let length = items.len().min(2);
+                self.miss(&items[..length]);
+                return length;
+            }
+            _ => {}
         }
-        1
+        let Some((length, parts)) = self.parts(items) else {
+            self.miss(&items[..1]);
+            if let What::Means(Meaning::Measure(id, unit)) = item.what {
+                self.waiting = Some(((id, unit), item.words));
+            }
+            return 1;
+        };
+        match parts {
+            Some(parts) => self.put(&parts, false),
+            None => self.miss(&items[..length]),
+        }
+        length
+    }
+
+    /// The parts of a filter that an item or several mean, and how many; no parts where the filter language has none.
+    fn parts(&mut self, items: &[Item]) -> Option<(usize, Option<Vec<Part>>)> {
+        let joined = self.joined.take();
+        if let Some(levels) = levels::read(items) {
+            return Some(levels);
+        }
+        let before = Before {
+            joined,
+            waiting: self.waiting.map(|(named, _)| named),
+        };
+        if let Some(read) = quantity::read(items, before) {
+            self.joined = read.named.filter(|_| read.terms.is_some());
+            if let Some((named, words)) = self.waiting
+                && self.joined == Some(named)
+            {
+                self.unknown[words.0..words.1].fill(false);
+                self.waiting = None;
+            }
+            let parts = |terms: Vec<String>| terms.into_iter().map(Part::Whole).collect();
+            return Some((read.length, read.terms.map(parts)));
+        }
+        let value = |(key, value): &(&'static str, &'static str)| Part::Value(key, (*value).into());
+        let parts = match &items[0].what {
+            What::Means(Meaning::Term(key, one)) => vec![value(&(*key, *one))],
+            What::Means(Meaning::Terms(all)) => all.iter().map(value).collect(),
+            What::Means(Meaning::Whole(term)) => vec![Part::Whole((*term).to_string())],
+            What::Value(key, value) => vec![Part::Value(key, value.clone())],
+            What::Term(term) => vec![Part::Whole(term.clone())],
+            _ => return None,
+        };
+        Some((1, Some(parts)))
     }
 
     /// Not what follows, as far as it is joined and of one key.
     fn negated(&mut self, items: &[Item]) -> usize {
-        let value = |item: Option<&Item>| match item.map(|item| &item.what) {
-            Some(What::Means(Meaning::Term(key, value))) => Some((*key, (*value).to_string())),
-            Some(What::Term(term)) => Some(("", term.clone())),
-            _ => None,
-        };
-        let Some((key, first)) = value(items.get(1)) else {
-            self.miss(&items[0]);
-            return 1;
-        };
-        if key.is_empty() {
-            self.whole(format!("!{first}"));
-            return 2;
-        }
-        self.add(key, &first, true);
-        let mut at = 2;
         let joins = |at: usize| {
-            let meaning = items.get(at).map(|item| &item.what);
-            meaning == Some(&What::Means(Meaning::And))
+            let what = items.get(at).map(|item| &item.what);
+            matches!(what, Some(What::Means(Meaning::And | Meaning::Or)))
         };
-        while joins(at) {
-            match value(items.get(at + 1)) {
-                Some((same, value)) if same == key => self.add(key, &value, true),
-                _ => break,
+        let mut at = 1;
+        let mut key = None;
+        loop {
+            let rest = items.get(at..).unwrap_or_default();
+            let next = match rest.first().map(|item| &item.what) {
+                // `without any other vehicle`
+                Some(What::Means(Meaning::Measure("obstacles", _))) => Some((1, None)),
+                Some(_) => self.parts(rest),
+                None => None,
+            };
+            let parts = next.as_ref().and_then(|(_, parts)| parts.clone());
+            let parts = parts.filter(|parts| negatable(parts));
+            let said = parts.as_deref().map(said_of);
+            match (parts, next) {
+                (Some(parts), Some((length, _))) if key.is_none() || key == said => {
+                    self.put(&parts, true);
+                    at += length;
+                }
+                // What cannot be negated is not meant as it stands.
+                (None, Some((length, _))) if key.is_none() => {
+                    self.miss(&items[..at + length]);
+                    return at + length;
+                }
+                _ if key.is_none() => {
+                    self.miss(&items[..1]);
+                    return 1;
+                }
+                // It was joined to something else.
+                _ => return at - 1,
             }
-            at += 2;
-        }
-        at
-    }
-
-    /// Names of severities beside a word such as risk: `high risk or worse`, `worse than medium risk`.
-    fn levels(&mut self, items: &[Item]) -> Option<usize> {
-        let what = |at: usize| items.get(at).map(|item| &item.what);
-        let level = |at: usize| match what(at) {
-            Some(What::Means(Meaning::Level(score))) => Some(*score),
-            _ => None,
-        };
-        let means = |at: usize, meaning: Meaning| what(at) == Some(&What::Means(meaning));
-        let mut at = 0;
-        let mut named = means(at, Meaning::Risk);
-        at += usize::from(named);
-        let sign = match what(at) {
-            Some(What::Means(Meaning::Worse)) => Some("<"),
-            // More risk is a lower score.
-            Some(What::Means(Meaning::Compare(">=", _))) => Some("<="),
-            Some(What::Means(Meaning::Compare(">", _))) => Some("<"),
-            Some(What::Means(Meaning::Compare("<=", _))) => Some(">="),
-            Some(What::Means(Meaning::Compare("<", _))) => Some(">"),
-            _ => None,
-        };
-        at += usize::from(sign.is_some());
-        let mut scores = vec![level(at)?];
-        at += 1;
-        while let (true, Some(score)) = (means(at, Meaning::And), level(at + 1)) {
-            scores.push(score);
-            at += 2;
-        }
-        if means(at, Meaning::Risk) {
-            named = true;
+            key = said;
+            if !(joins(at) && matches!(key, Some(Said::Values(_)))) {
+                return at;
+            }
             at += 1;
         }
-        let worse = means(at, Meaning::OrWorse) || means(at, Meaning::OrMore);
-        let better = means(at, Meaning::OrLess);
-        at += usize::from(worse || better);
-        // `high speed` says nothing of risk; `extreme` can be nothing else.
-        if !named && sign.is_none() && scores != [1] {
-            return None;
-        }
-        let sign = match (sign, worse, better) {
-            (None, true, _) => Some("<="),
-            (None, _, true) => Some(">="),
-            (sign, ..) => sign,
-        };
-        match (sign, &scores[..]) {
-            (Some(sign), [score]) => self.whole(format!("severity{sign}{score}")),
-            (None, scores) => {
-                let levels = &crate::metrics::RISK_LEVELS;
-                for level in scores.iter().filter_map(|score| levels.level(*score)) {
-                    self.add("severity", &level.name, false);
-                }
-            }
-            _ => items[..at].iter().for_each(|item| self.miss(item)),
-        }
-        Some(at)
     }
 
-    fn miss(&mut self, item: &Item) {
-        self.unknown[item.words.0..item.words.1].fill(true);
+    fn put(&mut self, parts: &[Part], negated: bool) {
+        let mut said = said_of(parts);
+        if let Some((before, words)) = self.or.take()
+            && (negated || said == Said::Other || said != before)
+        {
+            self.unknown[words.0..words.1].fill(true);
+        }
+        if negated {
+            said = Said::Other;
+        }
+        self.said = Some(said);
+        for part in parts {
+            match (part, negated) {
+                (Part::Value(key, value), _) => self.add(key, value, negated),
+                (Part::Whole(term), false) => self.whole(term.clone()),
+                (Part::Whole(term), true) => self.whole(match term.strip_prefix('!') {
+                    Some(term) => term.to_string(),
+                    None => format!("!{term}"),
+                }),
+            }
+        }
+    }
+
+    fn miss(&mut self, items: &[Item]) {
+        for item in items {
+            self.unknown[item.words.0..item.words.1].fill(true);
+        }
+        (self.said, self.or, self.joined) = (None, None, None);
     }
 
     fn whole(&mut self, term: String) {
@@ -291,7 +274,20 @@ impl Reading {
         }
     }
 
-    fn filter(&self) -> String {
+    fn filter(&mut self) -> String {
+        let manoeuvre = |term: &Term| {
+            matches!(
+                term,
+                Term::Values {
+                    key: "manoeuvre",
+                    negated: false,
+                    ..
+                }
+            )
+        };
+        if self.ahead && !self.terms.iter().any(manoeuvre) {
+            self.add("manoeuvre", "following", false);
+        }
         let terms = self.terms.iter().map(|term| match term {
             Term::Whole(term) => term.clone(),
             Term::Values {
@@ -301,7 +297,7 @@ impl Reading {
             } => {
                 let not = if *negated { "!" } else { "" };
                 let mut values: Vec<&str> = values.iter().map(String::as_str).collect();
-                // Who turns across the ego's way came towards it.
+                // What turns across the ego's way came towards it.
                 if values.contains(&"turning_across") {
                     values.retain(|value| *value != "oncoming");
                 }
@@ -310,4 +306,21 @@ impl Reading {
         });
         terms.collect::<Vec<_>>().join(" ")
     }
+}
+
+fn said_of(parts: &[Part]) -> Said {
+    let key = |part: &Part| match part {
+        Part::Value(key, _) => Some(*key),
+        Part::Whole(_) => None,
+    };
+    let first = parts.first().and_then(key);
+    match first {
+        Some(first) if parts.iter().all(|part| key(part) == Some(first)) => Said::Values(first),
+        _ => Said::Other,
+    }
+}
+
+/// Whether the filter language can say that these do not hold: values of one key, or a single term.
+fn negatable(parts: &[Part]) -> bool {
+    parts.len() == 1 || matches!(said_of(parts), Said::Values(_))
 }

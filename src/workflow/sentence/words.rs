@@ -11,26 +11,42 @@ pub struct Token {
     pub stem: String,
     /// Its value, if it is a number.
     pub number: Option<f64>,
+    /// Whether a comma or the like stands before it.
+    pub pause: bool,
+    /// The text between blanks that begins with it.
+    pub chunk: Option<Chunk>,
+}
+
+/// A text between blanks, without punctuation around it: `road:urban`, `ZAM_Urban-3_3`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chunk {
+    /// The text.
+    pub text: String,
+    /// How many words it is.
+    pub words: usize,
 }
 
 impl Token {
     fn of(said: &str) -> Self {
         let small = said.to_lowercase();
+        let begins = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-');
         let number = small.parse::<f64>().ok();
-        let number = number.filter(|n| {
-            n.is_finite() && small.starts_with(|c: char| c.is_ascii_digit() || c == '.')
-        });
+        let number = number.filter(|n| n.is_finite() && small.starts_with(begins));
+        let in_words = NUMBERS.iter().find(|(word, _)| *word == small);
         Self {
             stem: stem(&small),
-            number: number.or_else(|| {
-                NUMBERS
-                    .iter()
-                    .find(|(word, _)| *word == small)
-                    .map(|(_, n)| *n)
-            }),
+            number: number.or(in_words.map(|(_, n)| *n)),
             small,
             said: said.to_string(),
+            pause: false,
+            chunk: None,
         }
+    }
+
+    /// Left and right, which no term tells apart.
+    #[must_use]
+    pub fn is_side(&self) -> bool {
+        ["left", "right", "leftwards", "rightwards"].contains(&self.small.as_str())
     }
 }
 
@@ -47,79 +63,124 @@ const NUMBERS: &[(&str, f64)] = &[
     ("eight", 8.0),
     ("nine", 9.0),
     ("ten", 10.0),
+    ("eleven", 11.0),
+    ("twelve", 12.0),
+    ("fifteen", 15.0),
     ("twenty", 20.0),
     ("thirty", 30.0),
+    ("forty", 40.0),
     ("fifty", 50.0),
+    ("sixty", 60.0),
     ("hundred", 100.0),
     ("half", 0.5),
+    ("quarter", 0.25),
+];
+
+/// What is written in another way: before, after.
+const SPELLINGS: &[(&str, &str)] = &[
+    ("\u{2019}", "'"),
+    ("\u{2212}", "-"),
+    ("can't", "can not"),
+    ("won't", "will not"),
+    ("n't", " not"),
+    ("U.S.A.", "USA"),
+    ("U.S.", "US"),
+    ("²", "2"),
+    ("³", "2"),
+    ("^", ""),
 ];
 
 /// The words of a sentence. A hyphen between letters separates words; a unit behind a number is a word of its own.
 #[must_use]
 pub fn tokens(sentence: &str) -> Vec<Token> {
-    let text = sentence.replace(['²', '³'], "2").replace('^', "");
-    let letters: Vec<char> = text.chars().collect();
+    let mut text = sentence.to_string();
+    for (before, after) in SPELLINGS {
+        text = text.replace(before, after);
+    }
+    let mut all: Vec<Token> = Vec::new();
+    let mut pause = false;
+    for written in text.split_whitespace() {
+        let written = written.trim_start_matches(OPENING);
+        let chunk = written.trim_end_matches(CLOSING);
+        let chunk = chunk.strip_suffix("'s").unwrap_or(chunk);
+        let mut words: Vec<Token> = cut(chunk).iter().map(|word| Token::of(word)).collect();
+        let sides = words.iter().any(Token::is_side);
+        let count = words.len();
+        if let Some(first) = words.first_mut() {
+            first.pause = pause;
+            first.chunk = (count == 1 || !sides).then(|| Chunk {
+                text: chunk.to_string(),
+                words: count,
+            });
+            pause = false;
+        }
+        all.extend(words);
+        pause |= written.ends_with([',', ';', ':', '.', '!', '?']);
+    }
+    all
+}
+
+const OPENING: [char; 7] = ['"', '\'', '(', '[', '{', '\u{201c}', '\u{201e}'];
+const CLOSING: [char; 12] = [
+    '"', '\'', ')', ']', '}', '\u{201d}', '\u{201c}', ',', ';', ':', '!', '?',
+];
+
+/// The words and signs of a text without blanks.
+fn cut(chunk: &str) -> Vec<String> {
+    let letters: Vec<char> = chunk.chars().collect();
     let mut found: Vec<String> = Vec::new();
     let mut word = String::new();
-    let mut end = |word: &mut String| {
-        if !word.is_empty() {
-            found.push(std::mem::take(word));
-        }
-    };
-    for (at, &c) in letters.iter().enumerate() {
+    let mut at = 0;
+    while let Some(&c) = letters.get(at) {
         let before = at.checked_sub(1).map(|i| letters[i]);
         let after = letters.get(at + 1).copied();
-        let between_digits =
-            before.is_some_and(|b| b.is_ascii_digit()) && after.is_some_and(|a| a.is_ascii_digit());
-        let is_number = word.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        let is_number = word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-'));
+        at += 1;
         match c {
-            '.' | ',' if between_digits && is_number => word.push('.'),
-            '.' if word.is_empty() && after.is_some_and(|a| a.is_ascii_digit()) => word.push('.'),
-            '<' | '>' | '=' | '≤' | '≥' => {
-                end(&mut word);
-                let sign = match c {
-                    '≤' => "<=",
-                    '≥' => ">=",
-                    '<' => "<",
-                    '>' => ">",
-                    _ => "=",
-                };
-                // The second half of `<=`.
-                let joins = c == '=' && matches!(before, Some('<' | '>'));
-                match joins {
-                    true => word.push('='),
-                    false => word.push_str(sign),
-                }
-                if !(matches!(c, '<' | '>') && after == Some('=')) {
-                    end(&mut word);
-                } else {
-                    // `<=` stays one sign.
-                    word.clear();
-                    word.push_str(sign);
-                    word.push('=');
-                    end(&mut word);
-                }
+            '.' | ',' if is_number && digit(before) && digit(after) => word.push('.'),
+            '.' if word.is_empty() && digit(after) => word.push('.'),
+            '-' if word.is_empty()
+                && digit(after)
+                && !before.is_some_and(char::is_alphanumeric) =>
+            {
+                word.push('-');
             }
-            '/' | '_' => word.push(c),
+            // Of rates alone: `m/s`, `km/h`.
+            '/' if ["m", "km", "ft"].contains(&word.to_lowercase().as_str()) => word.push('/'),
+            '_' => word.push('_'),
             _ if c.is_alphanumeric() => {
                 if is_number && c.is_alphabetic() {
-                    end(&mut word);
+                    found.push(std::mem::take(&mut word));
                 }
                 word.push(c);
             }
-            _ => end(&mut word),
+            _ => {
+                if !word.is_empty() {
+                    found.push(std::mem::take(&mut word));
+                }
+                let or_equal = after == Some('=');
+                let sign = match c {
+                    '<' if or_equal => "<=",
+                    '>' if or_equal => ">=",
+                    '<' => "<",
+                    '>' => ">",
+                    '=' => "=",
+                    '≤' => "<=",
+                    '≥' => ">=",
+                    '&' => "and",
+                    '!' if found.is_empty() => "!",
+                    _ => continue,
+                };
+                at += usize::from(or_equal);
+                found.push(sign.to_string());
+            }
         }
     }
-    end(&mut word);
-    // The `=` of a sign that was joined already.
-    let mut kept: Vec<String> = Vec::new();
-    for word in found {
-        if word == "=" && kept.last().is_some_and(|last| last == "<=" || last == ">=") {
-            continue;
-        }
-        kept.push(word);
+    if !word.is_empty() {
+        found.push(word);
     }
-    kept.iter().map(|word| Token::of(word)).collect()
+    found
 }
 
 /// The stem of a word in small letters: no English, only the same for the forms of a word.
@@ -149,6 +210,8 @@ pub fn stem(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     fn said(sentence: &str) -> Vec<String> {
@@ -164,6 +227,12 @@ mod tests {
         assert_eq!(said("over 4 m/s² (US101)."), ["over", "4", "m/s2", "US101"]);
         assert_eq!(said("a ≥ .5 = 1,5"), ["a", ">=", ".5", "=", "1.5"]);
         assert!(said(" … ").is_empty());
+        assert_eq!(said("1-2 s, < -0.5"), ["1", "2", "s", "<", "-0.5"]);
+        assert_eq!(said("cars/trucks aren't"), ["cars", "trucks", "are", "not"]);
+        assert_eq!(said("the ego's lane"), ["the", "ego", "lane"]);
+        let chunks = tokens("merges, road:urban");
+        assert!(chunks[1].pause && !chunks[0].pause);
+        assert_eq!(chunks[1].chunk.as_ref().unwrap().text, "road:urban");
     }
 
     #[test]
