@@ -106,8 +106,8 @@ const INTEGERS: [&str; 6] = [
     "worst_step",
 ];
 
-/// Rows between two looks at whether to go on.
-const ROWS_A_LOOK: u64 = 8192;
+/// Rows between two reports of progress.
+const ROWS_A_REPORT: u64 = 8192;
 
 /// Searches an index; `on_rows` is told how many windows were read. Nothing if it was cancelled.
 ///
@@ -176,13 +176,14 @@ pub fn search_index(
             let values = (0..names.len()).map(|at| row.number(at)).collect();
             searching.take(row.text(0)?, row.text(1)?, window, values);
             let rows = searching.found.of;
-            if rows.is_multiple_of(ROWS_A_LOOK) {
+            if rows.is_multiple_of(ROWS_A_REPORT) {
                 on_rows(rows);
-                if cancel.is_asked() {
-                    return Ok(ControlFlow::Break(()));
-                }
             }
-            Ok(ControlFlow::Continue(()))
+            // A row may have a scenario read.
+            Ok(match cancel.is_asked() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            })
         })?;
         if done.is_break() {
             return Ok(None);

@@ -107,7 +107,17 @@ fn what_cannot_be_searched_says_why() {
             "unknown filter `rode:`",
         ),
         (&["find", "--filter", "ttc<"], "no value"),
-        (&["find"], "--filter"),
+        (&["find"], "--filter FILTER"),
+        (&["find", ""], "nothing of this is a filter"),
+        (
+            &["find", "show me everything"],
+            "nothing of this is a filter",
+        ),
+        (&["find", "pedestrain"], "did you mean `pedestrian`?"),
+        (
+            &["find", "cut-ins", "--filter", "ttc<1"],
+            "cannot be used with",
+        ),
     ] {
         home.run(arguments).status(2).says(&[says]);
     }

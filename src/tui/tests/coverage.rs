@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::bench::Bench;
+use super::making::said;
 use crate::corpus::{
     CorpusIndex, IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, for_each_window,
 };
@@ -338,4 +339,43 @@ fn no_index_is_a_choice_that_stays_even_over_the_configuration() {
     after.model.index.configured = Some("/lab".into());
     restore::restore(&mut after.model, session, false);
     assert_eq!(after.model.index.folder, None);
+}
+
+#[test]
+fn a_sentence_becomes_its_filter_that_is_edited_and_used() {
+    let mut bench = with_index();
+    let all = bench.model.list.rows.len();
+    bench.press("/");
+    bench.type_text("?cutting in, in fog");
+    // It filters nothing, and nothing of it is wrong.
+    assert_eq!(
+        (listed(&bench).len(), bench.model.list.read.wrong.len()),
+        (all, 0)
+    );
+    bench.press("enter");
+    assert_eq!(bench.model.list.filter, "manoeuvre:cut_in");
+    assert!(said(&bench).contains("left out: fog"), "{}", said(&bench));
+    assert!(bench.model.list.filtering.is_some(), "it can be edited");
+    assert_eq!(listed(&bench), [entry("CutIn").name.as_str()]);
+    bench.type_text(",crossing");
+    assert!(listed(&bench).len() > 1);
+    bench.press("enter");
+    assert!(bench.model.list.filtering.is_none());
+    assert_eq!(bench.model.list.filter, "manoeuvre:cut_in,crossing");
+
+    // A sentence without any term is not used, and stays to be mended.
+    bench.press("esc /");
+    bench.type_text("?qwertz");
+    bench.press("enter");
+    assert!(
+        said(&bench).contains("nothing of this is a filter"),
+        "{}",
+        said(&bench)
+    );
+    assert_eq!(bench.model.list.filter, "?qwertz");
+    bench.press("esc");
+    assert_eq!(
+        (bench.model.list.filter.as_str(), listed(&bench).len()),
+        ("", all)
+    );
 }

@@ -16,8 +16,8 @@ const TERM: usize = 16;
 
 /// A sentence in place of terms.
 const SENTENCE: (&str, &str) = (
-    "?cut-ins in town",
-    "a sentence: Enter writes its filter here, to be edited and used",
+    "?cut-ins",
+    "a sentence, such as cut-ins in town; Enter makes it a filter",
 );
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {

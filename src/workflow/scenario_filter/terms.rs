@@ -12,8 +12,8 @@ pub const TERMS: &[(&str, &str)] = &[
         "a tag of the file, or one of yours; a part of it is enough",
     ),
     (
-        "country:DEU",
-        "the country of the benchmark id, or its name: country:germany, or just germany; country:DEU,USA",
+        "country:DEU,USA",
+        "country of the benchmark id, or its name; also just germany",
     ),
     ("folder:highway", "part of the folder's name"),
     (

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use super::phrases::PHRASES;
 use super::words::{Token, stem};
 use crate::metrics::measure;
-use crate::system::similar;
+use crate::system::mistyped;
 
 /// What a phrase means.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -167,20 +167,21 @@ pub fn measure_of(id: &str) -> Option<Meaning> {
     Some(Meaning::Measure(measure.id, unit))
 }
 
-/// Words of the vocabulary that a mistyped one may mean.
+/// The word of the vocabulary that a mistyped one means.
 #[must_use]
 pub fn alike(word: &str) -> Option<&'static str> {
     let word = word.to_lowercase();
+    if word.chars().count() < SHORTEST {
+        return None;
+    }
     let known = PHRASES.iter().filter(|(_, meaning)| meaning.narrows());
     let known = known.flat_map(|(forms, _)| forms.split('|'));
-    let near = |known: &&str| {
-        known.len() > 4
-            && known.as_bytes().first() == word.as_bytes().first()
-            && known.len().abs_diff(word.len()) <= 2
-    };
-    let known: Vec<&str> = known.filter(near).collect();
-    similar(&word, known).first().copied()
+    let known: Vec<&str> = known.filter(|known| known.len() >= SHORTEST).collect();
+    mistyped(&word, known)
 }
+
+/// Letters of a word that is compared with others: `rain` is no train.
+const SHORTEST: usize = 5;
 
 /// The phrases for each meaning that narrows down: words, and what they give.
 #[cfg(test)]

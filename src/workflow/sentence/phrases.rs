@@ -7,14 +7,14 @@ use super::lexicon::Unit;
 /// Phrases, separated by `|`. A word with `=` before it is meant in this form alone, others in all their forms.
 pub const PHRASES: &[(&str, Meaning)] = &[
     (
-        "cut in|cut ins|cutin|cut in on|cut in front|cut in front of|cut off|swerve in front of|swerve into our lane|pull in front of|chang into our lane|chang into the ego lane|chang into my lane|move into our lane",
+        "cut in|cut ins|cutin|cut in on|cut in front|cut in front of|cut off|cut us off|cut me off|cut the ego off|swerve in front of|swerve into our lane|swerve into my lane|swerve into the ego lane|pull in front of|chang into our lane|chang into the ego lane|chang into my lane|move into our lane",
         Term("manoeuvre", "cut_in"),
     ),
     (
         "lane change|change lane|changing lane|ego change lane|we change lane",
         Term("manoeuvre", "lane_change"),
     ),
-    ("merge|merge in|zip together", Term("manoeuvre", "merging")),
+    ("merge|zip together", Term("manoeuvre", "merging")),
     (
         "=following|car following|ego follow|we follow|vehicle ahead|lead vehicle|drive behind|behind",
         Term("manoeuvre", "following"),
@@ -334,7 +334,7 @@ pub const PHRASES: &[(&str, Meaning)] = &[
         Filler,
     ),
     (
-        "show|show me|everything|look|find|give me|give|list|search|look for|get|please|time|every time|but|then|yet|only|just|single|involv|includ|contain|happen|occur|drop|fall|fell|get|got|go|went|stay|becom|reach|valu|area|section|zone|region|environment|driver|than|during|come|came|driv|path|onto|the road|street|road|lane|model|judge",
+        "show|show me|everything|look|find|give me|give|list|search|look for|get|please|time|every time|but|then|yet|only|just|single|involv|includ|contain|happen|occur|drop|fall|fell|get|got|go|went|stay|becom|reach|valu|area|section|zone|region|environment|driver|than|away|most|during|come|came|driv|path|onto|the road|street|road|lane|model|judge",
         Filler,
     ),
     (

@@ -81,7 +81,9 @@ pub fn read(items: &[Item], before: Before) -> Option<Quantity> {
     if measures.is_empty() && !foreign {
         let counts = value.unit.is_none() && counts_next(items, at);
         let fits = |named: &Named| !counts && of(Some(*named), None, value.unit).is_some();
-        measures.extend(before.joined.filter(fits).or(before.waiting.filter(fits)));
+        let same = |(_, unit): &Named| value.unit.is_none_or(|said| said == *unit);
+        let joined = before.joined.filter(fits).filter(same);
+        measures.extend(joined.or(before.waiting.filter(fits)));
     }
     beyond = beyond.or(self::beyond(items, &mut at));
     let ids: Option<Vec<&'static str>> = match &measures[..] {

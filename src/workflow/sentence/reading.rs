@@ -21,6 +21,7 @@ pub fn read(sentence: &str) -> Sentence {
     while at < items.len() {
         at += reading.take(&items[at..]);
     }
+    reading.end();
     let unknown = reading.unknown.iter().zip(places.iter().zip(&words));
     let unknown = unknown.filter(|(unknown, _)| **unknown);
     let unknown = unknown.map(|(_, (place, token))| (*place, token.said.clone()));
@@ -95,8 +96,8 @@ struct Reading {
     said: Option<Said>,
     /// `or`, behind what was said.
     or: Option<(Said, Words)>,
-    /// Whether the other is said to be ahead.
-    ahead: bool,
+    /// Words that say that the other is ahead.
+    ahead: Option<Words>,
 }
 
 impl Reading {
@@ -116,7 +117,7 @@ impl Reading {
             }
             What::Means(Meaning::Not) => return self.negated(items),
             What::Means(Meaning::Ahead) => {
-                self.ahead = true;
+                self.ahead = Some(item.words);
                 return 1;
             }
             What::Means(Meaning::NoTermOf) => {
@@ -274,20 +275,29 @@ impl Reading {
         }
     }
 
-    fn filter(&mut self) -> String {
-        let manoeuvre = |term: &Term| {
-            matches!(
-                term,
+    /// What is ahead and does nothing else is followed, unless it walks.
+    fn end(&mut self) {
+        let Some(words) = self.ahead else { return };
+        let values = |wanted: &str| {
+            let mut terms = self.terms.iter();
+            terms.find_map(|term| match term {
                 Term::Values {
-                    key: "manoeuvre",
+                    key,
+                    values,
                     negated: false,
-                    ..
-                }
-            )
+                } if *key == wanted => Some(values),
+                _ => None,
+            })
         };
-        if self.ahead && !self.terms.iter().any(manoeuvre) {
-            self.add("manoeuvre", "following", false);
+        let walks = values("actor").is_some_and(|all| all.iter().any(|one| one == "pedestrian"));
+        match (values("manoeuvre"), walks) {
+            (Some(_), _) => {}
+            (None, true) => self.unknown[words.0..words.1].fill(true),
+            (None, false) => self.add("manoeuvre", "following", false),
         }
+    }
+
+    fn filter(&self) -> String {
         let terms = self.terms.iter().map(|term| match term {
             Term::Whole(term) => term.clone(),
             Term::Values {

@@ -83,6 +83,8 @@ const SPELLINGS: &[(&str, &str)] = &[
     ("can't", "can not"),
     ("won't", "will not"),
     ("n't", " not"),
+    ("w/o ", "without "),
+    ("w/ ", "with "),
     ("U.S.A.", "USA"),
     ("U.S.", "US"),
     ("²", "2"),
