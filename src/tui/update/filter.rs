@@ -24,6 +24,7 @@ pub fn begin(model: &mut Model) {
         line: model.list.selected,
         place: jumps::here(model),
         rest: None,
+        left_out: None,
     });
 }
 
@@ -81,14 +82,18 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 /// The sentence that is typed becomes its filter, which is still being typed: it is used as it stands then.
 fn translate(model: &mut Model) -> Vec<Effect> {
     let read = Sentence::read(model.list.sentence().unwrap_or_default());
-    if read.filter.is_empty() {
-        model.say("nothing of this is a filter; `nearmiss help finding` lists the words");
-        return Vec::new();
+    let left_out = match read.filter.is_empty() {
+        true => Some("nothing of this is a filter: `nearmiss help finding` lists the words".into()),
+        false => read.left_out(|words| visible(words).into_owned()),
+    };
+    let effects = match read.filter.is_empty() {
+        true => Vec::new(),
+        false => typed(model, read.filter),
+    };
+    if let Some(filtering) = &mut model.list.filtering {
+        filtering.left_out = left_out;
     }
-    if let Some(left_out) = read.left_out(|words| visible(words).into_owned()) {
-        model.say(left_out);
-    }
-    typed(model, read.filter)
+    effects
 }
 
 /// Text that is pasted while the filter is typed.
@@ -116,8 +121,14 @@ fn typed(model: &mut Model, filter: String) -> Vec<Effect> {
         return Vec::new();
     }
     model.list.set_filter(filter);
+    let is_sentence = model.list.sentence().is_some();
+    let begins_anew = is_sentence || model.list.filter.is_empty();
     if let Some(filtering) = &mut model.list.filtering {
-        filtering.rest = Some(REST);
+        // A sentence has no match yet.
+        filtering.rest = (!is_sentence).then_some(REST);
+        if begins_anew {
+            filtering.left_out = None;
+        }
     }
     Vec::new()
 }

@@ -171,7 +171,12 @@ pub fn measure_of(id: &str) -> Option<Meaning> {
 #[must_use]
 pub fn alike(word: &str) -> Option<&'static str> {
     let word = word.to_lowercase();
-    if word.chars().count() < SHORTEST {
+    let stem = stem(&word);
+    let is_word = |known: &Word| matches!(known, Word::Stem(known) if *known == stem);
+    let is_known = LEXICON
+        .iter()
+        .any(|phrase| phrase.words.iter().any(is_word));
+    if is_known || word.chars().count() < SHORTEST {
         return None;
     }
     let known = PHRASES.iter().filter(|(_, meaning)| meaning.narrows());

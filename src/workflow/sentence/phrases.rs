@@ -36,7 +36,7 @@ pub const PHRASES: &[(&str, Meaning)] = &[
         Term("manoeuvre", "crossing"),
     ),
     (
-        "turn across|turn across path|turn across our lane|turn across our path|turn across oncoming traffic|turn in front of us",
+        "turn across|turn vehicle across our path|turn vehicle across our lane|turn traffic across our path|turn across path|turn across our lane|turn across our path|turn across oncoming traffic|turn in front of us",
         Term("manoeuvre", "turning_across"),
     ),
     (
@@ -86,6 +86,17 @@ pub const PHRASES: &[(&str, Meaning)] = &[
     ("bus|coach", Term("actor", "bus")),
     ("car|passenger car", Term("actor", "car")),
     ("taxi|cab", Term("actor", "taxi")),
+    ("building|wall|house", Term("actor", "building")),
+    ("pillar|pole", Term("actor", "pillar")),
+    ("median strip", Term("actor", "median_strip")),
+    (
+        "road boundary|road edge|guard rail|guardrail",
+        Term("actor", "road_boundary"),
+    ),
+    (
+        "unknown obstacle|unknown object|unknown type",
+        Term("actor", "unknown"),
+    ),
     ("train|tram|streetcar", Term("actor", "train")),
     (
         "emergency vehicle|ambulance|fire engine|police car|priority vehicle",
@@ -129,13 +140,16 @@ pub const PHRASES: &[(&str, Meaning)] = &[
     ),
     ("off road", Term("road", "off_road")),
     ("untyped road", Term("road", "untyped")),
-    ("collision|crash|accident", Term("severity", "collision")),
+    (
+        "collision|crash|accident|contact",
+        Term("severity", "collision"),
+    ),
     (
         "near miss|near collision|near crash|near accident",
         Term("severity", "extreme"),
     ),
     (
-        "critical|safety critical|critical or worse|near miss or worse|near collision or worse|dangerous|hazardous",
+        "critical|safety critical|critical or worse|near miss or worse|near collision or worse|dangerous|unsafe|hazardous",
         Term("severity", "critical"),
     ),
     ("extreme", Level(1)),
