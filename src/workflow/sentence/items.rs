@@ -108,7 +108,8 @@ fn is_term(chunk: &Chunk) -> bool {
     let text = &chunk.text;
     let key = text.trim_start_matches('!').split_once(':');
     let named = key.is_some_and(|(key, value)| !key.is_empty() && !value.is_empty());
-    if !named && !(text.starts_with('!') && text.contains(['<', '>', '='])) {
+    let compared = text.starts_with('!') && text.contains(['<', '>', '=']);
+    if !(named || compared) {
         return false;
     }
     let read = Filter::read_for_windows(text);
