@@ -44,6 +44,8 @@ mod experiments;
 mod extreme_scenarios;
 #[path = "cli/failing_servers.rs"]
 mod failing_servers;
+#[path = "cli/find.rs"]
+mod find;
 #[path = "cli/generate.rs"]
 mod generate;
 #[path = "cli/generate_resume.rs"]

@@ -14,6 +14,7 @@ mod experiment;
 mod export;
 mod failure;
 mod filters;
+mod find;
 mod gate;
 mod generate;
 mod generated;
@@ -94,6 +95,8 @@ pub enum Command {
     Metrics(metrics::Metrics),
     /// Measure every window of every pair of road users in many scenarios.
     Index(Box<index::Index>),
+    /// Find the windows of an index that a sentence means.
+    Find(find::Find),
     /// Draw scenarios or windows from an index so that they cover it.
     Sample(sample::Sample),
     /// Describe a scene in words.
@@ -188,6 +191,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Convert(arguments) => convert::run(arguments),
         Command::Metrics(arguments) => metrics::run(arguments),
         Command::Index(arguments) => index::run(arguments),
+        Command::Find(arguments) => find::run(arguments),
         Command::Sample(arguments) => sample::run(arguments),
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),

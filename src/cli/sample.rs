@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::index::severity_names;
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
-use crate::corpus::{Axis, Candidate, Drawn, IndexError, Part, PartRow, Sampler};
+use crate::corpus::{Axis, Candidate, Columns, Drawn, IndexError, Part, PartRow, Sampler};
 use crate::system::unknown;
 use crate::workflow::index_parts;
 
@@ -104,7 +104,7 @@ pub fn run(arguments: &Sample) -> Outcome {
     let mut sampler = Sampler::new(arguments.seed, most);
     for part in index_parts(&arguments.folder).map_err(Failure::input)? {
         let part = Part::open(&part).map_err(Failure::input)?;
-        let read = part.read(&TEXTS, &INTEGERS, &mut |row| {
+        let read = part.read(&Columns::of(&TEXTS, &INTEGERS), &mut |row| {
             let line = line(row)?;
             sampler.offer(candidate(&line, &arguments.by), line);
             Ok(ControlFlow::Continue(()))

@@ -5,17 +5,19 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::parts::{IndexError, Part, PartRow};
+use super::parts::{Columns, IndexError, Part, PartRow};
+use super::row_cell::RowCell;
 use super::{Cell, Coverage, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
-use crate::system;
+use crate::scenario::ObstacleType;
 
-const TEXTS: [&str; 6] = [
+const TEXTS: [&str; 7] = [
     "scenario",
     "file",
     "sha256",
     "ego_source",
     "manoeuvre",
     "road",
+    "obstacle_type",
 ];
 const INTEGERS: [&str; 6] = [
     "severity",
@@ -26,7 +28,7 @@ const INTEGERS: [&str; 6] = [
     "worst_step",
 ];
 
-/// The windows of a scenario that have the same manoeuvre, road and severity.
+/// The windows of a scenario that have the same manoeuvre, road, severity and type of obstacle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CellWindows {
     /// What the obstacle does.
@@ -35,6 +37,8 @@ pub struct CellWindows {
     pub road: RoadType,
     /// The worst risk score, 0 (collision) to 5 (negligible).
     pub severity: u8,
+    /// The obstacle's type.
+    pub actor: ObstacleType,
     /// How many windows.
     pub windows: u64,
     /// How many of them were asked about.
@@ -67,7 +71,7 @@ pub struct IndexedScenario {
     pub file: String,
     /// SHA-256 of the file.
     pub hash: String,
-    /// Its windows by cell, in the order of manoeuvre, road and severity.
+    /// Its windows by cell and type of obstacle, in the order of manoeuvre, road and severity.
     pub windows: Arc<[CellWindows]>,
 }
 
@@ -80,9 +84,7 @@ pub struct CellCounts {
     pub asked: [u64; SEVERITIES],
 }
 
-/// Manoeuvres.
 const MANOEUVRES: usize = Manoeuvre::ALL.len();
-/// Roads.
 const ROADS: usize = RoadType::ALL.len();
 
 /// An index that was read.
@@ -143,7 +145,8 @@ impl CorpusIndex {
         let mut reading = Reading::default();
         let mut rows = 0;
         for part in parts {
-            let done = Part::open(part)?.read(&TEXTS, &INTEGERS, &mut |row| {
+            let columns = Columns::of(&TEXTS, &INTEGERS);
+            let done = Part::open(part)?.read(&columns, &mut |row| {
                 reading.take(row, asked)?;
                 rows += 1;
                 Ok(match rows % ROWS_A_LOOK {
@@ -181,14 +184,12 @@ impl CorpusIndex {
                 steps: window.steps,
                 worst_step: window.worst_step,
             };
-            let mut manoeuvres = Manoeuvre::ALL.into_iter();
-            let manoeuvre = manoeuvres.position(|one| one == window.manoeuvre);
-            let road = RoadType::ALL.into_iter().position(|one| one == window.road);
-            let cell = (
-                manoeuvre.unwrap_or_default(),
-                road.unwrap_or_default(),
-                usize::from(window.severity),
-            );
+            let cell = RowCell {
+                manoeuvre: window.manoeuvre,
+                road: window.road,
+                severity: window.severity,
+                actor: ObstacleType::parse(window.kind).unwrap_or(ObstacleType::Unknown),
+            };
             let scenario = reading.place_of(hash, name, name);
             reading.add(scenario, cell, place, *asked);
         }
@@ -279,42 +280,30 @@ impl Reading {
             steps: (row.integer(3), row.integer(4)),
             worst_step: row.integer(5),
         };
-        let manoeuvres = Manoeuvre::ALL.map(Manoeuvre::name);
-        let word = row.text(4)?;
-        let manoeuvre = manoeuvres.iter().position(|known| *known == word);
-        let manoeuvre =
-            manoeuvre.ok_or_else(|| row.foreign(system::unknown("manoeuvre", word, manoeuvres)))?;
-        let roads = RoadType::ALL.map(RoadType::name);
-        let word = row.text(5)?;
-        let road = roads.iter().position(|known| *known == word);
-        let road = road.ok_or_else(|| row.foreign(system::unknown("road", word, roads)))?;
-        let number = row.integer(0);
-        let severity = usize::try_from(number).ok().filter(|s| *s < SEVERITIES);
-        let severity =
-            severity.ok_or_else(|| row.foreign(format!("severity {number} is not 0 to 5")))?;
+        let cell = RowCell::of(row, (4, 5, 6), 0)?;
         let key = WindowKey { hash, name, place };
         let scenario = self.place_of(hash, name, row.text(1)?);
-        self.add(scenario, (manoeuvre, road, severity), place, asked(key));
+        self.add(scenario, cell, place, asked(key));
         Ok(())
     }
 
-    /// Counts a window of a scenario, in the cell at these places.
-    fn add(
-        &mut self,
-        scenario: usize,
-        (manoeuvre, road, severity): (usize, usize, usize),
-        example: WindowPlace,
-        asked: bool,
-    ) {
+    /// Counts a window of a scenario.
+    fn add(&mut self, scenario: usize, cell: RowCell, example: WindowPlace, asked: bool) {
+        let RowCell {
+            manoeuvre,
+            road,
+            severity,
+            actor,
+        } = cell;
         let asked = u64::from(asked);
-        let counts = &mut self.cells[manoeuvre][road];
-        counts.windows[severity] += 1;
-        counts.asked[severity] += asked;
-        let (manoeuvre, road) = (Manoeuvre::ALL[manoeuvre], RoadType::ALL[road]);
-        let severity = severity as u8;
+        // Both are in the order of their lists.
+        let counts = &mut self.cells[manoeuvre as usize][road as usize];
+        counts.windows[usize::from(severity)] += 1;
+        counts.asked[usize::from(severity)] += asked;
         let cells = &mut self.scenarios[scenario].1;
-        let same =
-            |c: &&mut CellWindows| (c.manoeuvre, c.road, c.severity) == (manoeuvre, road, severity);
+        let same = |c: &&mut CellWindows| {
+            (c.manoeuvre, c.road, c.severity, c.actor) == (manoeuvre, road, severity, actor)
+        };
         match cells.iter_mut().find(same) {
             Some(cell) => {
                 cell.windows += 1;
@@ -324,6 +313,7 @@ impl Reading {
                 manoeuvre,
                 road,
                 severity,
+                actor,
                 windows: 1,
                 asked,
                 example,
@@ -356,7 +346,7 @@ impl Reading {
 
     fn end(self, folder: PathBuf) -> CorpusIndex {
         let scenarios = self.scenarios.into_iter().map(|(scenario, mut cells)| {
-            cells.sort_by_key(|cell| (cell.manoeuvre, cell.road, cell.severity));
+            cells.sort_by_key(|cell| (cell.manoeuvre, cell.road, cell.severity, cell.actor));
             IndexedScenario {
                 windows: cells.into(),
                 ..scenario

@@ -8,6 +8,7 @@ mod index;
 mod manoeuvre;
 mod parts;
 mod road_type;
+mod row_cell;
 mod sampler;
 
 #[cfg(test)]
@@ -20,8 +21,9 @@ pub use index::{
     CellCounts, CellWindows, CorpusIndex, InIndex, IndexedScenario, WindowKey, WindowPlace,
 };
 pub use manoeuvre::Manoeuvre;
-pub use parts::{IndexError, Part, PartRow, part_files};
+pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use road_type::RoadType;
+pub use row_cell::RowCell;
 pub use sampler::{Axis, Candidate, Drawn, Sampler};
 pub use windows::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
 pub use worst_moments::{WorstMoment, worst_moments};

@@ -94,12 +94,36 @@ pub struct Part {
     reader: SerializedFileReader<File>,
 }
 
-/// A row of a part: the wanted texts and integers, in the order in which they were asked for.
+/// The columns that are read, by name.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Columns<'a> {
+    /// Texts.
+    pub texts: &'a [&'a str],
+    /// Integers.
+    pub integers: &'a [&'a str],
+    /// Numbers, which rows may lack: measures.
+    pub numbers: &'a [&'a str],
+}
+
+impl<'a> Columns<'a> {
+    /// Columns that every row has.
+    #[must_use]
+    pub fn of(texts: &'a [&'a str], integers: &'a [&'a str]) -> Self {
+        Self {
+            texts,
+            integers,
+            numbers: &[],
+        }
+    }
+}
+
+/// A row of a part: the wanted columns, in the order in which they were asked for.
 pub struct PartRow<'a> {
     path: &'a Path,
     at: usize,
     texts: &'a [Vec<ByteArray>],
     integers: &'a [Vec<i64>],
+    numbers: &'a [Vec<Option<f64>>],
 }
 
 impl PartRow<'_> {
@@ -116,6 +140,12 @@ impl PartRow<'_> {
     #[must_use]
     pub fn integer(&self, column: usize) -> i64 {
         self.integers[column][self.at]
+    }
+
+    /// A number, where the row has it.
+    #[must_use]
+    pub fn number(&self, column: usize) -> Option<f64> {
+        self.numbers[column][self.at]
     }
 
     /// The error for a value of this row that no index has.
@@ -174,19 +204,20 @@ impl Part {
     /// A column is missing or of another type, the part is damaged, or `each` fails.
     pub fn read(
         &self,
-        texts: &[&str],
-        integers: &[&str],
+        wanted: &Columns<'_>,
         each: &mut dyn FnMut(&PartRow<'_>) -> Result<ControlFlow<()>, IndexError>,
     ) -> Result<ControlFlow<()>, IndexError> {
-        let of_texts = self.places(texts, PhysicalType::BYTE_ARRAY)?;
-        let of_integers = self.places(integers, PhysicalType::INT64)?;
+        let of_texts = self.places(wanted.texts, PhysicalType::BYTE_ARRAY, false)?;
+        let of_integers = self.places(wanted.integers, PhysicalType::INT64, false)?;
+        let of_numbers = self.places(wanted.numbers, PhysicalType::DOUBLE, true)?;
         let wrong = |e: ParquetError| damaged(&self.path, &e);
         for group in 0..self.reader.num_row_groups() {
             let group = self.reader.get_row_group(group).map_err(wrong)?;
             let mut text_columns = columns(group.as_ref(), &of_texts).map_err(wrong)?;
             let mut integer_columns = columns(group.as_ref(), &of_integers).map_err(wrong)?;
+            let mut number_columns = columns(group.as_ref(), &of_numbers).map_err(wrong)?;
             loop {
-                let mut block = (Vec::new(), Vec::new());
+                let mut block = (Vec::new(), Vec::new(), Vec::new());
                 for column in &mut text_columns {
                     let mut values = Vec::new();
                     if let ColumnReader::ByteArrayColumnReader(column) = column {
@@ -203,9 +234,13 @@ impl Part {
                     }
                     block.1.push(values);
                 }
+                for column in &mut number_columns {
+                    block.2.push(numbers(column).map_err(wrong)?);
+                }
                 let (texts, integers) = (&block.0[..], &block.1[..]);
                 let lengths = texts.iter().map(Vec::len);
-                let mut lengths = lengths.chain(integers.iter().map(Vec::len));
+                let lengths = lengths.chain(integers.iter().map(Vec::len));
+                let mut lengths = lengths.chain(block.2.iter().map(Vec::len));
                 let length = lengths.next().unwrap_or(0);
                 if lengths.any(|other| other != length) {
                     let why = ParquetError::General("its columns have different lengths".into());
@@ -220,6 +255,7 @@ impl Part {
                         at,
                         texts,
                         integers,
+                        numbers: &block.2,
                     };
                     if each(&row)?.is_break() {
                         return Ok(ControlFlow::Break(()));
@@ -230,8 +266,23 @@ impl Part {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// The places of columns that have a value in every row.
-    fn places(&self, names: &[&str], kind: PhysicalType) -> Result<Vec<usize>, IndexError> {
+    /// The columns of numbers that rows may lack: measures.
+    #[must_use]
+    pub fn measures(&self) -> Vec<String> {
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        let columns = schema.columns().iter();
+        let optional = columns.filter(|c| c.max_def_level() == 1 && c.max_rep_level() == 0);
+        let numbers = optional.filter(|c| c.physical_type() == PhysicalType::DOUBLE);
+        numbers.map(|c| visible(c.name())).collect()
+    }
+
+    /// The places of columns that have a value in every row, or that may lack it.
+    fn places(
+        &self,
+        names: &[&str],
+        kind: PhysicalType,
+        optional: bool,
+    ) -> Result<Vec<usize>, IndexError> {
         let schema = self.reader.metadata().file_metadata().schema_descr();
         let place = |name: &&str| {
             let mut columns = schema.columns().iter();
@@ -239,7 +290,8 @@ impl Part {
                 .position(|column| column.path().parts() == [name.to_string()])
                 .ok_or_else(|| foreign(&self.path, format!("it has no column {name}")))?;
             let column = schema.column(place);
-            let plain = column.max_def_level() == 0 && column.max_rep_level() == 0;
+            let plain =
+                column.max_def_level() == i16::from(optional) && column.max_rep_level() == 0;
             match plain && column.physical_type() == kind {
                 true => Ok(place),
                 false => Err(foreign(
@@ -258,6 +310,21 @@ fn columns(
 ) -> Result<Vec<ColumnReader>, ParquetError> {
     let columns = places.iter().map(|place| group.get_column_reader(*place));
     columns.collect()
+}
+
+/// The next numbers of a column, and which rows have none.
+fn numbers(column: &mut ColumnReader) -> Result<Vec<Option<f64>>, ParquetError> {
+    let ColumnReader::DoubleColumnReader(column) = column else {
+        return Ok(Vec::new());
+    };
+    let (mut values, mut levels) = (Vec::new(), Vec::new());
+    column.read_records(BLOCK, Some(&mut levels), None, &mut values)?;
+    let mut values = values.into_iter();
+    let there = levels.into_iter().map(|level| match level {
+        0 => None,
+        _ => values.next(),
+    });
+    Ok(there.collect())
 }
 
 fn damaged(part: &Path, why: &ParquetError) -> IndexError {

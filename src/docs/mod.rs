@@ -79,6 +79,8 @@ topics! {
         "Figures for papers: map, plot, screen; SVG, PNG, GIF";
     corpora, "corpora", "corpora.md", ["index", "sample"],
         "Thousands of scenarios: parts for several machines, continuing, an index, samples";
+    finding, "finding", "finding.md", ["find"],
+        "Windows of an index by a sentence: its words, and the filter language";
     clusters, "clusters", "clusters.md", ["slurm"],
         "Slurm job arrays, and parts of an experiment asked by several persons";
     store, "store", "store.md", ["runs", "ratings", "export", "import"],

@@ -7,12 +7,14 @@
 //! - [`Experiment`]: a batch written down in a file, for others to repeat
 //! - [`pack`], [`unpack`]: a batch with its answers as one file, for other machines
 //! - [`Selector`]: the scenarios that a filter of the list lets through
+//! - [`Sentence`]: words that become a filter
 //! - [`compare_versions`]: the stored answers to two versions of a prompt, scenario by scenario
 //! - [`prepare`]: the planner drives the ego of a planning problem
 //! - [`Monitor`]: a judge beside the planner, whose warnings may brake
 //! - [`VariantOrigin`]: the original of a saved variant
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
+//! - [`search_index`]: the windows of an index that a filter lets through
 //! - [`answer_page`]: the answers of a report with their texts, claims and pictures
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
@@ -31,6 +33,7 @@ mod claims;
 mod corpus_index;
 mod experiment;
 mod generate;
+mod index_search;
 pub mod journal;
 mod listing;
 mod monitor;
@@ -38,6 +41,7 @@ mod open;
 mod original;
 mod plan;
 mod scenario_filter;
+mod sentence;
 mod simulator_export;
 mod stored_question;
 mod truth;
@@ -61,6 +65,9 @@ pub use experiment::{
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
 };
+pub use index_search::{
+    FoundWindow, FoundWindows, IndexSearch, SearchError, checked_filter, search_index,
+};
 pub use listing::{INDEX_RADIUS, find, find_in_pieces};
 pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
@@ -72,6 +79,7 @@ pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
 };
+pub use sentence::{NotUnderstood, Sentence};
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
 pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};

@@ -115,6 +115,16 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         ("import", vec!["import", "runs.jsonl", "--json"]),
         ("index-show", vec!["index", "show", "index", "--json"]),
         ("sample", vec!["sample", "index", "--json"]),
+        (
+            "find",
+            vec![
+                "find",
+                "cut-ins under 5 s TTC in fog",
+                "--index",
+                "index",
+                "--json",
+            ],
+        ),
         ("inspect", vec!["inspect", CUT_IN, "--json"]),
         ("inspect-folder", vec!["inspect", "variants", "--json"]),
         (

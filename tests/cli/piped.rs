@@ -21,6 +21,8 @@ const WRITING: &[&[&str]] = &[
     &["index", "show", "index", "--json"],
     &["sample", "index"],
     &["sample", "index", "--json"],
+    &["find", "cut-ins", "--index", "index"],
+    &["find", "cut-ins", "--filter-only", "--json"],
     &["describe", CUT_IN],
     &["prompt", CUT_IN],
     &["prompts"],

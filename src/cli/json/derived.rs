@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::with_old_names;
 use crate::cli::{
-    batches, describe, doctor, evaluate, experiment, export, generate, import, inspect, metrics,
-    prompt,
+    batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
+    metrics, prompt,
 };
 use crate::cli::{index, prompts, runs, sample, themes_and_keys};
 use crate::evaluation::Standing;
@@ -66,6 +66,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<evaluate::ListedDocument>(),
     derived::<experiment::Document>(),
     derived::<export::ChatManifest>(),
+    derived::<find::FindDocument>(),
     derived::<import::Counts>(),
     derived::<index::ShowDocument>(),
     derived::<inspect::FolderLine>(),

@@ -6,6 +6,7 @@ use super::super::message::Effect;
 use super::super::model::{Filtering, Model, Pane};
 use super::{actions, jumps, open_current};
 use crate::description::visible;
+use crate::workflow::Sentence;
 
 /// Begins to type; the old text is selected, so that the first character replaces it.
 pub fn begin(model: &mut Model) {
@@ -23,6 +24,7 @@ pub fn begin(model: &mut Model) {
         line: model.list.selected,
         place: jumps::here(model),
         rest: None,
+        left_out: None,
     });
 }
 
@@ -45,6 +47,7 @@ pub fn drop_kept(model: &mut Model) {
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     match key.code {
         Code::Esc => return cancel(model),
+        Code::Enter | Code::Tab if model.list.sentence().is_some() => return translate(model),
         Code::Enter | Code::Tab => {
             let effects = open_match(model);
             keep(model);
@@ -76,6 +79,23 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     typed(model, filter)
 }
 
+/// The sentence that is typed becomes its filter, which is still being typed: it is used as it stands then.
+fn translate(model: &mut Model) -> Vec<Effect> {
+    let read = Sentence::read(model.list.sentence().unwrap_or_default());
+    let left_out = match read.filter.is_empty() {
+        true => Some("nothing of this is a filter: `nearmiss help finding` lists the words".into()),
+        false => read.left_out(|words| visible(words).into_owned()),
+    };
+    let effects = match read.filter.is_empty() {
+        true => Vec::new(),
+        false => typed(model, read.filter),
+    };
+    if let Some(filtering) = &mut model.list.filtering {
+        filtering.left_out = left_out;
+    }
+    effects
+}
+
 /// Text that is pasted while the filter is typed.
 pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
     let selected = model.list.filtering.as_ref().is_some_and(|f| f.selected);
@@ -101,8 +121,14 @@ fn typed(model: &mut Model, filter: String) -> Vec<Effect> {
         return Vec::new();
     }
     model.list.set_filter(filter);
+    let is_sentence = model.list.sentence().is_some();
+    let begins_anew = is_sentence || model.list.filter.is_empty();
     if let Some(filtering) = &mut model.list.filtering {
-        filtering.rest = Some(REST);
+        // A sentence has no match yet.
+        filtering.rest = (!is_sentence).then_some(REST);
+        if begins_anew {
+            filtering.left_out = None;
+        }
     }
     Vec::new()
 }

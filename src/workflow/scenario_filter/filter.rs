@@ -5,8 +5,9 @@ use nucleo_matcher::{Config, Matcher, Utf32Str};
 
 use super::Filterable;
 use super::countries::codes_of;
-use super::index_terms::{WindowTest, window_test, windows_hold};
-use super::terms::{Term, Test, term};
+use super::index_terms::{WindowTest, some_window_holds, window_test, windows_hold};
+use super::terms::{Measures, Number, Term, Test, term};
+use crate::corpus::CellWindows;
 use crate::metrics::Measure;
 
 /// A filter that was read; empty, it lets everything through.
@@ -87,14 +88,24 @@ impl Filter {
     /// Reads a filter; `sorted` is the measure whose values are known because the list is sorted by it.
     #[must_use]
     pub fn read(text: &str, sorted: Option<&'static Measure>) -> Self {
+        Self::read_with(text, Measures::Sorted(sorted))
+    }
+
+    /// Reads a filter for the windows of an index, whose measures it may compare.
+    #[must_use]
+    pub fn read_for_windows(text: &str) -> Self {
+        Self::read_with(text, Measures::OfWindows)
+    }
+
+    fn read_with(text: &str, measures: Measures) -> Self {
         let mut filter = Self::default();
         let mut words = Vec::new();
         for word in text.split_whitespace() {
-            match term(word, sorted) {
+            match term(word, measures) {
                 None => match (codes_of(word.trim_start_matches('!')), word) {
                     (codes, _) if codes.is_empty() => words.push(word),
                     (codes, word) if word.starts_with('!') => filter.terms.push(Term {
-                        test: Test::Country(word.to_uppercase(), codes),
+                        test: Test::Country(vec![(word.to_uppercase(), codes)]),
                         negated: true,
                     }),
                     (codes, _) => {
@@ -129,6 +140,37 @@ impl Filter {
     #[must_use]
     pub fn needs_facts(&self) -> bool {
         !self.windows.is_empty() || self.terms.iter().any(|term| term.test.needs_facts())
+    }
+
+    /// The measures that it compares.
+    pub fn measures(&self) -> impl Iterator<Item = &'static Measure> + '_ {
+        self.terms.iter().filter_map(|term| match &term.test {
+            Test::Number(Number::Of(measure), ..) => Some(*measure),
+            _ => None,
+        })
+    }
+
+    /// Whether a window, whose measures have these values, satisfies the terms about windows and their measures.
+    pub fn holds_of_window(
+        &self,
+        window: &CellWindows,
+        value: impl Fn(&Measure) -> Option<f64>,
+    ) -> bool {
+        let measured = self.terms.iter().all(|term| match &term.test {
+            Test::Number(Number::Of(measure), how, limit) => {
+                let holds = value(measure).is_some_and(|value| how.holds(value, *limit));
+                holds != term.negated
+            }
+            _ => true,
+        });
+        measured && some_window_holds(&self.windows, std::slice::from_ref(window))
+    }
+
+    /// Whether it has terms or words that ask for more than [`Self::holds_of_window`].
+    #[must_use]
+    pub fn asks_of_scenarios(&self) -> bool {
+        let of_window = |term: &Term| matches!(term.test, Test::Number(Number::Of(_), ..));
+        self.has_words() || !self.terms.iter().all(of_window)
     }
 
     /// The first term about the answers or tags of one user; `None` where every store gives the same scenarios.

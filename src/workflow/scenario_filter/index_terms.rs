@@ -4,48 +4,85 @@ use super::Filterable;
 use super::terms::{Comparison, Test};
 use crate::corpus::{CellWindows, Manoeuvre, RoadType};
 use crate::metrics::RISK_LEVELS;
+use crate::scenario::ObstacleType;
 
-/// Most severe risk scores that `severity:critical` means: collision and extreme.
-const CRITICAL: f64 = 1.0;
+/// Risk scores that `severity:critical` means: collision and extreme.
+const CRITICAL: [u8; 2] = [0, 1];
+
+/// Places in a list of words: several are meant where a term names several.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AnyOf(u32);
+
+impl AnyOf {
+    fn one(place: usize) -> Self {
+        Self(1 << place)
+    }
+
+    fn has(self, place: usize) -> bool {
+        self.0 & (1 << place) != 0
+    }
+}
 
 /// A condition on a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WindowTest {
-    /// What the obstacle does.
-    Manoeuvre(Manoeuvre),
+    /// What the obstacle does: one of these.
+    Manoeuvre(AnyOf),
+    /// The obstacle's type.
+    Actor(AnyOf),
     /// The road under the ego.
-    Road(RoadType),
+    Road(AnyOf),
+    /// The worst risk score.
+    Severity(AnyOf),
     /// How the worst risk score compares.
-    Severity(Comparison, f64),
+    Compared(Comparison, f64),
 }
 
+/// The word of a type of obstacle in filters: `priority_vehicle`.
+#[must_use]
+fn actor_word(kind: ObstacleType) -> String {
+    let mut word = String::new();
+    for letter in kind.name().chars() {
+        if letter.is_ascii_uppercase() {
+            word.push('_');
+        }
+        word.push(letter.to_ascii_lowercase());
+    }
+    word
+}
+
+/// A word and the places that it means.
+type Known<'a> = (&'a str, AnyOf);
+
 impl WindowTest {
-    /// Reads a term such as `road:urban`: `None` for another key, `Ok(None)` while its value is still to be typed.
+    /// Reads a term such as `road:urban` or `manoeuvre:cut_in,merging`: `None` for another key, `Ok(None)` while its
+    /// value is still to be typed.
     pub fn read(key: &str, value: &str) -> Option<Result<Option<Self>, String>> {
         Some(match key {
             "manoeuvre" | "maneuver" => {
-                let known = Manoeuvre::ALL.map(|one| (one.name(), Self::Manoeuvre(one)));
-                value_of(key, value, &known)
+                let words = Manoeuvre::ALL.map(Manoeuvre::name);
+                value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Manoeuvre))
+            }
+            "actor" => {
+                let words: Vec<String> = ObstacleType::ALL.iter().map(|k| actor_word(*k)).collect();
+                let words: Vec<&str> = words.iter().map(String::as_str).collect();
+                value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Actor))
             }
             "road" => {
-                let known = RoadType::ALL.map(|one| (one.name(), Self::Road(one)));
-                value_of(key, value, &known)
+                let words = RoadType::ALL.map(RoadType::name);
+                value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Road))
             }
             "severity" => {
+                let of = |score: u8| AnyOf::one(usize::from(score));
                 let levels = RISK_LEVELS.levels.iter();
-                let levels = levels.map(|level| {
-                    let score = Self::Severity(Comparison::Equal, f64::from(level.score));
-                    (level.name.as_str(), score)
-                });
-                let critical = Self::Severity(Comparison::AtMost, CRITICAL);
-                let mut known: Vec<_> = levels.collect();
-                known.push(("critical", critical));
-                match value.parse::<u8>() {
-                    Ok(score) if RISK_LEVELS.level(score).is_some() => {
-                        Ok(Some(Self::Severity(Comparison::Equal, f64::from(score))))
-                    }
-                    _ => value_of(key, value, &known),
-                }
+                let digits: Vec<String> = levels.clone().map(|l| l.score.to_string()).collect();
+                let digits = digits.iter().zip(levels.clone());
+                let digits = digits.map(|(digit, level)| (digit.as_str(), of(level.score)));
+                let named = levels.map(|level| (level.name.as_str(), of(level.score)));
+                let critical = CRITICAL.into_iter().fold(0, |all, score| all | of(score).0);
+                let critical = ("critical", AnyOf(critical));
+                let known: Vec<Known<'_>> = named.chain([critical]).chain(digits).collect();
+                value_of(key, value, &known).map(|any| any.map(Self::Severity))
             }
             _ => return None,
         })
@@ -55,38 +92,54 @@ impl WindowTest {
     pub fn key(self) -> &'static str {
         match self {
             Self::Manoeuvre(_) => "manoeuvre:",
+            Self::Actor(_) => "actor:",
             Self::Road(_) => "road:",
-            Self::Severity(..) => "severity",
+            Self::Severity(_) | Self::Compared(..) => "severity",
         }
     }
 
-    fn holds(self, window: &CellWindows) -> bool {
+    /// Whether a window is so.
+    pub fn holds(self, window: &CellWindows) -> bool {
         match self {
-            Self::Manoeuvre(wanted) => window.manoeuvre == wanted,
-            Self::Road(wanted) => window.road == wanted,
-            Self::Severity(how, score) => how.holds(f64::from(window.severity), score),
+            Self::Manoeuvre(any) => any.has(place(&Manoeuvre::ALL, &window.manoeuvre)),
+            Self::Actor(any) => any.has(place(ObstacleType::ALL, &window.actor)),
+            Self::Road(any) => any.has(place(&RoadType::ALL, &window.road)),
+            Self::Severity(any) => any.has(usize::from(window.severity)),
+            Self::Compared(how, score) => how.holds(f64::from(window.severity), score),
         }
     }
 }
 
-/// The test of a word, which may be half typed.
-fn value_of(
-    key: &str,
-    value: &str,
-    known: &[(&str, WindowTest)],
-) -> Result<Option<WindowTest>, String> {
-    let small = value.to_lowercase().replace('-', "_");
-    if let Some((_, test)) = known.iter().find(|(word, _)| *word == small) {
-        return Ok(Some(*test));
+fn place<T: PartialEq>(all: &[T], one: &T) -> usize {
+    all.iter().position(|known| known == one).unwrap_or(0)
+}
+
+fn in_order<'a>(words: &[&'a str]) -> Vec<Known<'a>> {
+    let places = words.iter().enumerate();
+    places.map(|(at, word)| (*word, AnyOf::one(at))).collect()
+}
+
+/// What the words of a value mean, which are separated by commas; the last may be half typed.
+fn value_of(key: &str, value: &str, known: &[Known<'_>]) -> Result<Option<AnyOf>, String> {
+    let mut all = AnyOf(0);
+    let mut waits = false;
+    for part in value.split(',') {
+        let small = part.to_lowercase().replace('-', "_");
+        let found = known.iter().find(|(word, _)| *word == small);
+        match found {
+            Some((_, any)) => all.0 |= any.0,
+            None if known.iter().any(|(word, _)| word.starts_with(&small)) => waits = true,
+            None => {
+                let words = known.iter().map(|(word, _)| *word);
+                let words: Vec<&str> = words.filter(|w| w.len() > 1).collect();
+                return Err(format!(
+                    "unknown value `{part}` of `{key}:`; available: {}",
+                    words.join(", ")
+                ));
+            }
+        }
     }
-    if known.iter().any(|(word, _)| word.starts_with(&small)) {
-        return Ok(None);
-    }
-    let words: Vec<&str> = known.iter().map(|(word, _)| *word).collect();
-    Err(format!(
-        "unknown value `{value}` of `{key}:`; available: {}",
-        words.join(", ")
-    ))
+    Ok((!waits).then_some(all))
 }
 
 /// Whether the windows of a scenario are as the terms want: one of them satisfies all plain terms, and none satisfies a
@@ -98,6 +151,11 @@ pub fn windows_hold(tests: &[(WindowTest, bool)], row: &impl Filterable) -> bool
     let Some(windows) = row.indexed().windows() else {
         return false;
     };
+    some_window_holds(tests, windows)
+}
+
+/// The same of these windows.
+pub fn some_window_holds(tests: &[(WindowTest, bool)], windows: &[CellWindows]) -> bool {
     let of = |negated: bool| tests.iter().filter(move |(_, no)| *no == negated);
     let any_unwanted = windows
         .iter()

@@ -4,6 +4,7 @@
 use super::*;
 use crate::corpus::{Manoeuvre, RoadType, WindowEgo, WindowPlace};
 use crate::formats::bundled;
+use crate::scenario::ObstacleType;
 
 struct Row(Entry, Indexed);
 
@@ -36,6 +37,10 @@ fn window(manoeuvre: Manoeuvre, road: RoadType, severity: u8) -> CellWindows {
         manoeuvre,
         road,
         severity,
+        actor: match manoeuvre {
+            Manoeuvre::CutIn => ObstacleType::Truck,
+            _ => ObstacleType::PriorityVehicle,
+        },
         windows: 1,
         asked: 0,
         example: WindowPlace {
@@ -89,6 +94,13 @@ fn one_window_satisfies_all_terms() {
         ("!manoeuvre:cut_in", false),
         ("road:intersection !severity<1", true),
         ("road:intersection !severity=1", false),
+        ("actor:truck manoeuvre:cut_in", true),
+        ("actor:truck manoeuvre:crossing", false),
+        ("actor:priority_vehicle", true),
+        ("actor:bus,priority_vehicle road:urban", false),
+        ("manoeuvre:oncoming,cut_in severity:low,medium", true),
+        ("!manoeuvre:oncoming,cut_in", false),
+        ("severity:0,2", false),
     ] {
         assert_eq!(passes(&row, filter), through, "{filter}");
     }
@@ -112,6 +124,8 @@ fn half_typed_values_wait_and_wrong_ones_are_named() {
         "road:inter",
         "severity:crit",
         "severity<=",
+        "manoeuvre:cut_in,",
+        "actor:bus,tr",
     ] {
         let filter = Filter::read(typed, None);
         assert!(filter.incomplete && filter.wrong.is_empty(), "{typed}");
@@ -122,6 +136,8 @@ fn half_typed_values_wait_and_wrong_ones_are_named() {
         ("road:city", "off_road"),
         ("severity:deadly", "critical"),
         ("severity:7", "negligible"),
+        ("actor:tractor", "priority_vehicle"),
+        ("road:urban,city", "unknown value `city`"),
         ("severity<x", "not a number"),
     ] {
         let wrong = Filter::read(typed, None).wrong.join(" ");

@@ -9,6 +9,7 @@ mod index_tests;
 mod selector;
 mod terms;
 
+pub use countries::country_named;
 pub use facts::{Facts, Tally, Verdicts, country_of, nearest};
 pub use filter::{Filter, Matching, WordMatch};
 pub use selector::Selector;

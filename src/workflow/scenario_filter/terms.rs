@@ -12,8 +12,8 @@ pub const TERMS: &[(&str, &str)] = &[
         "a tag of the file, or one of yours; a part of it is enough",
     ),
     (
-        "country:DEU",
-        "the country of the benchmark id, or its name: country:germany, or just germany",
+        "country:DEU,USA",
+        "country of the benchmark id, or its name; also just germany",
     ),
     ("folder:highway", "part of the folder's name"),
     (
@@ -30,7 +30,7 @@ pub const TERMS: &[(&str, &str)] = &[
     ),
     (
         "road:urban",
-        "windows of an index: also manoeuvre:cut_in, severity<=1; one window fits all",
+        "windows of an index: also manoeuvre:cut_in,merging, actor:truck, severity<=1; one window fits all",
     ),
     ("!tag:urban", "the opposite of a term, or of a word"),
 ];
@@ -49,8 +49,8 @@ pub struct Term {
 pub enum Test {
     /// Whether a tag has this part, in small letters.
     Tag(String),
-    /// Whether the country begins so, in capitals, or is one of these.
-    Country(String, Vec<&'static str>),
+    /// Whether the country begins so, in capitals, or is one of these; one of several such conditions holds.
+    Country(Vec<(String, Vec<&'static str>)>),
     /// Whether the folder has this part, in small letters.
     Folder(String),
     /// Whether something is there (or, with `false`, known not to be).
@@ -124,15 +124,33 @@ const COMPARISONS: [(&str, Comparison); 5] = [
 /// Measures that are known of every scenario that was read.
 pub const HEADLINE: [&str; 3] = ["risk", "distance", "ttc"];
 
+/// The measures whose values are known, beside [`HEADLINE`].
+#[derive(Debug, Clone, Copy)]
+pub enum Measures {
+    /// The one that the list is sorted by.
+    Sorted(Option<&'static Measure>),
+    /// Those of the windows of an index: each, as far as the index has it.
+    OfWindows,
+}
+
+impl Measures {
+    fn has(self, measure: &Measure) -> bool {
+        match self {
+            Self::Sorted(sorted) => sorted.is_some_and(|s| s.id == measure.id),
+            Self::OfWindows => true,
+        }
+    }
+}
+
 /// Reads a word as a term: nothing if it is none, `Ok(None)` while its value is still to be typed.
-pub fn term(word: &str, sorted: Option<&'static Measure>) -> Option<Result<Option<Term>, String>> {
+pub fn term(word: &str, measures: Measures) -> Option<Result<Option<Term>, String>> {
     let (negated, bare) = match word.strip_prefix('!') {
         Some(rest) => (true, rest),
         None => (false, word),
     };
     let test = match (bare.split_once(':'), compared(bare)) {
         (Some((key, value)), _) if !key.is_empty() => named(key, value),
-        (_, Some((key, how, value))) if !key.is_empty() => number(key, how, value, sorted),
+        (_, Some((key, how, value))) if !key.is_empty() => number(key, how, value, measures),
         _ => return None,
     };
     Some(test.map(|test| test.map(|test| Term { test, negated })))
@@ -160,7 +178,9 @@ fn named(key: &str, value: &str) -> Result<Option<Test>, String> {
     match key {
         "tag" => Ok((!small.is_empty()).then_some(Test::Tag(small))),
         "country" => {
-            let test = || Test::Country(value.to_uppercase(), codes_of(value));
+            let named = value.split(',').filter(|name| !name.is_empty());
+            let named = named.map(|name| (name.to_uppercase(), codes_of(name)));
+            let test = || Test::Country(named.collect());
             Ok((!small.is_empty()).then(test))
         }
         "folder" => Ok((!small.is_empty()).then_some(Test::Folder(small))),
@@ -176,7 +196,7 @@ fn named(key: &str, value: &str) -> Result<Option<Test>, String> {
         _ => match WindowTest::read(key, value) {
             Some(test) => test.map(|test| test.map(Test::Window)),
             None => Err(format!(
-                "unknown filter `{key}:`; available: tag: country: folder: has: no: verdict: manoeuvre: road: severity:"
+                "unknown filter `{key}:`; available: tag: country: folder: has: no: verdict: manoeuvre: actor: road: severity:"
             )),
         },
     }
@@ -196,20 +216,18 @@ fn number(
     key: &str,
     how: Comparison,
     value: &str,
-    sorted: Option<&'static Measure>,
+    measures: Measures,
 ) -> Result<Option<Test>, String> {
     let measure = MEASURES.iter().find(|m| m.id == key);
     if key == "severity" {
-        let test = |score| Test::Window(WindowTest::Severity(how, score));
+        let test = |score| Test::Window(WindowTest::Compared(how, score));
         return Ok(number_in(key, value)?.map(test));
     }
     let number = match (key, measure) {
         ("obstacles", _) => Number::Obstacles,
         ("duration", _) => Number::Duration,
         ("answers", _) => Number::Answers,
-        (_, Some(m)) if HEADLINE.contains(&key) || sorted.is_some_and(|s| s.id == key) => {
-            Number::Of(m)
-        }
+        (_, Some(m)) if HEADLINE.contains(&key) || measures.has(m) => Number::Of(m),
         (_, Some(_)) => {
             return Err(format!("filtering by `{key}` needs the list sorted by it"));
         }
@@ -277,9 +295,11 @@ impl Test {
     pub fn holds(&self, row: &impl Filterable) -> bool {
         match self {
             Self::Tag(part) => row.tags().any(|tag| tag.to_lowercase().contains(part)),
-            Self::Country(start, codes) => {
+            Self::Country(named) => {
                 let country = row.country();
-                country.starts_with(start.as_str()) || codes.contains(&country)
+                named.iter().any(|(start, codes)| {
+                    country.starts_with(start.as_str()) || codes.contains(&country)
+                })
             }
             Self::Folder(part) => row.entry().group.to_lowercase().contains(part),
             Self::Has(thing, there) => row.has(*thing) == Some(*there),

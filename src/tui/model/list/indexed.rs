@@ -5,6 +5,9 @@ use std::sync::Arc;
 use super::{CorpusIndex, Filter, List};
 use crate::workflow::Indexed;
 
+/// What a sentence begins with in the filter line.
+const SENTENCE: char = '?';
+
 /// The index behind terms such as `road:urban`.
 #[derive(Debug, Clone, Default)]
 pub enum ListIndex {
@@ -107,8 +110,18 @@ impl List {
         share
     }
 
-    /// Reads the filter as it is typed.
+    /// The sentence behind `?` that is typed in place of a filter.
+    #[must_use]
+    pub fn sentence(&self) -> Option<&str> {
+        self.filter.trim_start().strip_prefix(SENTENCE)
+    }
+
+    /// Reads the filter as it is typed; a sentence filters nothing.
     pub(super) fn read_filter(&mut self) {
+        if self.sentence().is_some() {
+            self.read = Filter::default();
+            return;
+        }
         self.read = Filter::read(&self.filter, self.measure());
         if let Some(why) = self.index.refusal() {
             self.read.refuse_index_terms(why);

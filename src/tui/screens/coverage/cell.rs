@@ -17,7 +17,7 @@ pub struct CellChoice {
     pub severity: Option<u8>,
 }
 
-/// A window of a cell, as the first of its scenario with that severity.
+/// A window of a cell, as the first of its scenario with that severity and type of obstacle.
 #[derive(Debug, Clone)]
 pub struct WorstWindow {
     /// Its scenario, by the place in the index.
@@ -39,7 +39,7 @@ pub struct CellDetail {
     /// Scenarios, and those of them that are in the list.
     pub scenarios: usize,
     pub listed: usize,
-    /// The worst windows, one a scenario and severity.
+    /// The worst windows, one a scenario, severity and type of obstacle.
     pub worst: Vec<WorstWindow>,
 }
 

@@ -1,0 +1,299 @@
+//! `nearmiss find`: windows of an index that a sentence or a filter means. The filter is shown before it is used.
+
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::interrupt::{INTERRUPTED, interrupted};
+use super::open::{configuration, user_thresholds};
+use super::output::{self, Target};
+use super::{Failure, Outcome, json};
+use crate::judge;
+use crate::planner::Cancel;
+use crate::settings::{Config, Folders};
+use crate::store::Store;
+use crate::workflow::{
+    FoundWindow, FoundWindows, IndexSearch, Sentence, checked_filter, search_index,
+};
+
+/// Arguments of `find`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Words without a term are named on standard error. `nearmiss help finding`: the vocabulary and the filter language.\n\
+Exit status: 0 windows were found; 1 none was; 2 nothing was understood, or an error of input.")]
+pub struct Find {
+    /// What is looked for: \"cut-ins under 1.5 s TTC on motorways\".
+    sentence: Option<String>,
+    /// Folder of the index, see `nearmiss index` [default: `index` of the configuration].
+    #[arg(long, value_name = "FOLDER")]
+    index: Option<PathBuf>,
+    /// A filter instead of a sentence, such as one that was edited.
+    #[arg(long, value_name = "FILTER", conflicts_with = "sentence")]
+    filter: Option<String>,
+    /// Print the filter, and search nothing.
+    #[arg(long, visible_alias = "dry-run", conflicts_with_all = ["index", "number"])]
+    filter_only: bool,
+    /// Number of windows that are printed, the most severe ones; all are counted.
+    #[arg(short, long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    number: u32,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    output: output::OutputFile,
+}
+
+/// What was found, for programs.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct FindDocument {
+    /// The sentence; null where a filter was given.
+    sentence: Option<String>,
+    /// The filter that it became.
+    filter: String,
+    /// Parts of the sentence that have no term.
+    not_understood: Vec<String>,
+    /// Windows in the index; null where nothing was searched.
+    searched: Option<u64>,
+    /// Windows that were found.
+    windows: Option<u64>,
+    /// Scenarios that they are in.
+    scenarios: Option<usize>,
+    /// The most severe of them.
+    found: Vec<FindWindow>,
+}
+
+/// A window that was found.
+#[derive(Debug, Serialize, JsonSchema)]
+struct FindWindow {
+    scenario: String,
+    file: String,
+    /// Source of the ego: recorded or obstacle.
+    ego_source: &'static str,
+    /// Id of the ego.
+    ego_id: i64,
+    obstacle: i64,
+    /// Type of the obstacle.
+    obstacle_type: &'static str,
+    /// First and last step of the window.
+    window: [i64; 2],
+    /// Step of the worst risk score.
+    worst_step: i64,
+    /// What the obstacle does to the ego, such as cut_in, following or crossing.
+    manoeuvre: &'static str,
+    /// Kind of road under the ego.
+    road: &'static str,
+    /// Worst risk score in the window, 0 (collision) to 5 (negligible).
+    severity: u8,
+    /// Values of the measures that the filter compares, by id.
+    values: std::collections::BTreeMap<&'static str, Option<f64>>,
+}
+
+impl json::Output for FindDocument {
+    const NAME: &'static str = "find";
+    const TITLE: &'static str = "`find --json`: the filter of a sentence and the windows it finds";
+}
+
+/// Runs `find`.
+pub fn run(arguments: &Find) -> Outcome {
+    let read = match (&arguments.sentence, &arguments.filter) {
+        (Some(sentence), _) => Sentence::read(sentence),
+        (None, Some(filter)) => Sentence {
+            filter: filter.clone(),
+            not_understood: Vec::new(),
+        },
+        (None, None) => {
+            return Err(Failure::input(
+                "expected a sentence, such as \"cut-ins under 1.5 s TTC\", or --filter FILTER",
+            ));
+        }
+    };
+    if let Some(left_out) = read.left_out(output::visible) {
+        output::say(&format!("nearmiss: {left_out}"));
+    }
+    if read.filter.trim().is_empty() {
+        return Err(Failure::input(
+            "nothing of this is a filter; `nearmiss help finding` lists the words, and --filter takes the filter itself",
+        ));
+    }
+    let checked = checked_filter(&read.filter);
+    checked.map_err(|why| Failure::input(format!("filter: {why}")))?;
+    let mut document = FindDocument {
+        sentence: arguments.sentence.as_deref().map(output::visible),
+        filter: output::visible(&read.filter),
+        not_understood: { read.not_understood.iter() }
+            .map(|part| output::visible(&part.words))
+            .collect(),
+        searched: None,
+        windows: None,
+        scenarios: None,
+        found: Vec::new(),
+    };
+    if arguments.filter_only {
+        let text = format!("{}\n", document.filter);
+        return write(arguments, &document, &text);
+    }
+    output::say(&format!("nearmiss: filter: {}", document.filter));
+    let (folders, config) = configuration()?;
+    let folder = folder(arguments, &config)?;
+    let found = search(&folder, &read.filter, arguments.number, &folders)?;
+    if found.unreadable > 0 {
+        output::say(&format!(
+            "nearmiss: {} of the index cannot be read here; terms about them hold for none",
+            output::counted(found.unreadable, "scenario")
+        ));
+    }
+    document.searched = Some(found.of);
+    document.windows = Some(found.count);
+    document.scenarios = Some(found.scenarios);
+    document.found = found.windows.iter().map(|one| line(one, &found)).collect();
+    write(arguments, &document, &table(&document, &found))?;
+    match found.count {
+        0 => Err(Failure::finding(format!("none of {} windows", found.of))),
+        count => {
+            output::say(&format!(
+                "nearmiss: {count} of {} windows, in {}",
+                found.of,
+                output::counted(found.scenarios, "scenario")
+            ));
+            Ok(())
+        }
+    }
+}
+
+fn folder(arguments: &Find, config: &Config) -> Result<PathBuf, Failure> {
+    let folder = arguments.index.as_ref().or(config.index.as_ref());
+    folder.cloned().ok_or_else(|| {
+        Failure::input(
+            "no index: name one with --index FOLDER or `index` in config.toml; `nearmiss index PATH… -o FOLDER` makes one",
+        )
+    })
+}
+
+fn search(
+    folder: &Path,
+    filter: &str,
+    number: u32,
+    folders: &Folders,
+) -> Result<FoundWindows, Failure> {
+    let thresholds = user_thresholds(folders)?;
+    // Without a store there are no answers.
+    let store = Store::open_to_read(&folders.store()).ok();
+    let answers = store
+        .map(|store| store.verdicts(judge::MODEL, None))
+        .transpose();
+    let answers = answers.map_err(Failure::input)?.unwrap_or_default();
+    let stop = interrupted(true);
+    let request = IndexSearch {
+        folder,
+        filter,
+        most: usize::try_from(number).map_err(Failure::input)?,
+        answers,
+        thresholds: &thresholds,
+    };
+    let found = search_index(request, &Cancel::from_flag(&stop), &mut |_| {});
+    found.map_err(Failure::input)?.ok_or_else(|| Failure {
+        message: "interrupted".into(),
+        status: INTERRUPTED,
+    })
+}
+
+fn line(one: &FoundWindow, found: &FoundWindows) -> FindWindow {
+    let (window, place) = (&one.window, &one.window.example);
+    let values = found.measures.iter().zip(&one.values);
+    FindWindow {
+        scenario: output::visible(&one.scenario),
+        // A bundled scenario is meant by its name.
+        file: output::visible(one.file.trim_end_matches(" (bundled)")),
+        ego_source: match place.ego {
+            crate::corpus::WindowEgo::Recorded => "recorded",
+            crate::corpus::WindowEgo::Obstacle(_) => "obstacle",
+        },
+        ego_id: place.ego_id,
+        obstacle: place.obstacle,
+        obstacle_type: window.actor.name(),
+        window: [place.steps.0, place.steps.1],
+        worst_step: place.worst_step,
+        manoeuvre: window.manoeuvre.name(),
+        road: window.road.name(),
+        severity: window.severity,
+        values: values
+            .map(|(measure, value)| (measure.id, *value))
+            .collect(),
+    }
+}
+
+fn table(document: &FindDocument, found: &FoundWindows) -> String {
+    let head = [
+        "file",
+        "ego",
+        "obstacle",
+        "type",
+        "steps",
+        "manoeuvre",
+        "road",
+        "severity",
+    ];
+    let measures = found.measures.iter().map(|measure| match measure.unit {
+        "" => measure.id.to_string(),
+        unit => format!("{} {unit}", measure.id),
+    });
+    let head: Vec<String> = head.map(String::from).into_iter().chain(measures).collect();
+    let rows = document.found.iter().map(|one| {
+        let ego = match one.ego_source {
+            "recorded" => "recorded".to_string(),
+            _ => one.ego_id.to_string(),
+        };
+        let known = [
+            one.file.clone(),
+            ego,
+            one.obstacle.to_string(),
+            one.obstacle_type.to_string(),
+            format!("{}-{}", one.window[0], one.window[1]),
+            one.manoeuvre.to_string(),
+            one.road.to_string(),
+            one.severity.to_string(),
+        ];
+        let values = found.measures.iter().map(|measure| {
+            let value = one.values.get(measure.id).copied().flatten();
+            value.map_or_else(|| "–".to_string(), |value| format!("{value:.2}"))
+        });
+        known.into_iter().chain(values).collect::<Vec<String>>()
+    });
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
+    let widths: Vec<usize> = (0..rows[0].len())
+        .map(|at| {
+            rows.iter()
+                .map(|row| row[at].chars().count())
+                .max()
+                .unwrap_or(0)
+        })
+        .collect();
+    let mut text = String::new();
+    for row in rows {
+        let cells = row
+            .iter()
+            .zip(&widths)
+            .map(|(cell, width)| format!("{cell:width$}"));
+        let line = cells.collect::<Vec<_>>().join("  ");
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {
+    let text = match arguments.json {
+        true => {
+            let document = json::Output::document(document).map_err(Failure::input)?;
+            output::json_line(&document)?
+        }
+        false => text.to_string(),
+    };
+    match arguments.output.file() {
+        None => output::text(&text),
+        Some(file) => {
+            Target::begin(Some(file), arguments.output.overwrite())?.save(text.as_bytes())
+        }
+    }
+}
