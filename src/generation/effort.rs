@@ -95,3 +95,24 @@ impl std::fmt::Display for Effort {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_search_has_what_the_first_left() {
+        let whole = Effort::default();
+        let (first, second) = (whole.first(), whole.second());
+        assert_eq!(first.candidates, Effort::AT_FIRST);
+        assert_eq!(first.seed, whole.seed);
+        let second = second.map(|s| (s.candidates, s.seed == whole.seed));
+        assert_eq!(second, Some((whole.candidates - Effort::AT_FIRST, false)));
+        let few = Effort {
+            candidates: 90,
+            ..whole
+        };
+        assert_eq!((few.first(), few.second()), (few, None));
+        assert_eq!(whole.further().second(), None, "of a further attacker");
+    }
+}

@@ -143,6 +143,70 @@ fn a_wall_in_front_is_a_collision_with_the_attacker() {
     assert_eq!(effect.consequence.name(), "collision");
 }
 
+/// From step 5 on the car comes up from behind the ego, with its middle `apart` metres behind that of the ego's baseline at
+/// first and 1 m less at each step, no nearer than `nearest`.
+fn from_behind(closed: &ClosedLoop, apart: f64, nearest: f64) -> Change {
+    let drive = closed.baseline().drive();
+    let states = drive.states.iter().filter(|(step, _)| *step >= 5);
+    let motions = states.enumerate().map(|(k, (step, state))| {
+        let own = state.centre(&drive.limits);
+        let behind = (apart - k as f64).max(nearest);
+        let motion = Motion {
+            pose: Pose {
+                position: own.pose.position - own.pose.forward() * behind,
+                ..own.pose
+            },
+            velocity: own.velocity + 10.0,
+            acceleration: 0.0,
+        };
+        (*step, motion)
+    });
+    Change {
+        obstacle: CAR,
+        motions: motions.collect(),
+    }
+}
+
+#[test]
+fn being_hit_from_behind_or_nearly_so_is_no_effect() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let hit = closed
+        .effect(&from_behind(&closed, 15.0, 0.0).into())
+        .unwrap();
+    assert!(hit.is_hit_from_behind() && hit.hits_attacker());
+    assert_eq!(hit.contact.map(|c| c.with), Some(CAR));
+    assert_eq!(hit.consequence, Consequence::NoEffect, "{:?}", hit.contact);
+    let near = closed
+        .effect(&from_behind(&closed, 15.0, 5.5).into())
+        .unwrap();
+    assert_eq!(near.contact, None);
+    assert!(near.lowest_after().is_some_and(|score| score <= 1));
+    assert_eq!(near.consequence, Consequence::NoEffect);
+}
+
+#[test]
+fn the_ego_that_drives_into_another_one_is_an_effect() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let effect = closed.effect(&braking(&closed, 1, 500.0).into()).unwrap();
+    let contact = effect.contact.unwrap();
+    let with = |with: i64, ego: ContactSide| Collision {
+        with,
+        ego,
+        ..contact
+    };
+    let tells =
+        |contact: Collision| crate::generation::effect::is_telling(&contact, &effect.attackers);
+    assert!(tells(contact) && tells(with(CAR, ContactSide::Left)));
+    assert!(tells(with(CAR + 1, ContactSide::Front)));
+    assert!(!tells(with(CAR + 1, ContactSide::Left)));
+    let rear = Collision {
+        ego: ContactSide::Rear,
+        other: ContactSide::Front,
+        ..contact
+    };
+    assert!(!tells(rear), "its rear, by the attacker's front");
+}
+
 #[test]
 fn a_collision_that_was_there_before_is_no_effect() {
     // The ego begins within the car.
