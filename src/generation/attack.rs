@@ -222,7 +222,8 @@ impl Attack {
         self.effect.as_ref().is_some_and(|e| match e.consequence {
             Consequence::Collision(_) => e.hits_attacker() && !e.is_hit_from_behind(),
             Consequence::NearMiss => true,
-            Consequence::NoEffect => false,
+            // Neither touched nor nearly so.
+            Consequence::PlannerError(_) | Consequence::NoEffect => false,
         })
     }
 
@@ -262,6 +263,8 @@ impl Attack {
                 Consequence::Collision(_) if effect.is_hit_from_behind() => -0.5,
                 Consequence::Collision(_) if effect.hits_attacker() => -3.0,
                 Consequence::NearMiss => -2.0,
+                // A little better than none: a search for collisions is not to be about errors.
+                Consequence::PlannerError(_) => 0.25,
                 Consequence::Collision(_) => 0.5,
                 // All of them have to come near.
                 Consequence::NoEffect => {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::effect::AttackerEffect;
+use super::effect::{AttackerEffect, is_near_behind};
 use super::{Change, ChangeError, Consequence, Effect, JointChange, RiskCurve};
 use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::{Cancel, Forecast, Planner};
@@ -175,15 +175,17 @@ impl ClosedLoop {
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
         let unchanged = || attackers.iter().all(|a| a.after == a.before);
-        let lowest = attackers
-            .iter()
-            .filter_map(AttackerEffect::lowest_after)
-            .min();
-        let near = lowest.is_some_and(|score| score <= NEAR_MISS);
+        let ego = drive.ego(self.driver.problem(), self.driver.settings());
+        let near = attackers.iter().any(|attacker| {
+            let is_near = attacker.lowest_after().is_some_and(|s| s <= NEAR_MISS);
+            let obstacle = changed.obstacle(attacker.obstacle);
+            is_near && !obstacle.is_some_and(|o| is_near_behind(&ego, o, &attacker.after, NEAR_MISS))
+        });
         let consequence = match drive.outcome {
             Outcome::Collision(collision) if !same && !recorded.touches(collision.with) => {
                 Consequence::Collision(collision)
             }
+            Outcome::PlannerError(error) if !same => Consequence::PlannerError(error),
             _ if near && !(same && unchanged()) => Consequence::NearMiss,
             _ => Consequence::NoEffect,
         };

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::scenario::Scenario;
-use crate::simulation::{Collision, ContactSide, Rollout};
+use crate::scenario::{Ego, Obstacle, Scenario};
+use crate::simulation::{Collision, ContactSide, PlannerError, Rollout};
 
 /// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
 pub type RiskCurve = Vec<(i64, u8)>;
@@ -13,7 +13,9 @@ pub type RiskCurve = Vec<(i64, u8)>;
 pub enum Consequence {
     /// The ego touches an obstacle: an attacker, or another one.
     Collision(Collision),
-    /// No obstacle is touched, and the risk score of an attacker is 1 at most at some step.
+    /// No obstacle is touched, and the planner's process fails: the ego has no trajectory then.
+    PlannerError(PlannerError),
+    /// Neither, and the risk score of an attacker that is not behind the ego is 1 at most at some step.
     NearMiss,
     /// Neither.
     NoEffect,
@@ -25,6 +27,7 @@ impl Consequence {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Collision(_) => "collision",
+            Self::PlannerError(_) => "planner_error",
             Self::NearMiss => "near_miss",
             Self::NoEffect => "no_effect",
         }
@@ -33,13 +36,15 @@ impl Consequence {
     /// How bad its kind is: of a collision most.
     fn badness(&self) -> u8 {
         match self {
-            Self::Collision(_) => 2,
+            Self::Collision(_) => 3,
+            Self::PlannerError(_) => 2,
             Self::NearMiss => 1,
             Self::NoEffect => 0,
         }
     }
 
-    /// Whether it is of a worse kind than another one: a collision, a near miss, no effect.
+    /// Whether it is of a worse kind than another one: a collision, an error of the planner, a near miss, no
+    /// effect.
     #[must_use]
     pub fn is_worse_than(&self, other: &Self) -> bool {
         self.badness() > other.badness()
@@ -177,6 +182,12 @@ impl Effect {
         }
     }
 
+    /// Whether the planner's process fails in the drive.
+    #[must_use]
+    pub fn breaks_planner(&self) -> bool {
+        matches!(self.consequence, Consequence::PlannerError(_))
+    }
+
     /// Whether it is an attacker that the ego touches.
     #[must_use]
     pub fn hits_attacker(&self) -> bool {
@@ -216,6 +227,18 @@ impl Effect {
         let nearest = all.min_by(|(_, a), (_, b)| order(a, b));
         touched.or(nearest.map(|(i, _)| i)).unwrap_or(0)
     }
+}
+
+/// Whether an obstacle comes near, with a risk score of `near` or lower, and is behind the ego whenever it does: its
+/// middle behind the ego's rear. As a hit from behind that proves little, since no obstacle reacts to the ego.
+pub(super) fn is_near_behind(ego: &Ego, obstacle: &Obstacle, scores: &RiskCurve, near: u8) -> bool {
+    let rear = ego.footprint.shape().size().0 / 2.0;
+    let mut steps = scores.iter().filter(|(_, score)| *score <= near).peekable();
+    let behind = |step: i64| {
+        let (own, other) = (ego.track.at(step)?, obstacle.motion_at(step)?);
+        Some(own.pose.to_local(&other.pose.position).x < -rear)
+    };
+    steps.peek().is_some() && steps.all(|(step, _)| behind(*step) == Some(true))
 }
 
 fn lowest(curve: &RiskCurve) -> Option<u8> {

@@ -119,7 +119,12 @@ impl Variant<'_> {
     #[must_use]
     pub fn scenario(&self, id: &str) -> Scenario {
         let mut scenario = Scenario::clone(&self.effect.scenario);
-        if self.effect.consequence != Consequence::NoEffect {
+        // A planner that fails does not make a scenario dangerous.
+        let harmless = matches!(
+            self.effect.consequence,
+            Consequence::NoEffect | Consequence::PlannerError(_)
+        );
+        if !harmless {
             scenario.tags.retain(|tag| tag != HARMLESS);
             if !scenario.tags.iter().any(|tag| tag == DANGEROUS) {
                 scenario.tags.push(DANGEROUS.into());

@@ -44,6 +44,35 @@ impl Collision {
     }
 }
 
+/// What of a drive is beyond the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeyondVehicle {
+    /// Steps at which a limit is broken.
+    pub steps: usize,
+    /// The first of them, with the limit that is broken most there, relative to its value.
+    pub first: Broken,
+    /// Of all steps the limit that is broken most.
+    pub worst: Broken,
+}
+
+impl std::fmt::Display for BeyondVehicle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let steps = if self.steps == 1 { "step" } else { "steps" };
+        let worst = &self.worst;
+        write!(
+            f,
+            "{} {steps} beyond the vehicle from step {} on, worst: {} {:.3} {} at step {}, at most {:.3}",
+            self.steps,
+            self.first.step,
+            worst.bound.name(),
+            worst.value,
+            worst.bound.unit(),
+            worst.step,
+            worst.most
+        )
+    }
+}
+
 /// Risk scores at which an obstacle counts as a near miss: 1, or 0 without a contact at a step.
 const NEAR_MISS: u8 = 1;
 
@@ -72,6 +101,25 @@ impl Rollout {
     pub fn seconds_to_goal(&self) -> Option<f64> {
         let steps = self.states.len().saturating_sub(1);
         matches!(self.outcome, Outcome::Goal(_)).then(|| steps as f64 * self.dt)
+    }
+
+    /// The steps of the drive that the vehicle cannot do; `None` where it can do all.
+    #[must_use]
+    pub fn beyond_vehicle(&self) -> Option<BeyondVehicle> {
+        let broken = self.undrivable();
+        let first_step = broken.first()?.step;
+        let worst = |among: &mut dyn Iterator<Item = &Broken>| {
+            // Of equals the first.
+            let all = among.copied();
+            all.reduce(|a, b| if b.excess() > a.excess() { b } else { a })
+        };
+        let mut steps: Vec<i64> = broken.iter().map(|one| one.step).collect();
+        steps.dedup();
+        Some(BeyondVehicle {
+            steps: steps.len(),
+            first: worst(&mut broken.iter().filter(|one| one.step == first_step))?,
+            worst: worst(&mut broken.iter())?,
+        })
     }
 
     /// What of the drive the vehicle cannot do, in order; empty where it can do all.

@@ -80,6 +80,7 @@ pub struct ComparedSamples {
 #[serde(rename_all = "snake_case")]
 pub enum OutcomeName {
     Collision,
+    PlannerError,
     NearMiss,
     NoEffect,
     None,
@@ -119,6 +120,7 @@ impl OutcomeName {
     pub fn name(self) -> &'static str {
         match self {
             Self::Collision => "collision",
+            Self::PlannerError => "planner_error",
             Self::NearMiss => "near_miss",
             Self::NoEffect => "no_effect",
             Self::None => NONE,

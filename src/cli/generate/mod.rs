@@ -44,9 +44,9 @@ use variant::GenerateJob;
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: collision, near_miss (worst risk score of an attacker 0 or 1), no_effect, none (no motion passed the \
-gate). The ego replans against the changed traffic.\n\
-Exit status: 0 every scenario has a collision or a near miss; 1 some have neither, could not be attacked, or --check \
+Outcomes: collision, near_miss (worst risk score of an attacker 0 or 1), planner_error (the planner's process fails \
+under the attack), no_effect, none (no motion passed the gate). The ego replans against the changed traffic.\n\
+Exit status: 0 every scenario has a collision, a near miss or an error of the planner; 1 some have none, could not be attacked, or --check \
 finds an error; 2 usage or input error; 130 interrupted.")]
 pub struct GenerateArguments {
     /// Scenario files, folders or names of bundled scenarios.

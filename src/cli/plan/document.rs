@@ -7,7 +7,7 @@ use super::{monitor, rules};
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
-use crate::simulation::{ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome};
+use crate::simulation::{ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome, PlannerFault};
 use crate::workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
@@ -92,7 +92,7 @@ fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
             _ => None,
         },
         "message": report.message.as_deref().map(output::visible),
-        "stderr": stderr(report),
+        "stderr": last_lines(&report.stderr),
         "start_seconds": report.started_in.map(|took| thousandths(took.as_secs_f64())),
         "median_overhead_ms": driven.overhead().map(thousandths),
         "late_steps": report.late_steps,
@@ -104,9 +104,9 @@ fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
 }
 
 /// The last lines of standard error, as they may be shown.
-fn stderr(report: &ExternalReport) -> Vec<String> {
-    let last = report.stderr.len().saturating_sub(STDERR_LINES);
-    let lines = report.stderr[last..].iter();
+fn last_lines(stderr: &[String]) -> Vec<String> {
+    let last = stderr.len().saturating_sub(STDERR_LINES);
+    let lines = stderr[last..].iter();
     let short = |line: &String| line.chars().take(STDERR_COLUMNS).collect::<String>();
     lines.map(|line| output::visible(&short(line))).collect()
 }
@@ -133,11 +133,24 @@ pub fn standard_error(driven: &DrivenScenario) -> Option<Value> {
 
 /// A scenario that was not driven, and why, on one line.
 pub fn missing(entry: &Entry, error: &PlanError) -> Value {
-    json!({
+    let mut value = json!({
         "outcome": null,
         "scenario": output::visible(&entry.name),
         "file": entry.display(),
-        "error": error.to_string(),
+        "error": output::visible(&error.to_string()),
+    });
+    if let PlanError::PlannerFailed(failure) = error {
+        value["external_planner"] = failed(failure.fault, failure.step, &failure.stderr);
+    }
+    value
+}
+
+/// How a planner's process failed: the name of the fault, the time step, and the last lines of standard error.
+pub fn failed(fault: PlannerFault, step: Option<i64>, stderr: &[String]) -> Value {
+    json!({
+        "error": fault.name(),
+        "error_step": step,
+        "stderr": last_lines(stderr),
     })
 }
 

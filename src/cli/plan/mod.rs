@@ -32,7 +32,7 @@ use crate::planner::Cancel;
 use crate::scenario::VehicleType;
 use crate::simulation::Outcome as Ended;
 use crate::workflow::PlanError;
-pub use document::missing;
+pub use document::{failed, missing};
 use driven::DrivenScenario;
 use export::Export;
 use files::{Files, Targets};

@@ -168,6 +168,10 @@ fn verdict(attack: &Attack, effect: &Effect, delay: f64, at: &dyn Fn(i64) -> Str
             collision.with,
             at(collision.step)
         ),
+        Consequence::PlannerError(error) => format!(
+            "The ego's planner failed at {}, so nothing is known of the ego. Try another motion.",
+            at(error.step)
+        ),
         Consequence::Collision(_) | Consequence::NearMiss if attack.has_effect() => {
             let what = match effect.collision() {
                 Some(collision) => format!("The ego was touched at {}", at(collision.step)),

@@ -8,7 +8,7 @@ use super::fault::PlannerFault;
 use super::hello::hello;
 use super::protocol::{Message, PlannedState, Ready, ReferencePoint, Trajectory};
 use super::scene_message::Teller;
-use super::session::{answer, ready};
+use super::reading::{answer, ready};
 use super::trajectory::{Reader, joined};
 use super::*;
 use crate::formats::bundled;
