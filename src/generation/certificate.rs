@@ -144,7 +144,9 @@ impl Avoidability {
     #[must_use]
     pub fn is_looked_for(&self) -> bool {
         let mut all = self.certificates.iter();
-        !all.all(|(_, c)| matches!(c, Certificate::NotFound(n) if n.why == Unavoidable::NotLookedFor))
+        !all.all(
+            |(_, c)| matches!(c, Certificate::NotFound(n) if n.why == Unavoidable::NotLookedFor),
+        )
     }
 
     /// Whether it can be avoided with this one reaction time, seconds.

@@ -179,7 +179,8 @@ impl ClosedLoop {
         let near = attackers.iter().any(|attacker| {
             let is_near = attacker.lowest_after().is_some_and(|s| s <= NEAR_MISS);
             let obstacle = changed.obstacle(attacker.obstacle);
-            is_near && !obstacle.is_some_and(|o| is_near_behind(&ego, o, &attacker.after, NEAR_MISS))
+            is_near
+                && !obstacle.is_some_and(|o| is_near_behind(&ego, o, &attacker.after, NEAR_MISS))
         });
         let consequence = match drive.outcome {
             Outcome::Collision(collision) if !same && !recorded.touches(collision.with) => {

@@ -60,7 +60,8 @@ pub fn choose<'a>(
         }
         let chosen = look(closed, attack)?;
         if chosen.avoidability.at(delay) == Some(true) {
-            let touches = { chosen.attack.effect.as_ref() }.is_some_and(|e| e.collision().is_some());
+            let touches =
+                { chosen.attack.effect.as_ref() }.is_some_and(|e| e.collision().is_some());
             return match touches {
                 true => Some(chosen),
                 false => breaks().or(Some(chosen)),

@@ -55,24 +55,6 @@ pub struct BeyondVehicle {
     pub worst: Broken,
 }
 
-impl std::fmt::Display for BeyondVehicle {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let steps = if self.steps == 1 { "step" } else { "steps" };
-        let worst = &self.worst;
-        write!(
-            f,
-            "{} {steps} beyond the vehicle from step {} on, worst: {} {:.3} {} at step {}, at most {:.3}",
-            self.steps,
-            self.first.step,
-            worst.bound.name(),
-            worst.value,
-            worst.bound.unit(),
-            worst.step,
-            worst.most
-        )
-    }
-}
-
 /// Risk scores at which an obstacle counts as a near miss: 1, or 0 without a contact at a step.
 const NEAR_MISS: u8 = 1;
 
@@ -152,7 +134,8 @@ impl Rollout {
         ids.filter(near).collect()
     }
 
-    /// Which rules of the road applied, and which were broken.
+    /// Which rules of the road applied, and which were broken. They are not judged where a step ends that the vehicle
+    /// cannot do: speed and place there are none that the ego could have.
     #[must_use]
     pub fn rules(
         &self,
@@ -160,7 +143,11 @@ impl Rollout {
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> RuleReport {
-        RuleReport::of(&self.scene(scenario, problem, settings))
+        let report = RuleReport::of(&self.scene(scenario, problem, settings));
+        // An acceleration is that of the step behind a state or of the one before it.
+        let broken = self.undrivable();
+        let steps = broken.iter().flat_map(|one| [one.step, one.step + 1]);
+        report.unjudged_at(&steps.collect(), "the ego moves there as no vehicle can")
     }
 
     /// The scene of the drive, without the obstacle whose place the ego takes.

@@ -7,7 +7,8 @@ use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
 use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
 use crate::simulation::{
-    Cycle, DriveError, Driver, ExternalPlanner, ExternalReport, PlannerFault, Rollout, Settings, TrafficMode,
+    Cycle, DriveError, Driver, ExternalPlanner, ExternalReport, PlannerFault, Rollout, Settings,
+    TrafficMode,
 };
 
 /// Whose ego is planned, and how.
@@ -268,6 +269,14 @@ impl PreparedPlan {
                 vehicle.name()
             ))),
         }
+    }
+
+    /// What the planner's process says of itself, or its fault; `None` for the built-in planner.
+    ///
+    /// # Errors
+    /// Those of [`Driver::new`].
+    pub fn greet(&self, cancel: &Cancel) -> Result<Option<ExternalReport>, DriveError> {
+        Ok(self.driver(&self.scenario, cancel)?.greet(&self.scenario))
     }
 
     /// Drives. Nothing where `cancel` asked for an end.

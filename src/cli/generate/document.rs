@@ -100,11 +100,19 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
     if let (Value::Object(line), Value::Object(work)) = (&mut line, work) {
         line.extend(work);
     }
+    if let Some(report) = &baseline.drive().external {
+        line["external_planner"] = json!({
+            "name": output::visible(&report.name),
+            "version": output::visible(&report.version),
+        });
+    }
     let broken = effect.filter(|effect| effect.breaks_planner());
     if let Some(report) = broken.and_then(|effect| effect.drive.external.as_ref())
         && let Some(fault) = report.fault
+        && let Value::Object(failure) = failed(fault, report.fault_step, &report.stderr)
+        && let Value::Object(planner) = &mut line["external_planner"]
     {
-        line["external_planner"] = failed(fault, report.fault_step, &report.stderr);
+        planner.extend(failure);
     }
     line
 }

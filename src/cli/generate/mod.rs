@@ -19,12 +19,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use serde_json::json;
+
 use super::ask::budget;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::many_files::ShardOption;
 use super::open::{configuration, found};
 use super::parallel::in_order_and_kept;
-use super::plan::{PlanOptions, PlannerOptions};
+use super::plan::{PlanOptions, PlannerOptions, identity};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{Method, RETRIES, Ranking, SAMPLES, VOTES};
@@ -255,11 +257,20 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     }
     let past = prepared(arguments)?;
     let planner = arguments.planner.only(&config)?;
+    let planner = planner.and_then(|planner| planner.external);
+    let problem = arguments.how.planning_problem;
+    let stop = interrupted(true);
+    let cancel = Cancel::from_flag(&stop);
+    let asked = planner.as_ref().filter(|_| past.is_some());
+    let identity = asked
+        .and_then(|planner| identity(&entries, problem, &settings, planner, &cancel))
+        .map(|(name, version)| json!({"name": name, "version": version}));
     let wanted = GenerateJob {
         writer,
         settings,
-        planner: planner.and_then(|planner| planner.external),
-        problem: arguments.how.planning_problem,
+        planner,
+        problem,
+        identity: identity.unwrap_or_default(),
         effort,
         style,
         only: together::named(&arguments.attacker),
@@ -268,8 +279,6 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     if arguments.dry_run {
         return dry_run::run(&entries, &wanted);
     }
-    let stop = interrupted(true);
-    let cancel = Cancel::from_flag(&stop);
     let mut job = Job {
         folder: arguments.output.as_deref(),
         json: arguments.json,

@@ -1,6 +1,6 @@
 //! Summary figures over all scenarios.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -46,6 +46,8 @@ pub struct Summary {
     /// Motions of attackers, and those recorded in their scenarios.
     attackers: MotionSamples,
     recorded: MotionSamples,
+    /// The planners that were attacked.
+    planners: BTreeSet<String>,
     /// Of models.
     models: ModelFigures,
 }
@@ -80,6 +82,7 @@ impl Summary {
         self.unsafe_before += usize::from(!figures.safe_before);
         self.candidates += figures.candidates;
         self.seconds.push(figures.seconds);
+        self.planners.extend(figures.attacked());
         if let Some(consumed) = &figures.model {
             self.models.count(consumed);
         }
@@ -127,7 +130,10 @@ impl Summary {
             (self.near_misses, "near miss"),
             (self.no_effect, "without effect"),
             (self.none, "without a variant"),
-            (self.planner_failed, "not driven by the planner (it failed without an attack)"),
+            (
+                self.planner_failed,
+                "not driven by the planner (it failed without an attack)",
+            ),
             (self.missed + self.unfit, "not attackable"),
         ];
         let counts = counts.iter().filter(|(n, _)| *n > 0);
@@ -203,6 +209,10 @@ impl Summary {
                 apart.join(", ")
             ));
         }
+        if !self.planners.is_empty() && !self.planners.iter().eq(["nearmiss"]) {
+            let all: Vec<&str> = self.planners.iter().map(String::as_str).collect();
+            text.push_str(&format!("attacked planner: {}\n", all.join(", ")));
+        }
         text.push_str(&self.models.words());
         text
     }
@@ -257,6 +267,7 @@ impl Summary {
             "taken_over": self.taken_over,
             "not_driven": self.not_driven(),
             "planner_failed": self.planner_failed,
+            "planners": self.planners,
             "collisions": self.collisions,
             "planner_errors": self.planner_errors,
             "near_misses": self.near_misses,

@@ -7,7 +7,9 @@ use super::{monitor, rules};
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
-use crate::simulation::{ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome, PlannerFault};
+use crate::simulation::{
+    BeyondVehicle, ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome, PlannerFault,
+};
 use crate::workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
@@ -18,6 +20,8 @@ pub fn document(driven: &DrivenScenario) -> Value {
         Outcome::Goal(place) => Some(place),
         _ => None,
     };
+    let braking = driven.emergencies();
+    let braking = braking.filter(|e| *e == Emergency::Braking);
     let states = &driven.drive.states;
     let reactions = &driven.drive.traffic.reactions;
     let mut value = json!({
@@ -28,6 +32,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "median_cycle_ms": ms.map(|(median, _)| thousandths(median)),
         "longest_cycle_ms": ms.map(|(_, longest)| thousandths(longest)),
         "emergency_cycles": driven.emergencies().count(),
+        "braking_cycles": braking.count(),
         "refined_cycles": driven.refined(),
         "scenario": driven.name,
         "file": driven.file,
@@ -78,8 +83,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
 
 /// What is known of a planner's process.
 fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
-    let undrivable = driven.drive.undrivable();
-    let first = undrivable.first();
+    let beyond = driven.drive.beyond_vehicle();
     json!({
         "name": output::visible(&report.name),
         "version": output::visible(&report.version),
@@ -97,9 +101,16 @@ fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
         "median_overhead_ms": driven.overhead().map(thousandths),
         "late_steps": report.late_steps,
         "largest_offset": thousandths(report.largest_offset),
-        "undrivable": undrivable.len(),
-        "first_undrivable_step": first.map(|broken| broken.step),
-        "first_undrivable": first.map(|broken| broken.bound.name()),
+        "undrivable": beyond.map_or(0, |beyond| beyond.steps),
+        "first_undrivable_step": beyond.map(|beyond| beyond.first.step),
+        "first_undrivable": beyond.map(|beyond| beyond.first.bound.name()),
+        "worst_undrivable": beyond.map(|BeyondVehicle { worst, .. }| json!({
+            "step": worst.step,
+            "bound": worst.bound.name(),
+            "value": thousandths(worst.value),
+            "limit": thousandths(worst.most),
+            "unit": worst.bound.unit(),
+        })),
     })
 }
 

@@ -27,10 +27,7 @@ pub(super) fn answer(line: &str) -> Result<Answer, Fault> {
     Err(match wrong_value(&object) {
         Some(wrong) if wrong.not_finite => Fault::new(PlannerFault::NotFinite, wrong.words),
         Some(wrong) => Fault::new(PlannerFault::Nonsense, wrong.words),
-        None => Fault::new(
-            PlannerFault::Nonsense,
-            format!("{error}: {}", shown(line)),
-        ),
+        None => Fault::new(PlannerFault::Nonsense, format!("{error}: {}", shown(line))),
     })
 }
 
@@ -90,7 +87,11 @@ const READY: [Field; 8] = [
     ("protocol", Holds::Whole, true),
     ("name", Holds::Text, true),
     ("version", Holds::Text, false),
-    ("reference_point", Holds::Word(&["rear_axle", "centre"]), false),
+    (
+        "reference_point",
+        Holds::Word(&["rear_axle", "centre"]),
+        false,
+    ),
     ("predictions", Holds::Flag, false),
     ("history", Holds::Whole, false),
     ("reusable", Holds::Flag, false),
@@ -140,21 +141,23 @@ fn wrong_value(message: &Value) -> Option<Wrong> {
 
 fn of_trajectory(message: &Value) -> Option<Wrong> {
     let of_message = of_fields(message, "", &TRAJECTORY);
-    of_message.or_else(|| optional(message, "", "ms")).or_else(|| {
-        let Some(states) = message["states"].as_array() else {
-            return Some(wrong("states", message.get("states"), "an array"));
-        };
-        states.iter().enumerate().find_map(|(place, state)| {
-            let path = format!("states[{place}]");
-            if !state.is_object() {
-                return Some(wrong(&path, Some(state), "an object"));
-            }
-            let path = format!("{path}.");
-            let mut more = OF_STATES.iter();
-            of_fields(state, &path, &STATE)
-                .or_else(|| more.find_map(|name| optional(state, &path, name)))
+    of_message
+        .or_else(|| optional(message, "", "ms"))
+        .or_else(|| {
+            let Some(states) = message["states"].as_array() else {
+                return Some(wrong("states", message.get("states"), "an array"));
+            };
+            states.iter().enumerate().find_map(|(place, state)| {
+                let path = format!("states[{place}]");
+                if !state.is_object() {
+                    return Some(wrong(&path, Some(state), "an object"));
+                }
+                let path = format!("{path}.");
+                let mut more = OF_STATES.iter();
+                of_fields(state, &path, &STATE)
+                    .or_else(|| more.find_map(|name| optional(state, &path, name)))
+            })
         })
-    })
 }
 
 /// A number that may be left out or null.
@@ -230,7 +233,7 @@ fn is_infinite(word: &str) -> bool {
 fn with_quoted_infinities(line: &str) -> String {
     let mut out = String::with_capacity(line.len());
     let (mut word, mut inside, mut escaped) = (String::new(), false, false);
-    let mut end = |word: &mut String, out: &mut String| {
+    let end = |word: &mut String, out: &mut String| {
         match is_infinite(word) {
             true => *out += &format!("\"{word}\""),
             false => *out += word,
@@ -264,35 +267,78 @@ mod tests {
     fn a_wrong_value_is_named_with_its_path() {
         let state = r#"{"x":1,"y":2,"heading":0,"velocity":3}"#;
         for (states, fault, words) in [
-            (r#"{"x":null,"y":2,"heading":0,"velocity":3}"#, PlannerFault::Nonsense,
-             "`states[1].x` is null, expected a number"),
-            (r#"{"x":1,"y":NaN,"heading":0,"velocity":3}"#, PlannerFault::NotFinite, "`states[1].y` is NaN"),
-            (r#"{"x":1,"y":2,"heading":-Infinity,"velocity":3}"#, PlannerFault::NotFinite,
-             "`states[1].heading` is -Infinity"),
-            (r#"{"x":1,"y":2,"heading":0,"velocity":1e999}"#, PlannerFault::NotFinite,
-             "`states[1].velocity` is 1e999"),
-            (r#"{"x":1,"y":2,"heading":0,"velocity":3,"t":"soon"}"#, PlannerFault::Nonsense,
-             r#"`states[1].t` is "soon", expected a number"#),
-            (r#"{"x":1,"y":2,"heading":0}"#, PlannerFault::Nonsense, "`states[1].velocity` is missing"),
-            ("7", PlannerFault::Nonsense, "`states[1]` is 7, expected an object"),
+            (
+                r#"{"x":null,"y":2,"heading":0,"velocity":3}"#,
+                PlannerFault::Nonsense,
+                "`states[1].x` is null, expected a number",
+            ),
+            (
+                r#"{"x":1,"y":NaN,"heading":0,"velocity":3}"#,
+                PlannerFault::NotFinite,
+                "`states[1].y` is NaN",
+            ),
+            (
+                r#"{"x":1,"y":2,"heading":-Infinity,"velocity":3}"#,
+                PlannerFault::NotFinite,
+                "`states[1].heading` is -Infinity",
+            ),
+            (
+                r#"{"x":1,"y":2,"heading":0,"velocity":1e999}"#,
+                PlannerFault::NotFinite,
+                "`states[1].velocity` is 1e999",
+            ),
+            (
+                r#"{"x":1,"y":2,"heading":0,"velocity":3,"t":"soon"}"#,
+                PlannerFault::Nonsense,
+                r#"`states[1].t` is "soon", expected a number"#,
+            ),
+            (
+                r#"{"x":1,"y":2,"heading":0}"#,
+                PlannerFault::Nonsense,
+                "`states[1].velocity` is missing",
+            ),
+            (
+                "7",
+                PlannerFault::Nonsense,
+                "`states[1]` is 7, expected an object",
+            ),
         ] {
             let line = format!(r#"{{"type":"trajectory","step":0,"states":[{state},{states}]}}"#);
             let found = answer(&line).unwrap_err();
-            assert_eq!((found.fault, found.details.as_str()), (fault, words), "{line}");
+            assert_eq!(
+                (found.fault, found.details.as_str()),
+                (fault, words),
+                "{line}"
+            );
         }
         for (line, words) in [
             (r#"{"type":"trajectory","states":[]}"#, "`step` is missing"),
-            (r#"{"type":"trajectory","step":1.5,"states":[]}"#, "`step` is 1.5, expected a whole number"),
-            (r#"{"type":"trajectory","step":1,"states":{}}"#, "`states` is {}, expected an array"),
-            (r#"{"type":"go"}"#, r#"`type` is "go", expected ready or trajectory or error"#),
+            (
+                r#"{"type":"trajectory","step":1.5,"states":[]}"#,
+                "`step` is 1.5, expected a whole number",
+            ),
+            (
+                r#"{"type":"trajectory","step":1,"states":{}}"#,
+                "`states` is {}, expected an array",
+            ),
+            (
+                r#"{"type":"go"}"#,
+                r#"`type` is "go", expected ready or trajectory or error"#,
+            ),
             (r#"{"step":1}"#, "`type` is missing"),
             (r#"{"type":"error"}"#, "`message` is missing"),
         ] {
             let found = answer(line).unwrap_err();
-            assert_eq!((found.fault, found.details.as_str()), (PlannerFault::Nonsense, words));
+            assert_eq!(
+                (found.fault, found.details.as_str()),
+                (PlannerFault::Nonsense, words)
+            );
         }
         let log = answer("planning NaN ...").unwrap_err();
-        assert!(log.details.contains("logs belong on standard error"), "{log:?}");
+        assert!(
+            log.details.contains("logs belong on standard error"),
+            "{log:?}"
+        );
         // A name is no number.
         let ready = r#"{"type":"ready","protocol":1,"name":"nan \" inf","version":"NaN"}"#;
         assert!(answer(ready).is_ok());

@@ -82,6 +82,15 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// Starts the process and says hello, without a drive; what it said of itself, or its fault.
+    pub fn greet(mut self, cancel: &Cancel) -> ExternalReport {
+        if let Err(Stop::Fault(fault)) = self.start(cancel) {
+            let step = self.span.step;
+            self.report.fail(&fault, step);
+        }
+        self.end()
+    }
+
     /// Gives the process back or ends it; what became of the drive.
     pub fn end(mut self) -> ExternalReport {
         if let Some((mut process, ready)) = self.running.take() {
