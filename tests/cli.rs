@@ -99,6 +99,8 @@ mod plan;
 #[cfg(unix)]
 #[path = "cli/planner_egos.rs"]
 mod planner_egos;
+#[path = "cli/planner_troubles.rs"]
+mod planner_troubles;
 #[path = "cli/planners.rs"]
 mod planners;
 #[path = "cli/prompts.rs"]

@@ -1,5 +1,6 @@
 //! Options of commands that work on many files: one part of them, and continuing a run that was killed.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -7,9 +8,10 @@ use serde_json::Value;
 use super::{Failure, output};
 use crate::evaluation::batch::Shard;
 use crate::formats::Entry;
+use crate::scenario::ContentHash;
 use crate::system;
 use crate::workflow::journal::{
-    EarlierRun, FinishedUnit, JobIdentity, Journal, JournalError, input_hash,
+    EarlierRun, FOLDER, FinishedUnit, JobIdentity, Journal, JournalError, input_hash,
 };
 
 /// One part of the scenarios.
@@ -69,7 +71,7 @@ impl ManyFiles {
         &self,
         command: &'static str,
         folder: Option<&Path>,
-        settings: String,
+        (settings, named): (String, BTreeMap<String, String>),
     ) -> Result<Option<FinishedFiles>, Failure> {
         if !self.resume {
             return Ok(None);
@@ -79,6 +81,7 @@ impl ManyFiles {
             command,
             shard: self.part.shard,
             settings,
+            named,
         };
         let journal = opened(folder, &job, EarlierRun::Continue)?;
         Ok(Some(FinishedFiles {
@@ -99,6 +102,73 @@ pub fn opened(folder: &Path, job: &JobIdentity, earlier: EarlierRun) -> Result<J
 }
 
 impl FinishedFiles {
+    /// Whether the planner's process is still the one that drove what is finished.
+    ///
+    /// # Errors
+    /// It has another name or version now. A planner that cannot be asked is compared where it drives: nowhere.
+    pub fn by_same_planner(
+        &self,
+        now: impl FnOnce() -> Option<(String, String)>,
+    ) -> Result<(), Failure> {
+        let of = |unit: &FinishedUnit| {
+            let said = &unit.notes["document"]["external_planner"];
+            let text = |key: &str| said[key].as_str().unwrap_or_default().to_string();
+            Some((text("name"), text("version"))).filter(|(name, _)| !name.is_empty())
+        };
+        let mut then: Vec<(String, String)> = self.journal.units().filter_map(of).collect();
+        then.sort();
+        then.dedup();
+        if then.is_empty() {
+            return Ok(());
+        }
+        let Some(now) = now() else {
+            return Ok(());
+        };
+        match then.iter().find(|then| **then != now) {
+            None => Ok(()),
+            Some(then) => Err(Failure::input(output::visible(&format!(
+                "{}: the drives in this folder are of planner {}, which is {} now; choose another folder, or leave out --resume and start again with --overwrite",
+                self.folder.display(),
+                format!("{} {}", then.0, then.1).trim(),
+                format!("{} {}", now.0, now.1).trim()
+            )))),
+        }
+    }
+
+    /// Whether a file is the table that a run in this folder wrote, unchanged.
+    pub fn wrote_table(&self, file: &Path) -> bool {
+        let noted = self
+            .note_of(file)
+            .and_then(|note| std::fs::read_to_string(note).ok());
+        let is = system::read_file(file, system::LARGEST);
+        let is = is.map(|bytes| ContentHash::digest(&bytes).to_string());
+        matches!((noted, is), (Some(noted), Ok(is)) if noted.trim() == is)
+    }
+
+    /// Notes that a file is the table of this run, so that it may be replaced when the run is continued.
+    pub fn note_table(&self, file: &Path) -> Result<(), Failure> {
+        let failed = |e: &std::io::Error| Failure::system(file.display(), e);
+        let bytes = system::read_file(file, system::LARGEST).map_err(|e| failed(&e))?;
+        let Some(note) = self.note_of(file) else {
+            return Ok(());
+        };
+        let hash = format!("{}\n", ContentHash::digest(&bytes));
+        std::fs::write(&note, hash).map_err(|e| Failure::system(note.display(), &e))
+    }
+
+    /// Where the hash of a table is noted.
+    fn note_of(&self, file: &Path) -> Option<PathBuf> {
+        let whole = file.canonicalize().ok()?;
+        let hash = ContentHash::digest(whole.to_string_lossy().as_bytes()).to_string();
+        let name = format!("table-{}.sha256", &hash[..16]);
+        Some(self.folder.join(FOLDER).join(name))
+    }
+
+    /// The folder of the run.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// What is known of a scenario. One that cannot be read is not finished.
     pub fn of(&self, entry: &Entry) -> Progressed {
         let hash = entry.content_hash().ok();

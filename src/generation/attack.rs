@@ -220,7 +220,11 @@ impl Attack {
     #[must_use]
     pub fn has_effect(&self) -> bool {
         let effect = self.effect.as_ref();
-        effect.is_some_and(|effect| effect.consequence != Consequence::NoEffect)
+        effect.is_some_and(|effect| match effect.consequence {
+            Consequence::Collision(_) | Consequence::NearMiss => true,
+            // Neither touched nor nearly so.
+            Consequence::PlannerError(_) | Consequence::NoEffect => false,
+        })
     }
 
     /// How good it looks before it is driven, the less the better.
@@ -258,6 +262,8 @@ impl Attack {
             + match effect.consequence {
                 Consequence::Collision(_) => -3.0,
                 Consequence::NearMiss => -2.0,
+                // A little better than none: a search for collisions is not to be about errors.
+                Consequence::PlannerError(_) => 0.25,
                 // All of them have to come near.
                 Consequence::NoEffect => {
                     let all = effect.attackers.iter().map(|attacker| {

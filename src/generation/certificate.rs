@@ -93,6 +93,8 @@ pub enum Unavoidable {
     Ended(Outcome),
     /// Everything that was tried ends badly.
     NothingFound,
+    /// The planner's process failed, which says nothing about a good driver: nothing was tried.
+    NotLookedFor,
 }
 
 impl Avoidability {
@@ -124,6 +126,27 @@ impl Avoidability {
             }
         }
         Self { certificates }
+    }
+
+    /// Without a search: nothing is known about a good driver.
+    #[must_use]
+    pub fn not_looked_for() -> Self {
+        let nothing = NotFound {
+            why: Unavoidable::NotLookedFor,
+            searched: SearchEffort::default(),
+        };
+        Self {
+            certificates: DELAYS.map(|delay| (delay, Certificate::NotFound(nothing))),
+        }
+    }
+
+    /// Whether ways out were searched for.
+    #[must_use]
+    pub fn is_looked_for(&self) -> bool {
+        let mut all = self.certificates.iter();
+        !all.all(
+            |(_, c)| matches!(c, Certificate::NotFound(n) if n.why == Unavoidable::NotLookedFor),
+        )
     }
 
     /// Whether it can be avoided with this one reaction time, seconds.
@@ -174,7 +197,7 @@ impl std::fmt::Display for SearchEffort {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "{} manoeuvres of one acceleration and one offset, {} drives of the planner with all futures known ({} cycles, {} candidates), {} trajectories rejected by the final check",
+            "{} manoeuvres of one acceleration and one offset, {} drives of the built-in planner with all futures known ({} cycles, {} candidates), {} trajectories rejected by the final check",
             self.manoeuvres, self.drives, self.cycles, self.candidates, self.refused
         )
     }
@@ -188,6 +211,7 @@ impl std::fmt::Display for Unavoidable {
             }
             Self::Ended(outcome) => write!(f, "over before the driver can react: {outcome}"),
             Self::NothingFound => f.write_str("no avoiding motion found"),
+            Self::NotLookedFor => f.write_str("not looked for, since the planner failed"),
         }
     }
 }

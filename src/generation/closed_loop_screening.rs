@@ -181,12 +181,12 @@ impl ClosedLoop {
         };
         let contact = contact.filter(|c| !same && !recorded.touches(c.with));
         let telling = contact.filter(|c| effect::is_telling(c, &attackers));
-        let consequence = match telling {
-            Some(collision) => Consequence::Collision(collision),
-            None if effect::comes_near(&attackers, &changed, &drive) && !(same && unchanged()) => {
-                Consequence::NearMiss
-            }
-            None => Consequence::NoEffect,
+        let near = || effect::comes_near(&attackers, &changed, &drive);
+        let consequence = match (telling, drive.outcome) {
+            (Some(collision), _) => Consequence::Collision(collision),
+            (None, Outcome::PlannerError(error)) if !same => Consequence::PlannerError(error),
+            (None, _) if near() && !(same && unchanged()) => Consequence::NearMiss,
+            (None, _) => Consequence::NoEffect,
         };
         Ok(Effect {
             main: Effect::place_of_main(&attackers, contact),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::closed_loop_screening::NEAR_MISS;
 use crate::scenario::Scenario;
-use crate::simulation::{Collision, ContactSide, Rollout};
+use crate::simulation::{Collision, ContactSide, PlannerError, Rollout};
 
 /// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
 pub type RiskCurve = Vec<(i64, u8)>;
@@ -15,7 +15,9 @@ pub type RiskCurve = Vec<(i64, u8)>;
 pub enum Consequence {
     /// The ego and an attacker touch, or the ego drives into another obstacle with its front.
     Collision(Collision),
-    /// No such contact, and the risk score of an attacker that is not behind the ego is 1 at most at some step.
+    /// No such contact, and the planner's process fails: the ego has no trajectory then.
+    PlannerError(PlannerError),
+    /// Neither, and the risk score of an attacker that is not behind the ego is 1 at most at some step.
     NearMiss,
     /// Neither.
     NoEffect,
@@ -27,6 +29,7 @@ impl Consequence {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Collision(_) => "collision",
+            Self::PlannerError(_) => "planner_error",
             Self::NearMiss => "near_miss",
             Self::NoEffect => "no_effect",
         }
@@ -35,13 +38,15 @@ impl Consequence {
     /// How bad its kind is: of a collision most.
     fn badness(&self) -> u8 {
         match self {
-            Self::Collision(_) => 2,
+            Self::Collision(_) => 3,
+            Self::PlannerError(_) => 2,
             Self::NearMiss => 1,
             Self::NoEffect => 0,
         }
     }
 
-    /// Whether it is of a worse kind than another one: a collision, a near miss, no effect.
+    /// Whether it is of a worse kind than another one: a collision, an error of the planner, a near miss, no
+    /// effect.
     #[must_use]
     pub fn is_worse_than(&self, other: &Self) -> bool {
         self.badness() > other.badness()
@@ -170,6 +175,12 @@ impl Effect {
     pub fn distance(&self) -> Option<f64> {
         let all = self.attackers.iter().filter_map(|a| a.distance);
         all.min_by(f64::total_cmp)
+    }
+
+    /// Whether the planner's process fails in the drive.
+    #[must_use]
+    pub fn breaks_planner(&self) -> bool {
+        matches!(self.consequence, Consequence::PlannerError(_))
     }
 
     /// Whether it is an attacker that the ego touches.

@@ -63,6 +63,6 @@ pub use search_result::{Progress, SearchResult};
 pub use select_attack::{SelectedAttack, choose};
 pub use style::AttackStyle;
 pub use tracking::{TrackingTarget, track};
-pub use variant::{MARK, Variant, VariantError, VariantFiles};
+pub use variant::{MARK, Variant, VariantError, VariantFiles, attacked_planner};
 pub use variant_document::{asked, attacker as attacker_document, refusal};
 pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};

@@ -1,7 +1,7 @@
 //! Selects an attack: the most dangerous one that a good driver survives.
 
 use super::attack::Attack;
-use super::{Avoidability, ClosedLoop, Consequence};
+use super::{Avoidability, ClosedLoop, Consequence, Effect};
 
 /// An attack with the proof that it can be survived, or that this was searched for.
 #[derive(Debug, Clone)]
@@ -18,9 +18,15 @@ const LOOKED_AT: usize = 8;
 /// Of those that are known not to be survived in time, so many: one of them may be survived with a shorter reaction time.
 const OF_HOPELESS: usize = 2;
 
+/// So many attacks that broke the planner are driven again.
+const BREAKING: usize = 3;
+
 /// The first of `attacks`, which are in order, that has an effect, needs all of its attackers, and can be avoided with a
 /// reaction time of `delay` seconds; where none is, the one that can be avoided with the longest reaction time, or else
 /// the first. Nothing where no attack was driven.
+///
+/// An attack under which the planner's process fails is preferred to all but a collision that can be avoided, if it
+/// fails again. That says nothing about a good driver, so no way out is looked for.
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss.
 #[must_use]
@@ -30,7 +36,15 @@ pub fn choose<'a>(
     delay: f64,
 ) -> Option<SelectedAttack> {
     let known = attacks.into_iter().filter(|a| a.effect.is_some());
-    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = known.partition(|a| a.has_effect());
+    let (breaking, others): (Vec<&Attack>, Vec<&Attack>) =
+        known.partition(|a| a.effect.as_ref().is_some_and(Effect::breaks_planner));
+    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) =
+        others.into_iter().partition(|a| a.has_effect());
+    let mut broken = None;
+    let mut breaks = || {
+        let first = || first_that_breaks(closed, &breaking);
+        broken.get_or_insert_with(first).clone()
+    };
     let mut best: Option<(usize, SelectedAttack)> = None;
     let needed = effective.into_iter().filter(|a| !a.is_idle());
     let mut hopeless = 0;
@@ -46,15 +60,18 @@ pub fn choose<'a>(
         }
         let chosen = look(closed, attack)?;
         if chosen.avoidability.at(delay) == Some(true) {
-            return Some(chosen);
+            return match chosen.rank(delay) {
+                Rank::Collision => Some(chosen),
+                _ => breaks().or(Some(chosen)),
+            };
         }
         let survived = chosen.survived();
         if best.as_ref().is_none_or(|(most, _)| survived > *most) {
             best = Some((survived, chosen));
         }
     }
-    match best {
-        Some((_, chosen)) => Some(chosen),
+    match breaks().or(best.map(|(_, chosen)| chosen)) {
+        Some(chosen) => Some(chosen),
         None => look(closed, driven(closed, harmless.first()?)?),
     }
 }
@@ -66,6 +83,22 @@ fn driven(closed: &ClosedLoop, attack: &Attack) -> Option<Attack> {
     Some(Attack {
         effect: Some(effect),
         ..attack.clone()
+    })
+}
+
+/// The first attack under which the planner's process fails again.
+fn first_that_breaks(closed: &ClosedLoop, attacks: &[&Attack]) -> Option<SelectedAttack> {
+    let mut again = attacks.iter().take(BREAKING).filter_map(|attack| {
+        let effect = closed.effect(&attack.change).ok()?;
+        effect.breaks_planner().then(|| Attack {
+            effect: Some(effect),
+            ..(*attack).clone()
+        })
+    });
+    let attack = again.next()?;
+    Some(SelectedAttack {
+        attack,
+        avoidability: Avoidability::not_looked_for(),
     })
 }
 
@@ -91,6 +124,7 @@ impl SelectedAttack {
         let effect = self.attack.effect.as_ref();
         match effect.map(|effect| effect.consequence) {
             None | Some(Consequence::NoEffect) => Rank::Harmless,
+            Some(Consequence::PlannerError(_)) => Rank::PlannerError,
             Some(_) if !avoided => Rank::Hopeless,
             Some(Consequence::Collision(_)) => Rank::Collision,
             Some(Consequence::NearMiss) => Rank::NearMiss,
@@ -107,6 +141,8 @@ pub(super) enum Rank {
     Hopeless,
     /// A near miss that a good driver avoids.
     NearMiss,
+    /// The planner's process fails.
+    PlannerError,
     /// A collision that a good driver avoids: the best there is.
     Collision,
 }

@@ -87,6 +87,17 @@ pub(super) const OTHERS: &str = "other traffic as recorded; it does not react";
 /// What the `source` of every variant says, and that of no other scenario.
 pub const MARK: &str = "changed by nearmiss ";
 
+/// What stands before the planner of the ego in the `source` of a variant, where that is not the built-in one.
+const ATTACKED: &str = "; ego driven by planner ";
+
+/// The planner that drives the ego of a variant, as its `source` names it; `None` for the built-in one.
+#[must_use]
+pub fn attacked_planner(variant: &Scenario) -> Option<&str> {
+    let source = variant.header.attributes.get("source")?;
+    let (_, after) = source.rsplit_once(ATTACKED)?;
+    after.split(';').next()
+}
+
 /// The program that changed it.
 pub(super) const PROGRAM: &str = concat!("nearmiss ", env!("CARGO_PKG_VERSION"));
 
@@ -119,7 +130,12 @@ impl Variant<'_> {
     #[must_use]
     pub fn scenario(&self, id: &str) -> Scenario {
         let mut scenario = Scenario::clone(&self.effect.scenario);
-        if self.effect.consequence != Consequence::NoEffect {
+        // A planner that fails does not make a scenario dangerous.
+        let harmless = matches!(
+            self.effect.consequence,
+            Consequence::NoEffect | Consequence::PlannerError(_)
+        );
+        if !harmless {
             scenario.tags.retain(|tag| tag != HARMLESS);
             if !scenario.tags.iter().any(|tag| tag == DANGEROUS) {
                 scenario.tags.push(DANGEROUS.into());
@@ -144,8 +160,12 @@ impl Variant<'_> {
             format!("another motion of obstacle {id} from step {from} on")
         });
         let motions: Vec<String> = motions.collect();
+        let external = self.closed.baseline().drive().external.as_ref();
+        let planner = external.map_or(String::new(), |report| {
+            format!("{ATTACKED}{}", report.named().replace(';', ","))
+        });
         format!(
-            "changed by {PROGRAM}: {} (SHA-256 {}) with {}, by {}; {OTHERS}",
+            "changed by {PROGRAM}: {} (SHA-256 {}) with {}, by {}{planner}; {OTHERS}",
             original.header.benchmark_id,
             original.hash,
             motions.join(" and "),

@@ -10,7 +10,7 @@ use super::{
     RiskCurve, SearchEffort, Variant, VariantFiles,
 };
 use crate::scenario::ContentHash;
-use crate::simulation::{Collision, ContactSide, Rollout};
+use crate::simulation::{Collision, ContactSide, PlannerFault, Rollout};
 use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
 
 /// The document of a variant that is saved in these files.
@@ -24,6 +24,7 @@ pub(super) fn variant_document(
         (name(path), Value::String(hash))
     };
     let effect = variant.effect;
+    let looked_for = variant.avoidability.is_looked_for();
     let original = variant.closed.scenario();
     let driver = variant.closed.driver();
     let settings = driver.settings();
@@ -62,6 +63,7 @@ pub(super) fn variant_document(
         "outcome": effect.consequence.name(),
         "collision": effect.contact.map(|c| collision(&c, effect)),
         "hit_from_behind": effect.is_hit_from_behind(),
+        "planner_error": effect.breaks_planner().then(|| failure(&effect.drive)),
         "drive": drive(&effect.drive),
         "baseline": drive(baseline),
         "min_risk_before": effect.lowest_before(),
@@ -72,7 +74,7 @@ pub(super) fn variant_document(
         "touched_after_step": effect.between,
         "risk_before": curve(&effect.main().before),
         "risk_after": curve(&effect.main().after),
-        "avoidable": certificates(variant, saved),
+        "avoidable": looked_for.then(|| certificates(variant, saved)),
         "rejected": variant.refusals.iter().map(refusal).collect::<Vec<_>>(),
         "model": variant.author,
         "made": variant.made,
@@ -92,6 +94,17 @@ fn planner(baseline: &Rollout) -> Value {
         "predictions": report.predictions,
         "history": report.history,
     })
+}
+
+/// How the planner's process failed: the fault, the time step, and what it wrote to standard error.
+fn failure(drive: &Rollout) -> Option<Value> {
+    let report = drive.external.as_ref()?;
+    Some(json!({
+        "error": report.fault.map(PlannerFault::name),
+        "error_step": report.fault_step,
+        "message": report.message,
+        "stderr": report.stderr,
+    }))
 }
 
 /// What each attacker does, and how near it comes.

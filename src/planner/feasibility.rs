@@ -88,6 +88,17 @@ pub struct Broken {
     pub most: f64,
 }
 
+impl Broken {
+    /// How far it is beyond its limit, as a multiple of that.
+    #[must_use]
+    pub fn excess(&self) -> f64 {
+        match self.value.is_nan() {
+            true => f64::INFINITY,
+            false => self.value / self.most.max(f64::MIN_POSITIVE),
+        }
+    }
+}
+
 impl std::fmt::Display for Broken {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (name, unit) = (self.bound.name(), self.bound.unit());

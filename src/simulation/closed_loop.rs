@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::external::{ExternalPlanner, NoTrajectory, PlannerError, Session};
+use super::external::{ExternalPlanner, ExternalReport, NoTrajectory, PlannerError, Session};
 use super::rollout::start;
 use super::traffic::World;
 use super::{
@@ -207,6 +207,13 @@ impl Driver {
             last: self.last,
             goal_from: step,
         }
+    }
+
+    /// Lets the planner's process say what it is, without a drive; `None` for the built-in planner.
+    #[must_use]
+    pub fn greet(&self, scenario: &Scenario) -> Option<ExternalReport> {
+        let session = Session::new(self.external()?, self, scenario, &self.whole());
+        Some(session.greet(&self.cancel))
     }
 
     pub(super) fn run(

@@ -44,6 +44,17 @@ impl Collision {
     }
 }
 
+/// What of a drive is beyond the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeyondVehicle {
+    /// Steps at which a limit is broken.
+    pub steps: usize,
+    /// The first of them, with the limit that is broken most there, relative to its value.
+    pub first: Broken,
+    /// Of all steps the limit that is broken most.
+    pub worst: Broken,
+}
+
 /// Risk scores at which an obstacle counts as a near miss: 1, or 0 without a contact at a step.
 const NEAR_MISS: u8 = 1;
 
@@ -72,6 +83,25 @@ impl Rollout {
     pub fn seconds_to_goal(&self) -> Option<f64> {
         let steps = self.states.len().saturating_sub(1);
         matches!(self.outcome, Outcome::Goal(_)).then(|| steps as f64 * self.dt)
+    }
+
+    /// The steps of the drive that the vehicle cannot do; `None` where it can do all.
+    #[must_use]
+    pub fn beyond_vehicle(&self) -> Option<BeyondVehicle> {
+        let broken = self.undrivable();
+        let first_step = broken.first()?.step;
+        let worst = |among: &mut dyn Iterator<Item = &Broken>| {
+            // Of equals the first.
+            let all = among.copied();
+            all.reduce(|a, b| if b.excess() > a.excess() { b } else { a })
+        };
+        let mut steps: Vec<i64> = broken.iter().map(|one| one.step).collect();
+        steps.dedup();
+        Some(BeyondVehicle {
+            steps: steps.len(),
+            first: worst(&mut broken.iter().filter(|one| one.step == first_step))?,
+            worst: worst(&mut broken.iter())?,
+        })
     }
 
     /// What of the drive the vehicle cannot do, in order; empty where it can do all.
@@ -104,7 +134,8 @@ impl Rollout {
         ids.filter(near).collect()
     }
 
-    /// Which rules of the road applied, and which were broken.
+    /// Which rules of the road applied, and which were broken. They are not judged where a step ends that the vehicle
+    /// cannot do: speed and place there are none that the ego could have.
     #[must_use]
     pub fn rules(
         &self,
@@ -112,7 +143,11 @@ impl Rollout {
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> RuleReport {
-        RuleReport::of(&self.scene(scenario, problem, settings))
+        let report = RuleReport::of(&self.scene(scenario, problem, settings));
+        // An acceleration is that of the step behind a state or of the one before it.
+        let broken = self.undrivable();
+        let steps = broken.iter().flat_map(|one| [one.step, one.step + 1]);
+        report.unjudged_at(&steps.collect(), "the ego moves there as no vehicle can")
     }
 
     /// The scene of the drive, without the obstacle whose place the ego takes.

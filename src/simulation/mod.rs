@@ -23,7 +23,7 @@ pub use external::{
     Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
     PlannerError, PlannerFault, ReferencePoint, planner_message_names, planner_message_schema,
 };
-pub use figures::CollisionKind;
+pub use figures::{BeyondVehicle, CollisionKind};
 pub use look::Look;
 pub use outcome::Outcome;
 pub use rollout::{Cycle, DriveError, Rollout, Settings};

@@ -1,5 +1,7 @@
 //! The rule report of a drive: which rules applied, and which were broken, when, where and by how much.
 
+use std::collections::BTreeSet;
+
 use super::ego::{EgoAlong, Moment};
 use super::{Rule, RuleStatus, distance, right_of_way, speed, stopping};
 use crate::geometry::Point;
@@ -60,6 +62,23 @@ impl RuleReport {
         findings.extend(stopping::findings(&ego));
         findings.extend(right_of_way::findings(&ego));
         Self { findings }
+    }
+
+    /// The same without judging the ego at these steps: a rule that was broken at them alone cannot be decided.
+    #[must_use]
+    pub fn unjudged_at(mut self, steps: &BTreeSet<i64>, reason: &'static str) -> Self {
+        for finding in &mut self.findings {
+            let judged =
+                |one: &Violation| !(one.from..=one.until).all(|step| steps.contains(&step));
+            if finding.status != RuleStatus::Broken {
+                continue;
+            }
+            finding.violations.retain(judged);
+            if finding.violations.is_empty() {
+                *finding = Finding::undecided(finding.rule, reason);
+            }
+        }
+        self
     }
 
     fn undecided(reason: &'static str) -> Self {

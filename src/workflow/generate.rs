@@ -100,6 +100,7 @@ const POLL: Duration = Duration::from_millis(50);
 /// # Errors
 /// [`PlanError::Mismatch`]: the attacker is not there or does not move, or the model's question cannot be asked,
 /// whatever the scenario. [`PlanError::NothingToPlan`]: the ego cannot be planned, or never moves.
+/// [`PlanError::PlannerFailed`]: the planner's process fails in the scenario as it was recorded.
 pub fn generate(
     request: &GenerateRequest<'_>,
     cancel: &Cancel,
@@ -131,9 +132,10 @@ pub fn generate(
         return Ok(None);
     }
     let baseline = closed.baseline().drive();
-    if let (Outcome::PlannerError(_), Some(report)) = (baseline.outcome, &baseline.external) {
-        let words = report.fault_in_words().unwrap_or_default();
-        return Err(prepared.nothing(&words));
+    if let (Outcome::PlannerError(_), Some(report)) = (baseline.outcome, &baseline.external)
+        && let Some(failed) = prepared.failed(report)
+    {
+        return Err(failed);
     }
     let workshop = VariantGenerator::from_closed_loop(closed)
         .map_err(|error| prepared.nothing(&error))?

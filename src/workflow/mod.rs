@@ -74,7 +74,9 @@ pub use monitor::{
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
 pub use original::{Attacker, VariantOrigin};
-pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
+pub use plan::{
+    PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
+};
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_of, nearest,

@@ -7,7 +7,8 @@ use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
 use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
 use crate::simulation::{
-    Cycle, DriveError, Driver, ExternalPlanner, Rollout, Settings, TrafficMode,
+    Cycle, DriveError, Driver, ExternalPlanner, ExternalReport, PlannerFault, Rollout, Settings,
+    TrafficMode,
 };
 
 /// Whose ego is planned, and how.
@@ -33,6 +34,42 @@ pub enum PlanError {
     /// The scenario has nothing that could be planned; that is a finding about it.
     #[error("{0}")]
     NothingToPlan(String),
+    /// The planner's process failed before there was anything to work on.
+    #[error("{0}")]
+    PlannerFailed(Box<PlannerFailure>),
+}
+
+/// How a planner's process failed in a scenario.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{scenario}: not driven by `{planner}`: {words}")]
+pub struct PlannerFailure {
+    /// The scenario, as errors name it.
+    pub scenario: String,
+    /// The planner as the user names it.
+    pub planner: String,
+    /// The fault with its time step, its details, and the last line of standard error.
+    pub words: String,
+    /// What kind of fault it is.
+    pub fault: PlannerFault,
+    /// The time step at which there was no trajectory.
+    pub step: Option<i64>,
+    /// The last lines of standard error.
+    pub stderr: Vec<String>,
+}
+
+impl PlannerFailure {
+    /// The failure of a drive; nothing where its planner did not fail.
+    #[must_use]
+    pub fn of(scenario: String, report: &ExternalReport) -> Option<Self> {
+        Some(Self {
+            scenario,
+            planner: report.planner.clone(),
+            words: report.failure()?,
+            fault: report.fault?,
+            step: report.fault_step,
+            stderr: report.stderr.clone(),
+        })
+    }
 }
 
 /// Events while an ego is planned.
@@ -210,6 +247,12 @@ impl PreparedPlan {
         PlanError::NothingToPlan(format!("{}: {why}", self.shown))
     }
 
+    /// That the planner's process failed; nothing where it did not.
+    pub(super) fn failed(&self, report: &ExternalReport) -> Option<PlanError> {
+        let failure = PlannerFailure::of(self.shown.clone(), report)?;
+        Some(PlanError::PlannerFailed(Box::new(failure)))
+    }
+
     /// The same about the request.
     pub(super) fn mismatch(&self, why: &dyn std::fmt::Display) -> PlanError {
         PlanError::Mismatch(format!("{}: {why}", self.shown))
@@ -226,6 +269,14 @@ impl PreparedPlan {
                 vehicle.name()
             ))),
         }
+    }
+
+    /// What the planner's process says of itself, or its fault; `None` for the built-in planner.
+    ///
+    /// # Errors
+    /// Those of [`Driver::new`].
+    pub fn greet(&self, cancel: &Cancel) -> Result<Option<ExternalReport>, DriveError> {
+        Ok(self.driver(&self.scenario, cancel)?.greet(&self.scenario))
     }
 
     /// Drives. Nothing where `cancel` asked for an end.

@@ -13,7 +13,7 @@ use super::{BUNDLED, CUT_IN};
 
 /// A planner for `sh`: it stands still, unless its first word says otherwise. It notes its id and that of a child which
 /// outlives it unless the whole group is ended.
-const FAKE: &str = r#"
+pub(super) const FAKE: &str = r#"
 echo $$ >> ids
 sleep 300 < /dev/null > /dev/null 2>&1 &
 echo $! >> ids
@@ -46,6 +46,7 @@ while read -r line; do
           close) exec >&-; sleep 300 ;;
           hang) sleep 300 ;;
           nonsense) echo 'planning ...' ;;
+          null) states="{$ego},{\"x\":null,\"y\":0,\"heading\":0,\"velocity\":0}" ;;
           nan) states="{\"x\":NaN,\"y\":0,\"heading\":0,\"velocity\":0}" ;;
           empty) states= ;;
           short) states="{$ego}" ;;

@@ -2,6 +2,7 @@
 
 mod simulator;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
@@ -58,7 +59,9 @@ pub fn run(arguments: &Convert) -> Outcome {
         true => format!("openscenario {}", arguments.simulator.settings()),
         false => format!("schema {}", arguments.schema),
     };
-    let finished = arguments.many.finished_files("convert", folder, settings)?;
+    let finished = arguments
+        .many
+        .finished_files("convert", folder, (settings, BTreeMap::new()))?;
     let (mut failed, mut unfit) = (0, 0);
     for entry in &entries {
         let target = match folder {

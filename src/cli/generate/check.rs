@@ -8,7 +8,9 @@ use serde_json::Value;
 
 use crate::cli::{Failure, Outcome, json, output};
 use crate::formats::{Entry, commonroad};
-use crate::generation::{AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, refusal};
+use crate::generation::{
+    AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, attacked_planner, refusal,
+};
 use crate::scenario::Scenario;
 
 /// Files round to four digits, mostly: half of the last one.
@@ -84,6 +86,10 @@ pub fn run(
         })?;
     } else {
         let mut words = String::new();
+        if let Some(planner) = attacked_planner(&changed) {
+            let planner = output::visible(planner);
+            words.push_str(&format!("attacked planner: {planner}\n"));
+        }
         let line = |refusal: &Refusal| format!("  {}\n", output::visible(&refusal.to_string()));
         for refusal in &found.refusals {
             words.push_str(&line(refusal));

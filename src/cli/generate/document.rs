@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::variant::Generated;
 use crate::cli::output;
+use crate::cli::plan::failed;
 use crate::evaluation::generating::{Authored, ChosenBy};
 use crate::generation::{
     Attack, Avoidability, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
@@ -46,6 +47,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         .external()
         .map_or("nearmiss", |planner| planner.name());
     let beside_recorded = chosen.and_then(|c| generated.workshop.plausibility(&c.attack.change));
+    let looked = chosen.filter(|c| c.avoidability.is_looked_for());
     let mut line = json!({
         "variant": null,
         "ego": null,
@@ -53,7 +55,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "outcome": effect.map_or("none", |e| e.consequence.name()),
         "min_risk_before": effect.map_or(baseline.lowest(), |e| e.lowest_before()),
         "min_risk_after": effect.map_or(baseline.lowest(), |e| e.lowest_after()),
-        "avoidable": chosen.map(|c| avoidable(&c.avoidability)),
+        "avoidable": looked.map(|c| avoidable(&c.avoidability)),
         "candidates": made.found.candidates,
         "rejected": null,
         "scenario": generated.name,
@@ -97,6 +99,20 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
     });
     if let (Value::Object(line), Value::Object(work)) = (&mut line, work) {
         line.extend(work);
+    }
+    if let Some(report) = &baseline.drive().external {
+        line["external_planner"] = json!({
+            "name": output::visible(&report.name),
+            "version": output::visible(&report.version),
+        });
+    }
+    let broken = effect.filter(|effect| effect.breaks_planner());
+    if let Some(report) = broken.and_then(|effect| effect.drive.external.as_ref())
+        && let Some(fault) = report.fault
+        && let Value::Object(failure) = failed(fault, report.fault_step, &report.stderr)
+        && let Value::Object(planner) = &mut line["external_planner"]
+    {
+        planner.extend(failure);
     }
     line
 }

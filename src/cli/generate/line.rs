@@ -48,6 +48,12 @@ pub struct Figures {
     /// How the ego's drive in the variant ended.
     pub drive: Option<String>,
     pub model: Option<Consumed>,
+    /// The planner that is attacked, as it was named; of versions that attacked only their own none.
+    #[serde(default)]
+    pub planner: Option<String>,
+    /// What its process says of itself.
+    #[serde(default)]
+    pub external_planner: Option<PlannerFigures>,
     pub taken_over: bool,
     pub seconds: f64,
 }
@@ -57,6 +63,15 @@ pub struct Figures {
 pub struct AttackerFigures {
     pub id: i64,
     pub manoeuvre: String,
+}
+
+/// What a planner's process says of itself.
+#[derive(Debug, Clone, Deserialize)]
+pub struct PlannerFigures {
+    #[serde(default)]
+    pub name: String,
+    #[serde(default)]
+    pub version: String,
 }
 
 /// Log-likelihoods, nats per second.
@@ -80,6 +95,7 @@ pub struct ComparedSamples {
 #[serde(rename_all = "snake_case")]
 pub enum OutcomeName {
     Collision,
+    PlannerError,
     NearMiss,
     NoEffect,
     None,
@@ -119,6 +135,7 @@ impl OutcomeName {
     pub fn name(self) -> &'static str {
         match self {
             Self::Collision => "collision",
+            Self::PlannerError => "planner_error",
             Self::NearMiss => "near_miss",
             Self::NoEffect => "no_effect",
             Self::None => NONE,
@@ -150,6 +167,18 @@ impl Figures {
             Some(all) => all.iter().map(|one| one.id).collect(),
             None => self.attacker.into_iter().collect(),
         }
+    }
+
+    /// The planner that is attacked: as it was named, and as its process names itself.
+    pub fn attacked(&self) -> Option<String> {
+        let named = self.planner.clone()?;
+        Some(match &self.external_planner {
+            Some(said) if !said.name.is_empty() => {
+                let said = format!("{} {}", said.name, said.version);
+                format!("{} ({named})", said.trim())
+            }
+            _ => named,
+        })
     }
 
     /// What the attackers do: the names of their manoeuvres.

@@ -19,12 +19,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use serde_json::json;
+
 use super::ask::budget;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::many_files::ShardOption;
 use super::open::{configuration, found};
 use super::parallel::in_order_and_kept;
-use super::plan::{PlanOptions, PlannerOptions};
+use super::plan::{PlanOptions, PlannerOptions, identity};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{Method, RETRIES, Ranking, SAMPLES, VOTES};
@@ -44,9 +46,9 @@ use variant::GenerateJob;
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: collision, near_miss (worst risk score of an attacker 0 or 1), no_effect, none (no motion passed the \
-gate). The ego replans against the changed traffic.\n\
-Exit status: 0 every scenario has a collision or a near miss; 1 some have neither, could not be attacked, or --check \
+Outcomes: collision, near_miss (worst risk score of an attacker 0 or 1), planner_error (the planner's process fails \
+under the attack), no_effect, none (no motion passed the gate). The ego replans against the changed traffic.\n\
+Exit status: 0 every scenario has a collision, a near miss or an error of the planner; 1 some have none, could not be attacked, or --check \
 finds an error; 2 usage or input error; 130 interrupted.")]
 pub struct GenerateArguments {
     /// Scenario files, folders or names of bundled scenarios.
@@ -255,11 +257,20 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     }
     let past = prepared(arguments)?;
     let planner = arguments.planner.only(&config)?;
+    let planner = planner.and_then(|planner| planner.external);
+    let problem = arguments.how.planning_problem;
+    let stop = interrupted(true);
+    let cancel = Cancel::from_flag(&stop);
+    let asked = planner.as_ref().filter(|_| past.is_some());
+    let identity = asked
+        .and_then(|planner| identity(&entries, problem, &settings, planner, &cancel))
+        .map(|(name, version)| json!({"name": name, "version": version}));
     let wanted = GenerateJob {
         writer,
         settings,
-        planner: planner.and_then(|planner| planner.external),
-        problem: arguments.how.planning_problem,
+        planner,
+        problem,
+        identity: identity.unwrap_or_default(),
         effort,
         style,
         only: together::named(&arguments.attacker),
@@ -268,8 +279,6 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     if arguments.dry_run {
         return dry_run::run(&entries, &wanted);
     }
-    let stop = interrupted(true);
-    let cancel = Cancel::from_flag(&stop);
     let mut job = Job {
         folder: arguments.output.as_deref(),
         json: arguments.json,

@@ -103,7 +103,7 @@ impl EarlierRun {
         let todo = match prompts {
             // No option brings back the prompts of another version.
             true => "keep it as it is in another folder, or drop it",
-            false => "give the options of then to reuse it",
+            false => "with the options of that run it is reused",
         };
         Some(format!(
             "variant {} is not reused, its settings differ: {}{more}; a new one is generated; {todo}",
@@ -146,6 +146,20 @@ fn differences(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
         }
         // Versions without `--within` let the model choose among all that it was told of.
         (Value::Null, _) if path == WITHIN => {}
+        // A planner that does not get ready is found out when it drives.
+        (_, Value::Null) if IDENTITY.contains(&path) => {}
+        // Of a planner in place of another kind of planner the command says all.
+        (Value::Object(_), Value::Null) | (Value::Null, Value::Object(_)) if path == PLANNER => {
+            let named = |planner: &Value| match planner["command"].as_array() {
+                Some(words) => {
+                    let words: Vec<&str> = words.iter().filter_map(Value::as_str).collect();
+                    format!("`{}`", words.join(" "))
+                }
+                None => "the built-in one".into(),
+            };
+            let words = format!("planner {}, now {}", named(then), named(now));
+            found.push(output::visible(&words));
+        }
         (then, now) if then == now => {}
         // No option sets them: what an earlier version found stays found.
         _ if SEARCH.contains(&path) => {}
@@ -164,6 +178,10 @@ const SEARCH: [&str; 3] = ["search.rounds", "search.drives", "search.attackers"]
 /// The number of motions, and what it was by default in earlier versions.
 const CANDIDATES: &str = "search.candidates";
 const CANDIDATES_BEFORE: [usize; 2] = [600, 1500];
+
+/// The planner's process, and what it says of itself.
+const PLANNER: &str = "planner";
+const IDENTITY: [&str; 2] = ["planner.name", "planner.version"];
 
 /// The setting that old manifests do not know.
 const WITHIN: &str = "model.method.within";
@@ -218,9 +236,22 @@ fn read(path: &Path) -> Result<FileKind, String> {
     }
     Ok(FileKind::Papers(Box::new(Papers {
         original,
-        settings: as_today(made["settings"].clone()),
+        settings: with_identity(
+            as_today(made["settings"].clone()),
+            &papers["planning"]["planner"],
+        ),
         line,
     })))
+}
+
+/// Settings with what the planner's process says of itself, where one is attacked.
+pub fn with_identity(mut settings: Value, said: &Value) -> Value {
+    if let Some(planner) = settings.get_mut("planner").and_then(Value::as_object_mut) {
+        for key in ["name", "version"] {
+            planner.insert(key.into(), said[key].clone());
+        }
+    }
+    settings
 }
 
 /// The settings of a manifest; those of versions that knew no style are those of [`AttackStyle::Limit`], their models

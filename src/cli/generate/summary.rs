@@ -1,6 +1,6 @@
 //! Summary figures over all scenarios.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -20,7 +20,11 @@ pub struct Summary {
     taken_over: usize,
     unfit: usize,
     missed: usize,
+    /// The planner failed in the scenario as it was recorded.
+    planner_failed: usize,
     collisions: usize,
+    /// Attacks under which the planner failed.
+    planner_errors: usize,
     near_misses: usize,
     no_effect: usize,
     none: usize,
@@ -42,6 +46,8 @@ pub struct Summary {
     /// Motions of attackers, and those recorded in their scenarios.
     attackers: MotionSamples,
     recorded: MotionSamples,
+    /// The planners that were attacked.
+    planners: BTreeSet<String>,
     /// Of models.
     models: ModelFigures,
 }
@@ -65,6 +71,7 @@ impl Summary {
     pub fn missed(&mut self, error: &PlanError) {
         match error {
             PlanError::NothingToPlan(_) => self.missed += 1,
+            PlanError::PlannerFailed(_) => self.planner_failed += 1,
             _ => self.unfit += 1,
         }
     }
@@ -75,6 +82,7 @@ impl Summary {
         self.unsafe_before += usize::from(!figures.safe_before);
         self.candidates += figures.candidates;
         self.seconds.push(figures.seconds);
+        self.planners.extend(figures.attacked());
         if let Some(consumed) = &figures.model {
             self.models.count(consumed);
         }
@@ -83,6 +91,7 @@ impl Summary {
         }
         match figures.outcome {
             OutcomeName::Collision => self.collisions += 1,
+            OutcomeName::PlannerError => self.planner_errors += 1,
             OutcomeName::NearMiss => self.near_misses += 1,
             OutcomeName::NoEffect => self.no_effect += 1,
             OutcomeName::None => {
@@ -117,9 +126,14 @@ impl Summary {
     pub fn words(&self) -> String {
         let counts = [
             (self.collisions, "collision"),
+            (self.planner_errors, "error of the planner"),
             (self.near_misses, "near miss"),
             (self.no_effect, "without effect"),
             (self.none, "without a variant"),
+            (
+                self.planner_failed,
+                "not driven by the planner (it failed without an attack)",
+            ),
             (self.missed + self.unfit, "not attackable"),
         ];
         let counts = counts.iter().filter(|(n, _)| *n > 0);
@@ -142,7 +156,7 @@ impl Summary {
         let astray: Vec<String> = astray.collect();
         if !astray.is_empty() {
             text.push_str(&format!(
-                "ego fails without a collision: {}\n",
+                "drives that end otherwise: {}\n",
                 astray.join(", ")
             ));
         }
@@ -195,6 +209,10 @@ impl Summary {
                 apart.join(", ")
             ));
         }
+        if !self.planners.is_empty() && !self.planners.iter().eq(["nearmiss"]) {
+            let all: Vec<&str> = self.planners.iter().map(String::as_str).collect();
+            text.push_str(&format!("attacked planner: {}\n", all.join(", ")));
+        }
         text.push_str(&self.models.words());
         text
     }
@@ -230,7 +248,11 @@ impl Summary {
     }
 
     fn done(&self) -> usize {
-        self.generated + self.missed + self.unfit
+        self.generated + self.not_driven()
+    }
+
+    fn not_driven(&self) -> usize {
+        self.missed + self.unfit + self.planner_failed
     }
 
     fn document(&self) -> Value {
@@ -243,8 +265,11 @@ impl Summary {
             "scenarios": self.done(),
             "driven": self.generated,
             "taken_over": self.taken_over,
-            "not_driven": self.missed + self.unfit,
+            "not_driven": self.not_driven(),
+            "planner_failed": self.planner_failed,
+            "planners": self.planners,
             "collisions": self.collisions,
+            "planner_errors": self.planner_errors,
             "near_misses": self.near_misses,
             "no_effect": self.no_effect,
             "none": self.none,
@@ -287,7 +312,7 @@ impl Summary {
     pub fn outcome(&self) -> Outcome {
         let finding = |message| Err(Failure::finding(message));
         let without = self.no_effect + self.none;
-        match (without, self.missed + self.unfit) {
+        match (without, self.not_driven()) {
             (0, 0) => Ok(()),
             _ if self.unfit == self.all => Err(Failure::input("no scenario could be attacked")),
             (0, n) => finding(format!(

@@ -55,6 +55,7 @@ impl Table {
         };
         let avoidable = match figures.latest() {
             Some(delay) => format!("{delay} s late"),
+            None if figures.avoidable.is_none() => "-".into(),
             None if made => "not found".into(),
             None => "-".into(),
         };

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::line::Line;
 use super::model::Writer;
-use super::resume::EarlierRun;
+use super::resume::{EarlierRun, with_identity};
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
 use crate::formats::{EgoSelection, Entry};
@@ -35,6 +35,8 @@ pub struct GenerateJob {
     pub only: Vec<i64>,
     /// The results of an earlier run, if it is resumed.
     pub past: Option<EarlierRun>,
+    /// What the planner's process says of itself, where an earlier run is resumed: name and version.
+    pub identity: Value,
 }
 
 impl GenerateJob {
@@ -179,12 +181,11 @@ fn make_or_error(
     .driven_by(wanted.planner.clone());
     let settings = wanted.said(prepared.problem().id);
     let past = wanted.past.as_ref();
-    if let Some(line) =
-        past.and_then(|past| past.line_for(entry, &prepared.scenario.hash, &settings))
-    {
+    let said = with_identity(settings.clone(), &wanted.identity);
+    if let Some(line) = past.and_then(|past| past.line_for(entry, &prepared.scenario.hash, &said)) {
         return Ok(Some(Product::TakenOver(Box::new(line))));
     }
-    if let Some(why) = past.and_then(|past| past.why_not(&prepared.scenario.hash, &settings)) {
+    if let Some(why) = past.and_then(|past| past.why_not(&prepared.scenario.hash, &said)) {
         output::say(&format!(
             "nearmiss: {}: {why}",
             output::visible(&entry.name)

@@ -1,5 +1,6 @@
 //! Writes one part after the other, and leaves those of an earlier run as they are.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -64,6 +65,7 @@ impl<'a> PartWriter<'a> {
                 "{}\n{}\n{:?}",
                 request.settings, request.per_part, request.table
             ),
+            named: BTreeMap::new(),
         };
         let earlier = match (request.many.resume, request.overwrite) {
             (true, false) => EarlierRun::Continue,

@@ -17,6 +17,7 @@ use crate::scenario::ContentHash;
 use crate::settings::PlannerKey;
 use crate::simulation::{Outcome, Settings, TrafficMode};
 use crate::system::{self, save_private};
+use crate::workflow::PlannerFailure;
 
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
 const WORD: &str = "planner";
@@ -146,9 +147,9 @@ impl Kept {
             self.said = report.filter(|r| !r.name.is_empty()).map(|r| r.named());
         }
         if let (Outcome::PlannerError(_), Some(report)) = (driven.outcome(), report) {
-            let why = report.fault_in_words().unwrap_or_default();
-            let why = output::visible(&format!("nearmiss: {}: not driven: {why}", driven.file));
-            output::say(&why);
+            let failure = PlannerFailure::of(driven.file.clone(), report);
+            let why = failure.map(|failure| output::visible(&format!("nearmiss: {failure}")));
+            why.iter().for_each(|why| output::say(why));
             return Ok(());
         }
         let recording = write_recording(driven.problem, &driven.drive.track());

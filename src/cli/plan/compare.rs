@@ -8,7 +8,7 @@ use super::driven::{self, DrivenScenario};
 use super::export::Export;
 use super::figures::{FIGURES, KINDS};
 use super::planners::PlannerChoice;
-use super::table::OUTCOMES;
+use super::table::{OUTCOMES, told_of};
 use super::{PlanArguments, document};
 use crate::cli::interrupt::{INTERRUPTED, interrupted};
 use crate::cli::output::Align::{Left, Right};
@@ -55,7 +55,11 @@ pub fn run(
     let problem = arguments.how.planning_problem;
     let mut job = Comparison {
         json: arguments.json,
-        export: Export::begin(arguments.table.as_deref(), arguments.files.overwrites())?,
+        export: Export::begin(
+            arguments.table.as_deref(),
+            arguments.files.overwrites(),
+            None,
+        )?,
         names: [output::visible(&first.name), output::visible(&second.name)],
         width: widest(entries),
         pairs: Vec::new(),
@@ -222,7 +226,7 @@ impl Comparison {
             out += &line("  ", &columns, &cells);
         }
         let told = self.pairs.iter().find_map(|(one, two)| {
-            let both = [one, two].map(super::table::told_of);
+            let both = [one, two].map(|drive| told_of(&document::document(drive)));
             both.iter().any(Option::is_some).then_some(both)
         });
         for told in told.into_iter().flatten().flatten() {

@@ -7,7 +7,9 @@ use super::{monitor, rules};
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
-use crate::simulation::{ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome};
+use crate::simulation::{
+    BeyondVehicle, ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome, PlannerFault,
+};
 use crate::workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
@@ -18,6 +20,8 @@ pub fn document(driven: &DrivenScenario) -> Value {
         Outcome::Goal(place) => Some(place),
         _ => None,
     };
+    let braking = driven.emergencies();
+    let braking = braking.filter(|e| *e == Emergency::Braking);
     let states = &driven.drive.states;
     let reactions = &driven.drive.traffic.reactions;
     let mut value = json!({
@@ -28,6 +32,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "median_cycle_ms": ms.map(|(median, _)| thousandths(median)),
         "longest_cycle_ms": ms.map(|(_, longest)| thousandths(longest)),
         "emergency_cycles": driven.emergencies().count(),
+        "braking_cycles": braking.count(),
         "refined_cycles": driven.refined(),
         "scenario": driven.name,
         "file": driven.file,
@@ -78,8 +83,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
 
 /// What is known of a planner's process.
 fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
-    let undrivable = driven.drive.undrivable();
-    let first = undrivable.first();
+    let beyond = driven.drive.beyond_vehicle();
     json!({
         "name": output::visible(&report.name),
         "version": output::visible(&report.version),
@@ -92,21 +96,28 @@ fn external(driven: &DrivenScenario, report: &ExternalReport) -> Value {
             _ => None,
         },
         "message": report.message.as_deref().map(output::visible),
-        "stderr": stderr(report),
+        "stderr": last_lines(&report.stderr),
         "start_seconds": report.started_in.map(|took| thousandths(took.as_secs_f64())),
         "median_overhead_ms": driven.overhead().map(thousandths),
         "late_steps": report.late_steps,
         "largest_offset": thousandths(report.largest_offset),
-        "undrivable": undrivable.len(),
-        "first_undrivable_step": first.map(|broken| broken.step),
-        "first_undrivable": first.map(|broken| broken.bound.name()),
+        "undrivable": beyond.map_or(0, |beyond| beyond.steps),
+        "first_undrivable_step": beyond.map(|beyond| beyond.first.step),
+        "first_undrivable": beyond.map(|beyond| beyond.first.bound.name()),
+        "worst_undrivable": beyond.map(|BeyondVehicle { worst, .. }| json!({
+            "step": worst.step,
+            "bound": worst.bound.name(),
+            "value": thousandths(worst.value),
+            "limit": thousandths(worst.most),
+            "unit": worst.bound.unit(),
+        })),
     })
 }
 
 /// The last lines of standard error, as they may be shown.
-fn stderr(report: &ExternalReport) -> Vec<String> {
-    let last = report.stderr.len().saturating_sub(STDERR_LINES);
-    let lines = report.stderr[last..].iter();
+fn last_lines(stderr: &[String]) -> Vec<String> {
+    let last = stderr.len().saturating_sub(STDERR_LINES);
+    let lines = stderr[last..].iter();
     let short = |line: &String| line.chars().take(STDERR_COLUMNS).collect::<String>();
     lines.map(|line| output::visible(&short(line))).collect()
 }
@@ -133,11 +144,24 @@ pub fn standard_error(driven: &DrivenScenario) -> Option<Value> {
 
 /// A scenario that was not driven, and why, on one line.
 pub fn missing(entry: &Entry, error: &PlanError) -> Value {
-    json!({
+    let mut value = json!({
         "outcome": null,
         "scenario": output::visible(&entry.name),
         "file": entry.display(),
-        "error": error.to_string(),
+        "error": output::visible(&error.to_string()),
+    });
+    if let PlanError::PlannerFailed(failure) = error {
+        value["external_planner"] = failed(failure.fault, failure.step, &failure.stderr);
+    }
+    value
+}
+
+/// How a planner's process failed: the name of the fault, the time step, and the last lines of standard error.
+pub fn failed(fault: PlannerFault, step: Option<i64>, stderr: &[String]) -> Value {
+    json!({
+        "error": fault.name(),
+        "error_step": step,
+        "stderr": last_lines(stderr),
     })
 }
 

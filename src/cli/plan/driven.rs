@@ -216,7 +216,7 @@ impl DrivenScenario {
     /// What went wrong with the planner's process, or why it found nothing to drive.
     pub fn planner_words(&self) -> Option<String> {
         let report = self.drive.external.as_ref()?;
-        let words = report.fault_in_words().or_else(|| report.message.clone())?;
+        let words = report.failure().or_else(|| report.message.clone())?;
         Some(output::visible(&words))
     }
 

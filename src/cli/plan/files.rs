@@ -1,6 +1,6 @@
 //! Output files of planning: the ego's motion, a CommonRoad solution, the scenario, and a log of all cycles.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -68,6 +68,11 @@ impl Files {
         self.overwrite
     }
 
+    /// Whether an earlier run is continued.
+    pub fn resumes(&self) -> bool {
+        self.many.resume
+    }
+
     /// Whether the ego goes to standard output.
     pub fn to_stdout(&self) -> bool {
         self.output.is_some() && file_of(self.output.as_deref()).is_none()
@@ -95,7 +100,7 @@ impl Files {
         &self,
         paths: &[PathBuf],
         entries: &[Entry],
-        settings: &str,
+        (settings, mut named): (&str, BTreeMap<String, String>),
     ) -> Result<Targets<'_>, Failure> {
         if self.many.resume && self.log.is_some() {
             return Err(Failure::input(
@@ -162,13 +167,28 @@ impl Files {
             "{settings} {:?} {} {}",
             self.solution, self.solution_model, self.with_scenario
         );
+        for (option, value) in [
+            (
+                "solution",
+                self.solution
+                    .as_ref()
+                    .map(|path| path.display().to_string()),
+            ),
+            (
+                "solution-model",
+                self.solution.as_ref().map(|_| self.solution_model.clone()),
+            ),
+            ("with-scenario", self.with_scenario.then(|| "yes".into())),
+        ] {
+            named.extend(value.map(|value| (option.to_string(), value)));
+        }
         let folder = self.output.as_deref().filter(|path| path.is_dir());
         Ok(Targets {
             files: self,
             log: log.transpose()?,
             finished: self
                 .many
-                .finished_files("plan", folder, settings)?
+                .finished_files("plan", folder, (settings, named))?
                 .map(Arc::new),
         })
     }

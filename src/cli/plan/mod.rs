@@ -32,13 +32,13 @@ use crate::planner::Cancel;
 use crate::scenario::VehicleType;
 use crate::simulation::Outcome as Ended;
 use crate::workflow::PlanError;
-pub use document::missing;
+pub use document::{failed, missing};
 use driven::DrivenScenario;
 use export::Export;
 use files::{Files, Targets};
 use monitor::MonitorOptions;
 pub use options::PlanOptions;
-pub use planners::PlannerOptions;
+pub use planners::{PlannerOptions, identity};
 use table::Table;
 
 /// Arguments of `plan`.
@@ -110,8 +110,16 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     // Runs of versions that knew no other traffic can be resumed.
     let said = said.replace(", traffic: Recorded", "");
     let said = said.replace(", rules: Off", "");
-    let targets = arguments.files.begin(&arguments.paths, &entries, &said)?;
+    let named = options::named(&settings, problem, external.map(|planner| &**planner));
+    let targets = arguments
+        .files
+        .begin(&arguments.paths, &entries, (&said, named))?;
     let finished = targets.finished();
+    let cancel = Cancel::from_flag(&stop);
+    if let (Some(finished), Some(external)) = (&finished, external) {
+        let identity = || planners::identity(&entries, problem, &settings, external, &cancel);
+        finished.by_same_planner(identity)?;
+    }
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
     if unnamed && settings.planner.vehicle != VehicleType::Bmw320i {
         output::say(&format!(
@@ -124,7 +132,6 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         setup.announce(&entries, problem, &settings, &stop)?;
     }
     let monitor = setup.as_ref().map(|setup| setup.monitor());
-    let cancel = Cancel::from_flag(&stop);
     let names = entries
         .iter()
         .map(|entry| output::visible(&entry.name).chars().count());
@@ -132,7 +139,11 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         arguments,
         entries: &entries,
         targets,
-        export: Export::begin(arguments.table.as_deref(), arguments.files.overwrites())?,
+        export: Export::begin(
+            arguments.table.as_deref(),
+            arguments.files.overwrites(),
+            finished.clone(),
+        )?,
         table: Table::new(
             names.max().unwrap_or(0),
             monitor.is_some(),
@@ -234,12 +245,8 @@ impl Job<'_> {
         self.next += 1;
         self.kept += 1;
         self.harmed += usize::from(notes["unharmed"] == false);
-        if let Some(export) = &mut self.export {
-            export.add(&notes["document"]);
-        }
-        if self.arguments.json {
-            self.line(&notes["document"])?;
-        }
+        self.failed += usize::from(notes["document"]["outcome"] == "planner_error");
+        self.tell(&notes["document"])?;
         Ok(self.next_one())
     }
 
@@ -280,20 +287,24 @@ impl Job<'_> {
             failure.say();
             return Ok(self.next_one());
         }
+        self.tell(&document::document(&driven))?;
+        Ok(self.next_one())
+    }
+
+    /// Shows a drive, whenever it was driven.
+    fn tell(&mut self, drive: &Value) -> Result<(), Failure> {
         if let Some(export) = &mut self.export {
-            export.add(&document::document(&driven));
+            export.add(drive);
         }
         if self.arguments.json {
-            self.line(&document::document(&driven))?;
-        } else {
-            if !std::mem::replace(&mut self.begun, true) {
-                let header = self.table.header();
-                self.show(&header)?;
-            }
-            let row = self.table.row(&driven);
-            self.show(&row)?;
+            return self.line(drive);
         }
-        Ok(self.next_one())
+        if !std::mem::replace(&mut self.begun, true) {
+            let header = self.table.header();
+            self.show(&header)?;
+        }
+        let row = self.table.row(drive);
+        self.show(&row)
     }
 
     /// Files are wanted even where the table is not.
@@ -337,7 +348,7 @@ impl Job<'_> {
         }
         if self.kept > 0 {
             output::say(&format!(
-                "nearmiss: {} of an earlier run kept; the table has the others",
+                "nearmiss: {} of an earlier run kept",
                 output::counted(self.kept, "drive")
             ));
         }
@@ -350,7 +361,11 @@ impl Job<'_> {
         if interrupted {
             return Err(Failure {
                 message: format!(
-                    "interrupted after {done} of {all} scenarios; their files are kept"
+                    "interrupted after {done} of {all} scenarios; their files are kept{}",
+                    match self.arguments.files.resumes() {
+                        true => "; the same command continues",
+                        false => "",
+                    }
                 ),
                 status: INTERRUPTED,
             });

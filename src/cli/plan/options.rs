@@ -1,11 +1,13 @@
 //! Planner settings: from the arguments, else the configuration, else the defaults.
 
+use std::collections::BTreeMap;
+
 use toml::Value;
 
 use crate::cli::Failure;
 use crate::evaluation::default_planning;
 use crate::settings::{Config, PlannerKey};
-use crate::simulation::{Settings, TrafficMode};
+use crate::simulation::{ExternalPlanner, Settings, TrafficMode};
 
 /// How to plan.
 #[derive(Debug, clap::Args)]
@@ -42,6 +44,38 @@ fn value(id: &str, word: &str) -> Result<Value, String> {
     let whole = word.parse().map(Value::Integer);
     let number = whole.or_else(|_| word.parse().map(Value::Float)).ok();
     number.filter(|n| key.allows(n)).ok_or_else(|| key.needed())
+}
+
+/// The settings of a run by the names of the configuration, for messages about another run.
+pub fn named(
+    settings: &Settings,
+    problem: Option<i64>,
+    planner: Option<&ExternalPlanner>,
+) -> BTreeMap<String, String> {
+    let keys = PlannerKey::ALL.iter();
+    let word = |value: Value| match value {
+        Value::String(word) => word,
+        other => other.to_string(),
+    };
+    let mut named: BTreeMap<String, String> = keys
+        .map(|key| (key.id.to_string(), word(key.value(settings))))
+        .collect();
+    let planner = planner.map(|planner| planner.options());
+    let command = planner.map_or("nearmiss".into(), |options| options.command.join(" "));
+    named.insert("planner".into(), command);
+    named.extend(problem.map(|id| ("planning-problem".into(), id.to_string())));
+    if let Some(options) = planner {
+        for (name, value) in [
+            ("start_timeout", options.start.as_secs_f64().to_string()),
+            ("timeout", options.cycle.as_secs_f64().to_string()),
+            ("predictions", options.predictions.to_string()),
+            ("history", options.history.to_string()),
+            ("clock", options.clock.name().to_string()),
+        ] {
+            named.insert(name.into(), value);
+        }
+    }
+    named
 }
 
 impl PlanOptions {

@@ -4,10 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::driven::request;
 use crate::cli::Failure;
 use crate::cli::output;
+use crate::formats::Entry;
+use crate::planner::Cancel;
 use crate::settings::Config;
-use crate::simulation::{Clock, ExternalOptions, ExternalPlanner};
+use crate::simulation::{Clock, ExternalOptions, ExternalPlanner, Settings};
 use crate::system::did_you_mean;
 
 /// The built-in planner's name.
@@ -121,6 +124,23 @@ impl PlannerOptions {
         let external = Some(Arc::new(ExternalPlanner::new(name.clone(), options)));
         Ok(PlannerChoice { name, external })
     }
+}
+
+/// Name and version of a planner as its process says them, asked with the first scenario that can be driven; nothing
+/// where it does not get ready.
+pub fn identity(
+    entries: &[Entry],
+    problem: Option<i64>,
+    settings: &Settings,
+    planner: &Arc<ExternalPlanner>,
+    cancel: &Cancel,
+) -> Option<(String, String)> {
+    let mut prepared =
+        { entries.iter() }.filter_map(|entry| request(entry, problem, settings).ok());
+    let prepared = prepared.next()?.driven_by(Some(Arc::clone(planner)));
+    let said = prepared.greet(cancel).ok()??;
+    let shown = |text: &str| output::visible(text);
+    Some((shown(&said.name), shown(&said.version))).filter(|(name, _)| !name.is_empty())
 }
 
 /// The options of a command that is no name of a planner.

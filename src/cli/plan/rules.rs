@@ -45,9 +45,15 @@ pub fn names(rules: impl Iterator<Item = Rule>) -> Vec<&'static str> {
     rules.map(Rule::name).collect()
 }
 
+/// The rules that a drive broke, as `plan --json` prints it.
+fn broken(drive: &Value) -> impl Iterator<Item = Rule> {
+    let named = drive["rules_broken"].as_array().into_iter().flatten();
+    named.filter_map(|name| Rule::ALL.into_iter().find(|rule| name == rule.name()))
+}
+
 /// The rules that a drive broke, in a few words; nothing where it broke none.
-pub fn words(driven: &DrivenScenario) -> Option<String> {
-    let broken: Vec<&str> = driven.rules.broken().map(Rule::words).collect();
+pub fn words(drive: &Value) -> Option<String> {
+    let broken: Vec<&str> = broken(drive).map(Rule::words).collect();
     (!broken.is_empty()).then(|| format!("breaks {}", broken.join(", ")))
 }
 
@@ -57,9 +63,9 @@ pub struct RuleCounts([usize; Rule::ALL.len()]);
 
 impl RuleCounts {
     /// Counts a drive.
-    pub fn add(&mut self, driven: &DrivenScenario) {
+    pub fn add(&mut self, drive: &Value) {
         for (count, rule) in self.0.iter_mut().zip(Rule::ALL) {
-            *count += usize::from(driven.rules.broken().any(|broken| broken == rule));
+            *count += usize::from(broken(drive).any(|broken| broken == rule));
         }
     }
 

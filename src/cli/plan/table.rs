@@ -1,12 +1,15 @@
 //! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
+//!
+//! It reads the drives as `plan --json` prints them, so those that an earlier run has finished are shown like new ones.
 
-use super::driven::{DrivenScenario, median};
+use serde_json::Value;
+
+use super::driven::median;
 use super::monitor;
 use super::rules::{self, RuleCounts};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{counted, line, visible};
-use crate::planner::Emergency;
-use crate::simulation::{CollisionKind, ContactSide, ExternalReport, HitFromBehind};
+use crate::simulation::{CollisionKind, ContactSide, HitFromBehind};
 
 /// The outcomes, in the order in which they are listed.
 pub const OUTCOMES: [&str; 6] = [
@@ -19,7 +22,7 @@ pub const OUTCOMES: [&str; 6] = [
 ];
 
 /// The columns that drives have where a planner is named.
-const FIGURES: [&str; 4] = ["brake", "jerk", "goal s", "near miss"];
+const FIGURES: [&str; 4] = ["brake m/s²", "mean jerk", "goal s", "near miss"];
 
 /// What the columns behind the scenario's name are called.
 const HEADER: [&str; 7] = [
@@ -46,6 +49,8 @@ pub struct Table {
     unaware: usize,
     /// Obstacles that reacted.
     reacted: usize,
+    /// Drives with steps that the vehicle cannot do.
+    undrivable: usize,
     /// Rules that were broken.
     rules: RuleCounts,
     /// Milliseconds of every scenario's middle cycle.
@@ -71,6 +76,7 @@ impl Table {
             by_front: 0,
             unaware: 0,
             reacted: 0,
+            undrivable: 0,
             rules: RuleCounts::default(),
             ms: Vec::new(),
             monitored,
@@ -92,62 +98,66 @@ impl Table {
     }
 
     /// Counts a drive, and shows it as a line.
-    pub fn row(&mut self, driven: &DrivenScenario) -> String {
-        let name = driven.outcome().name();
+    pub fn row(&mut self, drive: &Value) -> String {
+        let text = |key: &str| drive[key].as_str().unwrap_or_default();
+        let count = |key: &str| drive[key].as_u64().unwrap_or(0);
+        let name = text("outcome");
         if let Some(place) = OUTCOMES.iter().position(|outcome| *outcome == name) {
             self.counts[place] += 1;
         }
-        let ms = driven.milliseconds().map(|(median, _)| median);
+        let ms = drive["median_cycle_ms"].as_f64();
         self.ms.extend(ms);
         let (mut with, mut sides) = ("-".into(), "-".into());
-        if let Some(c) = driven.collision() {
-            self.by_front += usize::from(c.ego == ContactSide::Front);
-            self.rear_ended += usize::from(c.kind() == CollisionKind::RearEnded);
-            with = c.with.to_string();
-            sides = format!("ego's {}, other's {}", c.ego.name(), c.other.name());
+        if let Some(id) = drive["collision_with"].as_i64() {
+            let (own, other) = (text("ego_side"), text("other_side"));
+            let kind = text("collision_kind");
+            self.by_front += usize::from(own == ContactSide::Front.name());
+            self.rear_ended += usize::from(kind == CollisionKind::RearEnded.name());
+            with = id.to_string();
+            sides = format!("ego's {own}, other's {other}");
         }
-        let braking = driven
-            .emergencies()
-            .filter(|e| *e == Emergency::Braking)
-            .count();
-        let emergencies = driven.emergencies().count();
-        let mut emergency = match emergencies {
-            0 => "-".into(),
-            n if braking == 0 => n.to_string(),
-            n => format!("{n} ({braking} braking)"),
+        let mut last = match (count("emergency_cycles"), count("braking_cycles")) {
+            (0, _) => "-".into(),
+            (n, 0) => n.to_string(),
+            (n, braking) => format!("{n} ({braking} braking)"),
         };
-        let reacted = driven.drive.traffic.reactions.len();
-        if let Some(hit) = driven.drive.hit_from_behind() {
-            self.unaware += usize::from(hit == HitFromBehind::Unaware);
-            emergency.push_str(&format!("  (hit from behind, {})", hit.name()));
+        let mut remarks = Vec::new();
+        if let Some(hit) = drive["hit_from_behind"].as_str() {
+            self.unaware += usize::from(hit == HitFromBehind::Unaware.name());
+            remarks.push(format!("hit from behind, {hit}"));
         }
+        let reacted = count("reacted") as usize;
         if reacted > 0 {
             self.reacted += reacted;
-            emergency.push_str(&format!("  ({reacted} reacted)"));
+            remarks.push(format!("{reacted} reacted"));
         }
-        self.rules.add(driven);
-        if let Some(broken) = rules::words(driven) {
-            emergency.push_str(&format!("  ({broken})"));
-        }
-        if let Some(note) = driven.note() {
-            emergency.push_str(&format!("  ({note})"));
+        self.rules.add(drive);
+        remarks.extend(rules::words(drive));
+        let beyond = beyond_vehicle(&drive["external_planner"]);
+        self.undrivable += usize::from(beyond.is_some());
+        remarks.extend(beyond);
+        remarks.extend(drive["note"].as_str().map(str::to_string));
+        for remark in remarks {
+            last.push_str(&format!("  ({remark})"));
         }
         let cells = [
             name,
             &with,
             &sides,
-            &driven.steps().to_string(),
-            &driven.drive.cycles.len().to_string(),
-            &ms.map_or("-".into(), |ms| format!("{ms:.1}")),
-            &emergency,
+            &count("steps").to_string(),
+            &count("cycles").to_string(),
+            &number(&drive["median_cycle_ms"]),
+            &last,
         ];
-        self.overhead.extend(driven.overhead());
-        self.told = self.told.take().or_else(|| told_of(driven));
-        let monitored = driven.monitor.as_ref().map(monitor::cells);
-        let figures = self.compared.then(|| figures(driven));
+        let overhead = drive["external_planner"]["median_overhead_ms"].as_f64();
+        self.overhead.extend(overhead);
+        self.told = self.told.take().or_else(|| told_of(drive));
+        let monitor = drive["monitor"].is_object().then_some(&drive["monitor"]);
+        let monitored = monitor.filter(|_| self.monitored).map(monitor::cells);
+        let figures = self.compared.then(|| figures(drive));
         let more = monitored.iter().flatten().chain(figures.iter().flatten());
         let more: Vec<&str> = more.map(String::as_str).collect();
-        self.line(&driven.name, &cells, &more)
+        self.line(text("scenario"), &cells, &more)
     }
 
     /// The columns of a monitor stand before the last one, which may be long.
@@ -161,7 +171,7 @@ impl Table {
             Right(6),
             Right(8),
         ];
-        columns.extend(more.iter().map(|_| Right(9)));
+        columns.extend(more.iter().map(|_| Right(10)));
         let (last, first) = (&cells[6..], &cells[..6]);
         let all: Vec<&str> = [&[scenario], first, more, last].concat();
         line("  ", &columns, &all)
@@ -211,39 +221,68 @@ impl Table {
             format!("planner {told}{overhead}\n")
         });
         let rules = self.rules.line().unwrap_or_default();
-        format!("{all} {scenarios}: {}{ms}\n{rules}{told}", parts.join(", "))
+        let beyond = match self.undrivable {
+            0 => String::new(),
+            n => format!(
+                "drives with steps beyond the vehicle: {n}; their comfort comes from the speeds that the planner says\n"
+            ),
+        };
+        let parts = parts.join(", ");
+        format!("{all} {scenarios}: {parts}{ms}\n{rules}{beyond}{told}")
     }
 }
 
+/// A number with one decimal.
+fn number(value: &Value) -> String {
+    { value.as_f64() }.map_or("-".into(), |value| format!("{value:.1}"))
+}
+
 /// The figures of a drive.
-fn figures(driven: &DrivenScenario) -> [String; 4] {
-    let drive = &driven.drive;
-    let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1}"));
+fn figures(drive: &Value) -> [String; 4] {
     [
-        format!("{:.1}", drive.largest_deceleration()),
-        number(drive.jerk().map(|(mean, _)| mean)),
-        number(drive.seconds_to_goal()),
-        driven.near_misses.map_or("-".into(), |n| n.to_string()),
+        number(&drive["largest_deceleration"]),
+        number(&drive["mean_jerk"]),
+        number(&drive["seconds_to_goal"]),
+        { drive["near_misses"].as_u64() }.map_or("-".into(), |n| n.to_string()),
     ]
 }
 
+/// What of a drive the vehicle cannot do; nothing where it can do all.
+pub fn beyond_vehicle(planner: &Value) -> Option<String> {
+    let steps = planner["undrivable"].as_u64().filter(|n| *n > 0)? as usize;
+    let first = planner["first_undrivable_step"].as_i64()?;
+    let worst = &planner["worst_undrivable"];
+    let counted = counted(steps, "step");
+    let begins = format!("{counted} beyond the vehicle, first: step {first}");
+    Some(match (worst["bound"].as_str(), worst["value"].as_f64()) {
+        (Some(bound), Some(value)) => format!(
+            "{begins}, worst: {bound} {value:.2} {} at step {}, at most {:.2}",
+            worst["unit"].as_str().unwrap_or_default(),
+            worst["step"],
+            worst["limit"].as_f64().unwrap_or_default()
+        ),
+        // Of earlier versions.
+        _ => begins,
+    })
+}
+
 /// A planner's process and what it was told; nothing where it never got ready.
-pub fn told_of(driven: &DrivenScenario) -> Option<String> {
-    let report = driven.drive.external.as_ref();
-    let report: &ExternalReport = report.filter(|report| !report.name.is_empty())?;
-    let version = match report.version.as_str() {
+pub fn told_of(drive: &Value) -> Option<String> {
+    let report = &drive["external_planner"];
+    let text = |key: &str| report[key].as_str().unwrap_or_default();
+    let name = Some(text("name")).filter(|name| !name.is_empty())?;
+    let version = match text("version") {
         "" => String::new(),
         version => format!(" {version}"),
     };
-    let predictions = match report.predictions {
-        true => format!("prediction {}", driven.settings.forecast.name()),
-        false => "no predictions".into(),
+    let predictions = match text("predictions") {
+        "" => "no predictions".into(),
+        from => format!("prediction {from}"),
     };
     let told = format!(
-        "{}{version}: {} time, {predictions}, {} earlier states",
-        report.name,
-        report.clock.name(),
-        report.history
+        "{name}{version}: {} time, {predictions}, {} earlier states",
+        text("clock"),
+        report["history"].as_u64().unwrap_or(0)
     );
     Some(visible(&told))
 }

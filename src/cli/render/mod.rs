@@ -6,6 +6,7 @@ mod destination;
 mod grid;
 mod original;
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::Value;
@@ -73,9 +74,11 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
         job.thresholds,
         job.ego.planner().map_or("", |drives| &drives.sha256)
     );
-    let finished = arguments
-        .many
-        .finished_files("render", job.target.folder(), settings)?;
+    let finished = arguments.many.finished_files(
+        "render",
+        job.target.folder(),
+        (settings, BTreeMap::new()),
+    )?;
     let mut failed = 0;
     for entry in &entries {
         match job.render_once(entry, &theme, finished.as_ref()) {

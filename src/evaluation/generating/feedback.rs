@@ -157,6 +157,12 @@ fn where_it_was(effect: &Effect, track: &Track, step: i64) -> String {
 
 /// Why that is not what is wanted, and what would be better.
 fn verdict(attack: &Attack, effect: &Effect, delay: f64, at: &dyn Fn(i64) -> String) -> String {
+    if let Consequence::PlannerError(error) = effect.consequence {
+        return format!(
+            "The ego's planner failed at {}, so nothing is known of the ego. Try another motion.",
+            at(error.step)
+        );
+    }
     let nothing = effect.consequence == Consequence::NoEffect;
     match effect.contact.filter(|_| nothing) {
         Some(collision) if effect.is_hit_from_behind() => format!(

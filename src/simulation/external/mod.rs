@@ -8,6 +8,7 @@ mod fault;
 mod hello;
 mod process;
 mod protocol;
+mod reading;
 mod report;
 mod road_message;
 mod scene_message;

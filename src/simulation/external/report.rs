@@ -9,6 +9,9 @@ use super::{Clock, ExternalPlanner};
 /// Characters of a planner's name that are kept.
 const LONGEST_NAME: usize = 80;
 
+/// Characters of the last line of standard error in a sentence.
+const LONGEST_LAST_LINE: usize = 200;
+
 /// A drive as seen from beside a planner's process.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExternalReport {
@@ -26,6 +29,8 @@ pub struct ExternalReport {
     pub history: usize,
     /// The fault that ended the drive.
     pub fault: Option<PlannerFault>,
+    /// The time step at which there was no trajectory for this.
+    pub fault_step: Option<i64>,
     /// The fault's details, or why nothing could be driven.
     pub message: Option<String>,
     /// The last lines of standard error.
@@ -50,6 +55,7 @@ impl ExternalReport {
             predictions: false,
             history: 0,
             fault: None,
+            fault_step: None,
             message: None,
             stderr: Vec::new(),
             started_in: None,
@@ -73,8 +79,9 @@ impl ExternalReport {
         self.overhead_ms.extend(own.map(|own| took - own));
     }
 
-    pub(super) fn fail(&mut self, fault: &Fault) {
+    pub(super) fn fail(&mut self, fault: &Fault, step: i64) {
         self.fault = Some(fault.fault);
+        self.fault_step = Some(step);
         self.message = Some(fault.details.clone()).filter(|details| !details.is_empty());
     }
 
@@ -90,13 +97,28 @@ impl ExternalReport {
         plain.take(LONGEST_NAME).collect()
     }
 
-    /// The fault in a sentence with its details; nothing without one.
+    /// The fault in a sentence: its name, the time step, and its details; nothing without one.
     #[must_use]
     pub fn fault_in_words(&self) -> Option<String> {
         let fault = self.fault?;
+        let step = self.fault_step.map(|step| format!(" at step {step}"));
+        let name = format!("{}{}", fault.name(), step.unwrap_or_default());
         Some(match &self.message {
-            Some(details) => format!("{fault}: {details}"),
-            None => fault.to_string(),
+            Some(details) => format!("{name}: {fault}: {details}"),
+            None => format!("{name}: {fault}"),
+        })
+    }
+
+    /// The same with the last line of standard error, where the planner wrote one.
+    #[must_use]
+    pub fn failure(&self) -> Option<String> {
+        let words = self.fault_in_words()?;
+        Some(match self.stderr.last() {
+            Some(line) => {
+                let line: String = line.trim().chars().take(LONGEST_LAST_LINE).collect();
+                format!("{words}; stderr: {line}")
+            }
+            None => words,
         })
     }
 }

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use super::fault::{Fault, NoTrajectory, PlannerFault};
 use super::hello::hello;
 use super::process::{NoLine, Process};
-use super::protocol::{Answer, Bye, Message, OLDEST_PROTOCOL, PROTOCOL, Ready, Trajectory};
+use super::protocol::{Answer, Bye, Message, Ready, Trajectory};
+use super::reading::{answer, ready, shown};
 use super::report::ExternalReport;
 use super::scene_message::Teller;
 use super::trajectory::{Reader, joined};
@@ -20,9 +21,6 @@ const JOINED_WITHIN: f64 = 1.0;
 
 /// A late answer is waited for in real time at most this long, as seconds of the drive.
 const STRAIGHT_ON: f64 = 4.0;
-
-/// Longest text of a planner that is shown, characters.
-const SHOWN: usize = 300;
 
 /// A drive with a planner's process, which starts at the first cycle.
 pub(in crate::simulation) struct Session<'a> {
@@ -69,7 +67,7 @@ impl<'a> Session<'a> {
                     self.report.stderr = process.last_words();
                 }
                 let kind = fault.fault;
-                self.report.fail(&fault);
+                self.report.fail(&fault, step);
                 Err(NoTrajectory::Fault(kind))
             }
             Err(Stop::Cancelled) => {
@@ -82,6 +80,15 @@ impl<'a> Session<'a> {
             }
             Ok(cycle) => Ok(cycle),
         }
+    }
+
+    /// Starts the process and says hello, without a drive; what it said of itself, or its fault.
+    pub fn greet(mut self, cancel: &Cancel) -> ExternalReport {
+        if let Err(Stop::Fault(fault)) = self.start(cancel) {
+            let step = self.span.step;
+            self.report.fail(&fault, step);
+        }
+        self.end()
     }
 
     /// Gives the process back or ends it; what became of the drive.
@@ -279,52 +286,16 @@ impl Stop {
             NoLine::Cancelled => Self::Cancelled,
             NoLine::Fault(fault) => Self::Fault(fault),
             NoLine::TimedOut => {
-                let details = format!("{} s", limit.as_secs_f64());
+                let (option, key) = match timeout {
+                    PlannerFault::StartTimeout => ("", "start_timeout"),
+                    _ => ("--planner-timeout or ", "timeout"),
+                };
+                let details = format!(
+                    "{} s; {option}`{key}` of [planner.NAME] in config.toml sets it",
+                    limit.as_secs_f64()
+                );
                 Self::Fault(Fault::new(timeout, details))
             }
-        }
-    }
-}
-
-/// The answer in a line.
-pub(super) fn answer(line: &str) -> Result<Answer, Fault> {
-    serde_json::from_str(line).map_err(|error| {
-        let words = error.to_string();
-        let bare = ["NaN", "Infinity"].iter().any(|word| line.contains(word));
-        let large = words.contains("out of range");
-        match (bare || large) && line.trim_start().starts_with('{') {
-            true => Fault::new(
-                PlannerFault::NotFinite,
-                "NaN or Infinity, which JSON has not",
-            ),
-            false => Fault::new(
-                PlannerFault::Nonsense,
-                format!("{}: {}; logs belong on standard error", words, shown(line)),
-            ),
-        }
-    })
-}
-
-pub(super) fn ready(line: &str) -> Result<Ready, Fault> {
-    // Another version may have another form: its number is looked at first.
-    let said: Option<u64> = serde_json::from_str::<serde_json::Value>(line)
-        .ok()
-        .and_then(|value| value.get("protocol")?.as_u64());
-    let spoken = u64::from(OLDEST_PROTOCOL)..=u64::from(PROTOCOL);
-    if let Some(version) = said.filter(|version| !spoken.contains(version)) {
-        let ours = match OLDEST_PROTOCOL == PROTOCOL {
-            true => PROTOCOL.to_string(),
-            false => format!("{OLDEST_PROTOCOL} to {PROTOCOL}"),
-        };
-        let details = format!("version {version}; nearmiss speaks {ours}");
-        return Err(Fault::new(PlannerFault::WrongVersion, details));
-    }
-    match answer(line)? {
-        Answer::Ready(ready) => Ok(ready),
-        Answer::Error(refusal) => Err(Fault::new(PlannerFault::Refused, shown(&refusal.message))),
-        Answer::Trajectory(_) => {
-            let details = "`trajectory` in answer to `hello`";
-            Err(Fault::new(PlannerFault::Nonsense, details))
         }
     }
 }
@@ -352,19 +323,6 @@ pub(super) fn bye() -> Vec<u8> {
 fn line(message: &Message<'_>) -> Vec<u8> {
     // Numbers that are not finite become null; nothing else can fail.
     serde_json::to_vec(message).unwrap_or_default()
-}
-
-/// Text of a planner as it may be shown: without control characters, and not long.
-fn shown(text: &str) -> String {
-    let mut chars = text
-        .trim()
-        .chars()
-        .map(|c| if c.is_control() { ' ' } else { c });
-    let mut words: String = chars.by_ref().take(SHOWN).collect();
-    if chars.next().is_some() {
-        words.push('…');
-    }
-    words
 }
 
 /// A step later with the same speed and the same steering.

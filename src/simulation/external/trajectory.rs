@@ -44,8 +44,8 @@ impl Reader<'_> {
         }
         let times = self.times(planned)?;
         for (place, state) in planned.iter().enumerate() {
-            if !is_finite(state) {
-                let details = format!("state {place}");
+            if let Some((field, value)) = not_finite(state) {
+                let details = format!("`states[{place}].{field}` is {value}");
                 return Err(Fault::new(PlannerFault::NotFinite, details));
             }
         }
@@ -63,8 +63,9 @@ impl Reader<'_> {
         let times: Vec<f64> = times
             .map(|(place, state)| state.t.unwrap_or(place as f64 * self.dt))
             .collect();
-        if times.iter().any(|t| !t.is_finite()) {
-            return Err(Fault::new(PlannerFault::NotFinite, "a time"));
+        if let Some(place) = times.iter().position(|t| !t.is_finite()) {
+            let details = format!("`states[{place}].t` is {}", times[place]);
+            return Err(Fault::new(PlannerFault::NotFinite, details));
         }
         if times[0].abs() > self.dt * ROUNDING {
             let details = format!("the first state is at {} s, not 0", times[0]);
@@ -74,7 +75,7 @@ impl Reader<'_> {
             None => Ok(times),
             Some(place) => {
                 let (before, after) = (times[place], times[place + 1]);
-                let details = format!("{after} s after {before} s");
+                let details = format!("`states[{}].t`: {after} s after {before} s", place + 1);
                 Err(Fault::new(PlannerFault::WrongTimes, details))
             }
         }
@@ -195,12 +196,19 @@ fn turn(from: &Sampled, to: &Sampled) -> Option<f64> {
     (way > SHORT).then(|| angle_between(from.rear.heading, to.rear.heading) / way)
 }
 
-fn is_finite(state: &PlannedState) -> bool {
-    let said = [state.acceleration, state.steering];
-    let numbers = [state.x, state.y, state.heading, state.velocity];
-    let mut all = numbers.into_iter().chain(said.into_iter().flatten());
+/// The first field of a state that is not finite, and its value.
+fn not_finite(state: &PlannedState) -> Option<(&'static str, f64)> {
+    let numbers = [
+        ("x", Some(state.x)),
+        ("y", Some(state.y)),
+        ("heading", Some(state.heading)),
+        ("velocity", Some(state.velocity)),
+        ("acceleration", state.acceleration),
+        ("steering", state.steering),
+    ];
+    let mut said = { numbers.into_iter() }.filter_map(|(name, value)| Some((name, value?)));
     // Larger than this, sums of squares are not finite either.
-    all.all(|number| number.is_finite() && number.abs() < 1e12)
+    said.find(|(_, number)| !number.is_finite() || number.abs() >= 1e12)
 }
 
 /// A trajectory that counts from its state `late` on, after the vehicle went on from `actual`: what is between them

@@ -257,6 +257,7 @@ fn writing_words(at: &AuthoringProgress, whole: bool) -> String {
 pub fn consequence_words(consequence: &Consequence) -> &'static str {
     match consequence {
         Consequence::Collision(_) => "collision",
+        Consequence::PlannerError(_) => "error of the planner",
         Consequence::NearMiss => "near miss",
         Consequence::NoEffect => "no effect",
     }

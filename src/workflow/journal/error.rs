@@ -23,10 +23,15 @@ pub enum JournalError {
     EarlierRun(PathBuf),
     /// The earlier run had other settings, or was made by another version.
     #[error(
-        "{0}: the run in this folder has other settings or comes from another version of nearmiss; choose another \
-         folder, or start again with --overwrite"
+        "{path}: the run in this folder has other settings or comes from another version of nearmiss{differences}; \
+         choose another folder, give the settings of then, or leave out --resume and start again with --overwrite"
     )]
-    OtherSettings(PathBuf),
+    OtherSettings {
+        /// The journal.
+        path: PathBuf,
+        /// What differs, in brackets; empty where it is not known.
+        differences: String,
+    },
     /// The folder has another division into parts.
     #[error(
         "{0}: the folder holds a run divided otherwise, so scenarios would be there twice; use the same number of \

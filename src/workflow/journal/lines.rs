@@ -86,7 +86,8 @@ pub fn check_others(
             return Err(JournalError::OtherDivision(path));
         }
         if (&found.settings, &found.version) != (&wanted.settings, &wanted.version) {
-            return Err(JournalError::OtherSettings(path));
+            let differences = wanted.differences(&found);
+            return Err(JournalError::OtherSettings { path, differences });
         }
     }
     Ok(())

@@ -35,6 +35,8 @@ pub struct JobIdentity {
     pub shard: Option<Shard>,
     /// Everything that changes the output, apart from the scenarios.
     pub settings: String,
+    /// The settings by name, as far as messages can name them.
+    pub named: BTreeMap<String, String>,
 }
 
 /// What happens to an earlier run in the same folder.
@@ -62,12 +64,60 @@ pub struct FinishedUnit {
 }
 
 /// The first line.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Header {
     command: String,
     shard: Option<String>,
     settings: String,
     version: String,
+    /// Of earlier versions nothing.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    named: BTreeMap<String, String>,
+}
+
+impl Header {
+    /// Whether a run with this one continues that of another.
+    fn continues(&self, other: &Self) -> bool {
+        let of = |header: &Self| {
+            let Self {
+                command,
+                shard,
+                settings,
+                version,
+                ..
+            } = header.clone();
+            (command, shard, settings, version)
+        };
+        of(self) == of(other)
+    }
+
+    /// What differs from a run of before, as far as it is known.
+    fn differences(&self, then: &Self) -> String {
+        let mut found = Vec::new();
+        if self.version != then.version {
+            found.push(format!("nearmiss {}, now {}", then.version, self.version));
+        }
+        if !then.named.is_empty() {
+            let names = then.named.keys().chain(self.named.keys());
+            let names: std::collections::BTreeSet<&String> = names.collect();
+            let of = |header: &Self, name| {
+                header
+                    .named
+                    .get(name)
+                    .map_or("not given".into(), String::clone)
+            };
+            let others = names
+                .into_iter()
+                .filter(|name| self.named.get(*name) != then.named.get(*name));
+            found.extend(
+                others.map(|name| format!("{name} {}, now {}", of(then, name), of(self, name))),
+            );
+        }
+        match found.is_empty() {
+            true => String::new(),
+            false => format!(" ({})", found.join("; ")),
+        }
+    }
 }
 
 /// An open journal. Only one program has it open at a time.
@@ -111,7 +161,10 @@ impl Journal {
             Some(_) if earlier == EarlierRun::Refuse => {
                 return Err(JournalError::EarlierRun(folder.to_path_buf()));
             }
-            Some(found) if found != header => return Err(JournalError::OtherSettings(path)),
+            Some(found) if !header.continues(&found) => {
+                let differences = header.differences(&found);
+                return Err(JournalError::OtherSettings { path, differences });
+            }
             Some(_) => {}
             None => {
                 lines::append(&mut file, &header).map_err(|e| io(&path, e))?;
@@ -198,6 +251,7 @@ impl JobIdentity {
             shard: self.shard.map(|shard| shard.to_string()),
             settings: ContentHash::digest(self.settings.as_bytes()).to_string(),
             version: env!("CARGO_PKG_VERSION").to_string(),
+            named: self.named.clone(),
         }
     }
 

@@ -10,6 +10,7 @@ fn job(shard: Option<&str>, settings: &str) -> JobIdentity {
         command: "metrics",
         shard: shard.map(|s| s.parse().unwrap()),
         settings: settings.into(),
+        named: BTreeMap::from([("replan".to_string(), settings.to_string())]),
     }
 }
 
@@ -67,7 +68,7 @@ fn other_settings_and_other_divisions_are_refused() {
     let error = |job| open(job).unwrap_err();
     assert!(matches!(
         error(job(Some("1/2"), "b")),
-        JournalError::OtherSettings(_)
+        JournalError::OtherSettings { .. }
     ));
     assert!(matches!(
         error(job(Some("1/3"), "a")),

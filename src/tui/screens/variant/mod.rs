@@ -210,6 +210,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     lines.say(name, &visible(&all.join(", ")));
     let (words, color) = match effect.consequence {
         Consequence::Collision(c) => (format!("X collision with {c}"), model.theme.danger),
+        Consequence::PlannerError(error) => (format!("! {error}"), model.theme.warning),
         Consequence::NearMiss => ("! near miss".to_string(), model.theme.warning),
         other => (consequence_words(&other).to_string(), model.theme.safe),
     };
