@@ -5,8 +5,8 @@
 //!
 //! Source: Rubinstein and Kroese, The Cross-Entropy Method (2004), as O'Kelly et al. 2018 use it for rare events. Each
 //! round samples manoeuvres, turns them into motions, drops those the gate refuses, screens the rest against an ego
-//! that only brakes, and drives the ego against the most promising ones, first with few samples of its planner. What worked is sampled more often. The same seed gives the same
-//! attacks.
+//! that only brakes, and drives the ego against the most promising ones, first with few samples of its planner. What
+//! worked is sampled more often. The same seed gives the same attacks.
 
 use rayon::prelude::*;
 
