@@ -27,16 +27,44 @@ fn a_failure_says_its_name_the_step_the_place_and_the_last_words() {
     )
     .unwrap();
     for (planner, parts) in [
-        ("sh fake.sh die", &["died at step 3", "exit status 7", "stderr: boom"][..]),
-        ("sh fake.sh die_at_start", &["died at step 0", "stderr: no map for this"]),
-        ("sh fake.sh null", &["nonsense at step 3", "`states[1].x` is null, expected a number"]),
-        ("sh fake.sh nan", &["not_finite at step 3", "`states[0].x` is NaN"]),
-        ("slow", &["cycle_timeout at step 3", "--planner-timeout", "`timeout`"]),
-        ("never", &["start_timeout at step 0", "`start_timeout` of [planner.NAME]"]),
+        (
+            "sh fake.sh die",
+            &["died at step 3", "exit status 7", "stderr: boom"][..],
+        ),
+        (
+            "sh fake.sh die_at_start",
+            &["died at step 0", "stderr: no map for this"],
+        ),
+        (
+            "sh fake.sh null",
+            &[
+                "nonsense at step 3",
+                "`states[1].x` is null, expected a number",
+            ],
+        ),
+        (
+            "sh fake.sh nan",
+            &["not_finite at step 3", "`states[0].x` is NaN"],
+        ),
+        (
+            "slow",
+            &["cycle_timeout at step 3", "--planner-timeout", "`timeout`"],
+        ),
+        (
+            "never",
+            &[
+                "start_timeout at step 0",
+                "`start_timeout` of [planner.NAME]",
+            ],
+        ),
     ] {
         let table = home.run(&["plan", CUT_IN, "--planner", planner]).status(1);
         for part in parts {
-            assert!(table.stdout.contains(part), "{planner}: {part}: {}", table.stdout);
+            assert!(
+                table.stdout.contains(part),
+                "{planner}: {part}: {}",
+                table.stdout
+            );
         }
         assert!(!table.stdout.contains("f64"), "{}", table.stdout);
     }
@@ -50,9 +78,14 @@ fn a_failure_says_its_name_the_step_the_place_and_the_last_words() {
     assert_eq!(line["external_planner"]["stderr"][0], "boom");
     let report = std::fs::read_to_string(home.files().join("report.json")).unwrap();
     let report: Value = serde_json::from_str(&report).unwrap();
-    assert_eq!((&report["planner_failed"], &report["not_driven"]), (&1.into(), &1.into()));
+    assert_eq!(
+        (&report["planner_failed"], &report["not_driven"]),
+        (&1.into(), &1.into())
+    );
     let asked = ["inspect", CUT_IN, "--ego", "planner:sh fake.sh die"];
-    home.run(&asked).status(2).says(&["died at step 3", "stderr: boom"]);
+    home.run(&asked)
+        .status(2)
+        .says(&["died at step 3", "stderr: boom"]);
 }
 
 #[test]
@@ -60,8 +93,14 @@ fn steps_that_no_vehicle_can_do_are_remarked_and_not_judged() {
     let home = home();
     let told = ["plan", CUT_IN, "--planner", "sh fake.sh"];
     let table = home.run(&told).stdout;
-    assert!(table.contains("beyond the vehicle, first: step 0, worst: displacement "), "{table}");
-    assert!(table.contains("drives with steps beyond the vehicle: 1;"), "{table}");
+    assert!(
+        table.contains("beyond the vehicle, first: step 0, worst: displacement "),
+        "{table}"
+    );
+    assert!(
+        table.contains("drives with steps beyond the vehicle: 1;"),
+        "{table}"
+    );
     let said = home.run(&[&told[..], &["--json"]].concat()).json();
     let worst = &said["external_planner"]["worst_undrivable"];
     assert_eq!(worst["bound"], "displacement", "{said}");
@@ -81,15 +120,34 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
     }
     std::fs::create_dir(home.files().join("out")).unwrap();
     let plan = [
-        "plan", "all", "-o", "out", "--replan", "20", "--resume", "--table", "drives.csv", "--planner", "sh fake.sh",
+        "plan",
+        "all",
+        "-o",
+        "out",
+        "--replan",
+        "20",
+        "--resume",
+        "--table",
+        "drives.csv",
+        "--planner",
+        "sh fake.sh",
     ];
     let run = |more: &[&str]| home.run(&[&plan[..], more].concat());
     let first = run(&[]);
     let csv = || std::fs::read_to_string(home.files().join("drives.csv")).unwrap();
     let before = csv();
     let header = before.lines().next().unwrap().to_string();
-    for column in ["rules_broken", "rule_red_light", "worst_undrivable", "planner_stderr", "planner_error_step"] {
-        assert!(header.split(',').any(|name| name == column), "{column}: {header}");
+    for column in [
+        "rules_broken",
+        "rule_red_light",
+        "worst_undrivable",
+        "planner_stderr",
+        "planner_error_step",
+    ] {
+        assert!(
+            header.split(',').any(|name| name == column),
+            "{column}: {header}"
+        );
     }
     let again = run(&[]);
     assert_eq!(again.status, first.status, "{}", again.stderr);
@@ -104,11 +162,65 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
         .status(2)
         .says(&["replan 20, now 5"]);
     home.write("drives.csv", "mine");
-    run(&[]).status(2).says(&["drives.csv: exists, and is not the table of the run"]);
+    run(&[])
+        .status(2)
+        .says(&["drives.csv: exists, and is not the table of the run"]);
     assert_eq!(csv(), "mine");
     std::fs::remove_file(home.files().join("drives.csv")).unwrap();
-    home.write("fake.sh", FAKE.replace("\"version\":\"2\"", "\"version\":\"3\""));
-    run(&[]).status(2).says(&["of planner fake 2, which is fake 3 now"]);
+    home.write(
+        "fake.sh",
+        FAKE.replace("\"version\":\"2\"", "\"version\":\"3\""),
+    );
+    run(&[])
+        .status(2)
+        .says(&["of planner fake 2, which is fake 3 now"]);
+}
+
+#[test]
+fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean() {
+    let home = home();
+    home.write(format!("{CUT_IN}.xml"), bundled_xml(CUT_IN));
+    home.write(
+        format!("{CUT_IN}.ego_trajectory.csv"),
+        super::bundled_ego(CUT_IN),
+    );
+    let file = format!("{CUT_IN}.xml");
+    let told = ["plan", &file, "--against", "recorded"];
+    let table = home.run(&told);
+    assert!(
+        table.stdout.contains("recorded"),
+        "{} {}",
+        table.stdout,
+        table.stderr
+    );
+    let drives = lines(&home.run(&[&told[..], &["--json"]].concat()));
+    assert_eq!(drives[1]["planner"], "recorded", "{}", drives[1]);
+    assert_eq!(drives[1]["cycles"], 0);
+    assert!(drives[1]["steps"].as_u64().unwrap() > 10);
+    assert_eq!(
+        drives[1]["rules_broken"],
+        drives[1]["recorded_rules_broken"]
+    );
+    let differences = drives[2]["differences"].as_array().unwrap();
+    assert!(
+        differences
+            .iter()
+            .any(|one| one["figure"] == "undrivable_drives")
+    );
+    let broken = ["plan", CUT_IN, "--against", "sh fake.sh die", "--json"];
+    let drives = lines(&home.run(&broken));
+    let differences = drives[2]["differences"].as_array().unwrap();
+    let of = |name: &str| {
+        differences
+            .iter()
+            .find(|one| one["figure"] == name)
+            .unwrap()
+    };
+    assert_eq!(of("mean_jerk")["scenarios"], 0);
+    assert_eq!(of("planner_error")["scenarios"], 1);
+    home.run(&["plan", CUT_IN, "--planner", "recorded"])
+        .status(2)
+        .says(&["no planner of this name"]);
 }
 
 /// Drives as the planner behind it, and ends with an error in every drive but the first.
@@ -148,7 +260,15 @@ fn an_attack_that_breaks_the_planner_is_an_outcome_of_its_own() {
     home.write("original.xml", bundled_xml(CUT_IN));
     let planner = format!("python3 breaks.py '{}'", minimal.display());
     let made = [
-        "generate", "original.xml", "--planner", &planner, "--candidates", "20", "-o", "out", "--json",
+        "generate",
+        "original.xml",
+        "--planner",
+        &planner,
+        "--candidates",
+        "20",
+        "-o",
+        "out",
+        "--json",
     ];
     let ended = home.run(&made).status(0);
     let line = &lines(&ended)[0];
@@ -157,17 +277,32 @@ fn an_attack_that_breaks_the_planner_is_an_outcome_of_its_own() {
     assert_eq!(line["external_planner"]["error_step"], 3);
     let stderr = line["external_planner"]["stderr"].to_string();
     assert!(stderr.contains("broken under attack"), "{stderr}");
-    assert!(line["avoidable"].is_null() && line["good_driver"].is_null(), "{line}");
+    assert!(
+        line["avoidable"].is_null() && line["good_driver"].is_null(),
+        "{line}"
+    );
     let variant = line["variant"].as_str().unwrap();
     let manifest = home.files().join(Path::new(variant).with_extension("json"));
-    let manifest: Value = serde_json::from_str(&std::fs::read_to_string(manifest).unwrap()).unwrap();
+    let manifest: Value =
+        serde_json::from_str(&std::fs::read_to_string(manifest).unwrap()).unwrap();
     assert_eq!(manifest["planner_error"]["error"], "died");
     assert!(manifest["avoidable"].is_null());
     // It has passed the gate like any other, and names the planner.
-    let check = home.run(&["generate", "original.xml", "--check", variant]).status(0);
-    assert!(check.stdout.contains("attacked planner: minimal 1"), "{}", check.stdout);
+    let check = home
+        .run(&["generate", "original.xml", "--check", variant])
+        .status(0);
+    assert!(
+        check.stdout.contains("attacked planner: minimal 1"),
+        "{}",
+        check.stdout
+    );
     let resumed = home.run(&[&made[..8], &["--resume"]].concat()).status(0);
-    for part in ["planner_error", "reused", "1 error of the planner", "attacked planner: minimal 1"] {
+    for part in [
+        "planner_error",
+        "reused",
+        "1 error of the planner",
+        "attacked planner: minimal 1",
+    ] {
         assert!(resumed.stdout.contains(part), "{part}: {}", resumed.stdout);
     }
 }
@@ -179,7 +314,16 @@ fn variants_of_another_version_of_the_planner_are_not_reused() {
     let text = std::fs::read_to_string(minimal).unwrap();
     home.write("mine.py", &text);
     let made = [
-        "generate", CUT_IN, "--planner", "python3 mine.py", "--candidates", "12", "-o", "out", "--json", "--resume",
+        "generate",
+        CUT_IN,
+        "--planner",
+        "python3 mine.py",
+        "--candidates",
+        "12",
+        "-o",
+        "out",
+        "--json",
+        "--resume",
     ];
     home.run(&made);
     let same = home.run(&made);
@@ -190,5 +334,6 @@ fn variants_of_another_version_of_the_planner_are_not_reused() {
     let ended = home.run(&made).says(&["planner.version \"1\", now \"2\""]);
     assert_eq!(lines(&ended)[0]["taken_over"], false);
     let built_in = [&made[..2], &made[4..]].concat();
-    home.run(&built_in).says(&["planner `python3 mine.py`, now the built-in one"]);
+    home.run(&built_in)
+        .says(&["planner `python3 mine.py`, now the built-in one"]);
 }
