@@ -227,7 +227,7 @@ impl Export {
         let source = "nearmiss help planners";
         let columns = COLUMNS.iter();
         let columns = columns
-            .map(|(name, _, kind, unit)| Column::new(*name, *kind, *unit, source).optional());
+            .map(|(name, _, kind, unit)| Column::new(name, *kind, unit, source).optional());
         let rules = RULES.iter();
         let rules = rules.map(|(name, _)| Column::new(name, Kind::Text, "", source).optional());
         let table = Table::new("drives", columns.chain(rules).collect());
