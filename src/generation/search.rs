@@ -71,6 +71,7 @@ pub fn search_until(
         among,
         near_misses: true,
         cycles: usize::MAX,
+        hopeless: usize::MAX,
     };
     search_on(grounds, effort, wanted, watch, stop)
 }
@@ -84,6 +85,8 @@ pub(super) struct Wanted<'a> {
     pub near_misses: bool,
     /// No further round begins after so many planning cycles of the ego.
     pub cycles: usize,
+    /// It ends with so many attacks that no good driver was found to survive, and none that one does.
+    pub hopeless: usize,
 }
 
 /// The same on several grounds at once: what does well on one of them is sampled more often.
@@ -175,6 +178,7 @@ impl Search<'_> {
                 || best <= BEST && round >= FOR_PLAUSIBLE
                 || self.wanted.near_misses && best <= GOOD && round >= FOR_COLLISION
                 || since > PATIENCE
+                || best.is_infinite() && self.hopeless() >= self.wanted.hopeless
                 || self.cycles() >= self.wanted.cycles;
             if !goes_on || enough {
                 break;
@@ -188,6 +192,11 @@ impl Search<'_> {
 
     fn attacks(&self) -> impl Iterator<Item = &Attack> {
         self.tried.iter().map(|t| &t.attack)
+    }
+
+    /// Attacks that no good driver was found to survive.
+    fn hopeless(&self) -> usize {
+        search_result::hopeless(self.attacks())
     }
 
     /// Planning cycles of all drives so far.
@@ -278,8 +287,7 @@ impl Search<'_> {
 
     /// Looks whether a good driver survives what the ego did not, the most dangerous first.
     fn look(&mut self, delay: f64) {
-        let hopeless = self.attacks().filter(|a| a.survivable == Some(false));
-        let most = match hopeless.count() >= HOPELESS {
+        let most = match self.hopeless() >= HOPELESS {
             true => OF_HOPELESS,
             false => LOOKED_AT,
         };

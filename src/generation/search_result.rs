@@ -46,6 +46,11 @@ impl SearchResult {
         cycles(self.attacks.iter())
     }
 
+    /// Attacks that no good driver was found to survive.
+    pub(super) fn hopeless(&self) -> usize {
+        hopeless(self.attacks.iter())
+    }
+
     /// Drives that an error of the planner's process ended, and the first error; nothing without one.
     #[must_use]
     pub fn planner_errors(&self) -> Option<(usize, String)> {
@@ -79,6 +84,11 @@ impl SearchResult {
             best: best.and_then(|a| Some(a.effect.as_ref()?.consequence)),
         }
     }
+}
+
+/// How many attacks no good driver was found to survive.
+pub(super) fn hopeless<'a>(attacks: impl Iterator<Item = &'a Attack>) -> usize {
+    attacks.filter(|a| a.survivable == Some(false)).count()
 }
 
 /// Planning cycles of all drives against attacks; those that were taken over do not count.

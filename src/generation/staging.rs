@@ -27,6 +27,11 @@ const BASES: usize = 3;
 const MOST_CYCLES: usize = 8000;
 const MOST_CYCLES_OF_BOTH: usize = 12_000;
 
+/// A search ends with so many attacks that no good driver was found to survive: looking for a way out takes longest where
+/// there is none.
+const HOPELESS: usize = 5;
+const HOPELESS_OF_BOTH: usize = 8;
+
 /// What a further attacker joins: the attack that goes on, if there is one, and the ego's drive under it.
 struct Base {
     others: Option<(Attack, StagedDrive)>,
@@ -91,6 +96,7 @@ fn round(
         among,
         near_misses: rank < Rank::NearMiss,
         cycles: MOST_CYCLES,
+        hopeless: HOPELESS,
     };
     let mut stopped = false;
     let mut go_on = |progress| {
@@ -117,6 +123,7 @@ fn round(
     let before = found.progress();
     let wanted = Wanted {
         cycles: left,
+        hopeless: HOPELESS_OF_BOTH.saturating_sub(found.hopeless()),
         ..wanted
     };
     let mut go_on = |progress| watch(SearchEvent::Round(before.and(progress)));

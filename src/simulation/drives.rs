@@ -1,9 +1,15 @@
 //! Drives of a problem: whole or a stretch of it, watched, controlled, or taking over what another drive has planned.
 
 use super::collision::touches_between;
-use super::{Control, Cycle, DriveSpan, Driver, Outcome, ResumableRollout, Rollout};
+use super::{
+    Control, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, ResumableRollout, Rollout,
+};
+use crate::geometry::angle_between;
 use crate::planner::{Planner, VehicleState};
-use crate::scenario::Scenario;
+use crate::scenario::{Motion, Scenario, Track};
+
+/// Below this way (m) in a step the heading tells nothing about the steering.
+const SHORT: f64 = 0.01;
 
 impl Driver {
     /// Drives a stretch, and shows each cycle with its planner to `watch`; where that says no, the drive is a time-out
@@ -18,6 +24,42 @@ impl Driver {
             Control::Follow
         })
         .drive
+    }
+
+    /// A motion of the vehicle's centre as a drive in recorded traffic, from the problem's start on: it ends as a planned
+    /// one would, without a cycle.
+    #[must_use]
+    pub fn along(&self, scenario: &Scenario, track: &Track) -> Rollout {
+        let span = self.whole();
+        let mut look = Look::new(self, scenario, span.goal_from);
+        let mut drive = Rollout {
+            states: Vec::new(),
+            cycles: Vec::new(),
+            outcome: Outcome::Timeout,
+            traffic: DrivenTraffic::default(),
+            limits: *self.limits(),
+            dt: self.dt(),
+            external: None,
+        };
+        let mut before: Option<Motion> = None;
+        for (step, motion) in track.iter() {
+            if step < span.step || step > span.last {
+                continue;
+            }
+            let turn = before.map_or(0.0, |before| {
+                let way = (motion.pose.position - before.pose.position).norm();
+                let turned = angle_between(before.pose.heading, motion.pose.heading);
+                if way > SHORT { turned / way } else { 0.0 }
+            });
+            before = Some(*motion);
+            let state = VehicleState::of_centre(motion, turn, self.limits());
+            drive.states.push((step, state));
+            if let Some(outcome) = look.at(step, &state) {
+                drive.outcome = outcome;
+                break;
+            }
+        }
+        drive
     }
 
     /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`;

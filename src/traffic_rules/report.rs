@@ -168,3 +168,37 @@ pub(super) fn merged(
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rule_that_is_broken_at_unjudged_steps_alone_is_undecided() {
+        let broken = |from, until| Violation {
+            from,
+            until,
+            at: Point::new(0.0, 0.0),
+            lanelet: None,
+            obstacle: None,
+            amount: 1.0,
+        };
+        let report = RuleReport {
+            findings: vec![
+                Finding::applied(Rule::UnnecessaryBraking, vec![broken(3, 4)]),
+                Finding::applied(Rule::SpeedLimit, vec![broken(3, 4), broken(4, 5)]),
+                Finding::applied(Rule::RedLight, Vec::new()),
+            ],
+        };
+        let judged = report.unjudged_at(&BTreeSet::from([3, 4]), "jumps");
+        let status: Vec<RuleStatus> = judged.findings.iter().map(|one| one.status).collect();
+        let wanted = [
+            RuleStatus::Undecided,
+            RuleStatus::Broken,
+            RuleStatus::Obeyed,
+        ];
+        assert_eq!(status, wanted);
+        assert_eq!(judged.findings[0].reason, Some("jumps"));
+        assert_eq!(judged.findings[1].violations, [broken(4, 5)]);
+    }
+}

@@ -271,6 +271,23 @@ impl PreparedPlan {
         }
     }
 
+    /// The motion of the recorded ego as a drive: how it ends is judged as of a planned one, in recorded traffic.
+    ///
+    /// # Errors
+    /// [`PlanError::NothingToPlan`]: the scenario has no recorded ego of the problem, or that of [`Self::run`].
+    pub fn recorded_drive(self, cancel: &Cancel) -> Result<PlanOutcome, PlanError> {
+        let Some(scene) = self.recorded_ego().cloned() else {
+            return Err(self.nothing(&"no recorded ego to compare with"));
+        };
+        let driver = self.driver(&self.scenario, cancel);
+        let driver = driver.map_err(|error| self.nothing(&error))?;
+        let drive = driver.along(&self.scenario, &scene.ego.track);
+        Ok(PlanOutcome {
+            prepared: self,
+            drive,
+        })
+    }
+
     /// What the planner's process says of itself, or its fault; `None` for the built-in planner.
     ///
     /// # Errors

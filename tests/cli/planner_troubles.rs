@@ -176,6 +176,53 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
         .says(&["of planner fake 2, which is fake 3 now"]);
 }
 
+#[test]
+fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean() {
+    let home = home();
+    home.write(format!("{CUT_IN}.xml"), bundled_xml(CUT_IN));
+    home.write(
+        format!("{CUT_IN}.ego_trajectory.csv"),
+        super::bundled_ego(CUT_IN),
+    );
+    let file = format!("{CUT_IN}.xml");
+    let told = ["plan", &file, "--against", "recorded"];
+    let table = home.run(&told);
+    assert!(
+        table.stdout.contains("recorded"),
+        "{} {}",
+        table.stdout,
+        table.stderr
+    );
+    let drives = lines(&home.run(&[&told[..], &["--json"]].concat()));
+    assert_eq!(drives[1]["planner"], "recorded", "{}", drives[1]);
+    assert_eq!(drives[1]["cycles"], 0);
+    assert!(drives[1]["steps"].as_u64().unwrap() > 10);
+    assert_eq!(
+        drives[1]["rules_broken"],
+        drives[1]["recorded_rules_broken"]
+    );
+    let differences = drives[2]["differences"].as_array().unwrap();
+    assert!(
+        differences
+            .iter()
+            .any(|one| one["figure"] == "undrivable_drives")
+    );
+    let broken = ["plan", CUT_IN, "--against", "sh fake.sh die", "--json"];
+    let drives = lines(&home.run(&broken));
+    let differences = drives[2]["differences"].as_array().unwrap();
+    let of = |name: &str| {
+        differences
+            .iter()
+            .find(|one| one["figure"] == name)
+            .unwrap()
+    };
+    assert_eq!(of("mean_jerk")["scenarios"], 0);
+    assert_eq!(of("planner_error")["scenarios"], 1);
+    home.run(&["plan", CUT_IN, "--planner", "recorded"])
+        .status(2)
+        .says(&["no planner of this name"]);
+}
+
 /// Drives as the planner behind it, and ends with an error in every drive but the first.
 const BREAKS: &str = r#"
 import json, os, subprocess, sys

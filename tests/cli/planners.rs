@@ -373,7 +373,8 @@ fn two_planners_are_compared_and_another_one_is_attacked() {
     let told = ["plan", CUT_IN, "--against", &planner];
     let table = home.run(&told).stdout;
     for part in [
-        "first:  nearmiss",
+        "nearmiss",
+        "scenarios",
         "goal",
         "rear-ended",
         "95 % interval",

@@ -4,28 +4,26 @@ use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
 
+use super::differences;
 use super::driven::{self, DrivenScenario};
 use super::export::Export;
-use super::figures::{FIGURES, KINDS};
 use super::planners::PlannerChoice;
-use super::table::{OUTCOMES, told_of};
+use super::table::told_of;
 use super::{PlanArguments, document};
 use crate::cli::interrupt::{INTERRUPTED, interrupted};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{self, line};
 use crate::cli::{Failure, Outcome};
-use crate::evaluation::statistics::PairedTest;
 use crate::formats::Entry;
 use crate::planner::Cancel;
 use crate::simulation::Settings;
-use crate::traffic_rules::Rule;
 use crate::workflow::PlanError;
 
 /// Longer names of scenarios push the columns behind them.
 const WIDEST: usize = 48;
 
-/// Of two drives of a scenario, how they are shown.
-const HEADER: [&str; 6] = ["scenario", "first", "second", "goal s", "goal s", "with"];
+/// Names of planners above columns are cut to so many characters.
+const LABEL: usize = 20;
 
 /// Drives every scenario with both planners.
 pub fn run(
@@ -106,7 +104,7 @@ fn widest(entries: &[Entry]) -> usize {
     let names = entries
         .iter()
         .map(|entry| output::visible(&entry.name).chars().count());
-    let all = names.chain(["drives beyond the vehicle's limits".len()]);
+    let all = names.chain(["drives beyond the vehicle".len()]);
     all.max().unwrap_or(0).min(WIDEST)
 }
 
@@ -129,16 +127,45 @@ impl Comparison {
         self.pairs.len() + self.missed
     }
 
+    /// What stands above the columns of both: their names, where those are short and differ.
+    fn labels(&self) -> [String; 2] {
+        let labels = [0, 1].map(|place| {
+            let name: &String = &self.names[place];
+            match name.chars().count() > LABEL {
+                true => { name.chars() }.take(LABEL - 1).chain(['…']).collect(),
+                false => name.clone(),
+            }
+        });
+        match labels[0] == labels[1] {
+            true => ["first".into(), "second".into()],
+            false => labels,
+        }
+    }
+
     fn title(&self) -> String {
-        let [first, second] = &self.names;
-        format!("first:  {first}\nsecond: {second}\n\n") + &self.row(&HEADER)
+        let labels = self.labels();
+        let [first, second] = &labels;
+        let mut title = String::new();
+        for (label, name) in labels.iter().zip(&self.names) {
+            if label != name {
+                title += &format!("{label}: {name}\n");
+            }
+        }
+        let header = ["scenario", first, second, "goal s", "goal s", "with"];
+        title + &self.row(&header)
+    }
+
+    /// The width of the columns of both planners.
+    fn label_width(&self) -> usize {
+        let widest = self.labels().map(|label| label.chars().count());
+        widest.into_iter().max().unwrap_or(0).max(13)
     }
 
     fn row(&self, cells: &[&str; 6]) -> String {
         let columns = [
             Left(self.width),
-            Left(13),
-            Left(13),
+            Left(self.label_width()),
+            Left(self.label_width()),
             Right(6),
             Right(6),
             Left(30),
@@ -191,12 +218,22 @@ impl Comparison {
             return show(&self.document());
         }
         let mut out = String::from("\n");
-        let columns = [Left(self.width), Right(13), Right(13), Right(10), Left(24)];
-        let header = ["", "first", "second", "difference", "95 % interval"];
+        let wide = Right(self.label_width());
+        let columns = [Left(self.width), wide, wide, Right(9), Right(10), Left(24)];
+        let [first, second] = &self.labels();
+        let header = [
+            "",
+            first,
+            second,
+            "scenarios",
+            "difference",
+            "95 % interval",
+        ];
         out += &line("  ", &columns, &header);
-        for difference in self.differences() {
+        let differences = differences::all(&self.pairs);
+        for difference in differences {
             let none = [difference.first, difference.second] == [Some(0.0), Some(0.0)];
-            if difference.is_rule && none {
+            if difference.is_rule && none || difference.is_share {
                 continue;
             }
             let words = match difference.is_rule {
@@ -214,6 +251,7 @@ impl Comparison {
                 words,
                 number(difference.first),
                 number(difference.second),
+                difference.scenarios.to_string(),
                 test.map_or("-".into(), |test| signed(0.0 - test.difference)),
                 interval.map_or(String::new(), |interval| {
                     format!(
@@ -233,81 +271,14 @@ impl Comparison {
             out += &format!("planner {told}\n");
         }
         out += &format!(
-            "{}; differences are second minus first, a scenario at a time\n",
+            "{}; outcomes, kinds and rules are counts of drives, the rest means over the scenarios in which both drives have it; differences are {second} minus {first}, a scenario at a time\n",
             output::counted(self.pairs.len(), "scenario")
         );
         output::text(&out)
     }
 
-    fn differences(&self) -> Vec<Difference> {
-        let outcome = |name: &'static str| {
-            self.difference(name, name, 0, true, &move |driven| {
-                Some(f64::from(u8::from(driven.outcome().name() == name)))
-            })
-        };
-        let mut all = Vec::new();
-        for name in OUTCOMES {
-            all.push(outcome(name));
-            if name != "collision" {
-                continue;
-            }
-            all.extend(KINDS.iter().map(|(words, kind)| {
-                self.difference(kind.name(), words, 0, true, &move |driven| {
-                    let is = driven.collision().is_some_and(|c| c.kind() == *kind);
-                    Some(f64::from(u8::from(is)))
-                })
-            }));
-        }
-        all.extend(Rule::ALL.map(|rule| {
-            let words = rule.words();
-            let breaks = self.difference(rule.name(), words, 0, true, &move |driven| {
-                let mut broken = driven.rules.broken();
-                Some(f64::from(u8::from(broken.any(|b| b == rule))))
-            });
-            Difference {
-                is_rule: true,
-                ..breaks
-            }
-        }));
-        let figures = FIGURES.iter();
-        all.extend(figures.map(|(key, words, decimals, figure)| {
-            self.difference(key, words, *decimals, false, figure)
-        }));
-        all
-    }
-
-    /// The difference of a figure over the scenarios in which both drives have it; sums of counts, means of others.
-    fn difference(
-        &self,
-        key: &'static str,
-        words: &'static str,
-        decimals: usize,
-        summed: bool,
-        figure: &dyn Fn(&DrivenScenario) -> Option<f64>,
-    ) -> Difference {
-        let pairs = self.pairs.iter();
-        let both = pairs.filter_map(|(one, two)| Some((figure(one)?, figure(two)?)));
-        let both: Vec<(f64, f64)> = both.collect();
-        let whole = |sum: f64| match (summed, both.len()) {
-            (true, _) => Some(sum),
-            (false, 0) => None,
-            (false, n) => Some(sum / n as f64),
-        };
-        let differences: Vec<f64> = both.iter().map(|(one, two)| one - two).collect();
-        Difference {
-            key,
-            words,
-            decimals,
-            scenarios: both.len(),
-            first: whole(both.iter().map(|pair| pair.0).sum()),
-            second: whole(both.iter().map(|pair| pair.1).sum()),
-            test: PairedTest::of_differences(&differences),
-            is_rule: false,
-        }
-    }
-
     fn document(&self) -> Value {
-        let differences = self.differences();
+        let differences = differences::all(&self.pairs);
         let differences = differences.iter().map(|difference| {
             let test = difference.test.as_ref();
             let interval = test.and_then(|test| test.interval);
@@ -331,25 +302,14 @@ impl Comparison {
     }
 }
 
-/// A figure of both planners.
-struct Difference {
-    key: &'static str,
-    words: &'static str,
-    decimals: usize,
-    scenarios: usize,
-    first: Option<f64>,
-    second: Option<f64>,
-    test: Option<PairedTest>,
-    /// It counts drives that break a rule.
-    is_rule: bool,
-}
-
 /// What the drives of a scenario touch, and what went wrong.
 fn with(one: &DrivenScenario, two: &DrivenScenario) -> String {
     let touched = |driven: &DrivenScenario| {
         let collision = driven.collision();
         let touched = collision.map(|c| format!("{} ({})", c.with, c.kind().name()));
-        touched.or_else(|| driven.planner_words())
+        touched
+            .or_else(|| driven.planner_words())
+            .or_else(|| driven.beyond_words())
     };
     match (touched(one), touched(two)) {
         (None, None) => "-".into(),

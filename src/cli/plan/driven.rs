@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::planners::{BUILT_IN, PlannerChoice};
+use super::planners::{BUILT_IN, PlannerChoice, RECORDED};
 use crate::cli::parallel::in_order;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
@@ -36,6 +36,8 @@ pub struct DrivenScenario {
     pub rules: RuleReport,
     /// The rules that the recorded ego of the same problem broke, if there is one.
     pub recorded_rules_broken: Option<Vec<Rule>>,
+    /// It is the motion of the recorded ego.
+    pub is_recorded: bool,
 }
 
 /// Opens a scenario to drive its ego.
@@ -102,7 +104,9 @@ pub fn drive(
     let external = planner.and_then(|planner| planner.external.clone());
     let prepared = request(entry, problem, settings);
     let prepared = prepared.map(|prepared| prepared.driven_by(external));
+    let is_recorded = planner.is_some_and(|planner| planner.is_recorded);
     let planned = prepared.and_then(|prepared| match monitor {
+        None if is_recorded => Ok(Some((prepared.recorded_drive(cancel)?, None))),
         None => {
             let outcome = prepared.run(cancel, &mut |_| {})?;
             Ok(outcome.map(|outcome| (outcome, None)))
@@ -122,11 +126,15 @@ pub fn drive(
                 .near_misses(&prepared.driven(&drive), problem, settings)
                 .len()
         }),
-        rules: drive.rules(
-            &prepared.driven(&drive),
-            prepared.problem(),
-            &prepared.settings,
-        ),
+        rules: match prepared.recorded_ego().filter(|_| is_recorded) {
+            Some(scene) => RuleReport::of(scene),
+            None => drive.rules(
+                &prepared.driven(&drive),
+                prepared.problem(),
+                &prepared.settings,
+            ),
+        },
+        is_recorded,
         recorded_rules_broken: prepared
             .recorded_ego()
             .map(|scene| RuleReport::of(scene).broken().collect()),
@@ -209,6 +217,9 @@ impl DrivenScenario {
 
     /// Its planner, as it was named.
     pub fn planner(&self) -> &str {
+        if self.is_recorded {
+            return RECORDED;
+        }
         let external = self.drive.external.as_ref();
         external.map_or(BUILT_IN, |report| &report.planner)
     }
@@ -218,6 +229,20 @@ impl DrivenScenario {
         let report = self.drive.external.as_ref()?;
         let words = report.failure().or_else(|| report.message.clone())?;
         Some(output::visible(&words))
+    }
+
+    /// Whether it has steps that the vehicle cannot do. Recordings have them all over, being of other vehicles.
+    pub fn is_beyond_vehicle(&self) -> bool {
+        !self.is_recorded && !self.drive.undrivable().is_empty()
+    }
+
+    /// That it has such steps, in a few words.
+    pub fn beyond_words(&self) -> Option<String> {
+        let beyond = self.drive.beyond_vehicle().filter(|_| !self.is_recorded)?;
+        Some(format!(
+            "{} beyond the vehicle",
+            output::counted(beyond.steps, "step")
+        ))
     }
 
     /// Median of the time of a cycle that the planner itself did not measure, milliseconds.

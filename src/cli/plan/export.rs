@@ -226,8 +226,8 @@ impl Export {
     pub fn finish(self) -> Outcome {
         let source = "nearmiss help planners";
         let columns = COLUMNS.iter();
-        let columns = columns
-            .map(|(name, _, kind, unit)| Column::new(*name, *kind, *unit, source).optional());
+        let columns =
+            columns.map(|(name, _, kind, unit)| Column::new(name, *kind, unit, source).optional());
         let rules = RULES.iter();
         let rules = rules.map(|(name, _)| Column::new(name, Kind::Text, "", source).optional());
         let table = Table::new("drives", columns.chain(rules).collect());

@@ -7,7 +7,7 @@ use crate::simulation::CollisionKind;
 pub type Measured = fn(&DrivenScenario) -> Option<f64>;
 
 /// What is compared beside the outcomes, with the decimals that are shown.
-pub const FIGURES: [(&str, &str, usize, Measured); 7] = [
+pub const FIGURES: [(&str, &str, usize, Measured); 6] = [
     ("near_misses", "near misses", 2, |d| {
         d.near_misses.map(|n| n as f64)
     }),
@@ -26,12 +26,6 @@ pub const FIGURES: [(&str, &str, usize, Measured); 7] = [
     ("median_cycle_ms", "cycle, ms", 2, |d| {
         d.milliseconds().map(|(median, _)| median)
     }),
-    (
-        "undrivable_share",
-        "drives beyond the vehicle's limits",
-        2,
-        |d| Some(f64::from(u8::from(!d.drive.undrivable().is_empty()))),
-    ),
 ];
 
 /// Collisions by kind.

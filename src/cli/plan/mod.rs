@@ -2,6 +2,7 @@
 
 pub mod as_ego;
 mod compare;
+mod differences;
 mod document;
 mod driven;
 mod export;
@@ -57,7 +58,7 @@ pub struct PlanArguments {
     #[command(flatten)]
     planners: PlannerOptions,
     /// Drive every scenario with this planner too, and compare both: paired differences with intervals. The same as a
-    /// second --planner.
+    /// second --planner. `recorded` compares with the recorded ego.
     #[arg(long, value_name = "NAME|COMMAND", conflicts_with = "monitor")]
     against: Option<String>,
     #[command(flatten)]

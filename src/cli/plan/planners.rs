@@ -16,6 +16,9 @@ use crate::system::did_you_mean;
 /// The built-in planner's name.
 pub const BUILT_IN: &str = "nearmiss";
 
+/// The recorded ego in place of a planner, beside one.
+pub const RECORDED: &str = "recorded";
+
 /// Planners that are processes.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PlannerOptions {
@@ -45,6 +48,8 @@ pub struct PlannerChoice {
     pub name: String,
     /// Its process; `None` for the built-in planner.
     pub external: Option<Arc<ExternalPlanner>>,
+    /// It is the recorded ego.
+    pub is_recorded: bool,
 }
 
 impl PlannerOptions {
@@ -106,11 +111,20 @@ impl PlannerOptions {
                 _ => Ok(PlannerChoice {
                     name,
                     external: None,
+                    is_recorded: false,
                 }),
             };
         }
         let known = config.external_planners();
         let found = known.iter().find(|(known, _)| known == said);
+        // Only beside a planner: alone there is nothing to drive.
+        if said == RECORDED && found.is_none() && self.planners.len() == 2 {
+            return Ok(PlannerChoice {
+                name,
+                external: None,
+                is_recorded: true,
+            });
+        }
         let mut options = match found {
             Some((_, options)) => options.clone(),
             None => command(said, known.iter().map(|(name, _)| name.as_str()))?,
@@ -122,7 +136,11 @@ impl PlannerOptions {
             options.clock = Clock::Real;
         }
         let external = Some(Arc::new(ExternalPlanner::new(name.clone(), options)));
-        Ok(PlannerChoice { name, external })
+        Ok(PlannerChoice {
+            name,
+            external,
+            is_recorded: false,
+        })
     }
 }
 

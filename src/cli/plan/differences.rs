@@ -1,0 +1,107 @@
+//! Differences between two planners over the scenarios that both drove.
+
+use super::driven::DrivenScenario;
+use super::figures::{FIGURES, KINDS};
+use super::table::OUTCOMES;
+use crate::evaluation::statistics::PairedTest;
+use crate::simulation::Outcome;
+use crate::traffic_rules::Rule;
+
+/// Both drives of a scenario.
+type Pair = (DrivenScenario, DrivenScenario);
+
+/// A figure of both planners.
+pub struct Difference {
+    /// Its name in JSON.
+    pub key: &'static str,
+    /// In the table.
+    pub words: &'static str,
+    /// Decimals that are shown.
+    pub decimals: usize,
+    /// Scenarios in which both drives have it.
+    pub scenarios: usize,
+    /// Over these a count or a mean.
+    pub first: Option<f64>,
+    /// See `first`.
+    pub second: Option<f64>,
+    /// Of the differences in these.
+    pub test: Option<PairedTest>,
+    /// It counts drives that break a rule.
+    pub is_rule: bool,
+    /// It is the share that another one counts, in JSON alone.
+    pub is_share: bool,
+}
+
+/// The differences of all figures.
+pub fn all(pairs: &[Pair]) -> Vec<Difference> {
+    let count = |key, words, is: &dyn Fn(&DrivenScenario) -> bool| {
+        let figure = |driven: &DrivenScenario| Some(f64::from(u8::from(is(driven))));
+        of(pairs, (key, words, 0), true, &figure)
+    };
+    let mut all = Vec::new();
+    for name in OUTCOMES {
+        all.push(count(name, name, &|driven| driven.outcome().name() == name));
+        if name != "collision" {
+            continue;
+        }
+        all.extend(KINDS.iter().map(|(words, kind)| {
+            count(kind.name(), words, &|driven| {
+                driven.collision().is_some_and(|c| c.kind() == *kind)
+            })
+        }));
+    }
+    all.extend(Rule::ALL.map(|rule| Difference {
+        is_rule: true,
+        ..count(rule.name(), rule.words(), &|driven| {
+            driven.rules.broken().any(|broken| broken == rule)
+        })
+    }));
+    all.push(count(
+        "undrivable_drives",
+        "drives beyond the vehicle",
+        &|driven| driven.is_beyond_vehicle(),
+    ));
+    all.extend(FIGURES.iter().map(|(key, words, decimals, figure)| {
+        // What a drive would have come to is not known where its planner failed.
+        let whole = |driven: &DrivenScenario| match driven.outcome() {
+            Outcome::PlannerError(_) => None,
+            _ => figure(driven),
+        };
+        of(pairs, (key, words, *decimals), false, &whole)
+    }));
+    let share = |driven: &DrivenScenario| Some(f64::from(u8::from(driven.is_beyond_vehicle())));
+    all.push(Difference {
+        is_share: true,
+        ..of(pairs, ("undrivable_share", "", 2), false, &share)
+    });
+    all
+}
+
+/// The difference of a figure over the scenarios in which both drives have it; sums of counts, means of others.
+fn of(
+    pairs: &[Pair],
+    (key, words, decimals): (&'static str, &'static str, usize),
+    summed: bool,
+    figure: &dyn Fn(&DrivenScenario) -> Option<f64>,
+) -> Difference {
+    let both = pairs.iter();
+    let both = both.filter_map(|(one, two)| Some((figure(one)?, figure(two)?)));
+    let both: Vec<(f64, f64)> = both.collect();
+    let whole = |sum: f64| match (summed, both.len()) {
+        (true, _) => Some(sum),
+        (false, 0) => None,
+        (false, n) => Some(sum / n as f64),
+    };
+    let differences: Vec<f64> = both.iter().map(|(one, two)| one - two).collect();
+    Difference {
+        key,
+        words,
+        decimals,
+        scenarios: both.len(),
+        first: whole(both.iter().map(|pair| pair.0).sum()),
+        second: whole(both.iter().map(|pair| pair.1).sum()),
+        test: PairedTest::of_differences(&differences),
+        is_rule: false,
+        is_share: false,
+    }
+}
