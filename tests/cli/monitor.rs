@@ -104,7 +104,14 @@ fn braking_on_warnings_avoids_the_contact_and_is_the_same_every_time() {
     assert_eq!(timeless(avoided), timeless(again));
     let table = ["plan", TURN, "--monitor", "reference/geometry"];
     let table = home.run(&table).status(0).stdout;
-    for column in ["warnings", "lead s", "latency s", "brakes s", "braked s", "monitor: 0 warnings"] {
+    for column in [
+        "warnings",
+        "lead s",
+        "latency s",
+        "brakes s",
+        "braked s",
+        "monitor: 0 warnings",
+    ] {
         assert!(table.contains(column), "{table}");
     }
 }

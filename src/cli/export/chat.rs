@@ -20,7 +20,8 @@ use crate::description::{Frame, escaped_json};
 use crate::evaluation::batch::Split;
 use crate::evaluation::report::stored;
 use crate::evaluation::{
-    AxisValues, ExampleRules, Examples, NoExample, PromptConfig, Provenance, ReasoningForm, note_on_score,
+    AxisValues, ExampleRules, Examples, NoExample, PromptConfig, Provenance, ReasoningForm,
+    note_on_score,
 };
 use crate::store::{Outcome as Run, RunId, SplitPart, Store};
 use crate::system::{NewFile, unknown};

@@ -8,6 +8,7 @@ mod job;
 mod line;
 mod model;
 mod model_figures;
+mod note;
 mod resume;
 mod summary;
 mod table;
@@ -285,7 +286,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         by: &by,
         unheard: arguments.output.is_some() || arguments.report.is_some(),
         summary: Summary::new(entries.len()),
-        table: Table::new(&entries),
+        table: Table::new(&entries, wanted.effort.together),
         done: 0,
     };
     let progress = Progress::new(entries.len(), "scenarios", true);

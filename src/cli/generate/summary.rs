@@ -40,6 +40,12 @@ pub struct Summary {
     together: BTreeMap<usize, usize>,
     /// How the ego's drives in the variants ended.
     drives: BTreeMap<String, usize>,
+    /// Drives that ended with a hit from behind, which is no effect.
+    from_behind: usize,
+    /// Drives with a contact between two steps.
+    between: usize,
+    /// Variants with a plausibility.
+    plausible: usize,
     candidates: usize,
     refused: BTreeMap<String, usize>,
     seconds: Vec<f64>,
@@ -58,6 +64,13 @@ const ASTRAY: [(&str, &str); 3] = [
     ("infeasible", "infeasible"),
     ("planner_error", "with an error of the planner"),
 ];
+
+/// Below the table: what the good driver may do that people do not.
+const GOOD_DRIVER: &str =
+    "the good driver uses all that the vehicle can do, up to 11.5 m/s²: more than people do\n";
+
+/// Below the table: what its column says.
+const PLAUSIBILITY: &str = "plausibility: log-likelihood of the attackers' motions minus that of the recorded ones, nats/s; 0 is like them, less is stranger\n";
 
 impl Summary {
     /// Starts a summary of this many scenarios.
@@ -99,6 +112,9 @@ impl Summary {
                 return;
             }
         }
+        self.from_behind += usize::from(figures.is_hit_from_behind());
+        self.between += usize::from(figures.touched_after_step.is_some());
+        self.plausible += usize::from(figures.plausibility.is_some());
         self.before.extend(figures.min_risk_before);
         self.after.extend(figures.min_risk_after);
         if figures.outcome.is_effective() {
@@ -148,7 +164,11 @@ impl Summary {
         let effective = self.collisions + self.near_misses;
         if effective > 0 {
             text.push_str(&self.avoidable_words(effective));
+            if self.avoidable.values().any(|n| *n > 0) {
+                text.push_str(GOOD_DRIVER);
+            }
         }
+        text.push_str(&self.contact_words());
         let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
             let n = self.drives.get(*outcome)?;
             Some(format!("{n} {words}"))
@@ -199,6 +219,9 @@ impl Summary {
         if !several.is_empty() {
             text.push_str(&format!("{}\n", several.join(", ")));
         }
+        if self.plausible > 0 {
+            text.push_str(PLAUSIBILITY);
+        }
         let apart = self.wasserstein();
         let apart: Vec<String> = { apart.iter() }
             .map(|(q, apart)| format!("{} {apart:.2} {}", q.name().replace('_', " "), q.unit()))
@@ -215,6 +238,21 @@ impl Summary {
         }
         text.push_str(&self.models.words());
         text
+    }
+
+    /// Contacts that are no collisions by the outcome.
+    fn contact_words(&self) -> String {
+        let lines = [
+            (self.from_behind, "hit from behind (no effect)"),
+            (
+                self.between,
+                "contact between two steps, at neither of them",
+            ),
+        ];
+        let lines = lines.iter().filter(|(n, _)| *n > 0);
+        let line =
+            |(n, what): &(usize, &str)| format!("{what}: {}\n", output::counted(*n, "drive"));
+        lines.map(line).collect()
     }
 
     /// How far the attackers' motions are from the recorded ones.
@@ -275,6 +313,8 @@ impl Summary {
             "none": self.none,
             "not_safe_before": self.unsafe_before,
             "drives": self.drives,
+            "hit_from_behind": self.from_behind,
+            "touched_between_steps": self.between,
             "effective_share": share(effective, self.generated),
             "mean_min_risk_before": mean(&self.before),
             "mean_min_risk_after": mean(&self.after),

@@ -40,7 +40,8 @@ pub fn cells(report: &Value) -> [String; 7] {
         number("false_alarms_per_minute", 1),
         number(latency, 3),
         number("first_braking_seconds", 1),
-        { braked.filter(|braked| *braked > 0.0) }.map_or("-".into(), |braked| format!("{braked:.1}")),
+        { braked.filter(|braked| *braked > 0.0) }
+            .map_or("-".into(), |braked| format!("{braked:.1}")),
     ]
 }
 

@@ -317,7 +317,8 @@ mod tests {
         let (dangerous, incident) = ([61, 80], Some(Incident::NearMiss(61)));
         let mut before = (i64::MAX, 0);
         for latency in 1..30 {
-            let answers = said.map(|(step, dangerous)| answer(step, Some(dangerous), step + latency));
+            let answers =
+                said.map(|(step, dangerous)| answer(step, Some(dangerous), step + latency));
             let warned = warnings(0..120, &answers);
             assert_eq!(warned[0].meant_until, 39, "{warned:?}");
             let lead = lead(&warned, &dangerous, incident, 20).unwrap_or(0);
