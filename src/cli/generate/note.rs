@@ -16,7 +16,12 @@ impl Generated {
         let mut notes = Vec::new();
         let made = &self.made;
         if made.found.candidates == 0 && made.chosen.is_none() {
-            notes.push("no obstacle can attack".into());
+            let stopped = self.authored.as_ref().is_some_and(|a| a.stopped.is_some());
+            let why = match stopped {
+                true => "the model gave no motion",
+                false => "no obstacle can attack",
+            };
+            notes.push(why.into());
         }
         let lowest = self.workshop.closed.baseline().lowest();
         if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
@@ -49,6 +54,17 @@ impl Generated {
         }
         (!notes.is_empty()).then(|| notes.join("; "))
     }
+}
+
+/// How many drives of a summary had contacts that are no collisions by the outcome.
+pub fn contacts(from_behind: usize, between: usize) -> String {
+    let lines = [
+        (from_behind, "hit from behind (no effect)"),
+        (between, "contact between two steps, at neither of them"),
+    ];
+    let lines = lines.iter().filter(|(n, _)| *n > 0);
+    let line = |(n, what): &(usize, &str)| format!("{what}: {}\n", output::counted(*n, "drive"));
+    lines.map(line).collect()
 }
 
 /// A contact at the end of the drive that is no consequence of the attack.
@@ -98,6 +114,11 @@ mod tests {
             ..contact
         };
         assert!(contact_words(&side).starts_with("touched by 30661, which does not attack"));
+        let wanted = "hit from behind (no effect): 2 drives\n";
+        assert_eq!(
+            (contacts(2, 0), contacts(0, 0)),
+            (wanted.into(), String::new())
+        );
         assert_eq!(
             between((79, 7)),
             "contact with 7 between steps 79 and 80, at neither of them"

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::line::{Figures, OutcomeName};
 use super::model_figures::ModelFigures;
+use super::{note, table};
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
 use crate::generation::{MotionQuantity, MotionSamples};
@@ -64,13 +65,6 @@ const ASTRAY: [(&str, &str); 3] = [
     ("infeasible", "infeasible"),
     ("planner_error", "with an error of the planner"),
 ];
-
-/// Below the table: what the good driver may do that people do not.
-const GOOD_DRIVER: &str =
-    "the good driver uses all that the vehicle can do, up to 11.5 m/s²: more than people do\n";
-
-/// Below the table: what its column says.
-const PLAUSIBILITY: &str = "plausibility: log-likelihood of the attackers' motions minus that of the recorded ones, nats/s; 0 is like them, less is stranger\n";
 
 impl Summary {
     /// Starts a summary of this many scenarios.
@@ -165,10 +159,10 @@ impl Summary {
         if effective > 0 {
             text.push_str(&self.avoidable_words(effective));
             if self.avoidable.values().any(|n| *n > 0) {
-                text.push_str(GOOD_DRIVER);
+                text.push_str(table::GOOD_DRIVER);
             }
         }
-        text.push_str(&self.contact_words());
+        text.push_str(&note::contacts(self.from_behind, self.between));
         let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
             let n = self.drives.get(*outcome)?;
             Some(format!("{n} {words}"))
@@ -220,7 +214,7 @@ impl Summary {
             text.push_str(&format!("{}\n", several.join(", ")));
         }
         if self.plausible > 0 {
-            text.push_str(PLAUSIBILITY);
+            text.push_str(table::PLAUSIBILITY);
         }
         let apart = self.wasserstein();
         let apart: Vec<String> = { apart.iter() }
@@ -238,21 +232,6 @@ impl Summary {
         }
         text.push_str(&self.models.words());
         text
-    }
-
-    /// Contacts that are no collisions by the outcome.
-    fn contact_words(&self) -> String {
-        let lines = [
-            (self.from_behind, "hit from behind (no effect)"),
-            (
-                self.between,
-                "contact between two steps, at neither of them",
-            ),
-        ];
-        let lines = lines.iter().filter(|(n, _)| *n > 0);
-        let line =
-            |(n, what): &(usize, &str)| format!("{what}: {}\n", output::counted(*n, "drive"));
-        lines.map(line).collect()
     }
 
     /// How far the attackers' motions are from the recorded ones.
@@ -356,16 +335,16 @@ impl Summary {
             (0, 0) => Ok(()),
             _ if self.unfit == self.all => Err(Failure::input("no scenario could be attacked")),
             (0, n) => finding(format!(
-                "{n} of {} scenarios could not be attacked",
-                self.all
+                "{} could not be attacked",
+                output::of_scenarios(n, self.all)
             )),
             (n, 0) => finding(format!(
-                "{n} of {} scenarios ended without a collision or near miss",
-                self.all
+                "{} ended without a collision or near miss",
+                output::of_scenarios(n, self.all)
             )),
             (n, m) => finding(format!(
-                "{n} of {} scenarios ended without a collision or near miss, and {m} could not be attacked",
-                self.all
+                "{} ended without a collision or near miss, and {m} could not be attacked",
+                output::of_scenarios(n, self.all)
             )),
         }
     }

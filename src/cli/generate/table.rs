@@ -8,6 +8,13 @@ use crate::formats::Entry;
 /// Longer names push the columns behind them.
 const WIDEST: usize = 48;
 
+/// Below the table: what the good driver may do that people do not.
+pub const GOOD_DRIVER: &str =
+    "the good driver uses all that the vehicle can do, up to 11.5 m/s²: more than people do\n";
+
+/// Below the table: what its column says.
+pub const PLAUSIBILITY: &str = "plausibility: log-likelihood of the attackers' motions minus that of the recorded ones, nats/s; 0 is like them, less is stranger\n";
+
 /// Width of the first column, and whether the header is written.
 #[derive(Debug)]
 pub struct Table {
