@@ -44,6 +44,7 @@ mod report;
 mod routes;
 mod runs;
 mod sample;
+mod side_files;
 mod slurm;
 mod span;
 mod themes_and_keys;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::plan::as_ego;
+use super::side_files::without_side_files;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
@@ -194,6 +195,7 @@ pub fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
 
 /// The scenarios at `paths`. What was passed over is said.
 pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
+    let paths = without_side_files(paths);
     let paths = paths.iter().map(|path| resolved(path));
     let found = find(&paths.collect::<Result<Vec<_>, _>>()?).map_err(Failure::input)?;
     Ok(with_notes(found))

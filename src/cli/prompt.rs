@@ -125,7 +125,7 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
     let question = arguments.asked.question(&folders, &config)?;
     if arguments.json {
         let case = &question.case;
-        return output::document(&Document {
+        output::document(&Document {
             scenario: case.name.clone(),
             task: case.task.name(),
             frame: case.frame.name(),
@@ -136,7 +136,8 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
             template_hash: question.template_hash.clone(),
             tokens: question.tokens(),
             messages: question.messages(),
-        });
+        })?;
+        return whole(arguments, &folders, &question);
     }
     let prompt = &question.prompt;
     let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);
@@ -155,5 +156,24 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
         &question.template_hash[..12],
         question.tokens()
     ));
-    Ok(())
+    whole(arguments, &folders, &question)
+}
+
+/// Fails where the template that the options name is broken: what was printed is the shipped one.
+fn whole(arguments: &PromptArguments, folders: &Folders, question: &Question) -> Outcome {
+    if arguments.asked.frame.is_none() {
+        return Ok(());
+    }
+    let library = validate(Library::load(Some(&folders.prompts())));
+    let is_it = |p: &&Problem| {
+        let name = p.path.file_name().unwrap_or_default();
+        p.instead == Fallback::Shipped && name.to_string_lossy() == question.template
+    };
+    match library.problems.iter().find(is_it) {
+        Some(problem) => Err(Failure::finding(format!(
+            "{}: broken; what was printed is the shipped template",
+            problem.path.display()
+        ))),
+        None => Ok(()),
+    }
 }

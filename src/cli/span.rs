@@ -57,7 +57,7 @@ pub struct OfFrames {
     pub axes: Option<EgoAxes>,
     /// Metrics frame: the measures that are its columns, separated by commas, such as ttc,thw,drac; see `nearmiss help
     /// measures` [default: from the template, else distance, times, drac and risk].
-    #[arg(long, value_name = "MEASURES", value_parser = MeasureList::parse)]
+    #[arg(long, value_name = "MEASURES", value_parser = measures)]
     pub measures: Option<MeasureList>,
 }
 
@@ -173,4 +173,9 @@ fn yes(word: &str) -> Result<bool, String> {
 /// `prose` or `compact`.
 pub fn form(word: &str) -> Result<Form, String> {
     Form::parse(word).ok_or_else(|| "expected prose or compact".into())
+}
+
+fn measures(text: &str) -> Result<MeasureList, String> {
+    let list = MeasureList::parse(text);
+    list.map_err(|wrong| format!("{wrong}\n`nearmiss metrics --list` lists all"))
 }

@@ -70,8 +70,8 @@ pub fn without_terminal(paths: &[PathBuf], ego: &EgoSelection) -> Outcome {
     }
     if failed > 0 {
         return Err(Failure::finding(format!(
-            "{failed} of {} scenarios could not be judged",
-            entries.len()
+            "{} could not be judged",
+            output::of_scenarios(failed, entries.len())
         )));
     }
     Ok(())

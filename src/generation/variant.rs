@@ -157,7 +157,7 @@ impl Variant<'_> {
         let original = self.closed.scenario();
         let motions = self.effect.attackers.iter().map(|attacker| {
             let (id, from) = (attacker.obstacle, attacker.from);
-            format!("another motion of obstacle {id} from step {from} on")
+            format!("another motion of obstacle {id} after step {from}")
         });
         let motions: Vec<String> = motions.collect();
         let external = self.closed.baseline().drive().external.as_ref();

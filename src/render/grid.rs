@@ -65,6 +65,18 @@ pub enum GridError {
     },
 }
 
+/// A row's name, without what follows a comma where the row is too low for all of it.
+fn fitting(name: &str, room: f64, size: f64) -> &str {
+    let length = name.chars().count() as f64 * size * LETTER;
+    match name.split_once(", ") {
+        Some((short, _)) if length > room => short,
+        _ => name,
+    }
+}
+
+/// Width of a letter on average, of its size.
+const LETTER: f64 = 0.55;
+
 /// A panel is at least so wide and high, points.
 const SMALLEST: f64 = 36.0;
 
@@ -116,7 +128,12 @@ impl FigureGrid<'_> {
                 let spot = (letters + 1.0, at(place, 0).center().1);
                 let text = Text {
                     upwards: true,
-                    ..Text::new(spot, name, letters + 1.0, look.palette.text)
+                    ..Text::new(
+                        spot,
+                        fitting(name, deep, letters + 1.0),
+                        letters + 1.0,
+                        look.palette.text,
+                    )
                 };
                 picture.text(text.anchored(Anchor::Middle));
             }

@@ -127,8 +127,8 @@ fn is_solid(obstacle: &Obstacle) -> bool {
 /// Looks between two steps.
 const PARTS: usize = 8;
 
-/// Whether a body that goes evenly from one pose to the other within the step after `step` touches anyone of `scenario`
-/// but `without` on the way; everyone else goes evenly from its place to the next one, too. Looked at 8 times a step.
+/// The obstacle of `scenario` but `without` that a body touches on its way from one pose to the other within the step
+/// after `step`; body and obstacles go evenly from their places to the next ones. Looked at 8 times a step.
 #[must_use]
 pub fn touches_between(
     scenario: &Scenario,
@@ -136,13 +136,14 @@ pub fn touches_between(
     way: (Pose, Pose),
     step: i64,
     without: Option<i64>,
-) -> bool {
+) -> Option<i64> {
     let mut others = scenario.obstacles.iter();
-    others.any(|obstacle| {
+    let touched = others.find(|obstacle| {
         is_solid(obstacle)
             && Some(obstacle.id) != without
             && touched_on(obstacle, body, way, step).is_some()
-    })
+    });
+    touched.map(|obstacle| obstacle.id)
 }
 
 /// The first part of the step after `step` in which a body touches an obstacle on its way; nothing where it does not,

@@ -67,6 +67,12 @@ impl Driver {
     /// does: that step is left out.
     #[must_use]
     pub fn touched_between(&self, scenario: &Scenario, drive: &Rollout) -> Option<i64> {
+        { self.touched_between_by(scenario, drive) }.map(|(step, _)| step)
+    }
+
+    /// The same, with the id of the obstacle.
+    #[must_use]
+    pub fn touched_between_by(&self, scenario: &Scenario, drive: &Rollout) -> Option<(i64, i64)> {
         let collided = matches!(drive.outcome, Outcome::Collision(_));
         let until = drive.states.len() - usize::from(collided).min(drive.states.len());
         let body = self.road().body();
@@ -74,9 +80,10 @@ impl Driver {
         let pairs = drive.states[..until].windows(2);
         let mut pairs = pairs.map(|pair| (pair[0].0, (pose(&pair[0].1), pose(&pair[1].1))));
         let without = self.settings().without;
-        let found =
-            pairs.find(|(step, poses)| touches_between(scenario, body, *poses, *step, without));
-        found.map(|(step, _)| step)
+        pairs.find_map(|(step, poses)| {
+            let touched = touches_between(scenario, body, poses, step, without)?;
+            Some((step, touched))
+        })
     }
 
     /// Drives the whole problem under a control, which is asked at every step before it, perhaps more than once, and

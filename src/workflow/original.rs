@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::description::visible;
 use crate::formats::{Entry, EntryLocation, bundled};
+use crate::generation::AttackStyle;
 use crate::scenario::Scenario;
 use crate::system;
 
@@ -35,6 +36,8 @@ pub struct VariantOrigin {
     pub certificates: Vec<(String, String)>,
     /// The planner whose drive lies beside the variant; of earlier versions nothing.
     pub planner: Option<String>,
+    /// Whose limits its attackers keep; of earlier versions nothing.
+    pub style: Option<AttackStyle>,
     /// The variant's file.
     variant: PathBuf,
     /// Where the original was when the variant was made, seen from the folder that was the current one then.
@@ -69,6 +72,7 @@ impl VariantOrigin {
             })?,
             certificates: certificates(&said),
             planner: planner(&said["planning"]["planner"]),
+            style: style(&said),
             variant: file.clone(),
             said: places.map(PathBuf::from).collect(),
         })
@@ -183,6 +187,15 @@ fn planner(said: &Value) -> Option<String> {
     Some(visible(&named).into_owned())
 }
 
+/// The style of the attackers: of bulk runs as a setting, of searches in the words about their author.
+fn style(said: &Value) -> Option<AttackStyle> {
+    let made = &said["made"];
+    let settings = [&made["settings"]["style"], &made["line"]["style"]];
+    let named = settings.into_iter().find_map(Value::as_str);
+    let author = || Some(said["by"].as_str()?.rsplit_once("style ")?.1);
+    AttackStyle::parse(named.or_else(author)?)
+}
+
 /// The attackers that a certificate lists.
 fn attackers(said: &Value) -> Option<Vec<Attacker>> {
     let all = said["attackers"].as_array().filter(|all| !all.is_empty())?;
@@ -221,6 +234,7 @@ mod tests {
         let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
         assert_eq!(origin.attacker, 7);
         assert_eq!(origin.attackers, [Attacker { id: 7, from: 3 }]);
+        assert_eq!(origin.style, None);
         assert_eq!(origin.original().unwrap().0, first);
 
         let changed = json!({"benchmark_id": first.name, "sha256": "00", "file": "gone/x.xml"});
@@ -260,6 +274,15 @@ mod tests {
         let origin = VariantOrigin::of(&entry).unwrap();
         assert_eq!((origin.attacker, origin.from()), (7, 3));
         assert_eq!(origin.ids(), [9, 7]);
+    }
+
+    #[test]
+    fn the_style_is_that_of_the_settings_or_of_the_author() {
+        let set = json!({"made": {"settings": {"style": "limit"}}, "by": "search, style human"});
+        assert_eq!(style(&set), Some(AttackStyle::Limit));
+        let by = json!({"made": null, "by": "search with seed 1, style human"});
+        assert_eq!(style(&by), Some(AttackStyle::Human));
+        assert_eq!(style(&json!({"by": "lab/x"})), None);
     }
 
     #[test]

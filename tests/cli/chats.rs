@@ -202,6 +202,33 @@ fn right_answers_become_chats_split_by_map_with_their_origin_beside_them() {
     assert_eq!(read(&home, "chats/train.jsonl"), before);
 }
 
+/// An answer as `import` reads them from published tables: right, but its question is not known.
+#[test]
+fn answers_without_messages_are_no_examples_and_nothing_is_written_of_them() {
+    let home = Home::new();
+    let mut run = answer(1);
+    run.question.messages = "[]".into();
+    run.key = run.question.key();
+    let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
+    store.add(&[run]).unwrap();
+    drop(store);
+    home.write(
+        "truth.csv",
+        "scenario,label,obstacle_id\nZAM_Made-1_1_T-1,critical,7\n",
+    );
+    let export = ["export", "--format", "chat", "-o", "chats"];
+    let none = home.run(&export).status(1);
+    none.says(&["nothing was written", "--truth CSV"]);
+    let known = [&export[..], &["--truth", "truth.csv"]].concat();
+    let none = home.run(&known).status(1);
+    none.says(&[
+        "left out 1 answer without stored messages",
+        "nothing was written",
+        "can never be examples",
+    ]);
+    assert!(!home.files().join("chats").exists());
+}
+
 #[test]
 fn wrong_claims_reasoning_and_the_split_are_chosen() {
     let home = Home::new();

@@ -117,6 +117,10 @@ fn what_cannot_be_driven_is_named_and_does_not_stop_the_others() {
     );
     let wrong = home.run(&["generate", CUT_IN, "--attacker", "999999"]);
     assert!(wrong.status(2).stderr.contains("no obstacle 999999"));
+    let early = home.run(&["generate", CUT_IN, "--survive", "-1"]).status(2);
+    assert!(early.stderr.contains("--survive") && !early.stderr.contains("unexpected argument"));
+    let none = home.run(&[&["generate", "none.xml", "--dry-run"][..], &FEW[..]].concat());
+    assert!(!none.status(1).stderr.contains("1 of 1"));
     let model = home.run(&["generate", CUT_IN, "--candidates", "0"]);
     assert!(model.status(2).stderr.contains("a number from 1"));
 }
@@ -163,6 +167,33 @@ pub fn says(words: &str, times: usize) -> Vec<Script> {
     let end = json!({"choices": [{"index": 0, "delta": {}, "finish_reason": "stop"}]});
     let body = format!("data: {chunk}\n\ndata: {end}\n\ndata: [DONE]\n\n");
     vec![Script::events().send(body); times]
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_failing_server_is_no_rejected_motion() {
+    let home = Home::new();
+    let mut scripts = says("I like trains.", 3);
+    scripts.extend(vec![Script::json(404, "{}"); 9]);
+    let server = Server::start(scripts).await;
+    let url = server.base_url().to_owned();
+    let told = [
+        "generate",
+        CUT_IN,
+        "--model",
+        "local/any",
+        "--base-url",
+        &url,
+    ];
+    let more = ["--samples", "2", "--retries", "1", "--json"];
+    let ended = tokio::task::block_in_place(|| home.run(&[&told[..], &more[..]].concat()));
+    let ended = ended
+        .status(1)
+        .says(&["answer 1, try 1: failed: ", "stopped: "]);
+    let said = ended.json();
+    assert_eq!(said["candidates"], 0, "{said}");
+    assert_eq!(said["refused"], json!({}));
+    assert_eq!(said["model"]["tries"]["conversations"], 0);
+    assert_eq!(said["note"], "the model gave no motion");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -43,6 +43,7 @@ fn timeless(mut line: Value) -> Value {
     object.retain(|key, _| !key.ends_with("_ms"));
     let monitor = object["monitor"].as_object_mut().unwrap();
     monitor.remove("median_latency_seconds");
+    monitor.remove("latency_in_force_seconds");
     for answer in monitor["answers"].as_array_mut().unwrap() {
         answer.as_object_mut().unwrap().remove("latency_seconds");
     }
@@ -95,13 +96,22 @@ fn braking_on_warnings_avoids_the_contact_and_is_the_same_every_time() {
     let avoided = built_in(&home, BRAKING, &braking, 0);
     assert_eq!(avoided["outcome"], "timeout");
     assert!(avoided["monitor"]["braked_steps"].as_u64().unwrap() > 0);
+    assert!(avoided["monitor"]["first_braking_seconds"].as_f64() > Some(0.0));
+    assert_eq!(avoided["monitor"]["latency_in_force_seconds"], 0.1);
     // Full braking: nearly all that friction allows.
     assert!(avoided["largest_deceleration"].as_f64().unwrap() > 10.0);
     let again = built_in(&home, BRAKING, &braking, 0);
     assert_eq!(timeless(avoided), timeless(again));
     let table = ["plan", TURN, "--monitor", "reference/geometry"];
     let table = home.run(&table).status(0).stdout;
-    for column in ["warnings", "first s", "lead s", "false/min", "latency s"] {
+    for column in [
+        "warnings",
+        "lead s",
+        "latency s",
+        "brakes s",
+        "braked s",
+        "monitor: 0 warnings",
+    ] {
         assert!(table.contains(column), "{table}");
     }
 }

@@ -171,6 +171,12 @@ fn a_broken_template_is_reported_and_the_shipped_one_used() {
     let ended = home.run(&["prompt", CUT_IN]).status(0);
     assert_eq!(ended.stdout, shipped);
     ended.says(&["collision-ego.md", "line 1", "shipped template is used"]);
+    // One that the options name fails, as in `prompts list`; it is printed all the same.
+    let named = home.run(&["prompt", CUT_IN, "--frame", "ego"]).status(1);
+    assert_eq!(named.stdout, shipped);
+    named.says(&["collision-ego.md: broken"]);
+    home.run(&["prompt", CUT_IN, "--frame", "cartesian"])
+        .status(0);
 }
 
 #[test]

@@ -298,7 +298,7 @@ fn a_case_study_has_the_original_above_the_variant() {
         home.run(&[&all[..], more].concat()).status(status)
     };
     let svg = render(&["--case-study"], 0).stdout;
-    for row in [">original<", ">variant<"] {
+    for row in [">original", ">variant"] {
         assert!(svg.contains(row), "{row}");
     }
     // From the first changed step to the contact, the last at the contact.
@@ -316,6 +316,7 @@ fn a_case_study_has_the_original_above_the_variant() {
 
     let both = render(&["--at", "10,20", "--grid", "2x2", "--with-original"], 0);
     assert!(both.stdout.contains(r#"steps="10, 20; 10, 20""#));
+    both.says(&["rows: original, ", "; variant, planned ego"]);
     let rows = ["--at", "10", "--grid", "1x2", "--with-original"];
     render(&rows, 2).says(&["even number of rows"]);
     render(&["--case-study", "--grid", "3x2"], 2).says(&["two rows"]);

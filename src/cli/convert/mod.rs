@@ -89,8 +89,8 @@ pub fn run(arguments: &Convert) -> Outcome {
         (0, 0) => Ok(()),
         (0, _) if !arguments.schema => Ok(()),
         (0, n) => Err(finding(format!(
-            "{n} of {} scenarios do not conform to the schema; see above",
-            entries.len()
+            "{n} of {} do not conform to the schema; see above",
+            output::counted(entries.len(), "scenario")
         ))),
         (n, _) if n == entries.len() => Err(Failure::input("no scenario could be converted")),
         (n, _) => Err(finding(format!(

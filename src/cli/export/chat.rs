@@ -20,7 +20,8 @@ use crate::description::{Frame, escaped_json};
 use crate::evaluation::batch::Split;
 use crate::evaluation::report::stored;
 use crate::evaluation::{
-    AxisValues, ExampleRules, Examples, PromptConfig, Provenance, ReasoningForm, note_on_score,
+    AxisValues, ExampleRules, Examples, NoExample, PromptConfig, Provenance, ReasoningForm,
+    note_on_score,
 };
 use crate::store::{Outcome as Run, RunId, SplitPart, Store};
 use crate::system::{NewFile, unknown};
@@ -177,13 +178,11 @@ pub fn run(
     }
     chosen.sort_by_key(|run| run.run);
     if chosen.is_empty() {
-        say_left_out(&examples, unchecked.as_deref());
-        return Err(Failure::finding(
-            "no answer can be an example; nothing was written",
-        ));
+        return Err(nothing(&examples, unchecked.as_deref()));
     }
     let asides = store.asides().map_err(Failure::input)?;
     let words = truth::words(&sources, &stored(&runs, &known, &asides), store)?;
+    let is_new = !folder.exists();
     fs::create_dir_all(folder).map_err(|error| Failure::system(folder.display(), &error))?;
     let stop = interrupted(true);
     let mut parts = [
@@ -216,6 +215,14 @@ pub fn run(
     }
     drop(progress);
     let [train, validation] = [parts[0].runs.len(), parts[1].runs.len()];
+    if train + validation == 0 {
+        drop((parts, manifest));
+        if is_new {
+            // Left where something else has been put into it meanwhile.
+            let _ = fs::remove_dir(folder);
+        }
+        return Err(nothing(&examples, unchecked.as_deref()));
+    }
     let written = parts.iter().flat_map(|part| part.runs.iter().copied());
     let provenance = Provenance::of_runs(store, &written.collect()).map_err(Failure::input)?;
     let by_score = chosen.iter().filter(|run| known.is_score(run));
@@ -278,6 +285,21 @@ fn save_manifest(mut file: NewFile, document: &ChatManifest) -> Outcome {
 fn escaped_json_lines(text: &str) -> String {
     let lines: Vec<String> = text.lines().map(escaped_json).collect();
     lines.join("\n")
+}
+
+/// Says why no answer is an example, and what helps.
+fn nothing(examples: &Examples, unchecked: Option<&str>) -> Failure {
+    say_left_out(examples, unchecked);
+    let mut message = String::from("no answer can be an example; nothing was written");
+    if examples.left_out.contains_key(&NoExample::NoTruth) {
+        message.push_str("; --truth CSV|auto|score|FOLDER says what answers are compared with");
+    }
+    if examples.left_out.contains_key(&NoExample::NoMessages) {
+        message.push_str(
+            "; recorded answers that were imported have no messages and can never be examples: ask a model (nearmiss evaluate)",
+        );
+    }
+    Failure::finding(message)
 }
 
 /// Says how many answers were left out, and why.

@@ -12,6 +12,7 @@ use crate::generation::{
     AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, attacked_planner, refusal,
 };
 use crate::scenario::Scenario;
+use crate::workflow::VariantOrigin;
 
 /// Files round to four digits, mostly: half of the last one.
 const ROUNDING: f64 = 5e-5;
@@ -21,6 +22,8 @@ const ROUNDING: f64 = 5e-5;
 pub struct CheckDocument {
     /// Whether the variant passes the gate.
     passed: bool,
+    /// Whose limits it is held to: human or limit.
+    style: &'static str,
     rejected: Vec<Value>,
     /// Changed motions: obstacle, first_changed_step, passed, rejected and more.
     changed: Vec<CheckedMotion>,
@@ -59,8 +62,15 @@ pub fn run(
     let original = entry.read().map_err(Failure::input)?;
     let changed = commonroad::read_file(variant).map_err(Failure::input)?;
     let gate = Gate::new(&original).rounded_to(ROUNDING);
+    let made = VariantOrigin::of(&Entry::of_file(variant)).and_then(|origin| origin.style);
+    let (style, whence) = match (style, made) {
+        (Some(style), _) => (style, "--style"),
+        (None, Some(style)) => (style, "of the manifest beside it"),
+        (None, None) => (AttackStyle::Limit, "no manifest beside it"),
+    };
+    let judged = format!("held to the limits of style {style} ({whence})");
     let gate = gate
-        .of_style(style.unwrap_or(AttackStyle::Limit))
+        .of_style(style)
         .with_attackers(attackers.unwrap_or(MOST_ATTACKERS));
     let found = gate.compare(&changed, None);
     if as_json {
@@ -81,11 +91,12 @@ pub fn run(
         });
         output::document(&CheckDocument {
             passed: found.passed(),
+            style: style.name(),
             rejected: found.refusals.iter().map(refusal).collect(),
             changed: motions.collect(),
         })?;
     } else {
-        let mut words = String::new();
+        let mut words = format!("{judged}\n");
         if let Some(planner) = attacked_planner(&changed) {
             let planner = output::visible(planner);
             words.push_str(&format!("attacked planner: {planner}\n"));
@@ -99,8 +110,8 @@ pub fn run(
             match &one.verdict {
                 Ok(passed) => {
                     words.push_str(&format!(
-                        "obstacle {id}, changed from step {}: passes; {} checked, {} left as recorded, at most {:.0} % of the friction circle\n",
-                        one.from,
+                        "obstacle {id}, changed after step {}: passes; {} checked, {} left as recorded, at most {:.0} % of the friction circle\n",
+                        one.from - 1,
                         output::counted(passed.steps, "step"),
                         passed.exempt,
                         100.0 * passed.friction,
@@ -111,9 +122,9 @@ pub fn run(
                 }
                 Err(refusals) => {
                     words.push_str(&format!(
-                        "obstacle {id}, changed from step {}: {} refusals\n",
-                        one.from,
-                        refusals.len()
+                        "obstacle {id}, changed after step {}: {}\n",
+                        one.from - 1,
+                        output::counted(refusals.len(), "refusal")
                     ));
                     refusals.iter().for_each(|r| words.push_str(&line(r)));
                 }
@@ -129,7 +140,7 @@ pub fn run(
 
 /// An obstacle that vanishes before its recorded motion ends: no limit is broken by that, and no road user can do it.
 #[derive(Debug, Clone, Copy)]
-struct Gone {
+pub struct Gone {
     /// The first step at which it is not there any more.
     from: i64,
     /// The last step of its recording.
@@ -142,7 +153,17 @@ struct Gone {
 impl Gone {
     fn of(judged: &GateResult, original: &Scenario) -> Option<Self> {
         let early = judged.verdict.as_ref().ok()?.early;
-        let obstacle = original.obstacle(judged.change.obstacle)?;
+        Self::early(judged.change.obstacle, early, original)
+    }
+
+    /// Of an obstacle whose new motion ends with step `until`.
+    pub fn after(id: i64, until: i64, original: &Scenario) -> Option<Self> {
+        let recorded = original.obstacle(id)?.track().steps().end - 1;
+        Self::early(id, recorded - until, original)
+    }
+
+    fn early(id: i64, early: i64, original: &Scenario) -> Option<Self> {
+        let obstacle = original.obstacle(id)?;
         let recorded = obstacle.track().steps().end - 1;
         (early > 0).then(|| Self {
             from: recorded - early + 1,

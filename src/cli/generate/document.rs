@@ -200,9 +200,10 @@ pub fn said(authored: &Authored) -> Vec<String> {
     let refused = authored.declined.iter().map(|d| {
         let why = d.refusals.first().map(ToString::to_string);
         format!(
-            "answer {}, try {}: rejected: {}",
+            "answer {}, try {}: {}: {}",
             d.source.sample + 1,
             d.source.retry + 1,
+            if d.arrived { "rejected" } else { "failed" },
             why.unwrap_or_default()
         )
     });

@@ -143,8 +143,8 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
     match failed {
         0 => Ok(()),
         n => Err(Failure::finding(format!(
-            "{n} of {} scenarios could not be attacked",
-            entries.len()
+            "{} could not be attacked",
+            output::of_scenarios(n, entries.len())
         ))),
     }
 }

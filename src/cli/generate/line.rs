@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::evaluation::generating::Tries;
 use crate::generation::MotionSamples;
+use crate::simulation::CollisionKind;
 
 /// The outcome of a scenario without a variant.
 pub const NONE: &str = "none";
@@ -47,6 +48,12 @@ pub struct Figures {
     pub motion_samples: Option<ComparedSamples>,
     /// How the ego's drive in the variant ended.
     pub drive: Option<String>,
+    /// Which body drove into which at its end, also where that is no effect.
+    #[serde(default)]
+    pub collision_kind: Option<String>,
+    /// The step before a contact between steps.
+    #[serde(default)]
+    pub touched_after_step: Option<i64>,
     pub model: Option<Consumed>,
     /// The planner that is attacked, as it was named; of versions that attacked only their own none.
     #[serde(default)]
@@ -179,6 +186,12 @@ impl Figures {
             }
             _ => named,
         })
+    }
+
+    /// Whether its drive ended with a hit from behind, which is no effect.
+    pub fn is_hit_from_behind(&self) -> bool {
+        let kind = self.collision_kind.as_deref();
+        kind == Some(CollisionKind::RearEnded.name()) && self.outcome != OutcomeName::Collision
     }
 
     /// What the attackers do: the names of their manoeuvres.

@@ -8,6 +8,7 @@ mod job;
 mod line;
 mod model;
 mod model_figures;
+mod note;
 mod resume;
 mod summary;
 mod table;
@@ -116,10 +117,10 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "N", default_value_t = Effort::default().seed)]
     seed: u64,
     /// Reaction time in seconds with which a good driver must be able to avoid the attack.
-    #[arg(long, value_name = "S", default_value = "0.5", value_parser = reaction_time)]
+    #[arg(long, value_name = "S", default_value = "0.5", allow_negative_numbers = true, value_parser = reaction_time)]
     survive: f64,
     /// How attackers move: as people do in an emergency, or as far as their vehicles can [default: `attack_style` of
-    /// the configuration, else human; with --check limit].
+    /// the configuration, else human; with --check that of the manifest beside the variant, else limit].
     #[arg(long, value_name = "STYLE", value_parser = style)]
     style: Option<AttackStyle>,
     #[command(flatten)]
@@ -285,7 +286,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         by: &by,
         unheard: arguments.output.is_some() || arguments.report.is_some(),
         summary: Summary::new(entries.len()),
-        table: Table::new(&entries),
+        table: Table::new(&entries, wanted.effort.together),
         done: 0,
     };
     let progress = Progress::new(entries.len(), "scenarios", true);

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::line::{Figures, OutcomeName};
 use super::model_figures::ModelFigures;
+use super::{note, table};
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
 use crate::generation::{MotionQuantity, MotionSamples};
@@ -40,6 +41,12 @@ pub struct Summary {
     together: BTreeMap<usize, usize>,
     /// How the ego's drives in the variants ended.
     drives: BTreeMap<String, usize>,
+    /// Drives that ended with a hit from behind, which is no effect.
+    from_behind: usize,
+    /// Drives with a contact between two steps.
+    between: usize,
+    /// Variants with a plausibility.
+    plausible: usize,
     candidates: usize,
     refused: BTreeMap<String, usize>,
     seconds: Vec<f64>,
@@ -99,6 +106,9 @@ impl Summary {
                 return;
             }
         }
+        self.from_behind += usize::from(figures.is_hit_from_behind());
+        self.between += usize::from(figures.touched_after_step.is_some());
+        self.plausible += usize::from(figures.plausibility.is_some());
         self.before.extend(figures.min_risk_before);
         self.after.extend(figures.min_risk_after);
         if figures.outcome.is_effective() {
@@ -148,7 +158,11 @@ impl Summary {
         let effective = self.collisions + self.near_misses;
         if effective > 0 {
             text.push_str(&self.avoidable_words(effective));
+            if self.avoidable.values().any(|n| *n > 0) {
+                text.push_str(table::GOOD_DRIVER);
+            }
         }
+        text.push_str(&note::contacts(self.from_behind, self.between));
         let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
             let n = self.drives.get(*outcome)?;
             Some(format!("{n} {words}"))
@@ -198,6 +212,9 @@ impl Summary {
             .collect();
         if !several.is_empty() {
             text.push_str(&format!("{}\n", several.join(", ")));
+        }
+        if self.plausible > 0 {
+            text.push_str(table::PLAUSIBILITY);
         }
         let apart = self.wasserstein();
         let apart: Vec<String> = { apart.iter() }
@@ -275,6 +292,8 @@ impl Summary {
             "none": self.none,
             "not_safe_before": self.unsafe_before,
             "drives": self.drives,
+            "hit_from_behind": self.from_behind,
+            "touched_between_steps": self.between,
             "effective_share": share(effective, self.generated),
             "mean_min_risk_before": mean(&self.before),
             "mean_min_risk_after": mean(&self.after),
@@ -316,16 +335,16 @@ impl Summary {
             (0, 0) => Ok(()),
             _ if self.unfit == self.all => Err(Failure::input("no scenario could be attacked")),
             (0, n) => finding(format!(
-                "{n} of {} scenarios could not be attacked",
-                self.all
+                "{} could not be attacked",
+                output::of_scenarios(n, self.all)
             )),
             (n, 0) => finding(format!(
-                "{n} of {} scenarios ended without a collision or near miss",
-                self.all
+                "{} ended without a collision or near miss",
+                output::of_scenarios(n, self.all)
             )),
             (n, m) => finding(format!(
-                "{n} of {} scenarios ended without a collision or near miss, and {m} could not be attacked",
-                self.all
+                "{} ended without a collision or near miss, and {m} could not be attacked",
+                output::of_scenarios(n, self.all)
             )),
         }
     }

@@ -8,20 +8,31 @@ use crate::formats::Entry;
 /// Longer names push the columns behind them.
 const WIDEST: usize = 48;
 
+/// Below the table: what the good driver may do that people do not.
+pub const GOOD_DRIVER: &str =
+    "the good driver uses all that the vehicle can do, up to 11.5 m/s²: more than people do\n";
+
+/// Below the table: what its column says.
+pub const PLAUSIBILITY: &str = "plausibility: log-likelihood of the attackers' motions minus that of the recorded ones, nats/s; 0 is like them, less is stranger\n";
+
 /// Width of the first column, and whether the header is written.
 #[derive(Debug)]
 pub struct Table {
     width: usize,
+    /// Most obstacles that attack together.
+    together: usize,
     begun: bool,
 }
 
 impl Table {
-    pub fn new(entries: &[Entry]) -> Self {
+    /// A table of these scenarios, with room for so many attackers.
+    pub fn new(entries: &[Entry], together: usize) -> Self {
         let names = entries
             .iter()
             .map(|e| output::visible(&e.name).chars().count());
         Self {
             width: names.max().unwrap_or(0).clamp("scenario".len(), WIDEST),
+            together: together.max(1),
             begun: false,
         }
     }
@@ -37,8 +48,8 @@ impl Table {
                 "manoeuvre",
                 "attacker risk",
                 "avoidable",
-                "nats/s",
-                "s",
+                "plausibility",
+                "took s",
                 "written",
             ];
             text.push_str(&self.line("scenario", &cells));
@@ -54,7 +65,7 @@ impl Table {
             false => "-".into(),
         };
         let avoidable = match figures.latest() {
-            Some(delay) => format!("{delay} s late"),
+            Some(delay) => format!("after {delay} s"),
             None if figures.avoidable.is_none() => "-".into(),
             None if made => "not found".into(),
             None => "-".into(),
@@ -92,12 +103,13 @@ impl Table {
             Left(self.width),
             Left(9),
             Left(10),
-            Right(8),
+            // Ids of five digits, joined by +.
+            Right(8.max(6 * self.together - 1)),
+            Left(13 + 16 * (self.together - 1).min(1)),
             Left(13),
-            Left(13),
-            Left(10),
+            Left(11),
+            Right(12),
             Right(6),
-            Right(5),
         ];
         let cells: Vec<&str> = std::iter::once(scenario)
             .chain(cells.iter().copied())
@@ -123,7 +135,7 @@ mod tests {
             "model": null, "taken_over": true, "seconds": 1.25,
         });
         let line = Line::from_document(document.clone()).unwrap();
-        let mut table = Table::new(&[]);
+        let mut table = Table::new(&[], 2);
         let text = table.row(&line.figures);
         let rows: Vec<&str> = text.lines().collect();
         assert!(rows[0].starts_with("scenario  outcome    drive"));
@@ -136,7 +148,7 @@ mod tests {
             "7",
             "cut-in",
             "1 → 0",
-            "0.5 s late",
+            "after 0.5 s",
             "-8.5",
             "1.2",
             "B_T-2; reused; not safe as it is",
@@ -154,6 +166,20 @@ mod tests {
             text.contains("9+7") && text.contains("drift + cut-in"),
             "{text}"
         );
+        let heads = ["plausibility", "took s"];
+        assert!(
+            heads.iter().all(|head| rows[0].contains(head)),
+            "{}",
+            rows[0]
+        );
+        // Two long ids leave the columns behind them in their places.
+        document["attackers"] = json!([
+            {"id": 20055, "manoeuvre": "run-the-light"}, {"id": 20044, "manoeuvre": "door-to-door"},
+        ]);
+        let line = Line::from_document(document.clone()).unwrap();
+        let text = table.row(&line.figures);
+        let place = rows[0].find("attacker risk").unwrap();
+        assert_eq!(text.find("1 → 0"), Some(place), "{text}");
         document["drive"] = 3.into();
         assert!(Line::from_document(document).is_err());
     }

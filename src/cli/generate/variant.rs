@@ -99,36 +99,6 @@ pub struct Generated {
 }
 
 impl Generated {
-    /// Why nothing was tried, where nothing was, and that the original is not safe, where it is not.
-    pub fn note(&self) -> Option<String> {
-        if let Some(collision) = self.workshop.unsafe_already() {
-            return Some(format!("not safe as recorded: the ego touches {collision}"));
-        }
-        let mut notes = Vec::new();
-        let made = &self.made;
-        if made.found.candidates == 0 && made.chosen.is_none() {
-            notes.push("no obstacle can attack".into());
-        }
-        let lowest = self.workshop.closed.baseline().lowest();
-        if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
-            notes.push(format!(
-                "not safe as recorded: the worst risk score is {lowest} (0 = collision)"
-            ));
-        }
-        let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());
-        if let Some(step) = effect.and_then(|effect| effect.between) {
-            notes.push(between(step));
-        }
-        if let Some((count, why)) = made.found.planner_errors() {
-            let why = output::visible(&why);
-            notes.push(format!(
-                "{} ended with an error of the planner: {why}",
-                output::counted(count, "drive")
-            ));
-        }
-        (!notes.is_empty()).then(|| notes.join("; "))
-    }
-
     /// A model's choice, output and consumption.
     pub fn author(&self) -> Option<Value> {
         let taken = self.made.chosen.as_ref().map(|chosen| &chosen.attack);
@@ -143,14 +113,6 @@ impl Generated {
             None => self.made.found.refused.clone(),
         }
     }
-}
-
-/// That the steps do not see all.
-fn between(step: i64) -> String {
-    format!(
-        "contact between steps {step} and {}, at neither of them",
-        step + 1
-    )
 }
 
 /// Makes a variant of a scenario; nothing where `cancel` asked for an end before it was done.

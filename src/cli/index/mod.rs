@@ -83,9 +83,10 @@ const PER_PART: usize = 16;
 fn named(word: &str) -> Result<Named, String> {
     match word {
         "all" => Ok(Named::All),
-        _ => measure(word)
-            .map(Named::One)
-            .ok_or_else(|| unknown("measure", word, MEASURES.iter().map(|m| m.id))),
+        _ => measure(word).map(Named::One).ok_or_else(|| {
+            let unknown = unknown("measure", word, MEASURES.iter().map(|m| m.id));
+            format!("{unknown}\n`nearmiss metrics --list` lists all")
+        }),
     }
 }
 

@@ -77,6 +77,15 @@ pub fn counted(count: usize, noun: &str) -> String {
     }
 }
 
+/// So many of all scenarios: `2 of 7 scenarios`, and of a single one `the scenario`.
+#[must_use]
+pub fn of_scenarios(count: usize, all: usize) -> String {
+    match all {
+        1 => "the scenario".into(),
+        _ => format!("{count} of {all} scenarios"),
+    }
+}
+
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {

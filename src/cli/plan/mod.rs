@@ -9,6 +9,7 @@ mod export;
 mod figures;
 mod files;
 mod monitor;
+mod monitor_table;
 mod options;
 mod places;
 mod planners;

@@ -324,32 +324,12 @@ pub fn document(report: &MonitorReport) -> Value {
         "false_alarms": report.false_alarms,
         "false_alarms_per_minute": report.false_alarms_per_minute(),
         "median_latency_seconds": report.latency(),
+        "latency_in_force_seconds": report.latency_in_force(),
         "questions": report.answers.len(),
         "without_verdict": report.without_verdict(),
         "braked_steps": report.braked,
+        "braked_seconds": report.braking(),
+        "first_braking_seconds": report.first_braking(),
         "answers": report.answers.iter().map(answer).collect::<Vec<_>>(),
     })
-}
-
-/// Names of the columns of a monitor in the table.
-pub const HEADER: [&str; 5] = ["warnings", "first s", "lead s", "false/min", "latency s"];
-
-/// The cells of these columns, of what [`document`] says.
-pub fn cells(report: &Value) -> [String; 5] {
-    let number = |key: &str, decimals: usize| {
-        let value = report[key].as_f64();
-        value.map_or("-".into(), |value| format!("{value:.decimals$}"))
-    };
-    let warnings = report["warnings"].as_array().map_or(0, Vec::len);
-    let warnings = match report["without_verdict"].as_u64() {
-        None | Some(0) => warnings.to_string(),
-        Some(n) => format!("{warnings} ({n} unanswered)"),
-    };
-    [
-        warnings,
-        number("first_warning_seconds", 1),
-        number("lead_seconds", 1),
-        number("false_alarms_per_minute", 1),
-        number("median_latency_seconds", 3),
-    ]
 }

@@ -5,7 +5,7 @@
 use serde_json::Value;
 
 use super::driven::median;
-use super::monitor;
+use super::monitor_table as monitor;
 use super::rules::{self, RuleCounts};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{counted, line, visible};
@@ -57,6 +57,8 @@ pub struct Table {
     ms: Vec<f64>,
     /// Whether it has the columns of a monitor.
     monitored: bool,
+    /// What monitors said of all drives.
+    monitor: monitor::Totals,
     /// Whether it has the figures of drives.
     compared: bool,
     /// Collisions in which the ego was rear-ended.
@@ -80,6 +82,7 @@ impl Table {
             rules: RuleCounts::default(),
             ms: Vec::new(),
             monitored,
+            monitor: monitor::Totals::default(),
             compared,
             rear_ended: 0,
             overhead: Vec::new(),
@@ -132,6 +135,7 @@ impl Table {
             remarks.push(format!("{reacted} reacted"));
         }
         self.rules.add(drive);
+        self.monitor.add(&drive["monitor"]);
         remarks.extend(rules::words(drive));
         let beyond = beyond_vehicle(&drive["external_planner"]);
         self.undrivable += usize::from(beyond.is_some());
@@ -228,7 +232,8 @@ impl Table {
             ),
         };
         let parts = parts.join(", ");
-        format!("{all} {scenarios}: {parts}{ms}\n{rules}{beyond}{told}")
+        let monitor = self.monitor.line().unwrap_or_default();
+        format!("{all} {scenarios}: {parts}{ms}\n{monitor}{rules}{beyond}{told}")
     }
 }
 

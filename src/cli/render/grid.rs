@@ -125,7 +125,10 @@ impl Job<'_> {
             None => shape.rows,
         };
         fits(shape, rows_of_steps, steps.len(), top.is_some()).map_err(|e| named(&e))?;
-        let names = top.is_some().then_some(["original", "variant"]);
+        let names = above.as_ref().map(|above| self.row_names(above));
+        if let Some([original, variant]) = names {
+            output::say(&format!("nearmiss: rows: {original}; {variant}"));
+        }
         let mut rows = Vec::new();
         for steps in steps.chunks(shape.columns) {
             if let (Some(figure), Some(original)) = (&top, &original) {
@@ -151,6 +154,19 @@ impl Job<'_> {
         let bytes = self.target.format.encode(&picture, self.dpi);
         self.target
             .save(entry, None, &bytes.map_err(|e| named(&e))?)
+    }
+
+    /// What the rows of an original and of its variant are called, and whose motion is the ego's.
+    fn row_names(&self, original: &Drawn) -> [&'static str; 2] {
+        let above = match original.scene {
+            Some(_) => "original, recorded ego",
+            None => "original, without ego",
+        };
+        let below = match self.arguments.ego.is_beside() {
+            true => "variant, planned ego",
+            false => "variant, chosen ego",
+        };
+        [above, below]
     }
 
     /// The original of a variant, which has to be there.
@@ -244,9 +260,18 @@ fn fits(shape: GridShape, rows: usize, steps: usize, doubled: bool) -> Result<()
         ),
         false => format!("{room} panels"),
     };
+    let study = match doubled && shape.rows == 2 {
+        true => ", or let --case-study choose them",
+        false => "",
+    };
     Err(format!(
-        "--grid {shape} has {panels}, so it needs {}, but there are {steps}; name as many with --at, or choose another grid",
-        output::counted(room, "moment")
+        "--grid {shape} has {panels}, so it needs {}, but there {}; name as many with --at{study}, or choose another grid",
+        output::counted(room, "moment"),
+        if steps == 1 {
+            "is 1".into()
+        } else {
+            format!("are {steps}")
+        },
     ))
 }
 
@@ -266,6 +291,24 @@ fn there(original: &Entry, steps: &[i64], all: &Range<i64>) -> Result<(), Failur
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_grid_of_an_original_and_its_variant_without_moments_names_case_study() {
+        let shape = GridShape {
+            rows: 2,
+            columns: 3,
+        };
+        let wrong = fits(shape, 1, 1, true).unwrap_err();
+        assert!(
+            wrong.contains("there is 1; name as many with --at, or let --case-study"),
+            "{wrong}"
+        );
+        assert!(
+            !fits(shape, 2, 1, false)
+                .unwrap_err()
+                .contains("--case-study")
+        );
+    }
 
     #[test]
     fn steps_are_spread_evenly_from_the_first_to_the_last() {

@@ -103,11 +103,14 @@ impl AuthorSession<'_> {
                     });
                     if !answer.arrived() && self.is_barred() {
                         let grade = authored.attacks[place].grade.as_ref();
-                        authored.stopped = grade.and_then(|grade| grade.problem.clone());
+                        authored.stopped = grade
+                            .and_then(|grade| grade.problem.as_deref())
+                            .map(grades_failed);
                     }
                 }
                 Some(Err(error)) => {
-                    authored.stopped.get_or_insert_with(|| error.to_string());
+                    let why = grades_failed(&error.to_string());
+                    authored.stopped.get_or_insert(why);
                 }
                 None => {}
             }
@@ -157,6 +160,11 @@ impl AuthorSession<'_> {
         let name = format!("{}{CANDIDATE}", self.author.name);
         self.question_about((name, scene), (task, frame), window, settings)
     }
+}
+
+/// Why the work stopped, where all motions were there by then.
+fn grades_failed(why: &str) -> String {
+    format!("the motions are complete, only grades are missing: {why}")
 }
 
 /// The score that an answer gives the attacker, or why it gives none.

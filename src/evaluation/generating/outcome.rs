@@ -59,6 +59,8 @@ pub struct Source {
 pub struct RefusedAnswer {
     /// Which answer.
     pub source: Source,
+    /// Whether there is an answer: where the server failed, no motion was tried.
+    pub arrived: bool,
     /// The parsed motion, if it could be read.
     pub said: Option<NewMotion>,
     /// All that is wrong with it, never nothing; see [`crate::generation::summarize`] for few words.
@@ -80,7 +82,12 @@ impl Authored {
     /// How many motions were answered, refused or not.
     #[must_use]
     pub fn candidates(&self) -> usize {
-        self.attacks.len() + self.declined.len()
+        self.attacks.len() + self.answered().count()
+    }
+
+    /// Refused answers that arrived.
+    fn answered(&self) -> impl Iterator<Item = &RefusedAnswer> {
+        self.declined.iter().filter(|declined| declined.arrived)
     }
 
     /// Drives the ego against every attack that it was not driven against yet, looks whether a good driver survives
@@ -138,7 +145,7 @@ impl Authored {
         let first = |declined: &RefusedAnswer| declined.refusals.first().cloned();
         let found = SearchResult {
             attacks,
-            refused: self.declined.iter().filter_map(first).collect(),
+            refused: self.answered().filter_map(first).collect(),
             candidates: self.candidates(),
         };
         Selection { found, chosen }
@@ -166,7 +173,7 @@ impl Authored {
     pub fn tries(&self) -> Tries {
         let mut tries = Tries::default();
         let first = |source: &Source| source.retry == 0;
-        let declined = self.declined.iter().filter(|d| first(&d.source)).count();
+        let declined = self.answered().filter(|d| first(&d.source)).count();
         let mut effective = std::collections::BTreeSet::new();
         for one in &self.attacks {
             let wanted = is_wanted(&one.admitted.attack);

@@ -152,6 +152,7 @@ impl AuthorSession<'_> {
                     let words = words::refused(attacker, &refusals, start);
                     let declined = RefusedAnswer {
                         source,
+                        arrived: answer.arrived(),
                         said: said.ok(),
                         refusals,
                     };

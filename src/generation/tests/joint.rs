@@ -172,7 +172,7 @@ fn all_attackers_are_in_the_files() {
     assert_eq!(all[1]["manoeuvre"], "drift");
     assert!(all.iter().all(|a| a["outcome_without"].is_string()));
     let source = &variant.scenario("A-1_1_T-1").header.attributes["source"];
-    let said = "with another motion of obstacle 700 from step 10 on and another motion of obstacle 701 from step 4 on, by";
+    let said = "with another motion of obstacle 700 after step 10 and another motion of obstacle 701 after step 4, by";
     assert!(source.contains(said), "{source}");
     let read = crate::formats::commonroad::read_file(&saved.scenario).unwrap();
     for change in both.changes() {

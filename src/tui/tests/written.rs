@@ -122,6 +122,7 @@ fn source(sample: u32, retry: u32) -> Source {
 
 fn declined(sample: u32, retry: u32, refusals: Vec<Refusal>) -> RefusedAnswer {
     RefusedAnswer {
+        arrived: true,
         source: source(sample, retry),
         said: None,
         refusals,

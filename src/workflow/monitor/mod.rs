@@ -198,7 +198,7 @@ impl PreparedPlan {
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<(PlanOutcome, MonitorReport)>, PlanError> {
         let mut answers = Vec::new();
-        let mut braked = 0;
+        let mut braked = Vec::new();
         let mut failed = None;
         let drive =
             self.drive_beside(cancel, on_event, monitor, &mut |so_far, step, is_asked| {
@@ -214,7 +214,7 @@ impl PreparedPlan {
                 }
                 match monitor.brake && in_force(&answers, step) {
                     true => {
-                        braked += 1;
+                        braked.push(step);
                         Control::Brake
                     }
                     false => Control::Follow,
@@ -226,7 +226,7 @@ impl PreparedPlan {
         let Some(drive) = drive else { return Ok(None) };
         let ego = prepared_ego(&self, &drive);
         let scene = Scene::new(self.driven(&drive), ego);
-        let report = MonitorReport::new(monitor, answers, braked, &drive, &scene);
+        let report = MonitorReport::new(monitor, answers, &braked, &drive, &scene);
         let outcome = PlanOutcome {
             prepared: self,
             drive,

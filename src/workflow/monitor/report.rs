@@ -34,6 +34,9 @@ pub struct Warning {
     pub first: i64,
     /// The last.
     pub last: i64,
+    /// The last one before the question whose answer takes it back: `last`, if answers came at once. The horizon of a
+    /// false alarm counts from here, so that a slow answer makes no warning true.
+    pub meant_until: i64,
 }
 
 /// What a warning is about.
@@ -60,13 +63,17 @@ pub struct MonitorReport {
     pub incident: Option<Incident>,
     /// Seconds from the first warning that is no false alarm to the incident; `None` without such a warning before it.
     pub lead: Option<f64>,
-    /// Warnings after whose first step, until the horizon after their last one, there is neither a contact nor a near
-    /// miss.
+    /// Warnings after whose first step, until the horizon after the judge takes them back, there is neither a contact
+    /// nor a near miss.
     pub false_alarms: usize,
     /// Seconds driven.
     pub driven: f64,
     /// Steps at which the ego braked for a warning.
     pub braked: usize,
+    /// The first of these steps.
+    pub first_braked: Option<i64>,
+    /// Seconds until an answer counts, where that is set in place of the measured ones.
+    pub set_latency: Option<f64>,
     dt: f64,
 }
 
@@ -93,12 +100,12 @@ impl MonitorReport {
     pub(super) fn new(
         monitor: &Monitor<'_>,
         answers: Vec<MonitorAnswer>,
-        braked: usize,
+        braked: &[i64],
         drive: &Rollout,
         scene: &Scene,
     ) -> Self {
         let steps = drive.states.iter().map(|(step, _)| *step);
-        let warnings = warnings(steps, |step| in_force(&answers, step));
+        let warnings = warnings(steps, &answers);
         let contact = match drive.outcome {
             Outcome::Collision(collision) => Some(collision.step),
             _ => None,
@@ -120,7 +127,9 @@ impl MonitorReport {
             answers,
             warnings,
             incident,
-            braked,
+            braked: braked.len(),
+            first_braked: braked.first().copied(),
+            set_latency: monitor.latency,
         }
     }
 
@@ -136,7 +145,25 @@ impl MonitorReport {
         (self.driven > 0.0).then(|| self.false_alarms as f64 * 60.0 / self.driven)
     }
 
-    /// The median latency, seconds.
+    /// Time of the first braking for a warning, seconds since time step 0.
+    #[must_use]
+    pub fn first_braking(&self) -> Option<f64> {
+        self.first_braked.map(|step| step as f64 * self.dt)
+    }
+
+    /// Seconds of braking for warnings.
+    #[must_use]
+    pub fn braking(&self) -> f64 {
+        self.braked as f64 * self.dt
+    }
+
+    /// Seconds until answers counted: the set latency, else the median of the measured ones.
+    #[must_use]
+    pub fn latency_in_force(&self) -> Option<f64> {
+        self.set_latency.or_else(|| self.latency())
+    }
+
+    /// The median latency, seconds, as measured.
     #[must_use]
     pub fn latency(&self) -> Option<f64> {
         let mut all: Vec<f64> = self.answers.iter().map(|answer| answer.latency).collect();
@@ -157,18 +184,33 @@ impl MonitorReport {
 }
 
 /// Steps in a row at which a warning is in force.
-fn warnings(steps: impl Iterator<Item = i64>, is_warned: impl Fn(i64) -> bool) -> Vec<Warning> {
+fn warnings(steps: impl Iterator<Item = i64>, answers: &[MonitorAnswer]) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = Vec::new();
-    for step in steps.filter(|step| is_warned(*step)) {
+    for step in steps.filter(|step| in_force(answers, *step)) {
         match warnings.last_mut() {
             Some(warning) if warning.last + 1 == step => warning.last = step,
             _ => warnings.push(Warning {
                 first: step,
                 last: step,
+                meant_until: step,
             }),
         }
     }
+    for warning in &mut warnings {
+        warning.meant_until = meant_until(warning.last, answers);
+    }
     warnings
+}
+
+/// The last step before the question that takes back what is in force at the last step of a warning.
+fn meant_until(last: i64, answers: &[MonitorAnswer]) -> i64 {
+    let mut arrived = answers.iter().rev().filter(|answer| answer.from <= last);
+    let decisive = arrived.find(|answer| answer.dangerous.is_some());
+    let asked = decisive.map_or(last, |answer| answer.step);
+    let mut later = answers.iter().filter(|answer| answer.step > asked);
+    let back = later.find(|answer| answer.dangerous == Some(false));
+    // One that is never taken back lasts to the end.
+    back.map_or(last, |answer| last.min(answer.step - 1))
 }
 
 /// Steps of contact or with a risk score of a near miss, in order.
@@ -188,7 +230,7 @@ fn dangerous_steps(scene: &Scene, monitor: &Monitor<'_>, contact: Option<i64>) -
 
 /// Whether no danger follows a warning within the horizon, steps.
 fn is_false(warning: &Warning, dangerous: &[i64], horizon: i64) -> bool {
-    let until = warning.last.saturating_add(horizon);
+    let until = warning.meant_until.saturating_add(horizon);
     let followed = warning.first..=until;
     !dangerous.iter().any(|step| followed.contains(step))
 }
@@ -230,26 +272,32 @@ mod tests {
             answer(30, None, 31),
             answer(40, Some(true), 41),
         ];
-        let warned = warnings(0..50, |step| in_force(&answers, step));
+        let warned = warnings(0..50, &answers);
         // The late answer to the older question does not overrule the newer one.
         assert_eq!(
             warned,
             [Warning {
                 first: 41,
-                last: 49
+                last: 49,
+                meant_until: 49,
             }]
         );
-        let alone = warnings(0..30, |step| in_force(&answers[..1], step));
+        let alone = warnings(0..30, &answers[..1]);
         assert_eq!(alone[0].first, 25);
     }
 
     #[test]
     fn leads_count_from_true_warnings_and_false_alarms_are_the_others() {
         let warnings = [
-            Warning { first: 5, last: 9 },
+            Warning {
+                first: 5,
+                last: 9,
+                meant_until: 9,
+            },
             Warning {
                 first: 40,
                 last: 45,
+                meant_until: 45,
             },
         ];
         let dangerous = [60];
@@ -259,5 +307,27 @@ mod tests {
         assert_eq!(lead(&warnings, &dangerous, incident, 20), Some(20));
         assert_eq!(lead(&warnings[..1], &dangerous, incident, 20), None);
         assert_eq!(lead(&warnings, &[], None, 20), None);
+    }
+
+    /// The same questions and the same drive, with answers that come ever later.
+    #[test]
+    fn a_slower_monitor_has_no_longer_lead_and_no_fewer_false_alarms() {
+        // Critical at 20, taken back at 40; again at 70. Near misses at 61 and 80.
+        let said = [(20, true), (40, false), (70, true), (90, false)];
+        let (dangerous, incident) = ([61, 80], Some(Incident::NearMiss(61)));
+        let mut before = (i64::MAX, 0);
+        for latency in 1..30 {
+            let answers =
+                said.map(|(step, dangerous)| answer(step, Some(dangerous), step + latency));
+            let warned = warnings(0..120, &answers);
+            assert_eq!(warned[0].meant_until, 39, "{warned:?}");
+            let lead = lead(&warned, &dangerous, incident, 20).unwrap_or(0);
+            let alarms = warned.iter().filter(|w| is_false(w, &dangerous, 20));
+            let alarms = alarms.count();
+            assert!(lead <= before.0 && alarms >= before.1, "{latency}");
+            before = (lead, alarms);
+        }
+        // An end of the horizon that moves with the answers would make the first warning true at a latency of 2.
+        assert_eq!(before.0, 0);
     }
 }

@@ -223,8 +223,17 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         change(before, after)
     );
     lines.say("risk", &risk);
-    if let Some(step) = effect.between {
-        let words = format!("between steps {step} and {}, at neither", step + 1);
+    if let Some(found) = &made.plausibility {
+        let beside = found.log_likelihood - found.recorded;
+        let words = format!("{beside:+.1} nats/s beside recorded motions (0: like them)");
+        lines.say("plausible", &words);
+    }
+    let touched = effect.between.and_then(|_| {
+        let driver = made.closed.driver();
+        driver.touched_between_by(&effect.scenario, &effect.drive)
+    });
+    if let Some((step, with)) = touched {
+        let words = format!("{with} between steps {step} and {}, at neither", step + 1);
         lines.say("between", &words);
     }
     if let Some(distance) = effect.distance() {
@@ -300,13 +309,6 @@ fn gate(lines: &mut Lines, made: &GeneratedVariant) {
         AttackStyle::Limit => "keeps the limits of its vehicle",
     };
     lines.say("style", style);
-    if let Some(found) = &made.plausibility {
-        let words = format!(
-            "log-likelihood {:.1} nats/s; recorded motions {:.1}",
-            found.log_likelihood, found.recorded
-        );
-        lines.say("plausible", &words);
-    }
     for (passed, id) in all.iter().zip(made.effect.ids()) {
         if passed.early > 0 {
             let whose = match all.len() {

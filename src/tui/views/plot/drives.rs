@@ -30,9 +30,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     // The shorter labels where room is scarce: the axis names the unit of speeds.
     let labels: &[(&str, &str)] = match what {
         Drives::Risk => &[
-            ("attacker's risk, 0 = collision", ""),
-            ("risk, 0 = collision", ""),
-            ("risk", ""),
+            ("attacker's risk now, 0 = collision", ""),
+            ("risk now, 0 = collision", ""),
+            ("risk now", ""),
         ],
         Drives::Speed => &[("speed", "m/s"), ("", "")],
         Drives::Distance => &[

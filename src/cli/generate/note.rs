@@ -1,0 +1,127 @@
+//! What is to be noted of a variant: why nothing was tried, and what its outcome does not say.
+
+use super::check::Gone;
+use super::variant::Generated;
+use crate::cli::output;
+use crate::generation::{Consequence, Effect};
+use crate::simulation::{Collision, CollisionKind};
+
+impl Generated {
+    /// Why nothing was tried, where nothing was, that the original is not safe, where it is not, and contacts that do
+    /// not count.
+    pub fn note(&self) -> Option<String> {
+        if let Some(collision) = self.workshop.unsafe_already() {
+            return Some(format!("not safe as recorded: the ego touches {collision}"));
+        }
+        let mut notes = Vec::new();
+        let made = &self.made;
+        if made.found.candidates == 0 && made.chosen.is_none() {
+            let stopped = self.authored.as_ref().is_some_and(|a| a.stopped.is_some());
+            let why = match stopped {
+                true => "the model gave no motion",
+                false => "no obstacle can attack",
+            };
+            notes.push(why.into());
+        }
+        let lowest = self.workshop.closed.baseline().lowest();
+        if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
+            notes.push(format!(
+                "not safe as recorded: the worst risk score is {lowest} (0 = collision)"
+            ));
+        }
+        let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());
+        if let Some(effect) = effect {
+            notes.extend(uncounted(effect));
+            let driver = self.workshop.closed.driver();
+            if effect.between.is_some()
+                && let Some(found) = driver.touched_between_by(&effect.scenario, &effect.drive)
+            {
+                notes.push(between(found));
+            }
+            let original = self.workshop.closed.scenario();
+            let gone = effect.attackers.iter().filter_map(|attacker| {
+                let gone = Gone::after(attacker.obstacle, attacker.until, original)?;
+                Some(format!("attacker {} {gone}", attacker.obstacle))
+            });
+            notes.extend(gone);
+        }
+        if let Some((count, why)) = made.found.planner_errors() {
+            let why = output::visible(&why);
+            notes.push(format!(
+                "{} ended with an error of the planner: {why}",
+                output::counted(count, "drive")
+            ));
+        }
+        (!notes.is_empty()).then(|| notes.join("; "))
+    }
+}
+
+/// How many drives of a summary had contacts that are no collisions by the outcome.
+pub fn contacts(from_behind: usize, between: usize) -> String {
+    let lines = [
+        (from_behind, "hit from behind (no effect)"),
+        (between, "contact between two steps, at neither of them"),
+    ];
+    let lines = lines.iter().filter(|(n, _)| *n > 0);
+    let line = |(n, what): &(usize, &str)| format!("{what}: {}\n", output::counted(*n, "drive"));
+    lines.map(line).collect()
+}
+
+/// A contact at the end of the drive that is no consequence of the attack.
+fn uncounted(effect: &Effect) -> Option<String> {
+    let contact = effect.contact?;
+    let counts = matches!(effect.consequence, Consequence::Collision(_));
+    (!counts).then(|| contact_words(&contact))
+}
+
+fn contact_words(contact: &Collision) -> String {
+    let (with, step) = (contact.with, contact.step);
+    match contact.kind() {
+        CollisionKind::RearEnded => {
+            format!("hit from behind by {with} at step {step}: no effect")
+        }
+        _ => format!("touched by {with}, which does not attack, at step {step}: no effect"),
+    }
+}
+
+/// That the steps do not see all: the step before it, and the obstacle.
+fn between((step, with): (i64, i64)) -> String {
+    format!(
+        "contact with {with} between steps {step} and {}, at neither of them",
+        step + 1
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::ContactSide;
+
+    #[test]
+    fn contacts_that_do_not_count_are_named_with_obstacle_and_step() {
+        let contact = Collision {
+            step: 54,
+            with: 30661,
+            ego: ContactSide::Rear,
+            other: ContactSide::Front,
+        };
+        assert_eq!(
+            contact_words(&contact),
+            "hit from behind by 30661 at step 54: no effect"
+        );
+        let side = Collision {
+            ego: ContactSide::Left,
+            ..contact
+        };
+        assert!(contact_words(&side).starts_with("touched by 30661, which does not attack"));
+        let wanted = "hit from behind (no effect): 2 drives\n";
+        assert_eq!(
+            (contacts(2, 0), contacts(0, 0)),
+            (wanted.into(), String::new())
+        );
+        assert_eq!(
+            between((79, 7)),
+            "contact with 7 between steps 79 and 80, at neither of them"
+        );
+    }
+}
