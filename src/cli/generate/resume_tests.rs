@@ -213,7 +213,7 @@ fn a_models_variant_of_a_version_without_votes_is_taken_over() {
     let why = past.why_not(&original, &wanted).unwrap();
     assert_eq!(
         why,
-        "variant A_T-2 is not reused, its settings differ: model.method.votes 1, now 3; a new one is generated; give the options of then to reuse it"
+        "variant A_T-2 is not reused, its settings differ: model.method.votes 1, now 3; a new one is generated; with the options of that run it is reused"
     );
     wanted["model"]["templates"] = json!({"trajectory.md": "abc"});
     let why = past.why_not(&original, &wanted).unwrap();

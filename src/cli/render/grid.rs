@@ -290,6 +290,8 @@ fn there(original: &Entry, steps: &[i64], all: &Range<i64>) -> Result<(), Failur
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     #[test]
