@@ -114,6 +114,8 @@ mod tests {
             ..contact
         };
         assert!(contact_words(&side).starts_with("touched by 30661, which does not attack"));
+        assert_eq!(output::of_scenarios(1, 1), "the scenario");
+        assert_eq!(output::of_scenarios(1, 3), "1 of 3 scenarios");
         let wanted = "hit from behind (no effect): 2 drives\n";
         assert_eq!(
             (contacts(2, 0), contacts(0, 0)),

@@ -33,6 +33,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
             ("attacker's risk now, 0 = collision", ""),
             ("risk now, 0 = collision", ""),
             ("risk now", ""),
+            ("risk", ""),
         ],
         Drives::Speed => &[("speed", "m/s"), ("", "")],
         Drives::Distance => &[
