@@ -225,7 +225,8 @@ fn hits_from_behind(contact: &Collision) -> bool {
     contact.ego == ContactSide::Rear && contact.other == ContactSide::Front
 }
 
-/// Whether an attacker comes dangerously near without being behind the ego: a risk score of [`NEAR_MISS`] at most.
+/// Whether an attacker comes dangerously near, a risk score of [`NEAR_MISS`] at most, while its middle is not behind the ego's
+/// rear.
 pub(super) fn comes_near(
     attackers: &[AttackerEffect],
     scenario: &Scenario,
@@ -235,15 +236,8 @@ pub(super) fn comes_near(
     let length = drive.limits.length;
     let is_behind = |id: i64, step: i64| {
         let own = track.at(step)?;
-        let obstacle = scenario.obstacle(id)?;
-        let (other, (long, wide)) = (
-            obstacle.motion_at(step)?,
-            obstacle.footprint.as_ref()?.shape().size(),
-        );
-        let (sin, cos) = (other.pose.heading - own.pose.heading).sin_cos();
-        let reach = f64::midpoint(long * cos.abs(), wide * sin.abs());
-        let ahead = own.pose.to_local(&other.pose.position).x + reach;
-        Some(ahead < -length / 2.0)
+        let other = scenario.obstacle(id)?.motion_at(step)?;
+        Some(own.pose.to_local(&other.pose.position).x < -length / 2.0)
     };
     attackers.iter().any(|attacker| {
         let near = attacker

@@ -2,7 +2,8 @@
 
 use super::{CAR, ClosedLoop, behind_a_car, braking, car, settings, state};
 use crate::formats::bundled;
-use crate::generation::{Change, ChangeError, Consequence};
+use crate::generation::effect::comes_near;
+use crate::generation::{Change, ChangeError, Consequence, Effect};
 use crate::geometry::{Footprint, Pose, Shape};
 use crate::planner::Forecast;
 use crate::scenario::{Motion, Scenario};
@@ -143,14 +144,14 @@ fn a_wall_in_front_is_a_collision_with_the_attacker() {
     assert_eq!(effect.consequence.name(), "collision");
 }
 
-/// From step 5 on the car comes up from behind the ego, with its middle `apart` metres behind that of the ego's baseline at
-/// first and 1 m less at each step, no nearer than `nearest`.
-fn from_behind(closed: &ClosedLoop, apart: f64, nearest: f64) -> Change {
+/// From step 5 on the car comes up from behind the ego, for so many steps: its middle is 15 m behind that of the ego's
+/// baseline at first and 1 m less at each step.
+fn from_behind(closed: &ClosedLoop, steps: usize) -> Change {
     let drive = closed.baseline().drive();
     let states = drive.states.iter().filter(|(step, _)| *step >= 5);
-    let motions = states.enumerate().map(|(k, (step, state))| {
+    let motions = states.take(steps).enumerate().map(|(k, (step, state))| {
         let own = state.centre(&drive.limits);
-        let behind = (apart - k as f64).max(nearest);
+        let behind = (15.0 - k as f64).max(0.0);
         let motion = Motion {
             pose: Pose {
                 position: own.pose.position - own.pose.forward() * behind,
@@ -170,18 +171,25 @@ fn from_behind(closed: &ClosedLoop, apart: f64, nearest: f64) -> Change {
 #[test]
 fn being_hit_from_behind_or_nearly_so_is_no_effect() {
     let closed = behind_a_car(25.0, Forecast::Lane);
-    let hit = closed
-        .effect(&from_behind(&closed, 15.0, 0.0).into())
-        .unwrap();
+    let hit = closed.effect(&from_behind(&closed, 60).into()).unwrap();
     assert!(hit.is_hit_from_behind() && hit.hits_attacker());
     assert_eq!(hit.contact.map(|c| c.with), Some(CAR));
     assert_eq!(hit.consequence, Consequence::NoEffect, "{:?}", hit.contact);
-    let near = closed
-        .effect(&from_behind(&closed, 15.0, 5.5).into())
-        .unwrap();
+    // The last one that does not touch.
+    let nearer = (9..14).map(|steps| closed.effect(&from_behind(&closed, steps).into()).unwrap());
+    let near = nearer.take_while(|effect| effect.contact.is_none());
+    let near = near.last().unwrap();
     assert_eq!(near.contact, None);
-    assert!(near.lowest_after().is_some_and(|score| score <= 1));
     assert_eq!(near.consequence, Consequence::NoEffect);
+    // Whatever its score: from in front it would be a near miss.
+    let scored_1 = |effect: &Effect| {
+        let mut attackers = effect.attackers.clone();
+        let scores = attackers.iter_mut().flat_map(|a| a.after.iter_mut());
+        scores.for_each(|(_, score)| *score = 1);
+        comes_near(&attackers, &effect.scenario, &effect.drive)
+    };
+    let ahead = closed.effect(&braking(&closed, 5, 1.0).into()).unwrap();
+    assert!(!scored_1(&near) && scored_1(&ahead));
 }
 
 #[test]

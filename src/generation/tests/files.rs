@@ -83,7 +83,7 @@ fn a_variant_is_read_back_as_it_was() {
     let original = closed.scenario();
     for said in [
         original.hash.to_string(),
-        "obstacle 700 from step 5".into(),
+        "obstacle 700 after step 5".into(),
         "does not react".into(),
     ] {
         assert!(source.contains(&said), "{source}");

@@ -63,7 +63,7 @@ fn the_plot_says_both_scores() {
     let frame = bench.frame(80, 24);
     assert!(frame.contains(&format!(" risk · {scores}")), "{frame}");
     let wide = bench.frame(200, 60);
-    let title = format!("attacker's risk, 0 = collision · {scores}");
+    let title = format!("attacker's risk now, 0 = collision · {scores}");
     assert!(wide.contains(&title), "{wide}");
 }
 
