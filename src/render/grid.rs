@@ -65,17 +65,23 @@ pub enum GridError {
     },
 }
 
-/// A row's name, without what follows a comma where the row is too low for all of it.
+/// A row's name, without its last parts (after ` · `, and then after a comma) where the row is too low for all of it.
 fn fitting(name: &str, room: f64, size: f64) -> &str {
-    let length = name.chars().count() as f64 * size * LETTER;
-    match name.split_once(", ") {
-        Some((short, _)) if length > room => short,
-        _ => name,
+    let is_long = |name: &str| name.chars().count() as f64 * size * LETTER > room;
+    let mut short = name;
+    for sign in [" · ", ", "] {
+        while is_long(short) {
+            let Some((before, _)) = short.rsplit_once(sign) else {
+                break;
+            };
+            short = before;
+        }
     }
+    short
 }
 
 /// Width of a letter on average, of its size.
-const LETTER: f64 = 0.55;
+const LETTER: f64 = 0.5;
 
 /// A panel is at least so wide and high, points.
 const SMALLEST: f64 = 36.0;

@@ -214,7 +214,9 @@ fn who_has_no_token_or_comes_from_a_page_is_refused() {
     assert_eq!(server.send("POST", "/other", &good, &message).0, 404);
     assert_eq!(server.send("POST", "/mcp", &good, "{").0, 400);
     assert_eq!(
-        server.send("POST", "/mcp", &good, &"x".repeat(2 << 20)).0,
+        server
+            .send("POST", "/mcp", &good, &"x".repeat((1 << 20) + 1))
+            .0,
         413
     );
     // Nothing but this machine.

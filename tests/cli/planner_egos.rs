@@ -202,7 +202,7 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
     let svg = std::fs::read_to_string(home.files().join("both.svg")).unwrap();
     for words in [
         "nearmiss · gap",
-        &format!("good driver, {:.1} s · gap", last.unwrap()),
+        &format!("good driver, {:.1} s", last.unwrap()),
     ] {
         assert!(svg.contains(words), "{words}");
     }
