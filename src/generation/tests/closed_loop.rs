@@ -185,7 +185,8 @@ fn being_hit_from_behind_or_nearly_so_is_no_effect() {
     let scored_1 = |effect: &Effect| {
         let mut attackers = effect.attackers.clone();
         let scores = attackers.iter_mut().flat_map(|a| a.after.iter_mut());
-        scores.for_each(|(_, score)| *score = 1);
+        let later = scores.filter(|(step, _)| *step > 5);
+        later.for_each(|(_, score)| *score = 1);
         comes_near(&attackers, &effect.scenario, &effect.drive)
     };
     let ahead = closed.effect(&braking(&closed, 5, 1.0).into()).unwrap();
