@@ -19,7 +19,8 @@ const TEXTS: [&str; 7] = [
     "road",
     "obstacle_type",
 ];
-const INTEGERS: [&str; 6] = [
+/// The columns of an index with whole numbers about a window: its severity, the ids and the steps.
+pub const INTEGERS: [&str; 6] = [
     "severity",
     "ego_id",
     "obstacle_id",

@@ -17,6 +17,7 @@ mod windows;
 mod worst_moments;
 
 pub use coverage::{Cell, Coverage, SEVERITIES};
+pub use index::INTEGERS as WINDOW_INTEGERS;
 pub use index::{
     CellCounts, CellWindows, CorpusIndex, InIndex, IndexedScenario, WindowKey, WindowPlace,
 };

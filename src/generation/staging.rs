@@ -112,6 +112,8 @@ fn round(
         wanted,
         &mut go_on,
     );
+    // A cancelled driver ends the first search without a word: then no second one is drawn.
+    let stopped = stopped || workshop.closed.driver().is_cancelled();
     let survived = found.attacks.iter().any(|a| a.survivable == Some(true));
     let left = MOST_CYCLES_OF_BOTH.saturating_sub(found.cycles());
     let second = effort

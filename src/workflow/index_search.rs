@@ -11,7 +11,9 @@ use super::scenario_filter::{
     Agreement, Facts, Filter, Filterable, Indexed, Matching, Number, Property, Verdicts, WordMatch,
     country_of,
 };
-use crate::corpus::{CellWindows, Columns, IndexError, Part, RowCell, WindowEgo, WindowPlace};
+use crate::corpus::{
+    CellWindows, Columns, IndexError, Part, RowCell, WINDOW_INTEGERS, WindowEgo, WindowPlace,
+};
 use crate::formats::{EgoSelection, Entry};
 use crate::metrics::{Measure, Thresholds};
 use crate::planner::Cancel;
@@ -97,14 +99,6 @@ const TEXTS: [&str; 6] = [
     "road",
     "obstacle_type",
 ];
-const INTEGERS: [&str; 6] = [
-    "severity",
-    "ego_id",
-    "obstacle_id",
-    "first_step",
-    "last_step",
-    "worst_step",
-];
 
 /// Rows between two reports of progress.
 const ROWS_A_REPORT: u64 = 8192;
@@ -148,7 +142,7 @@ pub fn search_index(
         has_measures(&part, &measures)?;
         let columns = Columns {
             texts: &TEXTS,
-            integers: &INTEGERS,
+            integers: &WINDOW_INTEGERS,
             numbers: &names,
         };
         let done = part.read(&columns, &mut |row| {
