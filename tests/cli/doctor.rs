@@ -35,6 +35,25 @@ fn a_fresh_home_has_no_problems_and_nothing_is_made() {
 }
 
 #[test]
+fn planners_whose_program_is_missing_are_problems() {
+    let home = Home::new();
+    home.write(
+        home.config().join("config.toml"),
+        "[planner.lab]\ncommand = \"cargo --version\"\n[planner.gone]\ncommand = \"no-such-planner --fast\"\n",
+    );
+    let found = findings(&home.run(&["doctor", "--json"]).status(1).stdout);
+    let of = |name: &str| {
+        let mut all = found.iter().filter(|(area, ..)| area == "planners");
+        all.find(|(.., what)| what.starts_with(name))
+            .map(|(_, state, what)| (state.as_str(), what.as_str()))
+    };
+    let ok = "lab: cargo --version; `nearmiss plan SCENARIO --planner lab` starts it";
+    assert_eq!(of("lab"), Some(("ok", ok)));
+    let missing = "gone: no program no-such-planner";
+    assert_eq!(of("gone"), Some(("problem", missing)));
+}
+
+#[test]
 fn every_broken_file_is_a_problem_and_is_named() {
     let home = Home::new();
     let config = home.config();

@@ -2,6 +2,7 @@
 
 mod files;
 mod models;
+mod planners;
 mod store;
 mod terminal;
 
@@ -112,6 +113,7 @@ pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
             found.extend(files::look(&folders, &config, workbench));
             found.extend(store::look(&folders));
             found.extend(models::look(&folders, &config, arguments.online)?);
+            found.extend(planners::look(&config));
         }
         Err(error) => {
             let todo = "set both variables";

@@ -1,6 +1,5 @@
 //! `--planner`: which planners drive.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,7 +10,7 @@ use crate::formats::Entry;
 use crate::planner::Cancel;
 use crate::settings::Config;
 use crate::simulation::{Clock, ExternalOptions, ExternalPlanner, Settings};
-use crate::system::did_you_mean;
+use crate::system::{did_you_mean, is_program};
 
 /// The built-in planner's name.
 pub const BUILT_IN: &str = "nearmiss";
@@ -180,21 +179,4 @@ fn command<'a>(
         )));
     }
     Ok(ExternalOptions::new(words))
-}
-
-/// Whether a word is the path of a file, or the name of one in the folders of `PATH`.
-fn is_program(word: &str) -> bool {
-    let path = Path::new(word);
-    if path.components().count() > 1 {
-        return path.is_file();
-    }
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let mut folders = std::env::split_paths(&folders);
-    folders.any(|folder| {
-        let file = folder.join(word);
-        file.is_file()
-            || file
-                .with_extension(std::env::consts::EXE_EXTENSION)
-                .is_file()
-    })
 }

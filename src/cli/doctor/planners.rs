@@ -1,0 +1,29 @@
+//! Checks the planners of `config.toml`: whether the program of each can be found. None is started.
+
+use super::Finding;
+use crate::settings::Config;
+use crate::system::is_program;
+
+const AREA: &str = "planners";
+
+pub fn look(config: &Config) -> Vec<Finding> {
+    let planners = config.external_planners().into_iter();
+    let all = planners.map(|(name, options)| {
+        let program = options.command.first().map_or("", String::as_str);
+        match is_program(program) {
+            true => Finding::ok(
+                AREA,
+                format!(
+                    "{name}: {}; `nearmiss plan SCENARIO --planner {name}` starts it",
+                    options.command.join(" ")
+                ),
+            ),
+            false => Finding::problem(
+                AREA,
+                format!("{name}: no program {program}"),
+                format!("install it, or set `command` of [planner.{name}] to where it is"),
+            ),
+        }
+    });
+    all.collect()
+}
