@@ -45,6 +45,9 @@ const HOPELESS: f64 = 3.2;
 /// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.
 const ENOUGH: f64 = 3.0;
 
+/// Added cost of an attacker that comes near only from behind.
+const FROM_BEHIND: f64 = 2.0;
+
 /// Added cost of a motion unlike all recorded ones.
 const STRANGE: f64 = 0.8;
 
@@ -104,12 +107,14 @@ impl AttackSetup<'_> {
 
     /// The same with an ego whose planner has fewer samples: for a search that drives against many attacks and the best
     /// of them again.
-    pub(super) fn drive_coarsely(&self, attack: &mut Attack) {
+    /// Returns what that took, see [`Effect::work`].
+    pub(super) fn drive_coarsely(&self, attack: &mut Attack) -> usize {
         let (before, until) = (self.before(), self.enough(attack));
         let effect = self
             .closed_loop
             .coarse_effect_until(&attack.change, before, until);
         attack.effect = effect.ok();
+        attack.effect.as_ref().map_or(0, Effect::work)
     }
 
     /// The step after which nothing is expected of an attack any more.
@@ -120,19 +125,21 @@ impl AttackSetup<'_> {
     }
 
     /// Drives the ego against it to the end, and looks whether each attacker is needed and a good driver survives it
-    /// with a reaction time of `delay` seconds.
-    pub fn survive(&self, attack: &mut Attack, delay: f64) {
+    /// with a reaction time of `delay` seconds. Returns what that took, see [`Effect::work`].
+    pub fn survive(&self, attack: &mut Attack, delay: f64) -> usize {
         attack.effect = self.effect(&attack.change, i64::MAX);
-        if !attack.has_effect() {
-            return;
-        }
-        let Some(effect) = &mut attack.effect else {
-            return;
+        let mut work = attack.effect.as_ref().map_or(0, Effect::work);
+        let has_effect = attack.has_effect();
+        let Some(effect) = attack.effect.as_mut().filter(|_| has_effect) else {
+            return work;
         };
         let left_out = self.closed_loop.leave_each_out(effect, &attack.change);
         if left_out.is_ok() && effect.needs_all() != Some(false) {
-            attack.survivable = Some(Avoidability::with(self.closed_loop, effect, delay));
+            let certificate = Avoidability::with(self.closed_loop, effect, delay);
+            attack.survivable = Some(certificate.avoidance().is_some());
+            work += certificate.searched().work();
         }
+        work
     }
 
     fn effect(&self, change: &JointChange, until: i64) -> Option<Effect> {
@@ -266,10 +273,15 @@ impl Attack {
                 Consequence::PlannerError(_) => 0.25,
                 // All of them have to come near.
                 Consequence::NoEffect => {
-                    let all = effect.attackers.iter().map(|attacker| {
-                        let distance = attacker.distance.unwrap_or(20.0).min(20.0);
-                        let risk = attacker.unrounded.unwrap_or(5.0);
+                    let far = |distance: Option<f64>, risk: Option<f64>| {
+                        let distance = distance.unwrap_or(20.0).min(20.0);
+                        let risk = risk.unwrap_or(5.0);
                         0.5 + 0.1 * distance + 0.5 * (risk - 1.0).max(0.0)
+                    };
+                    let all = effect.attackers.iter().map(|attacker| {
+                        let at_all = far(attacker.distance, attacker.unrounded);
+                        let in_view = far(attacker.distance_in_view, attacker.unrounded_in_view);
+                        in_view.min(at_all + FROM_BEHIND)
                     });
                     all.sum::<f64>() / effect.attackers.len().max(1) as f64
                 }

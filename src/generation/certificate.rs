@@ -149,12 +149,11 @@ impl Avoidability {
         )
     }
 
-    /// Whether it can be avoided with this one reaction time, seconds.
+    /// The certificate for this one reaction time, seconds.
     #[must_use]
-    pub fn with(closed: &ClosedLoop, effect: &Effect, delay: f64) -> bool {
+    pub fn with(closed: &ClosedLoop, effect: &Effect, delay: f64) -> Certificate {
         let search = Search::new(closed, effect);
-        let found = search.from(search.reaction(delay));
-        found.avoidance().is_some()
+        search.from(search.reaction(delay))
     }
 
     /// Whether it can be avoided with this reaction time, seconds; `None` for delays other than [`DELAYS`].
@@ -173,6 +172,23 @@ impl Certificate {
             Self::Avoided(avoidance) => Some(avoidance),
             Self::NotFound(_) => None,
         }
+    }
+
+    /// The search effort until it was found, or in all.
+    #[must_use]
+    pub fn searched(&self) -> &SearchEffort {
+        match self {
+            Self::Avoided(avoidance) => &avoidance.searched,
+            Self::NotFound(nothing) => &nothing.searched,
+        }
+    }
+}
+
+impl SearchEffort {
+    /// In the unit of [`Effect::work`].
+    #[must_use]
+    pub fn work(&self) -> usize {
+        self.manoeuvres / 30 + self.cycles / 2 + self.candidates / 1000
     }
 }
 

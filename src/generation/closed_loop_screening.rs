@@ -155,10 +155,14 @@ impl ClosedLoop {
         let noted = self.drive_after(driver, before, (change, &changed), until);
         let drive = noted.drive;
         let scores = readings(&self.driver, &changed, &drive, "risk");
+        let is_behind = effect::behind(&changed, &drive);
         let attackers = change.changes().iter().map(|change| {
             let id = change.obstacle;
             let absent = || ChangeError::NotThere(id);
-            let least = least(&self.driver, &changed, &drive, id);
+            let least_where = least(&self.driver, &changed, &drive, id);
+            let least = |measure| least_where(measure, &|_| true);
+            let in_view =
+                |measure| least_where(measure, &|step| is_behind(id, step) == Some(false));
             Ok(AttackerEffect {
                 obstacle: id,
                 from: change.from().ok_or_else(absent)?,
@@ -167,10 +171,13 @@ impl ClosedLoop {
                 after: curve(&scores, id),
                 distance: least("distance"),
                 unrounded: least(UNROUNDED_RISK.id),
+                distance_in_view: in_view("distance"),
+                unrounded_in_view: in_view(UNROUNDED_RISK.id),
                 without: None,
             })
         });
         let attackers: Vec<AttackerEffect> = attackers.collect::<Result<_, ChangeError>>()?;
+        drop(is_behind);
         let between = self.driver.touched_between(&changed, &drive);
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
@@ -357,20 +364,21 @@ fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Rollout, id: &str
     Series::compute(&scene, measure(id).into_iter().collect())
 }
 
-/// The least values of how near the attacker comes, by the ids of their measures.
+/// The least values of how near the attacker comes, by the ids of their measures, over the steps that are asked for.
 fn least(
     driver: &Driver,
     scenario: &Arc<Scenario>,
     drive: &Rollout,
     attacker: i64,
-) -> impl Fn(&str) -> Option<f64> + use<> {
+) -> impl Fn(&str, &dyn Fn(i64) -> bool) -> Option<f64> + use<> {
     let scene = scene(driver, scenario, drive);
     let context = Context::new(&scene);
     let measures = measure("distance").into_iter().chain([&UNROUNDED_RISK]);
     let series = Series::of_obstacle(&context, measures.collect(), attacker);
-    move |id| {
-        let readings = series.row(id, attacker).iter();
-        let values = readings.filter_map(|reading| reading.value());
+    move |id, asked| {
+        let readings = series.steps().zip(series.row(id, attacker));
+        let readings = readings.filter(|(step, _)| asked(*step));
+        let values = readings.filter_map(|(_, reading)| reading.value());
         values.min_by(f64::total_cmp)
     }
 }

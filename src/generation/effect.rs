@@ -98,6 +98,10 @@ pub struct AttackerEffect {
     pub distance: Option<f64>,
     /// Its lowest risk score in this drive before it is rounded, see [`crate::metrics::UNROUNDED_RISK`].
     pub unrounded: Option<f64>,
+    /// The smallest distance while it is not behind the ego, metres.
+    pub distance_in_view: Option<f64>,
+    /// The lowest unrounded risk score while it is not behind the ego.
+    pub unrounded_in_view: Option<f64>,
     /// What the other attackers come to while this one moves as recorded; `None` where there are no others or that was
     /// not looked for, see [`super::ClosedLoop::leave_each_out`].
     pub without: Option<Consequence>,
@@ -127,10 +131,18 @@ impl AttackerEffect {
 }
 
 impl Effect {
-    /// Cycles of its drive that were planned, and not taken over.
+    /// What its drive took, in about milliseconds of one core, but the same on every machine: a cycle takes longer with
+    /// more obstacles, whose motions are predicted, and with more candidates. Cycles that were taken over take nothing.
     #[must_use]
-    pub fn planned(&self) -> usize {
-        self.drive.cycles.len().saturating_sub(self.taken_over)
+    pub fn work(&self) -> usize {
+        let planned = self.drive.cycles.iter().skip(self.taken_over);
+        let candidates: usize = planned.clone().map(|c| c.plan.candidates).sum();
+        let cycle = match self.drive.external {
+            // A process takes as long as it likes.
+            Some(_) => 1.0,
+            None => 0.2 + 0.03 * self.scenario.obstacles.len() as f64,
+        };
+        (planned.count() as f64 * cycle + 0.9e-3 * candidates as f64) as usize
     }
 
     /// The attacker that the ego touches, or else the most dangerous one.
@@ -232,13 +244,7 @@ pub(super) fn comes_near(
     scenario: &Scenario,
     drive: &Rollout,
 ) -> bool {
-    let track = drive.track();
-    let length = drive.limits.length;
-    let is_behind = |id: i64, step: i64| {
-        let own = track.at(step)?;
-        let other = scenario.obstacle(id)?.motion_at(step)?;
-        Some(own.pose.to_local(&other.pose.position).x < -length / 2.0)
-    };
+    let is_behind = behind(scenario, drive);
     attackers.iter().any(|attacker| {
         let near = attacker
             .after
@@ -247,6 +253,17 @@ pub(super) fn comes_near(
         let mut steps = near.map(|(step, _)| *step);
         steps.any(|step| is_behind(attacker.obstacle, step) != Some(true))
     })
+}
+
+/// Whether the middle of an obstacle is behind the ego's rear at a step; nothing where one of them is absent.
+pub(super) fn behind(scenario: &Scenario, drive: &Rollout) -> impl Fn(i64, i64) -> Option<bool> {
+    let track = drive.track();
+    let length = drive.limits.length;
+    move |id, step| {
+        let own = track.at(step)?;
+        let other = scenario.obstacle(id)?.motion_at(step)?;
+        Some(own.pose.to_local(&other.pose.position).x < -length / 2.0)
+    }
 }
 
 /// Whether a contact shows something of the ego: an attacker touches it, but for its rear, or it drives into another

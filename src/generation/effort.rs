@@ -40,27 +40,29 @@ impl Effort {
     /// The share of the first search that each attacker after the first gets.
     const SHARE: f64 = 0.5;
 
-    /// Added to the seed for the second search: any other number would do.
+    /// Added to the seed for each further search: any other odd number would do.
     const ANOTHER_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
     /// The effort for the first search.
     #[must_use]
-    pub fn first(&self) -> Self {
+    fn first(&self) -> Self {
         Self {
             candidates: self.candidates.min(Self::AT_FIRST),
             ..*self
         }
     }
 
-    /// The effort for another search with new random numbers, where the first one found too little; `None` where no
-    /// motions are left for it.
-    #[must_use]
-    pub fn second(&self) -> Option<Self> {
-        let candidates = self.candidates.saturating_sub(Self::AT_FIRST);
-        (candidates > 0).then(|| Self {
-            candidates,
-            seed: self.seed.wrapping_add(Self::ANOTHER_SEED),
-            ..*self
+    /// The efforts of the searches that follow each other while they find too little, each with random numbers of its
+    /// own.
+    pub fn searches(&self) -> impl Iterator<Item = Self> + use<> {
+        let whole = *self;
+        let many = self.candidates.div_ceil(Self::AT_FIRST).max(1);
+        (0..many).map(move |n| Self {
+            candidates: (whole.candidates - n * Self::AT_FIRST).min(Self::AT_FIRST),
+            seed: whole
+                .seed
+                .wrapping_add(Self::ANOTHER_SEED.wrapping_mul(n as u64)),
+            ..whole
         })
     }
 
@@ -101,18 +103,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_second_search_has_what_the_first_left() {
-        let whole = Effort::default();
-        let (first, second) = (whole.first(), whole.second());
-        assert_eq!(first.candidates, Effort::AT_FIRST);
-        assert_eq!(first.seed, whole.seed);
-        let second = second.map(|s| (s.candidates, s.seed == whole.seed));
-        assert_eq!(second, Some((whole.candidates - Effort::AT_FIRST, false)));
-        let few = Effort {
-            candidates: 90,
-            ..whole
+    fn searches_share_the_motions() {
+        let whole = Effort {
+            candidates: 2 * Effort::AT_FIRST + 90,
+            ..Effort::default()
         };
-        assert_eq!((few.first(), few.second()), (few, None));
-        assert_eq!(whole.further().second(), None, "of a further attacker");
+        let all: Vec<Effort> = whole.searches().collect();
+        let candidates: Vec<usize> = all.iter().map(|e| e.candidates).collect();
+        assert_eq!(candidates, [Effort::AT_FIRST, Effort::AT_FIRST, 90]);
+        assert_eq!(all[0].seed, whole.seed);
+        assert!(all[1].seed != all[0].seed && all[2].seed != all[1].seed);
+        for few in [0, 90] {
+            let few = Effort {
+                candidates: few,
+                ..whole
+            };
+            assert_eq!(few.searches().collect::<Vec<_>>(), [few]);
+        }
+        let further = whole.further().searches();
+        assert_eq!(further.count(), 1, "of a further attacker");
     }
 }

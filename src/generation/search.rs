@@ -13,7 +13,6 @@ use rayon::prelude::*;
 use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
-use super::search_result;
 use super::surrogate::{self, Trial};
 use super::{Effort, Progress, Refusal, SearchResult, motion};
 use crate::verdict::{Manoeuvre, Motion};
@@ -29,7 +28,7 @@ const FOR_PLAUSIBLE: usize = 3;
 /// One of this cost is a near miss that a good driver survives; so many rounds after the first are spent to find better
 /// ones.
 const GOOD: f64 = -2.0;
-const FOR_COLLISION: usize = 5;
+const FOR_COLLISION: usize = 3;
 
 /// The search ends after so many rounds in a row that found nothing better by [`BETTER`].
 const PATIENCE: usize = 8;
@@ -42,6 +41,9 @@ const AT_ONCE: usize = 4;
 const LOOKED_AT: usize = 2;
 const OF_HOPELESS: usize = 1;
 const HOPELESS: usize = 4;
+
+/// Attacks against which the ego is driven again with all samples of its planner per round: it may get away.
+const DRIVEN_AGAIN: usize = 4;
 
 /// The share of the motions that is tried in the first round.
 const FIRST: f64 = 0.35;
@@ -70,8 +72,7 @@ pub fn search_until(
     let wanted = Wanted {
         among,
         near_misses: true,
-        cycles: usize::MAX,
-        hopeless: usize::MAX,
+        work: usize::MAX,
     };
     search_on(grounds, effort, wanted, watch, stop)
 }
@@ -83,10 +84,8 @@ pub(super) struct Wanted<'a> {
     pub among: &'a [i64],
     /// Whether near misses also end it early, not only collisions.
     pub near_misses: bool,
-    /// No further round begins after so many planning cycles of the ego.
-    pub cycles: usize,
-    /// It ends with so many attacks that no good driver was found to survive, and none that one does.
-    pub hopeless: usize,
+    /// No further round begins after so much work, see [`super::Effect::work`].
+    pub work: usize,
 }
 
 /// The same on several grounds at once: what does well on one of them is sampled more often.
@@ -178,8 +177,7 @@ impl Search<'_> {
                 || best <= BEST && round >= FOR_PLAUSIBLE
                 || self.wanted.near_misses && best <= GOOD && round >= FOR_COLLISION
                 || since > PATIENCE
-                || best.is_infinite() && self.hopeless() >= self.wanted.hopeless
-                || self.cycles() >= self.wanted.cycles;
+                || self.found.work >= self.wanted.work;
             if !goes_on || enough {
                 break;
             }
@@ -196,12 +194,8 @@ impl Search<'_> {
 
     /// Attacks that no good driver was found to survive.
     fn hopeless(&self) -> usize {
-        search_result::hopeless(self.attacks())
-    }
-
-    /// Planning cycles of all drives so far.
-    fn cycles(&self) -> usize {
-        search_result::cycles(self.attacks())
+        let hopeless = |a: &&Attack| a.survivable == Some(false);
+        self.attacks().filter(hopeless).count()
     }
 
     /// Draws motions, and keeps those that pass the gate; says whether to continue.
@@ -273,11 +267,12 @@ impl Search<'_> {
                 .map(|(_, tried)| tried)
                 .collect();
             let (grounds, places) = (self.grounds, &self.places);
-            chosen.into_par_iter().for_each(|tried| {
-                if !(self.stop)() {
-                    grounds[places[tried.arm]].drive_coarsely(&mut tried.attack);
-                }
+            let stop = self.stop;
+            let work = chosen.into_par_iter().map(|tried| match stop() {
+                true => 0,
+                false => grounds[places[tried.arm]].drive_coarsely(&mut tried.attack),
             });
+            self.found.work += work.sum::<usize>();
             if !watch(self.found.so_far(self.attacks())) {
                 return false;
             }
@@ -297,12 +292,12 @@ impl Search<'_> {
             .collect();
         effective.sort_by(|a, b| a.attack.cost().total_cmp(&b.attack.cost()));
         let mut looked = 0;
-        for tried in effective {
+        for tried in effective.into_iter().take(DRIVEN_AGAIN) {
             if (self.stop)() || looked == most {
                 break;
             }
             let ground = &self.grounds[self.places[tried.arm]];
-            ground.survive(&mut tried.attack, delay);
+            self.found.work += ground.survive(&mut tried.attack, delay);
             // With all samples the ego may get away.
             looked += usize::from(tried.attack.survivable.is_some());
             if tried.attack.harmlessness() <= BEST {

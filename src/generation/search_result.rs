@@ -1,6 +1,6 @@
 //! What a search for attacks has found, and how far it is.
 
-use super::{Attack, Consequence, Effect, Refusal};
+use super::{Attack, Consequence, Refusal};
 use crate::simulation::Outcome;
 
 /// Result of a search.
@@ -12,6 +12,8 @@ pub struct SearchResult {
     pub refused: Vec<Refusal>,
     /// How many motions were tried.
     pub candidates: usize,
+    /// What the drives and the searches for ways out took, see [`super::Effect::work`].
+    pub work: usize,
 }
 
 /// Progress of a search.
@@ -38,17 +40,8 @@ impl SearchResult {
         self.attacks.extend(other.attacks);
         self.refused.extend(other.refused);
         self.candidates += other.candidates;
+        self.work += other.work;
         self.sort();
-    }
-
-    /// Planning cycles of the drives.
-    pub(super) fn cycles(&self) -> usize {
-        cycles(self.attacks.iter())
-    }
-
-    /// Attacks that no good driver was found to survive.
-    pub(super) fn hopeless(&self) -> usize {
-        hopeless(self.attacks.iter())
     }
 
     /// Drives that an error of the planner's process ended, and the first error; nothing without one.
@@ -84,17 +77,6 @@ impl SearchResult {
             best: best.and_then(|a| Some(a.effect.as_ref()?.consequence)),
         }
     }
-}
-
-/// How many attacks no good driver was found to survive.
-pub(super) fn hopeless<'a>(attacks: impl Iterator<Item = &'a Attack>) -> usize {
-    attacks.filter(|a| a.survivable == Some(false)).count()
-}
-
-/// Planning cycles of all drives against attacks; those that were taken over do not count.
-pub(super) fn cycles<'a>(attacks: impl Iterator<Item = &'a Attack>) -> usize {
-    let effects = attacks.filter_map(|a| a.effect.as_ref());
-    effects.map(Effect::planned).sum()
 }
 
 impl Progress {

@@ -18,6 +18,9 @@ const LOOKED_AT: usize = 8;
 /// Of those that are known not to be survived in time, so many: one of them may be survived with a shorter reaction time.
 const OF_HOPELESS: usize = 2;
 
+/// Of those of which nothing is known, none is looked at after so many without a way out.
+const HOPELESS: usize = 3;
+
 /// So many attacks that broke the planner are driven again.
 const BREAKING: usize = 3;
 
@@ -48,11 +51,21 @@ pub fn choose<'a>(
     let mut best: Option<(usize, SelectedAttack)> = None;
     let needed = effective.into_iter().filter(|a| !a.is_idle());
     let mut hopeless = 0;
-    for attack in needed.take(LOOKED_AT) {
-        hopeless += usize::from(attack.survivable == Some(false));
-        if hopeless > OF_HOPELESS {
+    let mut looked = 0;
+    for attack in needed {
+        if looked == LOOKED_AT {
             break;
         }
+
+        let enough = match attack.survivable {
+            Some(true) => false,
+            Some(false) => hopeless >= OF_HOPELESS,
+            None => hopeless >= HOPELESS,
+        };
+        if enough {
+            continue;
+        }
+        looked += 1;
         let attack = driven(closed, attack)?;
         // The search drove with fewer samples.
         if attack.is_idle() || !attack.has_effect() {
@@ -65,6 +78,7 @@ pub fn choose<'a>(
                 _ => breaks().or(Some(chosen)),
             };
         }
+        hopeless += 1;
         let survived = chosen.survived();
         if best.as_ref().is_none_or(|(most, _)| survived > *most) {
             best = Some((survived, chosen));

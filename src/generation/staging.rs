@@ -5,8 +5,9 @@
 //! driver survives, the attacks that came nearest to the ego without a collision stay on, and another attacker is searched
 //! for beside each of them: against the ego as it drives under that attack. The ego is driven against all motions at once.
 //!
-//! Where a search finds nothing that a good driver survives, another one follows with new random numbers, in which attackers
-//! keep the limits of people also where they need not: among all that a vehicle can do, what a person does is found late.
+//! Where a search finds nothing that a good driver survives, others follow with new random numbers. In every second one
+//! attackers keep the limits of people also where they need not: among all that a vehicle can do, what a person does is
+//! found late.
 //!
 //! Fewer attackers are preferred: another one is taken only if the outcome is of a better rank (a survivable collision
 //! before a survivable near miss, before one that is not survived) and if without any one of the attackers the others come
@@ -23,14 +24,9 @@ use crate::scenario::{Ego, Scenario};
 /// Attacks beside which another attacker is searched for, at most.
 const BASES: usize = 3;
 
-/// No further round begins after so many planning cycles of the ego: about 10 s of one core, and 15 s of both searches.
-const MOST_CYCLES: usize = 8000;
-const MOST_CYCLES_OF_BOTH: usize = 12_000;
-
-/// A search ends with so many attacks that no good driver was found to survive: looking for a way out takes longest where
-/// there is none.
-const HOPELESS: usize = 5;
-const HOPELESS_OF_BOTH: usize = 8;
+/// No further round begins after so much work, see [`Effect::work`]: in one search, and in all.
+const MOST_WORK: usize = 6_000;
+const MOST_WORK_OF_ALL: usize = 13_000;
 
 /// What a further attacker joins: the attack that goes on, if there is one, and the ego's drive under it.
 struct Base {
@@ -83,8 +79,8 @@ pub(super) fn search(
     best
 }
 
-/// Searches for one more attacker beside those of each base, where `rank` is reached already: once, and where nothing is
-/// found that a good driver survives, once more.
+/// Searches for one more attacker beside those of each base, where `rank` is reached already: again with new random
+/// numbers until something is found that a good driver survives, or too much work was done.
 fn round(
     workshop: &VariantGenerator,
     bases: &[Base],
@@ -92,45 +88,31 @@ fn round(
     (among, rank): (&[i64], Rank),
     watch: &mut dyn FnMut(SearchEvent) -> bool,
 ) -> SearchResult {
-    let wanted = Wanted {
-        among,
-        near_misses: rank < Rank::NearMiss,
-        cycles: MOST_CYCLES,
-        hopeless: HOPELESS,
-    };
+    let mut found = SearchResult::default();
     let mut stopped = false;
-    let mut go_on = |progress| {
-        stopped |= !watch(SearchEvent::Round(progress));
-        !stopped
-    };
-    let first = effort.first();
-    let mut found = pass(
-        workshop,
-        workshop.style(),
-        bases,
-        &first,
-        wanted,
-        &mut go_on,
-    );
-    // A cancelled driver ends the first search without a word: then no second one is drawn.
-    let stopped = stopped || workshop.closed.driver().is_cancelled();
-    let survived = found.attacks.iter().any(|a| a.survivable == Some(true));
-    let left = MOST_CYCLES_OF_BOTH.saturating_sub(found.cycles());
-    let second = effort
-        .second()
-        .filter(|_| !survived && !stopped && left > 0);
-    let Some(second) = second else {
-        return found;
-    };
-    let before = found.progress();
-    let wanted = Wanted {
-        cycles: left,
-        hopeless: HOPELESS_OF_BOTH.saturating_sub(found.hopeless()),
-        ..wanted
-    };
-    let mut go_on = |progress| watch(SearchEvent::Round(before.and(progress)));
-    let human = AttackStyle::Human;
-    found.merge(pass(workshop, human, bases, &second, wanted, &mut go_on));
+    for (n, effort) in effort.searches().enumerate() {
+        let left = MOST_WORK_OF_ALL.saturating_sub(found.work);
+        let survived = found.attacks.iter().any(|a| a.survivable == Some(true));
+        // A cancelled driver ends a search without a word.
+        if survived || stopped || left == 0 || workshop.closed.driver().is_cancelled() {
+            break;
+        }
+        let wanted = Wanted {
+            among,
+            near_misses: rank < Rank::NearMiss,
+            work: left.min(MOST_WORK),
+        };
+        let before = found.progress();
+        let mut go_on = |progress| {
+            stopped |= !watch(SearchEvent::Round(before.and(progress)));
+            !stopped
+        };
+        let style = match n % 2 {
+            0 => workshop.style(),
+            _ => AttackStyle::Human,
+        };
+        found.merge(pass(workshop, style, bases, &effort, wanted, &mut go_on));
+    }
     found
 }
 

@@ -39,7 +39,7 @@ pub const JOBS: &[Job] = &[
                 "candidates",
                 "--candidates",
                 "integer",
-                "Most motions that are tried; 1500 where it is left out.",
+                "Most motions that are tried; 3000 where it is left out.",
             ),
             ("seed", "--seed", "integer", "Seed of the search."),
         ],

@@ -147,6 +147,7 @@ impl Authored {
             attacks,
             refused: self.answered().filter_map(first).collect(),
             candidates: self.candidates(),
+            work: 0,
         };
         Selection { found, chosen }
     }

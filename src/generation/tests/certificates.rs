@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::{behind_a_car, braking};
 use crate::generation::{
-    Avoidability, Certificate, DELAYS, Effect, EvasiveTrajectory, Unavoidable,
+    Attack, Avoidability, Certificate, Change, ClosedLoop, DELAYS, Effect, EvasiveTrajectory,
+    OpenLoopScreening, Unavoidable, choose,
 };
 use crate::planner::{Feasibility, Forecast};
 use crate::simulation::Collision;
@@ -84,4 +85,47 @@ fn who_reacts_late_avoids_less() {
     assert!(avoided.is_sorted_by(|a, b| a >= b), "{avoided:?}");
     let avoidance = found.certificates[0].1.avoidance().unwrap();
     proves(avoidance, &effect, 10);
+}
+
+fn attack(closed: &ClosedLoop, change: Change, survivable: Option<bool>) -> Attack {
+    let change = change.into();
+    let effect = closed.effect(&change).unwrap();
+    Attack {
+        asked: Vec::new(),
+        change,
+        rehearsal: OpenLoopScreening {
+            distance: 0.0,
+            step: 20,
+            lead: 1.0,
+            speed: 10.0,
+            behind: false,
+        },
+        implausibility: 0.0,
+        effect: Some(effect),
+        survivable,
+    }
+}
+
+#[test]
+fn what_is_known_to_be_survived_is_chosen_behind_any_number_of_walls() {
+    let closed = behind_a_car(8.0, Forecast::Lane);
+    let mut attacks: Vec<Attack> = (0..6)
+        .map(|n| attack(&closed, braking(&closed, 1, 500.0 + f64::from(n)), None))
+        .collect();
+    let walls = choose(&closed, &attacks, 0.0).unwrap();
+    assert_eq!(walls.avoidability.at(0.0), Some(false));
+    let mut gentle = (1..12).map(|n| {
+        let change = braking(&closed, 10, f64::from(n));
+        attack(&closed, change, Some(true))
+    });
+    let survived = gentle.find(|attack| {
+        let effect = attack.effect.as_ref().unwrap();
+        let certificate = Avoidability::with(&closed, effect, 0.0);
+        attack.has_effect() && certificate.avoidance().is_some()
+    });
+    let survived = survived.unwrap();
+    attacks.push(survived.clone());
+    let chosen = choose(&closed, &attacks, 0.0).unwrap();
+    assert_eq!(chosen.attack.change, survived.change);
+    assert_eq!(chosen.avoidability.at(0.0), Some(true));
 }
