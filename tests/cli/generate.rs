@@ -167,6 +167,19 @@ pub fn says(words: &str, times: usize) -> Vec<Script> {
     vec![Script::events().send(body); times]
 }
 
+/// `generate` by the model of a server.
+fn by_model<'a>(url: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let model = [
+        "generate",
+        CUT_IN,
+        "--model",
+        "local/any",
+        "--base-url",
+        url,
+    ];
+    model.into_iter().chain(more.iter().copied()).collect()
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_failing_server_is_no_rejected_motion() {
     let home = Home::new();
@@ -174,16 +187,8 @@ async fn a_failing_server_is_no_rejected_motion() {
     scripts.extend(vec![Script::json(404, "{}"); 9]);
     let server = Server::start(scripts).await;
     let url = server.base_url().to_owned();
-    let told = [
-        "generate",
-        CUT_IN,
-        "--model",
-        "local/any",
-        "--base-url",
-        &url,
-    ];
-    let more = ["--samples", "2", "--retries", "1", "--json"];
-    let ended = tokio::task::block_in_place(|| home.run(&[&told[..], &more[..]].concat()));
+    let told = by_model(&url, &["--samples", "2", "--retries", "1", "--json"]);
+    let ended = tokio::task::block_in_place(|| home.run(&told));
     let ended = ended
         .status(1)
         .says(&["answer 1, try 1: failed: ", "stopped: "]);
@@ -199,19 +204,9 @@ async fn a_model_that_answers_nonsense_exports_nothing() {
     let home = Home::new();
     let server = Server::start(says("I like trains.", 12)).await;
     let url = server.base_url().to_owned();
-    let told = [
-        "generate",
-        CUT_IN,
-        "--model",
-        "local/any",
-        "--base-url",
-        &url,
-        "--json",
-        "-o",
-        "out",
-    ];
-    let few = ["--samples", "2", "--retries", "1"];
-    let ended = tokio::task::block_in_place(|| home.run(&[&told[..], &few[..]].concat()));
+    let more = ["--samples", "2", "--retries", "1", "--json", "-o", "out"];
+    let told = by_model(&url, &more);
+    let ended = tokio::task::block_in_place(|| home.run(&told));
     let said = ended.status(1).json();
     assert_eq!(said["outcome"], "none");
     assert!(said["variant"].is_null() && said["ego"].is_null());
@@ -236,15 +231,7 @@ async fn a_dry_run_counts_votes_motions_and_grades_and_asks_nothing() {
     let home = Home::new();
     let server = Server::start(Vec::new()).await;
     let url = server.base_url().to_owned();
-    let told = [
-        "generate",
-        CUT_IN,
-        "--model",
-        "local/any",
-        "--base-url",
-        &url,
-        "--dry-run",
-    ];
+    let told = by_model(&url, &["--dry-run"]);
     let run = |more: &[&str]| {
         let told = [&told[..], &["--replan", "10"], more].concat();
         let ended = tokio::task::block_in_place(|| home.run(&told)).status(0);
