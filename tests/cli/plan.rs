@@ -570,6 +570,7 @@ fn traffic_rules_are_reported_and_can_be_switched_off() {
             assert_eq!(broken, named.contains(&rule["rule"]), "{rule}");
         }
         assert!(said["recorded_rules_broken"].is_array(), "{said}");
+        assert_eq!(said["recorded_rules"].as_array().unwrap().len(), 8);
     }
     let ended = home.run(&["plan", TURN, "--rules", "some"]).status(2);
     assert!(ended.stderr.contains("obey"), "{}", ended.stderr);

@@ -201,6 +201,7 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
         drives[1]["rules_broken"],
         drives[1]["recorded_rules_broken"]
     );
+    assert_eq!(drives[1]["rules"], drives[1]["recorded_rules"]);
     let differences = drives[2]["differences"].as_array().unwrap();
     assert!(
         differences

@@ -205,6 +205,12 @@ fn a_planner_that_stands_still_is_driven_to_the_end() {
         log.lines().count(),
         said["cycles"].as_u64().unwrap() as usize
     );
+    let first = log.lines().next().unwrap();
+    let first: Value = serde_json::from_str(first).unwrap();
+    for unknown in ["candidates", "feasible", "rejected", "wanted_speed", "cost"] {
+        assert!(first[unknown].is_null(), "{unknown}: {first}");
+    }
+    assert!(first["ms"].is_number() && first["states"][0].is_object());
     // In simulated time the drive is the same however long planning takes.
     let again = drive(&home, "", &[]).json();
     for key in [

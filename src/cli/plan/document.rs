@@ -24,6 +24,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
     let braking = braking.filter(|e| *e == Emergency::Braking);
     let states = &driven.drive.states;
     let reactions = &driven.drive.traffic.reactions;
+    let recorded = driven.recorded_rules.as_ref();
     let mut value = json!({
         "outcome": driven.outcome().name(),
         "collision_with": collision.map(|c| c.with),
@@ -62,12 +63,10 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "collision_kind": collision.map(|c| c.kind().name()),
         "near_misses": driven.near_misses,
         "rule_mode": driven.settings.planner.rules.name(),
-        "rules": rules::document(driven),
+        "rules": rules::document(&driven.rules, driven.scenario.dt()),
         "rules_broken": rules::names(driven.rules.broken()),
-        "recorded_rules_broken": driven
-            .recorded_rules_broken
-            .as_ref()
-            .map(|broken| rules::names(broken.iter().copied())),
+        "recorded_rules": recorded.map(|report| rules::document(report, driven.scenario.dt())),
+        "recorded_rules_broken": recorded.map(|report| rules::names(report.broken())),
         "planner": output::visible(driven.planner()),
         "note": driven.note(),
     });
@@ -173,18 +172,19 @@ pub fn cycle(driven: &DrivenScenario, cycle: &Cycle) -> Value {
         Value::Object(pairs.collect::<Map<_, _>>())
     };
     let rejected = &mut plan.rejected.iter().map(|(why, n)| (*why, json!(n)));
-    let cost = plan.emergency != Some(Emergency::Braking);
+    // A planner's process does not tell how it finds its trajectory; braking is not weighed.
+    let ours = driven.drive.external.is_none();
+    let cost = ours && plan.emergency != Some(Emergency::Braking);
     let terms = plan.cost.terms();
     json!({
         "scenario": driven.name,
         "planning_problem": driven.problem,
         "step": cycle.step,
-        "candidates": plan.candidates,
-        "feasible": plan.feasible,
-        "rejected": object(rejected),
-        "refinements": plan.refinements,
-        "wanted_speed": plan.wanted,
-        // Braking is not weighed.
+        "candidates": ours.then_some(plan.candidates),
+        "feasible": ours.then_some(plan.feasible),
+        "rejected": ours.then(|| object(rejected)),
+        "refinements": ours.then_some(plan.refinements),
+        "wanted_speed": ours.then_some(plan.wanted),
         "cost": cost.then(|| object(&mut terms.iter().map(|(name, x)| (*name, json!(x))))),
         "emergency": plan.emergency.map(|what| match what {
             Emergency::LatestContact => "latest contact",

@@ -12,7 +12,7 @@ use crate::formats::{EgoSelection, Entry};
 use crate::planner::{Cancel, Emergency};
 use crate::scenario::Scenario;
 use crate::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
-use crate::traffic_rules::{Rule, RuleReport};
+use crate::traffic_rules::RuleReport;
 use crate::workflow::{
     Monitor, MonitorReport, OpenRequest, PlanError, PlanOutcome, PlanRequest, PreparedPlan, prepare,
 };
@@ -34,8 +34,8 @@ pub struct DrivenScenario {
     pub near_misses: Option<usize>,
     /// What became of the rules of the road.
     pub rules: RuleReport,
-    /// The rules that the recorded ego of the same problem broke, if there is one.
-    pub recorded_rules_broken: Option<Vec<Rule>>,
+    /// What became of them where the recorded ego of the same problem drives, if there is one.
+    pub recorded_rules: Option<RuleReport>,
     /// It is the motion of the recorded ego.
     pub is_recorded: bool,
 }
@@ -135,9 +135,7 @@ pub fn drive(
             ),
         },
         is_recorded,
-        recorded_rules_broken: prepared
-            .recorded_ego()
-            .map(|scene| RuleReport::of(scene).broken().collect()),
+        recorded_rules: prepared.recorded_ego().map(|scene| RuleReport::of(scene)),
         settings: prepared.settings,
         scenario: prepared.driven(&drive),
         drive,

@@ -3,13 +3,11 @@
 use serde_json::{Value, json};
 
 use super::document::thousandths;
-use super::driven::DrivenScenario;
-use crate::traffic_rules::{Finding, Rule, Violation};
+use crate::traffic_rules::{Finding, Rule, RuleReport, Violation};
 
-/// What became of each rule.
-pub fn document(driven: &DrivenScenario) -> Vec<Value> {
-    let findings = driven.rules.findings.iter();
-    let dt = driven.scenario.dt();
+/// What became of each rule, where a step takes `dt` seconds.
+pub fn document(report: &RuleReport, dt: f64) -> Vec<Value> {
+    let findings = report.findings.iter();
     findings.map(|finding| of_finding(finding, dt)).collect()
 }
 
