@@ -2,13 +2,15 @@
 //!
 //! The figures to read are ratios: a cycle over the bare evaluation of as many states of polynomials, in the same run.
 //! The median cycle (milliseconds), nanoseconds per candidate and per obstacle with their linear fits are printed
-//! first.
+//! first. Then a whole drive with forecasts made anew and shared with other drives.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nearmiss::planner::{Planner, Polynomial, Sampling, Settings, Traffic};
+use nearmiss::formats::bundled;
+use nearmiss::planner::{Forecast, Planner, Polynomial, Sampling, Settings, Traffic};
+use nearmiss::simulation::{Driver, Settings as Drive, TrafficMode};
 
 #[path = "../tests/support/planned.rs"]
 mod planned;
@@ -133,5 +135,34 @@ fn planner(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, planner);
+/// A drive in dense traffic, with its forecasts made anew and shared with earlier drives.
+fn drives(criterion: &mut Criterion) {
+    let all = bundled();
+    let dense = all
+        .iter()
+        .filter_map(|entry| entry.read().ok())
+        .filter(|scenario| !scenario.planning_problems.is_empty())
+        .max_by_key(|scenario| scenario.obstacles.len());
+    let scenario = dense.expect("a bundled scenario");
+    let settings = Drive {
+        planner: Settings::default(),
+        forecast: Forecast::Lane,
+        replan: 1,
+        without: None,
+        traffic: TrafficMode::Recorded,
+    };
+    let problem = &scenario.planning_problems[0];
+    let anew = Driver::new(&scenario, problem, &settings).expect("a driver");
+    let shared = anew.clone().sharing_forecasts(&scenario);
+    let mut group = criterion.benchmark_group("drive");
+    group.sample_size(10);
+    for (name, driver) in [("forecasts anew", &anew), ("forecasts shared", &shared)] {
+        group.bench_function(name, |b| {
+            b.iter(|| black_box(driver.drive(&scenario, &driver.whole())));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, planner, drives);
 criterion_main!(benches);

@@ -66,6 +66,7 @@ impl ClosedLoop {
     ) -> Self {
         // Attacks are judged against recorded traffic.
         let driver = driver.in_traffic(TrafficMode::Recorded);
+        let driver = driver.sharing_forecasts(&scenario);
         let noted = driver.drive_noted_watched(&scenario, i64::MAX, watch);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
         let recorded = StagedDrive {
@@ -74,8 +75,7 @@ impl ClosedLoop {
             noted,
         };
         let coarse = driver.external().is_none().then(|| {
-            let mut settings = *driver.settings();
-            settings.planner.sampling = settings.planner.sampling.coarse();
+            let settings = driver.settings().coarse(driver.dt());
             driver.with(&settings)
         });
         Self {
@@ -129,8 +129,8 @@ impl ClosedLoop {
         self.effect_on(&self.driver, change, before, until)
     }
 
-    /// The same with an ego whose planner has fewer samples, see [`Sampling::coarse`](crate::planner::Sampling::coarse):
-    /// it says which changes are worth a drive with all of them. The planner of a process drives as ever.
+    /// The same with an ego that plans more coarsely, see [`Settings::coarse`]: it says which changes are worth a whole
+    /// drive. The planner of a process drives as ever.
     ///
     /// # Errors
     /// Those of [`Self::effect`].

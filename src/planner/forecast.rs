@@ -1,7 +1,8 @@
 //! The forecast given to the planner: recorded motions, constant velocity, or along the lanes.
 
+use super::forecast_cache::{ForecastCache, Hypothesis};
 use super::traffic::{Body, Extent, Traffic};
-use crate::scenario::prediction::{Model, ObservedHistory, Predictor};
+use crate::scenario::prediction::{Model, Observed, ObservedHistory, Predictor};
 use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 
 /// Source of the others' future.
@@ -29,6 +30,15 @@ impl Forecast {
         }
     }
 
+    /// The model that predicts; `None` for the recorded future.
+    pub(super) fn model(self) -> Option<Model> {
+        match self {
+            Self::Recorded => None,
+            Self::ConstantVelocity => Some(Model::ConstantVelocity),
+            Self::Lane => Some(Model::AlongLanes),
+        }
+    }
+
     /// The one with this name.
     #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
@@ -43,6 +53,7 @@ pub struct Forecaster<'a> {
     forecast: Forecast,
     /// The obstacle whose place the ego takes.
     without: Option<i64>,
+    cache: Option<&'a ForecastCache>,
 }
 
 /// Seconds of observed history available to a forecast.
@@ -59,16 +70,22 @@ impl<'a> Forecaster<'a> {
             scenario,
             forecast,
             without,
+            cache: None,
         }
+    }
+
+    /// The same, which takes from `cache` what is there of obstacles that move as recorded: the forecasts do not change.
+    #[must_use]
+    pub fn cached(self, cache: Option<&'a ForecastCache>) -> Self {
+        Self { cache, ..self }
     }
 
     /// The bodies of all obstacles for `steps` steps from `now` on.
     #[must_use]
     pub fn traffic(&self, now: i64, steps: usize) -> Traffic {
-        match self.forecast {
-            Forecast::Recorded => self.recorded(now, steps),
-            Forecast::ConstantVelocity => self.predicted(now, steps, Model::ConstantVelocity),
-            Forecast::Lane => self.predicted(now, steps, Model::AlongLanes),
+        match self.forecast.model() {
+            None => self.recorded(now, steps),
+            Some(model) => self.predicted(now, steps, model),
         }
     }
 
@@ -100,43 +117,60 @@ impl<'a> Forecaster<'a> {
     }
 
     fn predicted(&self, now: i64, steps: usize, model: Model) -> Traffic {
-        let dt = self.scenario.dt();
         let mut traffic = Traffic::new(steps);
-        let memory = (MEMORY / dt).round() as i64;
-        let past = ObservedHistory::of_traffic(self.scenario, now - memory..=now, self.without);
+        let past = self.past(now);
         let mut predictor = Predictor::new(&past, model);
+        let cached = self.cache.and_then(|cache| cache.at(now, steps, model));
         for seen in past.others() {
-            let prediction = predictor.predict(seen, steps as f64 * dt);
-            let likeliest = prediction
-                .courses
-                .iter()
-                .map(|c| c.weight)
-                .fold(0.0, f64::max);
-            // The middle one of the speeds, which are in order.
-            let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
-                continue;
-            };
-            let extent = Extent::from_footprint(seen.footprint);
-            for course in prediction
-                .courses
-                .iter()
-                .filter(|c| c.weight >= LEAST.min(likeliest))
-            {
-                let body = traffic.add(Body {
-                    id: seen.who.id,
-                    likelihood: course.weight,
-                    avoided: course.weight >= likeliest,
-                });
-                let mut next = speeds.distance(0.0);
-                for k in 0..=steps {
-                    let driven = next;
-                    next = speeds.distance((k + 1) as f64 * dt);
-                    let pose = course.path.pose_at(driven);
-                    let velocity = (next - driven) / dt;
-                    traffic.occupy_box(body, k, extent, &pose, velocity);
-                }
+            match cached.as_ref().and_then(|cached| cached.of(seen)) {
+                Some(known) => known.iter().for_each(|one| traffic.add_all(one)),
+                None => hypotheses(&mut predictor, seen, steps, &mut |one| {
+                    traffic.add_all(&one)
+                }),
             }
         }
         traffic
+    }
+
+    /// What is known of the others at a step.
+    pub(super) fn past(&self, now: i64) -> ObservedHistory<'a> {
+        let memory = (MEMORY / self.scenario.dt()).round() as i64;
+        ObservedHistory::of_traffic(self.scenario, now - memory..=now, self.without)
+    }
+}
+
+/// The hypotheses about an obstacle for `steps` steps from now on.
+pub(super) fn hypotheses(
+    predictor: &mut Predictor<'_>,
+    seen: &Observed<'_>,
+    steps: usize,
+    found: &mut dyn FnMut(Hypothesis),
+) {
+    let dt = seen.dt;
+    let prediction = predictor.predict(seen, steps as f64 * dt);
+    let weights = prediction.courses.iter().map(|c| c.weight);
+    let likeliest = weights.fold(0.0, f64::max);
+    // The middle one of the speeds, which are in order.
+    let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
+        return;
+    };
+    let extent = Extent::from_footprint(seen.footprint);
+    let courses = prediction.courses.iter();
+    for course in courses.filter(|c| c.weight >= LEAST.min(likeliest)) {
+        let mut next = speeds.distance(0.0);
+        let boxes = (0..=steps).map(|k| {
+            let driven = next;
+            next = speeds.distance((k + 1) as f64 * dt);
+            let velocity = (next - driven) / dt;
+            extent.at(&course.path.pose_at(driven), velocity)
+        });
+        found(Hypothesis {
+            body: Body {
+                id: seen.who.id,
+                likelihood: course.weight,
+                avoided: course.weight >= likeliest,
+            },
+            boxes: boxes.collect(),
+        });
     }
 }

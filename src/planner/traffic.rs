@@ -1,5 +1,6 @@
 //! Predicted bodies by time: oriented boxes at each step of the horizon.
 
+use super::forecast_cache::Hypothesis;
 use crate::geometry::{Footprint, Pose, Vector};
 
 /// One hypothesis about an obstacle's motion.
@@ -63,6 +64,23 @@ impl Extent {
             half: (max - min) / 2.0,
         }
     }
+
+    /// The box at `pose` with `velocity` m/s, of no body yet.
+    pub fn at(&self, pose: &Pose, velocity: f64) -> Occupied {
+        let (sin, cos) = pose.heading.sin_cos();
+        let (m, half) = (self.middle, self.half);
+        Occupied {
+            body: 0,
+            x: pose.position.x + cos * m.x - sin * m.y,
+            y: pose.position.y + sin * m.x + cos * m.y,
+            cos,
+            sin,
+            half_length: half.x,
+            half_width: half.y,
+            reach: half.norm(),
+            velocity,
+        }
+    }
 }
 
 impl Traffic {
@@ -120,39 +138,18 @@ impl Traffic {
         pose: &Pose,
         velocity: f64,
     ) {
-        self.occupy_box(
-            body,
-            step,
-            Extent::from_footprint(footprint),
-            pose,
-            velocity,
-        );
+        if let Some(there) = self.steps.get_mut(step) {
+            let occupied = Extent::from_footprint(footprint).at(pose, velocity);
+            there.push(Occupied { body, ..occupied });
+        }
     }
 
-    pub(super) fn occupy_box(
-        &mut self,
-        body: usize,
-        step: usize,
-        extent: Extent,
-        pose: &Pose,
-        velocity: f64,
-    ) {
-        let Some(there) = self.steps.get_mut(step) else {
-            return;
-        };
-        let (sin, cos) = pose.heading.sin_cos();
-        let (m, half) = (extent.middle, extent.half);
-        there.push(Occupied {
-            body,
-            x: pose.position.x + cos * m.x - sin * m.y,
-            y: pose.position.y + sin * m.x + cos * m.y,
-            cos,
-            sin,
-            half_length: half.x,
-            half_width: half.y,
-            reach: half.norm(),
-            velocity,
-        });
+    /// Adds a hypothesis with a box for each step.
+    pub(super) fn add_all(&mut self, one: &Hypothesis) {
+        let body = self.add(one.body);
+        for (there, occupied) in self.steps.iter_mut().zip(&one.boxes) {
+            there.push(Occupied { body, ..*occupied });
+        }
     }
 }
 

@@ -7,10 +7,11 @@ use super::external::{ExternalPlanner, ExternalReport, NoTrajectory, PlannerErro
 use super::rollout::start;
 use super::traffic::World;
 use super::{
-    Control, Cycle, DriveError, DrivenTraffic, Look, Outcome, Rollout, Settings, TrafficMode,
+    Control, Cycle, DriveError, DrivenTraffic, Look, Outcome, ResumableRollout, Rollout, Settings,
+    TrafficMode,
 };
 use crate::planner::{
-    Cancel, Forecaster, Limits, Memory, Planner, ReferenceTrack, Road, VehicleState,
+    Cancel, ForecastCache, Forecaster, Limits, Planner, ReferenceTrack, Road, VehicleState,
 };
 use crate::scenario::{PlanningProblem, Scenario, Scene};
 
@@ -33,6 +34,8 @@ pub struct Driver {
     recorded: Option<Arc<Scene>>,
     /// The planner; the built-in one where none is named.
     external: Option<Arc<ExternalPlanner>>,
+    /// Forecasts that its drives share.
+    forecasts: Option<Arc<ForecastCache>>,
 }
 
 /// Longest drive, steps; a later deadline is treated as unreasonable.
@@ -49,17 +52,6 @@ pub struct DriveSpan {
     pub last: i64,
     /// A goal that was reached ends the drive at this step or later, and not before.
     pub goal_from: i64,
-}
-
-/// A drive, and what the planner carried from cycle to cycle: enough to drive on from any of them.
-#[derive(Debug, Clone)]
-pub struct ResumableRollout {
-    /// The drive.
-    pub drive: Rollout,
-    /// The planner's memory after each cycle.
-    memories: Vec<Memory>,
-    /// Cycles at its beginning that were not planned but taken over from another drive.
-    pub taken_over: usize,
 }
 
 /// Sees each cycle with its planner, and says whether to go on.
@@ -102,7 +94,22 @@ impl Driver {
             cancel: Cancel::default(),
             recorded: None,
             external: None,
+            forecasts: None,
         })
+    }
+
+    /// The same driver, whose drives in `scenario` and in changes of it share the forecasts of what moves as recorded:
+    /// many of them take less time, and none of them is another one.
+    #[must_use]
+    pub fn sharing_forecasts(mut self, scenario: &Arc<Scenario>) -> Self {
+        self.forecasts = Some(Arc::new(ForecastCache::new(
+            Arc::clone(scenario),
+            self.settings.forecast,
+            self.settings.without,
+            self.settings.planner.steps(self.dt),
+            (self.problem.initial.time.from, self.last),
+        )));
+        self
     }
 
     /// The same driver, which knows how the ego of its problem was recorded: traffic that reacts then tells what the
@@ -307,6 +314,7 @@ impl Driver {
                 None => {
                     let there = noted.drive.scenario_in(scenario);
                     let forecaster = Forecaster::new(there, forecast, without);
+                    let forecaster = forecaster.cached(self.forecasts.as_deref());
                     let traffic = forecaster.traffic(step, planner.steps());
                     let began = Instant::now();
                     let plan = planner.plan(&state, step, &traffic);
@@ -324,7 +332,13 @@ impl Driver {
                 }
             };
             let more = watch.as_mut().is_none_or(|watch| watch(&planner, &cycle));
-            let ahead = self.ahead(&cycle);
+            let mut ahead = self.ahead(&cycle);
+            if noted.taken_over > place
+                && let Some(driven) = known.and_then(|(before, _)| before.driven_of(place))
+            {
+                // Another driver may have planned more often.
+                ahead.truncate(driven);
+            }
             noted.drive.cycles.push(cycle);
             noted.memories.push(planner.memory());
             if ahead.is_empty() {
@@ -372,14 +386,5 @@ fn without_plan(none: &NoTrajectory, step: i64) -> Outcome {
             fault: *fault,
             step,
         }),
-    }
-}
-
-impl ResumableRollout {
-    /// A cycle that can be taken over, and the planner's memory after it.
-    fn cycle(&self, place: usize, step: i64, same: i64) -> Option<(&Cycle, &Memory)> {
-        let cycle = self.drive.cycles.get(place)?;
-        let usable = cycle.step == step && step <= same;
-        usable.then(|| self.memories.get(place).map(|memory| (cycle, memory)))?
     }
 }

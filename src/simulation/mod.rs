@@ -16,7 +16,7 @@ mod rollout;
 mod solution;
 mod traffic;
 
-pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN, ResumableRollout};
+pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN};
 pub use collision::{Collision, ContactSide};
 pub use control::Control;
 pub use external::{
@@ -26,7 +26,7 @@ pub use external::{
 pub use figures::{BeyondVehicle, CollisionKind};
 pub use look::Look;
 pub use outcome::Outcome;
-pub use rollout::{Cycle, DriveError, Rollout, Settings};
+pub use rollout::{Cycle, DriveError, ResumableRollout, Rollout, Settings};
 pub use traffic::{DrivenTraffic, HitFromBehind, Reaction, TrafficMode};
 
 #[cfg(test)]

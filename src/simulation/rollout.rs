@@ -5,7 +5,8 @@ use std::time::Duration;
 use super::{DrivenTraffic, ExternalReport, Outcome, TrafficMode};
 use crate::geometry::Pose;
 use crate::planner::{
-    self, Forecast, Limits, MOST_STEPS, Plan, ReferenceTrack, ReferenceTrackError, VehicleState,
+    self, Forecast, Limits, MOST_STEPS, Memory, Plan, ReferenceTrack, ReferenceTrackError,
+    VehicleState,
 };
 use crate::scenario::{Motion, PlanningProblem, Sample, StateField, Track};
 
@@ -22,6 +23,21 @@ pub struct Settings {
     pub without: Option<i64>,
     /// What the others do.
     pub traffic: TrafficMode,
+}
+
+/// Coarse drives plan anew after this time, seconds.
+const COARSE: f64 = 0.2;
+
+impl Settings {
+    /// For drives that only select what is worth a whole one, with steps of `dt` seconds: fewer samples, see
+    /// [`planner::Sampling::coarse`], and no new plan before 0.2 s are over.
+    #[must_use]
+    pub fn coarse(self, dt: f64) -> Self {
+        let mut coarse = self;
+        coarse.planner.sampling = self.planner.sampling.coarse();
+        coarse.replan = self.replan.max((COARSE / dt).round() as usize);
+        coarse
+    }
 }
 
 /// One planning cycle of a drive.
@@ -54,6 +70,17 @@ pub struct Rollout {
     pub dt: f64,
     /// What is known of the planner's process; `None` for the built-in planner.
     pub external: Option<Box<ExternalReport>>,
+}
+
+/// A drive, and what the planner carried from cycle to cycle: enough to drive on from any of them.
+#[derive(Debug, Clone)]
+pub struct ResumableRollout {
+    /// The drive.
+    pub drive: Rollout,
+    /// The planner's memory after each cycle.
+    pub(super) memories: Vec<Memory>,
+    /// Cycles at its beginning that were not planned but taken over from another drive.
+    pub taken_over: usize,
 }
 
 /// Why a drive could not start.
@@ -149,5 +176,22 @@ impl Rollout {
             }
         });
         Track::new(samples.collect(), self.dt, None)
+    }
+}
+
+impl ResumableRollout {
+    /// A cycle that can be taken over, and the planner's memory after it.
+    pub(super) fn cycle(&self, place: usize, step: i64, same: i64) -> Option<(&Cycle, &Memory)> {
+        let cycle = self.drive.cycles.get(place)?;
+        let usable = cycle.step == step && step <= same;
+        usable.then(|| self.memories.get(place).map(|memory| (cycle, memory)))?
+    }
+
+    /// Steps until the cycle after this one.
+    pub(super) fn driven_of(&self, place: usize) -> Option<usize> {
+        let [this, next] = self.drive.cycles.get(place..place + 2)? else {
+            return None;
+        };
+        Some((next.step - this.step) as usize)
     }
 }

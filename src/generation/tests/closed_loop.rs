@@ -43,6 +43,24 @@ fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
 }
 
 #[test]
+fn a_coarse_drive_takes_over_each_cycle_and_then_plans_every_second_step() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let change = braking(&closed, 12, 7.0);
+    let before = closed.baseline().staged();
+    let effect = closed.coarse_effect_until(&change.into(), before, i64::MAX);
+    let effect = effect.unwrap();
+    let steps: Vec<i64> = effect.drive.cycles.iter().map(|c| c.step).collect();
+    assert_eq!(effect.taken_over, 13);
+    assert!(steps.len() > 20, "{steps:?}");
+    // The last cycle that is taken over is followed as it was in the drive that planned it.
+    for (i, pair) in steps.windows(2).enumerate() {
+        assert_eq!(pair[1] - pair[0], if i < 13 { 1 } else { 2 }, "{i}");
+    }
+    let recorded = &closed.baseline().drive().states;
+    assert_eq!(effect.drive.states[..14], recorded[..14]);
+}
+
+#[test]
 fn the_recorded_motion_is_no_change() {
     let closed = behind_a_car(25.0, Forecast::Lane);
     let track = closed.scenario().obstacle(CAR).unwrap().track();
