@@ -1,6 +1,7 @@
 //! Ranks obstacles by how little their motion must change to reach the ego.
 
 use super::{AttackContext, Capability};
+use crate::geometry::Point;
 use crate::scenario::{Obstacle, ObstacleRole};
 
 /// An obstacle that could attack, and how much it would have to change.
@@ -19,6 +20,9 @@ pub struct Candidate {
     pub near: bool,
     /// Whether it is behind the ego at every step.
     pub behind: bool,
+    /// Whether it gets there without reversing: one that the ego is behind of can only fall back, by no more than it has
+    /// driven.
+    pub reaches: bool,
 }
 
 /// Longer than this no attacker is taken to prepare, seconds.
@@ -36,8 +40,8 @@ const MOVING: f64 = 2.0;
 /// The obstacles that could attack, the least change first; ties in the file's order.
 ///
 /// Steps at which the ego hardly moves do not count. Left out is what does not move by itself. An obstacle that is
-/// only ever behind the ego comes last: a collision from behind tests the other one, and it would have to overtake
-/// first.
+/// only ever behind the ego comes late: a collision from behind tests the other one, and it would have to overtake
+/// first. One that would have to reverse comes last.
 #[must_use]
 pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
     let mut found: Vec<Candidate> = stage
@@ -50,7 +54,7 @@ pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
         .filter_map(|obstacle| candidate(stage, obstacle))
         .collect();
     found.sort_by(|a, b| {
-        let order = a.behind.cmp(&b.behind);
+        let order = (!a.reaches, a.behind).cmp(&(!b.reaches, b.behind));
         order.then(a.acceleration.total_cmp(&b.acceleration))
     });
     found
@@ -73,7 +77,10 @@ fn candidate(stage: &AttackContext<'_>, obstacle: &Obstacle) -> Option<Candidate
         let behind = ahead < -stage.footprint.shape().size().0 / 2.0;
         let distance = own.distance(&other);
         let acceleration = 2.0 * distance / time.min(LOOKAHEAD).powi(2);
-        let better = |b: Candidate| (behind, acceleration) < (b.behind, b.acceleration);
+        let reaches = distance <= fall_back(stage, obstacle, step, &ego.pose.position);
+        let better = |b: Candidate| {
+            (!reaches, behind, acceleration) < (!b.reaches, b.behind, b.acceleration)
+        };
         if best.is_none_or(better) {
             best = Some(Candidate {
                 obstacle: obstacle.id,
@@ -82,8 +89,29 @@ fn candidate(stage: &AttackContext<'_>, obstacle: &Obstacle) -> Option<Candidate
                 distance,
                 near: distance <= NEAR && !behind,
                 behind,
+                reaches,
             });
         }
     }
     best
+}
+
+/// How far an obstacle can fall back to an ego behind it within [`LOOKAHEAD`] seconds until `step`, metres: as far as it
+/// has driven. No bound where the ego is not behind it.
+fn fall_back(stage: &AttackContext<'_>, obstacle: &Obstacle, step: i64, ego: &Point) -> f64 {
+    let Some(now) = obstacle.motion_at(step) else {
+        return f64::INFINITY;
+    };
+    let length = obstacle
+        .footprint
+        .as_ref()
+        .map_or(0.0, |f| f.shape().size().0);
+    if now.pose.to_local(ego).x >= -length / 2.0 {
+        return f64::INFINITY;
+    }
+    let before = step - stage.step_at(LOOKAHEAD);
+    let track = obstacle.track();
+    let before = before.clamp(track.steps().start, step);
+    let before = track.at(before).unwrap_or(now);
+    (now.pose.position - before.pose.position).norm()
 }

@@ -22,7 +22,7 @@ pub struct Effort {
 impl Default for Effort {
     fn default() -> Self {
         Self {
-            candidates: 2 * Self::AT_FIRST,
+            candidates: 3 * Self::AT_FIRST,
             rounds: 14,
             drives: 8,
             attackers: 6,

@@ -74,7 +74,8 @@ impl ManoeuvreSpace {
             )
         };
         let mut arms = vec![
-            beside(Kind::CutIn, 0.5, 0.0, 5.0),
+            // An ego that brakes is farther back than where it would be without the attack.
+            beside(Kind::CutIn, 0.0, -5.0, 5.0),
             beside(Kind::Drift, -0.5, -1.5, 0.8),
             beside(Kind::DoorToDoor, 0.1, 0.0, 0.8),
             arm(
@@ -130,12 +131,17 @@ impl ManoeuvreSpace {
     }
 
     /// The manoeuvre with these numbers, which are taken into their bounds.
-    /// A gap below 0 is none, as is one that the kind does not have.
+    /// A drift with a gap below 0 has none, nor has a kind that does not know one.
     pub fn manoeuvre(&self, x: &mut Numbers) -> Manoeuvre {
         for (i, x) in x.iter_mut().enumerate() {
             *x = x.clamp(self.lowest[i], self.highest[i]);
         }
-        let gap = (self.kind != ManoeuvreKind::HardBrake && x[2] >= 0.0).then_some(x[2]);
+        let has_gap = match self.kind {
+            ManoeuvreKind::HardBrake => false,
+            ManoeuvreKind::Drift => x[2] >= 0.0,
+            _ => true,
+        };
+        let gap = has_gap.then_some(x[2]);
         Manoeuvre {
             kind: self.kind,
             start: x[0],

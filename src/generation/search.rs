@@ -5,9 +5,14 @@
 //!
 //! Source: Rubinstein and Kroese, The Cross-Entropy Method (2004), as O'Kelly et al. 2018 use it for rare events. Each
 //! round samples manoeuvres, turns them into motions, drops those the gate refuses, screens the rest against an ego
-//! that only brakes, and drives the ego against the most promising ones, first with few samples of its planner. What
-//! worked is sampled more often. The same seed gives the same attacks.
+//! that only brakes, and drives the ego against the most promising ones, first coarsely. What worked is sampled more
+//! often, and what lies between an attack that cannot be survived and a harmless one is driven in any case. A search that
+//! found nothing ends with small changes of what came nearest. The same seed gives the same attacks.
 
+mod draw;
+mod polish;
+
+use draw::draw;
 use rayon::prelude::*;
 
 use super::attack::{Attack, AttackSetup};
@@ -45,17 +50,20 @@ const HOPELESS: usize = 4;
 /// Attacks against which the ego is driven again with all samples of its planner per round: it may get away.
 const DRIVEN_AGAIN: usize = 4;
 
+/// Motions between those that cannot be survived and harmless ones, which are driven in each round.
+const BETWEEN: usize = 2;
+
 /// The share of the motions that is tried in the first round.
 const FIRST: f64 = 0.35;
 
-/// The share of later draws that goes to all arms alike.
-const EXPLORE: f64 = 0.4;
+/// An arm of which so many motions were tried and none passed the gate is left alone.
+const FUTILE: usize = 8;
+
+/// One motion in so many is kept for the end of a search that found nothing.
+const POLISHED: usize = 10;
 
 /// How widely is drawn around what did well, as a share of an arm's first spread; in the nth round an nth of it.
 const SPREAD: f64 = 0.5;
-
-/// How much more often is drawn around what is better by 1.
-const SHARPNESS: f64 = 2.0;
 
 /// Searches for attacks; only the obstacles in `among` may attack, any where that is empty. `watch` receives the progress
 /// whenever more motions were tried or driven, and returns whether to continue. `stop` is polled before every motion and
@@ -102,6 +110,7 @@ pub(super) fn search_on(
         stop,
         arms: Vec::new(),
         places: Vec::new(),
+        asked: Vec::new(),
         tried: Vec::new(),
         found: SearchResult::default(),
     };
@@ -112,7 +121,7 @@ pub(super) fn search_on(
             !attacks && (wanted.among.is_empty() || wanted.among.contains(&id))
         };
         let ranked = attacker::rank(ground.stage);
-        let chosen = ranked.iter().filter(|c| may(c.obstacle));
+        let chosen = ranked.iter().filter(|c| c.reaches && may(c.obstacle));
         let arms = chosen
             .take(effort.attackers.div_ceil(grounds.len()))
             .flat_map(|c| ManoeuvreSpace::all(ground.stage, c));
@@ -120,6 +129,7 @@ pub(super) fn search_on(
         search.places.resize(search.arms.len(), place);
     }
     if !search.arms.is_empty() {
+        search.asked.resize(search.arms.len(), 0);
         search.run(effort, watch);
     }
     let mut found = search.found;
@@ -136,6 +146,8 @@ struct Search<'a> {
     arms: Vec<ManoeuvreSpace>,
     /// The ground of each arm.
     places: Vec<usize>,
+    /// Motions of each arm that were tried.
+    asked: Vec<usize>,
     tried: Vec<Trial>,
     found: SearchResult,
 }
@@ -145,12 +157,14 @@ impl Search<'_> {
         let mut random = fastrand::Rng::with_seed(effort.seed);
         let first = (effort.candidates as f64 * FIRST).round() as usize;
         let rounds = effort.rounds.max(1);
+        // The rest is for what came nearest.
+        let in_rounds = effort.candidates - effort.candidates / POLISHED;
         let (mut lowest, mut since) = (f64::INFINITY, 0);
         for round in 0..rounds {
             let count = match round {
                 0 if rounds > 1 => first,
                 _ => {
-                    let left = effort.candidates.saturating_sub(self.found.candidates);
+                    let left = in_rounds.saturating_sub(self.found.candidates);
                     left / (rounds - round)
                 }
             };
@@ -178,10 +192,19 @@ impl Search<'_> {
                 || self.wanted.near_misses && best <= GOOD && round >= FOR_COLLISION
                 || since > PATIENCE
                 || self.found.work >= self.wanted.work;
-            if !goes_on || enough {
+            if !goes_on {
+                return;
+            }
+            if enough {
                 break;
             }
         }
+        self.polish(effort, &mut random, watch);
+    }
+
+    /// Whether an attack was found that a good driver survives.
+    fn is_survived(&self) -> bool {
+        self.attacks().any(|a| a.survivable == Some(true))
     }
 
     fn ground(&self, arm: usize) -> &'_ AttackSetup<'_> {
@@ -198,6 +221,19 @@ impl Search<'_> {
         self.attacks().filter(hopeless).count()
     }
 
+    /// The arms that are worth another motion; all, where none is.
+    fn live(&self) -> Vec<usize> {
+        let passed = |arm: usize| self.tried.iter().any(|t| t.arm == arm);
+        let all = 0..self.arms.len();
+        let live: Vec<usize> = { all.clone() }
+            .filter(|&arm| self.asked[arm] < FUTILE || passed(arm))
+            .collect();
+        match live.is_empty() {
+            true => all.collect(),
+            false => live,
+        }
+    }
+
     /// Draws motions, and keeps those that pass the gate; says whether to continue.
     fn draw(
         &mut self,
@@ -208,7 +244,29 @@ impl Search<'_> {
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> bool {
         let elite = surrogate::elite(&self.arms, &self.tried);
-        let asked = draw(&self.arms, &elite, (count, first, spread), random);
+        let mut asked = surrogate::between(&self.arms, &self.tried, BETWEEN.min(count));
+        let between = asked.len();
+        let more = count - asked.len();
+        let live = self.live();
+        asked.extend(draw(
+            &self.arms,
+            &live,
+            &elite,
+            (more, first, spread),
+            random,
+        ));
+        self.make_all(&asked, between, watch)
+    }
+
+    /// Makes motions, and keeps those that pass the gate; the first `between` of them are driven in any case. Says
+    /// whether to continue.
+    fn make_all(
+        &mut self,
+        asked: &[(usize, Numbers)],
+        between: usize,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> bool {
+        let mut place = 0;
         for some in asked.chunks(AT_ONCE * rayon::current_num_threads()) {
             let made: Vec<(usize, Numbers, Result<Attack, Refusal>)> = some
                 .par_iter()
@@ -220,11 +278,15 @@ impl Search<'_> {
                 .collect();
             self.found.candidates += made.len();
             for (arm, numbers, made) in made {
+                let is_between = place < between;
+                place += 1;
+                self.asked[arm] += 1;
                 match made {
                     Ok(attack) => self.tried.push(Trial {
                         arm,
                         numbers,
                         attack,
+                        is_between,
                     }),
                     Err(refusal) => self.found.refused.push(refusal),
                 }
@@ -258,7 +320,15 @@ impl Search<'_> {
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> bool {
         let chosen = surrogate::promising(&self.arms, &self.tried, drives, apart);
-        let mut chosen: Vec<usize> = chosen.into_iter().collect();
+        self.drive_all(chosen, watch)
+    }
+
+    /// Drives the ego against these of what was tried; says whether to continue.
+    fn drive_all(
+        &mut self,
+        mut chosen: Vec<usize>,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> bool {
         chosen.sort_unstable();
         for some in chosen.chunks(rayon::current_num_threads().max(1)) {
             let all = self.tried.iter_mut().enumerate();
@@ -305,39 +375,4 @@ impl Search<'_> {
             }
         }
     }
-}
-
-/// What is to be tried: in the first round of all arms alike, later mostly around what did well, within a share of
-/// its spread.
-fn draw(
-    arms: &[ManoeuvreSpace],
-    elite: &[(f64, &Trial)],
-    (count, first, spread): (usize, bool, f64),
-    random: &mut fastrand::Rng,
-) -> Vec<(usize, Numbers)> {
-    let best = elite.first().map_or(0.0, |(cost, _)| *cost);
-    let weights: Vec<f64> = { elite.iter() }
-        .map(|(cost, _)| (SHARPNESS * (best - cost)).exp())
-        .collect();
-    let total: f64 = weights.iter().sum();
-    (0..count)
-        .map(|i| {
-            if elite.is_empty() || random.f64() < EXPLORE {
-                let arm = if first {
-                    i % arms.len()
-                } else {
-                    random.usize(..arms.len())
-                };
-                return (arm, arms[arm].sample(random));
-            }
-            let mut left = random.f64() * total;
-            let chosen = weights.iter().position(|w| {
-                left -= w;
-                left <= 0.0
-            });
-            let (_, parent) = elite[chosen.unwrap_or(0)];
-            let around = arms[parent.arm].around(&parent.numbers, spread, random);
-            (parent.arm, around)
-        })
-        .collect()
 }

@@ -26,7 +26,7 @@ const BASES: usize = 3;
 
 /// No further round begins after so much work, see [`Effect::work`]: in one search, and in all.
 const MOST_WORK: usize = 6_000;
-const MOST_WORK_OF_ALL: usize = 13_000;
+const MOST_WORK_OF_ALL: usize = 11_000;
 
 /// What a further attacker joins: the attack that goes on, if there is one, and the ego's drive under it.
 struct Base {

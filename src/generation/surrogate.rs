@@ -16,6 +16,8 @@ pub(super) struct Trial {
     pub numbers: Numbers,
     /// Its result.
     pub attack: Attack,
+    /// Whether it is from [`between`], which is driven in any case.
+    pub is_between: bool,
 }
 
 impl Trial {
@@ -88,7 +90,8 @@ pub(super) fn promising(
     };
     order.retain(|&i| tried[i].attack.effect.is_none() && !hopeless(&tried[i]));
     order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
-    let mut chosen: Vec<usize> = Vec::new();
+    let undriven = (0..tried.len()).filter(|&i| tried[i].attack.effect.is_none());
+    let mut chosen: Vec<usize> = undriven.filter(|&i| tried[i].is_between).collect();
     for i in order {
         let same = chosen.iter().filter(|&&c| tried[c].arm == tried[i].arm);
         let near = |&c: &usize| tried[c].is_within(apart, &tried[i], arms);
@@ -116,6 +119,30 @@ pub(super) fn elite<'t>(arms: &[ManoeuvreSpace], tried: &'t [Trial]) -> Vec<(f64
         }
     }
     elite
+}
+
+/// Motions that are nearer to each other than this, in spreads of their arm, have none between them.
+const NEXT: f64 = 0.05;
+
+/// At most `count` motions halfway between one that cannot be survived and the nearest of the same arm that does nothing:
+/// where one turns into the other the ego gets away narrowly, or does not although it could.
+pub(super) fn between(
+    arms: &[ManoeuvreSpace],
+    tried: &[Trial],
+    count: usize,
+) -> Vec<(usize, Numbers)> {
+    let is_hopeless = |t: &&Trial| t.attack.survivable == Some(false) && !t.attack.is_idle();
+    let mut hopeless: Vec<&Trial> = tried.iter().filter(is_hopeless).collect();
+    hopeless.sort_by(|a, b| a.attack.cost().total_cmp(&b.attack.cost()));
+    let halfway = hopeless.into_iter().filter_map(|hard| {
+        let driven = tried.iter().filter(|t| t.attack.effect.is_some());
+        let soft = driven.filter(|t| t.arm == hard.arm && !t.attack.has_effect());
+        let apart = soft.map(|t| (arms[hard.arm].apart(&hard.numbers, &t.numbers), t));
+        let (apart, soft) = apart.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let middle = |i: usize| f64::midpoint(hard.numbers[i], soft.numbers[i]);
+        (apart > NEXT).then(|| (hard.arm, std::array::from_fn(middle)))
+    });
+    halfway.take(count).collect()
 }
 
 #[cfg(test)]

@@ -187,7 +187,7 @@ fn certificates(variant: &Variant<'_>, saved: &VariantFiles) -> Value {
         let answer = match certificate {
             Certificate::Avoided(avoidance) => {
                 let file = file.map(|(_, path)| name(path));
-                avoided(avoidance, file)
+                avoided(variant, avoidance, file)
             }
             Certificate::NotFound(nothing) => json!({
                 "avoided": false,
@@ -200,7 +200,11 @@ fn certificates(variant: &Variant<'_>, saved: &VariantFiles) -> Value {
     Value::Object(all.collect())
 }
 
-fn avoided(avoidance: &EvasiveTrajectory, file: Option<String>) -> Value {
+fn avoided(variant: &Variant<'_>, avoidance: &EvasiveTrajectory, file: Option<String>) -> Value {
+    let (driver, drive_there) = (variant.closed.driver(), &avoidance.drive);
+    let scenario = &variant.effect.scenario;
+    let rules = drive_there.rules(scenario, driver.problem(), driver.settings());
+    let broken: Vec<&str> = rules.broken().map(|rule| rule.name()).collect();
     let manoeuvre = match avoidance.found {
         Finder::Manoeuvre(m) => Some(json!({
             "acceleration": m.acceleration,
@@ -217,7 +221,8 @@ fn avoided(avoidance: &EvasiveTrajectory, file: Option<String>) -> Value {
         "departs_after_step": (avoidance.found != Finder::Unchanged).then_some(avoidance.reaction),
         "found_by": avoidance.found.to_string(),
         "manoeuvre": manoeuvre,
-        "ends": drive(&avoidance.drive),
+        "ends": drive(drive_there),
+        "rules_broken": broken,
         "searched": searched(&avoidance.searched),
     })
 }

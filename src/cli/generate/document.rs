@@ -151,6 +151,7 @@ fn ranking(generated: &Generated) -> Value {
             "distance": c.distance,
             "near": c.near,
             "behind": c.behind,
+            "reaches": c.reaches,
         })
     });
     ranked.collect()

@@ -177,7 +177,7 @@ const SEARCH: [&str; 3] = ["search.rounds", "search.drives", "search.attackers"]
 
 /// The number of motions, and what it was by default in earlier versions.
 const CANDIDATES: &str = "search.candidates";
-const CANDIDATES_BEFORE: [usize; 2] = [600, 1500];
+const CANDIDATES_BEFORE: [usize; 3] = [600, 1500, 3000];
 
 /// The planner's process, and what it says of itself.
 const PLANNER: &str = "planner";

@@ -185,7 +185,8 @@ impl AuthorSession<'_> {
     /// all, and nothing is left to vote on.
     pub(super) fn aim(&self, ranked: &[Candidate]) -> Option<(Candidate, Option<f64>)> {
         let within = self.author.method.within;
-        let near = |c: &&Candidate| !c.behind && self.is_near(c.obstacle, c.step, within);
+        let near =
+            |c: &&Candidate| c.reaches && !c.behind && self.is_near(c.obstacle, c.step, within);
         match ranked.iter().find(near) {
             Some(near) => Some((*near, Some(within))),
             None => ranked.first().map(|first| (*first, None)),

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{behind_a_car, braking};
+use super::{attack, behind_a_car, braking};
 use crate::generation::{
-    Attack, Avoidability, Certificate, Change, ClosedLoop, DELAYS, Effect, EvasiveTrajectory,
-    OpenLoopScreening, Unavoidable, choose,
+    Attack, Avoidability, Certificate, DELAYS, Effect, EvasiveTrajectory, Unavoidable, choose,
 };
 use crate::planner::{Feasibility, Forecast};
 use crate::simulation::Collision;
@@ -85,25 +84,6 @@ fn who_reacts_late_avoids_less() {
     assert!(avoided.is_sorted_by(|a, b| a >= b), "{avoided:?}");
     let avoidance = found.certificates[0].1.avoidance().unwrap();
     proves(avoidance, &effect, 10);
-}
-
-fn attack(closed: &ClosedLoop, change: Change, survivable: Option<bool>) -> Attack {
-    let change = change.into();
-    let effect = closed.effect(&change).unwrap();
-    Attack {
-        asked: Vec::new(),
-        change,
-        rehearsal: OpenLoopScreening {
-            distance: 0.0,
-            step: 20,
-            lead: 1.0,
-            speed: 10.0,
-            behind: false,
-        },
-        implausibility: 0.0,
-        effect: Some(effect),
-        survivable,
-    }
 }
 
 #[test]

@@ -124,6 +124,7 @@ fn a_variant_is_read_back_as_it_was() {
         document["avoidable"]["0.5"]["trajectory"],
         format!("{id}.avoid-0.5.csv")
     );
+    assert!(document["avoidable"]["0.5"]["rules_broken"].is_array());
     assert_eq!(document["rejected"][0]["reason"], "jerk");
     assert_eq!(document["min_risk_after"], effect.lowest_after().unwrap());
 

@@ -1,6 +1,7 @@
 //! Tests of the consequences of a change: drives, certificates, files.
 #![allow(clippy::unwrap_used)]
 
+mod attackers;
 mod certificates;
 mod closed_loop;
 mod files;
@@ -9,7 +10,7 @@ mod waypoints;
 
 use std::sync::Arc;
 
-use super::{Change, ClosedLoop};
+use super::{Attack, Change, ClosedLoop, OpenLoopScreening};
 use crate::formats::bundled;
 use crate::geometry::{Footprint, Shape};
 use crate::planner::{Cancel, Forecast, Settings as Planning};
@@ -118,5 +119,25 @@ fn braking(closed: &ClosedLoop, from: i64, deceleration: f64) -> Change {
     Change {
         obstacle: CAR,
         motions,
+    }
+}
+
+/// An attack with its effect, as if it had come from a search.
+fn attack(closed: &ClosedLoop, change: Change, survivable: Option<bool>) -> Attack {
+    let change = change.into();
+    let effect = closed.effect(&change).unwrap();
+    Attack {
+        asked: Vec::new(),
+        change,
+        rehearsal: OpenLoopScreening {
+            distance: 0.0,
+            step: 20,
+            lead: 1.0,
+            speed: 10.0,
+            behind: false,
+        },
+        implausibility: 0.0,
+        effect: Some(effect),
+        survivable,
     }
 }

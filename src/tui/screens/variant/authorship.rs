@@ -43,13 +43,13 @@ pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
     lines.title("possible attackers, least change first");
     for (place, candidate) in made.ranked.iter().take(PLACES).enumerate() {
         let id = marked(candidate.obstacle, &attackers);
-        let behind = if candidate.behind {
-            ", from behind"
-        } else {
-            ""
+        let how = match (candidate.reaches, candidate.behind) {
+            (false, _) => ", only in reverse",
+            (true, true) => ", from behind",
+            (true, false) => "",
         };
         let words = format!(
-            "{:.2} m/s², at step {}{behind}",
+            "{:.2} m/s², at step {}{how}",
             candidate.acceleration, candidate.step
         );
         lines.say(&format!("{} {id}", place + 1), &words);
@@ -80,11 +80,15 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
         let wide = lines.width >= WIDE;
         let right = |c: &Candidate| {
             let id = marked(c.obstacle, attacker.as_slice());
-            match (c.behind, wide) {
-                (true, true) => format!("{id} {:.2} m/s², behind", c.acceleration),
+            let why = match (c.reaches, c.behind) {
+                (false, _) => "in reverse",
+                (true, true) => "behind",
+                (true, false) => return format!("{id} {:.2} m/s²", c.acceleration),
+            };
+            match wide {
+                true => format!("{id} {:.2} m/s², {why}", c.acceleration),
                 // Why it comes after those that need more.
-                (true, false) => format!("{id} behind"),
-                (false, _) => format!("{id} {:.2} m/s²", c.acceleration),
+                false => format!("{id} {why}"),
             }
         };
         let right = reference.get(place).map_or(String::new(), right);
