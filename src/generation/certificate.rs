@@ -197,24 +197,38 @@ impl std::fmt::Display for Finder {
         match self {
             Self::Unchanged => f.write_str("driving on as if nothing had changed"),
             Self::Planner(name) => write!(f, "planner, {name}"),
-            Self::Manoeuvre(m) => write!(
-                f,
-                "manoeuvre: {:.2} m/s² until {:.1} m/s, {:.2} m left of the path, {:.0} % of the friction to steer with",
-                m.acceleration,
-                m.until,
-                m.offset,
-                m.grip * 100.0
-            ),
+            Self::Manoeuvre(m) => {
+                let side = match m.offset {
+                    offset if offset.abs() < 0.005 => "on the path".to_owned(),
+                    offset if offset > 0.0 => format!("{offset:.2} m left of the path"),
+                    offset => format!("{:.2} m right of the path", -offset),
+                };
+                write!(
+                    f,
+                    "manoeuvre: {:.2} m/s² until {:.1} m/s, {side}, {:.0} % of the friction to steer with",
+                    m.acceleration,
+                    m.until,
+                    m.grip * 100.0
+                )
+            }
         }
     }
 }
 
 impl std::fmt::Display for SearchEffort {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let counted = |count: usize, noun: &str, nouns: &str| match count {
+            1 => format!("1 {noun}"),
+            _ => format!("{count} {nouns}"),
+        };
         write!(
             f,
-            "{} manoeuvres of one acceleration and one offset, {} drives of the built-in planner with all futures known ({} cycles, {} candidates), {} trajectories rejected by the final check",
-            self.manoeuvres, self.drives, self.cycles, self.candidates, self.refused
+            "{} of one acceleration and one offset, {} of the built-in planner with all futures known ({}, {}), {} rejected by the final check",
+            counted(self.manoeuvres, "manoeuvre", "manoeuvres"),
+            counted(self.drives, "drive", "drives"),
+            counted(self.cycles, "cycle", "cycles"),
+            counted(self.candidates, "candidate", "candidates"),
+            counted(self.refused, "trajectory", "trajectories"),
         )
     }
 }

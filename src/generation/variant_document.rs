@@ -205,6 +205,7 @@ fn avoided(variant: &Variant<'_>, avoidance: &EvasiveTrajectory, file: Option<St
     let scenario = &variant.effect.scenario;
     let rules = drive_there.rules(scenario, driver.problem(), driver.settings());
     let broken: Vec<&str> = rules.broken().map(|rule| rule.name()).collect();
+    let undecided: Vec<&str> = rules.undecided().map(|rule| rule.name()).collect();
     let manoeuvre = match avoidance.found {
         Finder::Manoeuvre(m) => Some(json!({
             "acceleration": m.acceleration,
@@ -223,6 +224,7 @@ fn avoided(variant: &Variant<'_>, avoidance: &EvasiveTrajectory, file: Option<St
         "manoeuvre": manoeuvre,
         "ends": drive(drive_there),
         "rules_broken": broken,
+        "rules_undecided": undecided,
         "searched": searched(&avoidance.searched),
     })
 }

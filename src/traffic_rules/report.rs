@@ -52,10 +52,10 @@ impl RuleReport {
     pub fn of(scene: &Scene) -> Self {
         let ego = match EgoAlong::new(scene) {
             Ok(ego) => ego,
-            Err(_) => return Self::undecided("the lanes of the ego are not known"),
+            Err(_) => return Self::all_undecided("the lanes of the ego are not known"),
         };
         if ego.moments.len() < 2 {
-            return Self::undecided("the ego does not move along its lanes");
+            return Self::all_undecided("the ego does not move along its lanes");
         }
         let mut findings = distance::findings(&ego);
         findings.push(speed::finding(&ego));
@@ -81,7 +81,7 @@ impl RuleReport {
         self
     }
 
-    fn undecided(reason: &'static str) -> Self {
+    fn all_undecided(reason: &'static str) -> Self {
         let findings = Rule::ALL.map(|rule| Finding::undecided(rule, reason));
         Self {
             findings: findings.into(),
@@ -90,10 +90,17 @@ impl RuleReport {
 
     /// The rules that were broken.
     pub fn broken(&self) -> impl Iterator<Item = Rule> + '_ {
-        let broken = |finding: &&Finding| finding.status == RuleStatus::Broken;
-        self.findings
-            .iter()
-            .filter(broken)
+        self.with(RuleStatus::Broken)
+    }
+
+    /// The rules of which is not known whether they were broken.
+    pub fn undecided(&self) -> impl Iterator<Item = Rule> + '_ {
+        self.with(RuleStatus::Undecided)
+    }
+
+    fn with(&self, status: RuleStatus) -> impl Iterator<Item = Rule> + '_ {
+        let all = self.findings.iter();
+        all.filter(move |finding| finding.status == status)
             .map(|finding| finding.rule)
     }
 

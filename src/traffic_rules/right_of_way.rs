@@ -56,7 +56,7 @@ pub(super) fn findings(ego: &EgoAlong<'_>) -> Vec<Finding> {
             found.extend(endangered(ego, rival));
         }
     }
-    let none = "no lane on the way has to be given way to by it";
+    let none = "the map has no lane on the route that has priority by this rule";
     let mut findings = Vec::new();
     for (rule, violations) in RULES.into_iter().zip(applied) {
         findings.push(match violations {

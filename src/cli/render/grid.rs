@@ -129,10 +129,20 @@ impl Job<'_> {
         if let Some([original, variant]) = names {
             output::say(&format!("nearmiss: rows: {original}; {variant}"));
         }
+        let above: Vec<i64> = match &top {
+            Some(figure) => held(&steps, &figure.steps()),
+            None => Vec::new(),
+        };
+        if let Some(last) = above.iter().zip(&steps).find(|(a, b)| a != b) {
+            output::say(&format!(
+                "nearmiss: the original has no step {}: its panel shows step {}, the nearest",
+                last.1, last.0
+            ));
+        }
         let mut rows = Vec::new();
+        let mut above = above.chunks(shape.columns);
         for steps in steps.chunks(shape.columns) {
-            if let (Some(figure), Some(original)) = (&top, &original) {
-                there(&original.entry, steps, &figure.steps())?;
+            if let (Some(figure), Some(steps)) = (&top, above.next()) {
                 rows.push(GridRow {
                     figure,
                     name: names.map(|names| names[0]),
@@ -275,17 +285,13 @@ fn fits(shape: GridShape, rows: usize, steps: usize, doubled: bool) -> Result<()
     ))
 }
 
-/// Whether the original has these steps, too.
-fn there(original: &Entry, steps: &[i64], all: &Range<i64>) -> Result<(), Failure> {
-    match steps.iter().find(|step| !all.contains(step)) {
-        None => Ok(()),
-        Some(step) => Err(Failure::input(format!(
-            "{}: the original has no step {step}, only {} to {}; choose others with --at",
-            original.display(),
-            all.start,
-            all.end - 1
-        ))),
-    }
+/// Of each step the nearest of those that there are: a planned ego may arrive later than the recorded one.
+fn held(steps: &[i64], all: &Range<i64>) -> Vec<i64> {
+    let last = (all.end - 1).max(all.start);
+    steps
+        .iter()
+        .map(|step| (*step).clamp(all.start, last))
+        .collect()
 }
 
 #[cfg(test)]
@@ -310,6 +316,12 @@ mod tests {
                 .unwrap_err()
                 .contains("--case-study")
         );
+    }
+
+    #[test]
+    fn where_the_original_has_no_step_the_nearest_one_is_shown() {
+        assert_eq!(held(&[5, 20, 33], &(0..33)), [5, 20, 32]);
+        assert_eq!(held(&[2, 4], &(3..9)), [3, 4]);
     }
 
     #[test]
