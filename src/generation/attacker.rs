@@ -109,9 +109,9 @@ fn fall_back(stage: &AttackContext<'_>, obstacle: &Obstacle, step: i64, ego: &Po
     if now.pose.to_local(ego).x >= -length / 2.0 {
         return f64::INFINITY;
     }
-    let before = step - stage.step_at(LOOKAHEAD);
-    let track = obstacle.track();
-    let before = before.clamp(track.steps().start, step);
-    let before = track.at(before).unwrap_or(now);
-    (now.pose.position - before.pose.position).norm()
+    let lately = obstacle
+        .track()
+        .during(&(step - stage.step_at(LOOKAHEAD)..=step));
+    let first = lately.first().map_or(now, |(_, first)| first);
+    (now.pose.position - first.pose.position).norm()
 }

@@ -49,11 +49,8 @@ pub(super) struct CachedStep<'a> {
     cached: &'a [Cached],
 }
 
-/// At most so many boxes are kept, about 70 MB; forecasts of later steps are made anew each time.
+/// Once so many boxes are kept, about 70 MB, forecasts of further steps are made anew each time.
 const MOST_BOXES: usize = 1_000_000;
-
-/// Hypotheses of an obstacle, about.
-const HYPOTHESES: usize = 5;
 
 impl ForecastCache {
     /// An empty cache for the obstacles of `scenario` except `without`, for forecasts of `horizon` steps that are made
@@ -93,19 +90,18 @@ impl ForecastCache {
     }
 
     fn make(&self, now: i64, model: Model) -> Vec<Cached> {
-        let past = Forecaster::new(&self.scenario, self.forecast, self.without).past(now);
-        let boxes = past.others().len() * HYPOTHESES * (self.horizon + 1);
-        let take = |room: usize| room.checked_sub(boxes);
-        let (done, seen) = (Ordering::Relaxed, Ordering::Relaxed);
-        if self.room.fetch_update(done, seen, take).is_err() {
+        if self.room.load(Ordering::Relaxed) == 0 {
             return Vec::new();
         }
+        let past = Forecaster::new(&self.scenario, self.forecast, self.without).past(now);
         let mut predictor = Predictor::new(&past, model);
+        let mut boxes = 0;
         let others = past.others().iter();
         let cached = others.map(|seen| {
             let mut found = Vec::new();
             hypotheses(&mut predictor, seen, self.horizon, &mut |one| {
-                found.push(one)
+                boxes += one.boxes.len();
+                found.push(one);
             });
             Cached {
                 who: seen.who,
@@ -113,7 +109,12 @@ impl ForecastCache {
                 hypotheses: found,
             }
         });
-        cached.collect()
+        let cached = cached.collect();
+        let less = |room: usize| Some(room.saturating_sub(boxes));
+        let relaxed = Ordering::Relaxed;
+        // The closure always gives a value.
+        let _ = self.room.fetch_update(relaxed, relaxed, less);
+        cached
     }
 }
 
