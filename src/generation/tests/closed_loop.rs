@@ -106,6 +106,28 @@ fn of_two_who_touch_the_ego_at_a_step_the_first_one_counts() {
 }
 
 #[test]
+fn the_sides_of_a_contact_are_those_of_the_first_touch() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let mut scenario = Scenario::clone(closed.scenario());
+    let at = |x: f64, y: f64| Motion {
+        pose: Pose::new(x, y, 0.0),
+        velocity: 28.0,
+        acceleration: 0.0,
+    };
+    // From 1 m behind, 0.3 m over the ego's edge, 2.8 m on: 1.8 m deep at the step, by its length a touch of the sides.
+    let mut behind = car(&[state(0, &at(-5.5, 1.5)), state(1, &at(-2.7, 1.5))], 0.1);
+    behind.id = 1;
+    scenario.obstacles = vec![behind];
+    let body = Footprint::new(Shape::rectangle(4.5, 1.8)).unwrap();
+    let ego = body.at(Pose::new(0.0, 0.0, 0.0));
+    let sides = |one: Collision| (one.ego, one.other);
+    let at_the_step = Collision::at(&scenario, &ego, 1, None).unwrap();
+    assert_eq!(sides(at_the_step), (ContactSide::Left, ContactSide::Right));
+    let swept = Collision::first(&scenario, &ego, Some(ego.pose), 1, None).unwrap();
+    assert_eq!(sides(swept), (ContactSide::Rear, ContactSide::Front));
+}
+
+#[test]
 fn who_goes_through_the_ego_between_two_steps_is_told() {
     let closed = behind_a_car(25.0, Forecast::Lane);
     let ego = &closed.baseline().drive().states;
