@@ -132,6 +132,16 @@ fn planner(criterion: &mut Criterion) {
     group.bench_function("cycle", |b| {
         b.iter(|| planner.plan(black_box(&place.start), 0, &traffic));
     });
+    // The same plan, without what the candidates that are not chosen would have cost.
+    let mut best = Planner::new(usual, &place.guide, &place.road, place.dt).only_best();
+    let (all, chosen) = (
+        planner.plan(&place.start, 0, &traffic),
+        best.plan(&place.start, 0, &traffic),
+    );
+    assert_eq!((all.states, all.cost), (chosen.states, chosen.cost));
+    group.bench_function("cycle/only best", |b| {
+        b.iter(|| best.plan(black_box(&place.start), 0, &traffic));
+    });
     group.finish();
 }
 

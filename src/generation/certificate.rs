@@ -156,6 +156,13 @@ impl Avoidability {
         search.from(search.reaction(delay))
     }
 
+    /// The longest reaction time (s) with which it can be avoided, and how.
+    #[must_use]
+    pub fn latest(&self) -> Option<(f64, &Arc<EvasiveTrajectory>)> {
+        let mut all = self.certificates.iter().rev();
+        all.find_map(|(delay, certificate)| Some((*delay, certificate.avoidance()?)))
+    }
+
     /// Whether it can be avoided with this reaction time, seconds; `None` for delays other than [`DELAYS`].
     #[must_use]
     pub fn at(&self, delay: f64) -> Option<bool> {

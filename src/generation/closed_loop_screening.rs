@@ -181,18 +181,18 @@ impl ClosedLoop {
         let between = self.driver.touched_between(&changed, &drive);
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
-        let unchanged = || attackers.iter().all(|a| a.after == a.before);
         let contact = match drive.outcome {
             Outcome::Collision(collision) => Some(collision),
             _ => None,
         };
         let contact = contact.filter(|c| !same && !recorded.touches(c.with));
         let telling = contact.filter(|c| effect::is_telling(c, &attackers));
-        let near = || effect::comes_near(&attackers, &changed, &drive);
+        let before = (&*self.scenario, recorded);
+        let near = || effect::comes_near(&attackers, before, (&changed, &drive));
         let consequence = match (telling, drive.outcome) {
             (Some(collision), _) => Consequence::Collision(collision),
             (None, Outcome::PlannerError(error)) if !same => Consequence::PlannerError(error),
-            (None, _) if near() && !(same && unchanged()) => Consequence::NearMiss,
+            (None, _) if near() => Consequence::NearMiss,
             (None, _) => Consequence::NoEffect,
         };
         Ok(Effect {

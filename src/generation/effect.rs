@@ -17,7 +17,8 @@ pub enum Consequence {
     Collision(Collision),
     /// No such contact, and the planner's process fails: the ego has no trajectory then.
     PlannerError(PlannerError),
-    /// Neither, and the risk score of an attacker that is not behind the ego is 1 at most at some step.
+    /// Neither, and the risk score of an attacker that is not behind the ego is 1 at most at some step, and lower than
+    /// in the baseline.
     NearMiss,
     /// Neither.
     NoEffect,
@@ -237,21 +238,26 @@ fn hits_from_behind(contact: &Collision) -> bool {
     contact.ego == ContactSide::Rear && contact.other == ContactSide::Front
 }
 
-/// Whether an attacker comes dangerously near, a risk score of [`NEAR_MISS`] at most, while its middle is not behind the ego's
-/// rear.
+/// Whether an attacker comes dangerously near, a risk score of [`NEAR_MISS`] at most and lower than it ever has in the
+/// drive `before` the change, while its middle is not behind the ego's rear. Of drives the scenario and the ego's.
 pub(super) fn comes_near(
     attackers: &[AttackerEffect],
-    scenario: &Scenario,
-    drive: &Rollout,
+    (recorded, before): (&Scenario, &Rollout),
+    (changed, after): (&Scenario, &Rollout),
 ) -> bool {
-    let is_behind = behind(scenario, drive);
+    let (was_behind, is_behind) = (behind(recorded, before), behind(changed, after));
     attackers.iter().any(|attacker| {
-        let near = attacker
-            .after
+        let id = attacker.obstacle;
+        let was = attacker
+            .before
             .iter()
-            .filter(|(_, score)| *score <= NEAR_MISS);
-        let mut steps = near.map(|(step, _)| *step);
-        steps.any(|step| is_behind(attacker.obstacle, step) != Some(true))
+            .filter(|(step, _)| was_behind(id, *step) != Some(true));
+        let was = was.map(|(_, score)| *score).min();
+        attacker.after.iter().any(|(step, score)| {
+            *score <= NEAR_MISS
+                && was.is_none_or(|was| *score < was)
+                && is_behind(id, *step) != Some(true)
+        })
     })
 }
 

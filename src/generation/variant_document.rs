@@ -201,11 +201,7 @@ fn certificates(variant: &Variant<'_>, saved: &VariantFiles) -> Value {
 }
 
 fn avoided(variant: &Variant<'_>, avoidance: &EvasiveTrajectory, file: Option<String>) -> Value {
-    let (driver, drive_there) = (variant.closed.driver(), &avoidance.drive);
-    let scenario = &variant.effect.scenario;
-    let rules = drive_there.rules(scenario, driver.problem(), driver.settings());
-    let broken: Vec<&str> = rules.broken().map(|rule| rule.name()).collect();
-    let undecided: Vec<&str> = rules.undecided().map(|rule| rule.name()).collect();
+    let review = avoidance.review(variant.closed, variant.effect);
     let manoeuvre = match avoidance.found {
         Finder::Manoeuvre(m) => Some(json!({
             "acceleration": m.acceleration,
@@ -222,9 +218,11 @@ fn avoided(variant: &Variant<'_>, avoidance: &EvasiveTrajectory, file: Option<St
         "departs_after_step": (avoidance.found != Finder::Unchanged).then_some(avoidance.reaction),
         "found_by": avoidance.found.to_string(),
         "manoeuvre": manoeuvre,
-        "ends": drive(drive_there),
-        "rules_broken": broken,
-        "rules_undecided": undecided,
+        "ends": drive(&avoidance.drive),
+        "max_acceleration": review.acceleration,
+        "rules_broken": review.broken(),
+        "rules_undecided": review.undecided(),
+        "leaves_roadway_step": review.leaves_roadway,
         "searched": searched(&avoidance.searched),
     })
 }

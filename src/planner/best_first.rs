@@ -58,6 +58,7 @@ impl Planner<'_> {
                 &self.rest[(place - first) * (steps + 1)..][..=steps],
                 ways.rest(way, steps),
             ];
+            let lateral = (lateral, ways.offsets(way, steps));
             self.candidates[index] =
                 judge.follow(now, place, profile, (stations, &close), lateral, rest, most);
             self.ask_road(index);

@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, Cost, Rejection};
 use super::close_traffic::CloseTraffic;
-use super::lateral::Lateral;
+use super::lateral::{Lateral, by_length};
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
 use super::traffic::{EgoBox, Occupied, Traffic};
@@ -46,7 +46,8 @@ struct Sums {
 
 impl Judge<'_> {
     /// Follows a candidate from `now`, the state it starts from; no farther than to where it is sure to cost more than
-    /// `most`. What it costs at least after each step is the sum of both of `rest`; nothing where they are empty.
+    /// `most`. What it costs at least after each step is the sum of both of `rest`; nothing where they are empty. Its
+    /// offsets are worked out where they are not given.
     #[allow(clippy::too_many_arguments)]
     pub fn follow(
         &self,
@@ -54,7 +55,7 @@ impl Judge<'_> {
         place: usize,
         profile: &Profile,
         (stations, close): (&[Station], &CloseTraffic),
-        lateral: Lateral,
+        (lateral, offsets): (Lateral, &[[f64; 3]]),
         rest: [&[f64]; 2],
         most: Option<f64>,
     ) -> Candidate {
@@ -63,7 +64,10 @@ impl Judge<'_> {
         let mut before = *now;
         let mut rejected = None;
         for (step, at) in stations.iter().enumerate().skip(1) {
-            let offset = lateral.at(step as f64 * self.dt, at.s);
+            let offset = match offsets.get(step) {
+                Some(known) => by_length(*known, at.slower, at.s[2]),
+                None => lateral.at(step as f64 * self.dt, at.s),
+            };
             let Some(moved) = state(at, offset) else {
                 rejected = Some((step, Rejection::InsideCurve));
                 break;

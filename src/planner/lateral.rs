@@ -32,6 +32,18 @@ pub(super) struct Start {
 /// The shortest way (m) over which an offset is changed.
 const SHORTEST: f64 = 6.0;
 
+/// An offset with its derivatives by time as one by arc length, where the inverse of the speed (s/m) and the acceleration
+/// (m/s²) are these.
+#[inline]
+pub(super) fn by_length([d, d1, d2]: [f64; 3], slower: f64, acceleration: f64) -> Offset {
+    if d1 == 0.0 && d2 == 0.0 {
+        return [d, 0.0, 0.0];
+    }
+    // Planned over time only where the speed is far from 0.
+    let slope = d1 * slower;
+    [d, slope, (d2 - slope * acceleration) * slower * slower]
+}
+
 impl Lateral {
     pub fn over_time(start: &Start, target: f64, duration: f64) -> Self {
         Self::Time {
@@ -66,11 +78,7 @@ impl Lateral {
                 if t >= *duration {
                     return [*target, 0.0, 0.0];
                 }
-                let [d, d1, d2] = across.at(t);
-                // Planned over time only where the speed is far from 0.
-                let slower = s[1].recip();
-                let slope = d1 * slower;
-                [d, slope, (d2 - slope * s[2]) * slower * slower]
+                by_length(across.at(t), s[1].recip(), s[2])
             }
             Self::Length {
                 across,
@@ -85,6 +93,25 @@ impl Lateral {
                 across.at(along.max(0.0))
             }
         }
+    }
+
+    /// The offset after `t` seconds from now (m) with its first and second derivative by time; only where it changes over
+    /// time.
+    pub fn by_time(&self, t: f64) -> Option<[f64; 3]> {
+        let Self::Time {
+            across,
+            duration,
+            elapsed,
+            target,
+        } = self
+        else {
+            return None;
+        };
+        let t = t + elapsed;
+        Some(match t >= *duration {
+            true => [*target, 0.0, 0.0],
+            false => across.at(t),
+        })
     }
 
     /// The same from `seconds` later.

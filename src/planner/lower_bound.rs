@@ -27,6 +27,8 @@ pub(super) struct Ways {
     pub list: Vec<Way>,
     /// For each of them, the least weighted cost of what is left after each step.
     rest: Vec<f64>,
+    /// For each of them, the offset after each step with its derivatives by time; empty over arc length.
+    offsets: Vec<[f64; 3]>,
     /// Bounds of all offsets (m), and of their change: m/s over time, metres by metre over arc length.
     widest: f64,
     steepest: f64,
@@ -47,6 +49,7 @@ impl Ways {
         (self.widest, self.steepest) = (0.0, 0.0);
         self.list.clear();
         self.rest.clear();
+        self.offsets.clear();
         let (settings, steps) = (judge.settings, judge.steps);
         let weight = settings.weights.offset * ROUNDING / steps as f64;
         for target in level.offsets(settings.sampling.widest, start.by_length[0]) {
@@ -64,14 +67,23 @@ impl Ways {
                 self.list.push(Way { lateral, jerk });
                 let first = self.rest.len();
                 self.rest.resize(first + steps + 1, 0.0);
+                let moments = (0..=steps).map(|step| step as f64 * judge.dt);
+                self.offsets
+                    .extend(moments.filter_map(|t| lateral.by_time(t)));
                 if !by_length {
                     for step in (1..=steps).rev() {
-                        let [d, _, _] = lateral.at(step as f64 * judge.dt, [0.0, 1.0, 0.0]);
+                        let [d, _, _] = self.offsets[first + step];
                         self.rest[first + step - 1] = self.rest[first + step] + weight * d * d;
                     }
                 }
             }
         }
+    }
+
+    /// The offset of a way after each step (m) with its derivatives by time; empty where it changes over arc length.
+    pub fn offsets(&self, way: usize, steps: usize) -> &[[f64; 3]] {
+        let from = way * (steps + 1);
+        self.offsets.get(from..=from + steps).unwrap_or_default()
     }
 
     /// The least weighted cost of what a way has left after each step.
@@ -197,7 +209,7 @@ mod tests {
                             0,
                             &profile,
                             (&stations, &nearby),
-                            way.lateral,
+                            (way.lateral, &[]),
                             all,
                             None,
                         );
@@ -213,7 +225,7 @@ mod tests {
                                 0,
                                 &profile,
                                 (&stations, &nearby),
-                                way.lateral,
+                                (way.lateral, ways.offsets(i, 40)),
                                 all,
                                 most,
                             );

@@ -11,6 +11,8 @@ use crate::geometry::{PathFrame, Point, Pose};
 pub(super) struct Station {
     /// Arc length (m), its speed (m/s) and acceleration (m/s²).
     pub s: [f64; 3],
+    /// The inverse of the speed, s/m.
+    pub slower: f64,
     /// The speed that is wanted here, and that the rules allow, m/s.
     pub wanted: f64,
     pub allowed: f64,
@@ -26,6 +28,7 @@ impl Station {
     pub fn new(s: [f64; 3], at: &PathFrame, (wanted, allowed): (f64, f64)) -> Self {
         Self {
             s,
+            slower: s[1].recip(),
             wanted,
             allowed,
             position: at.position,
@@ -66,6 +69,18 @@ pub(super) fn state(at: &Station, offset: Offset) -> Option<Moved> {
         return None;
     }
     let (closer, [_, s1, s2]) = (stretch.recip(), at.s);
+    if d1 == 0.0 {
+        // Along the path, as all are whose offset has changed.
+        return Some(Moved {
+            x: at.position.x - at.sin * d,
+            y: at.position.y + at.cos * d,
+            cos: at.cos,
+            sin: at.sin,
+            velocity: s1 * stretch,
+            acceleration: s2 * stretch - s1 * s1 * (k1 * d),
+            curvature: (d2 * closer + k) * closer,
+        });
+    }
     let tan = d1 * closer;
     // Divisions are what takes time here.
     let over_cos = (1.0 + tan * tan).sqrt();

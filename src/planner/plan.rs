@@ -266,7 +266,7 @@ impl<'a> Planner<'a> {
         let (settings, limits) = (judge.settings, &judge.allowed.limits);
         self.close.take(judge.traffic, stations, settings, limits);
         let along = (stations, &self.close);
-        let candidate = judge.follow(now, place, &profile, along, lateral, [&[]; 2], None);
+        let candidate = judge.follow(now, place, &profile, along, (lateral, &[]), [&[]; 2], None);
         self.candidates.push(candidate);
         if self.only_best {
             self.ask_road(self.candidates.len() - 1);
@@ -313,12 +313,13 @@ impl<'a> Planner<'a> {
             self.close.take(judge.traffic, stations, settings, limits);
             let along = (stations, &self.close);
             let slow = usize::from(profile.slowest < self.settings.low_speed);
-            for way in &self.ways[slow].list {
+            let ways = &self.ways[slow];
+            for (i, way) in ways.list.iter().enumerate() {
                 if self.cancel.is_asked() {
                     return;
                 }
-                let followed =
-                    judge.follow(now, place, &profile, along, way.lateral, [&[]; 2], None);
+                let lateral = (way.lateral, ways.offsets(i, steps));
+                let followed = judge.follow(now, place, &profile, along, lateral, [&[]; 2], None);
                 self.candidates.push(followed);
             }
         }

@@ -2,11 +2,31 @@
 
 use super::collision::touches_between;
 use super::{
-    Control, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, ResumableRollout, Rollout,
+    Collision, Control, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, ResumableRollout,
+    Rollout,
 };
-use crate::geometry::angle_between;
+use crate::geometry::{Pose, angle_between};
 use crate::planner::{Planner, VehicleState};
 use crate::scenario::{Motion, Scenario, Track};
+
+/// What is wrong with a motion through a scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MotionFault {
+    /// It touches an obstacle at a step.
+    #[error("touches {0}")]
+    Contact(Collision),
+    /// It touches an obstacle between two steps.
+    #[error("touches {with} between steps {after} and {}", after + 1)]
+    Between {
+        /// The step before.
+        after: i64,
+        /// The obstacle.
+        with: i64,
+    },
+    /// It leaves the road at a step.
+    #[error("leaves the road at step {0}")]
+    OffRoad(i64),
+}
 
 /// Below this way (m) in a step the heading tells nothing about the steering.
 const SHORT: f64 = 0.01;
@@ -83,6 +103,38 @@ impl Driver {
         pairs.find_map(|(step, poses)| {
             let touched = touches_between(scenario, body, poses, step, without)?;
             Some((step, touched))
+        })
+    }
+
+    /// What is wrong with a motion of the vehicle's centre in `scenario`: the first contact with an obstacle, at a step
+    /// or between two, or that it leaves the road that it was on.
+    #[must_use]
+    pub fn fault_of(&self, scenario: &Scenario, track: &Track) -> Option<MotionFault> {
+        let (body, without) = (self.road().body(), self.settings().without);
+        let mut was_on = false;
+        let mut before: Option<(i64, Pose)> = None;
+        track.iter().find_map(|(step, motion)| {
+            let placed = body.at(motion.pose);
+            let way = before.replace((step, motion.pose));
+            let way = way.filter(|(earlier, _)| earlier + 1 == step);
+            let between = way.and_then(|(earlier, pose)| {
+                let way = (pose, motion.pose);
+                Some((
+                    earlier,
+                    touches_between(scenario, body, way, earlier, without)?,
+                ))
+            });
+            if let Some((after, with)) = between {
+                return Some(MotionFault::Between { after, with });
+            }
+            if let Some(contact) = Collision::at(scenario, &placed, step, without) {
+                return Some(MotionFault::Contact(contact));
+            }
+            let state = VehicleState::of_centre(motion, 0.0, self.limits());
+            let on = self.road().holds(&state, self.limits());
+            let left = was_on && !on;
+            was_on |= on;
+            left.then_some(MotionFault::OffRoad(step))
         })
     }
 

@@ -19,6 +19,7 @@ mod traffic;
 pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN};
 pub use collision::{Collision, ContactSide};
 pub use control::Control;
+pub use drives::MotionFault;
 pub use external::{
     Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
     PlannerError, PlannerFault, ReferencePoint, planner_message_names, planner_message_schema,

@@ -11,7 +11,7 @@
 //! - [`compare_versions`]: the stored answers to two versions of a prompt, scenario by scenario
 //! - [`prepare`]: the planner drives the ego of a planning problem
 //! - [`Monitor`]: a judge beside the planner, whose warnings may brake
-//! - [`VariantOrigin`]: the original of a saved variant
+//! - [`VariantOrigin`]: the original of a saved variant, and [`VariantRecord`]: what its manifest says
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
 //! - [`search_index`]: the windows of an index that a filter lets through
@@ -45,6 +45,8 @@ mod sentence;
 mod simulator_export;
 mod stored_question;
 mod truth;
+mod variant_record;
+mod verify_variant;
 mod versions;
 
 pub use answer_page::answer_page;
@@ -85,6 +87,8 @@ pub use sentence::{NotUnderstood, Sentence};
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
 pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
+pub use variant_record::VariantRecord;
+pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
 
 pub use versions::{
     ComparedAnswers, SideTotals, VersionChange, VersionComparison, VersionSource, VersionTotals,

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
+use super::VariantRecord;
 use crate::description::visible;
 use crate::formats::{Entry, EntryLocation, bundled};
 use crate::generation::AttackStyle;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, VehicleType};
 use crate::system;
 
 /// An obstacle with a new motion.
@@ -38,6 +39,14 @@ pub struct VariantOrigin {
     pub planner: Option<String>,
     /// Whose limits its attackers keep; of earlier versions nothing.
     pub style: Option<AttackStyle>,
+    /// The names of all its files with their SHA-256, hexadecimal.
+    pub hashes: Vec<(String, String)>,
+    /// The planning problem that is driven.
+    pub problem: Option<i64>,
+    /// The vehicle that drives.
+    pub vehicle: Option<VehicleType>,
+    /// Attack, outcome and certificates.
+    pub record: VariantRecord,
     /// The variant's file.
     variant: PathBuf,
     /// Where the original was when the variant was made, seen from the folder that was the current one then.
@@ -73,6 +82,11 @@ impl VariantOrigin {
             certificates: certificates(&said),
             planner: planner(&said["planning"]["planner"]),
             style: style(&said),
+            hashes: hashes(&said),
+            problem: said["planning"]["problem"].as_i64(),
+            vehicle: { said["planning"]["vehicle"].as_i64() }
+                .and_then(|number| VehicleType::parse(&number.to_string())),
+            record: VariantRecord::of(&said),
             variant: file.clone(),
             said: places.map(PathBuf::from).collect(),
         })
@@ -163,6 +177,12 @@ impl VariantOrigin {
         name.push(".xml");
         name.into()
     }
+}
+
+fn hashes(said: &Value) -> Vec<(String, String)> {
+    let all = said["sha256"].as_object().into_iter().flatten();
+    let all = all.map(|(name, hash)| (name.clone(), hash.as_str().unwrap_or_default().to_owned()));
+    all.collect()
 }
 
 /// The drives that avoid a variant, by reaction time.

@@ -106,6 +106,8 @@ pub struct PreparedPlan {
     shown: String,
     /// Its place among the scenario's problems.
     problem: usize,
+    /// Whether a cycle gives up candidates as soon as another one is cheaper.
+    only_best: bool,
 }
 
 /// A planned ego.
@@ -143,6 +145,7 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         name: entry.name.clone(),
         shown: entry.display(),
         problem,
+        only_best: false,
     };
     prepared.starts_slowly_enough()?;
     Ok(prepared)
@@ -216,6 +219,16 @@ impl PreparedPlan {
     #[must_use]
     pub fn driven_by(self, planner: Option<Arc<ExternalPlanner>>) -> Self {
         Self { planner, ..self }
+    }
+
+    /// The same, which drives the same sooner: its cycles tell no event, and do not say how many of their candidates
+    /// could be driven, see [`Planner::only_best`].
+    #[must_use]
+    pub fn only_best(self) -> Self {
+        Self {
+            only_best: true,
+            ..self
+        }
     }
 
     /// What drives, in a scenario that differs from the prepared one by the motion of obstacles alone.
@@ -338,6 +351,10 @@ impl PreparedPlan {
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Option<Rollout> {
+        if self.only_best {
+            let drive = driver.drive(scenario, &driver.whole());
+            return (!cancel.is_asked()).then_some(drive);
+        }
         let mut watch = self.watch(scenario, on_event);
         let drive = driver.drive_watched(scenario, &driver.whole(), &mut |planner, cycle| {
             watch(planner, cycle);

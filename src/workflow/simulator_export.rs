@@ -73,7 +73,7 @@ pub fn export_to_simulator(
                 settings: request.settings,
             };
             let prepared = prepare(&plan).map_err(|e| named(e.to_string()))?;
-            let outcome = prepared.run(cancel, &mut |_| {});
+            let outcome = prepared.only_best().run(cancel, &mut |_| {});
             let Some(outcome) = outcome.map_err(|e| named(e.to_string()))? else {
                 return Ok(None);
             };

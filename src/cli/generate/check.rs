@@ -12,7 +12,7 @@ use crate::generation::{
     AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, attacked_planner, refusal,
 };
 use crate::scenario::Scenario;
-use crate::workflow::VariantOrigin;
+use crate::workflow::{VariantOrigin, VariantProofs, verify_variant};
 
 /// Files round to four digits, mostly: half of the last one.
 const ROUNDING: f64 = 5e-5;
@@ -27,6 +27,45 @@ pub struct CheckDocument {
     rejected: Vec<Value>,
     /// Changed motions: obstacle, first_changed_step, passed, rejected and more.
     changed: Vec<CheckedMotion>,
+    /// What the manifest beside the variant claims, verified; null without one.
+    manifest: Option<CheckedManifest>,
+}
+
+/// The files that a manifest names, and the drives of its good drivers.
+#[derive(Serialize, JsonSchema)]
+struct CheckedManifest {
+    /// Files whose SHA-256 was compared.
+    files: usize,
+    /// What is wrong with them.
+    changed_files: Vec<String>,
+    certificates: Vec<CheckedCertificate>,
+}
+
+/// A good driver's drive: it has to touch no obstacle, at the steps and between them, and to stay on the road.
+#[derive(Serialize, JsonSchema)]
+struct CheckedCertificate {
+    /// Seconds.
+    reaction_time: String,
+    file: String,
+    passed: bool,
+    /// What is wrong with it.
+    fault: Option<String>,
+}
+
+impl CheckedManifest {
+    fn of(proofs: &VariantProofs) -> Self {
+        let certificates = proofs.certificates.iter().map(|one| CheckedCertificate {
+            reaction_time: one.delay.clone(),
+            file: one.file.clone(),
+            passed: one.result.is_ok(),
+            fault: one.result.clone().err(),
+        });
+        Self {
+            files: proofs.files,
+            changed_files: proofs.changed.clone(),
+            certificates: certificates.collect(),
+        }
+    }
 }
 
 /// A changed motion.
@@ -73,6 +112,7 @@ pub fn run(
         .of_style(style)
         .with_attackers(attackers.unwrap_or(MOST_ATTACKERS));
     let found = gate.compare(&changed, None);
+    let proofs = verify_variant(variant);
     if as_json {
         let motions = found.changed.iter().map(|one| {
             let wrong = one.verdict.as_ref().err();
@@ -94,6 +134,7 @@ pub fn run(
             style: style.name(),
             rejected: found.refusals.iter().map(refusal).collect(),
             changed: motions.collect(),
+            manifest: proofs.as_ref().map(CheckedManifest::of),
         })?;
     } else {
         let mut words = format!("{judged}\n");
@@ -130,12 +171,44 @@ pub fn run(
                 }
             }
         }
+        if let Some(proofs) = &proofs {
+            words.push_str(&manifest_words(proofs));
+        }
         output::text(&words)?;
     }
-    if found.passed() {
-        return Ok(());
+    if !found.passed() {
+        return Err(Failure::finding("the variant does not pass the gate"));
     }
-    Err(Failure::finding("the variant does not pass the gate"))
+    match proofs.is_none_or(|proofs| proofs.hold()) {
+        true => Ok(()),
+        false => Err(Failure::finding(
+            "the manifest beside the variant does not hold",
+        )),
+    }
+}
+
+fn manifest_words(proofs: &VariantProofs) -> String {
+    let mut words = match proofs.changed.len() {
+        0 => format!(
+            "manifest: {} as written\n",
+            output::counted(proofs.files, "file")
+        ),
+        _ => String::new(),
+    };
+    for changed in &proofs.changed {
+        words.push_str(&format!("manifest: {}\n", output::visible(changed)));
+    }
+    for one in &proofs.certificates {
+        let said = match &one.result {
+            Ok(steps) => format!(
+                "touches nothing and stays on the road, {}",
+                output::counted(*steps, "step")
+            ),
+            Err(fault) => output::visible(fault).into(),
+        };
+        words.push_str(&format!("good driver, {} s: {said}\n", one.delay));
+    }
+    words
 }
 
 /// An obstacle that vanishes before its recorded motion ends: no limit is broken by that, and no road user can do it.

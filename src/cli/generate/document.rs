@@ -10,7 +10,7 @@ use crate::cli::output;
 use crate::cli::plan::failed;
 use crate::evaluation::generating::{Authored, ChosenBy};
 use crate::generation::{
-    Attack, Avoidability, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
+    Attack, Avoidability, ClosedLoop, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
     attacker_document, refusal,
 };
 use crate::verdict::Motion;
@@ -87,7 +87,9 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "baseline": baseline.drive().outcome.name(),
         "drive": effect.map(|e| e.drive.outcome.name()),
         "planner": output::visible(planner),
-        "good_driver": chosen.and_then(|c| good_driver(&c.avoidability)),
+        "good_driver": chosen.zip(effect).and_then(|(c, effect)| {
+            good_driver(&generated.workshop.closed, &c.avoidability, effect)
+        }),
         "collision_kind": collision.map(|c| c.kind().name()),
         "reference_ranking": ranking(generated),
         "passed": made.found.attacks.len(),
@@ -218,16 +220,18 @@ pub fn said(authored: &Authored) -> Vec<String> {
 }
 
 /// The good driver with the longest reaction time (s) who survives, as `drive` is the planner that is attacked.
-fn good_driver(avoidability: &Avoidability) -> Option<Value> {
-    let mut certificates = avoidability.certificates.iter().rev();
-    certificates.find_map(|(delay, certificate)| {
-        let way = certificate.avoidance()?;
-        Some(json!({
-            "reaction_time": delay,
-            "drive": way.drive.outcome.name(),
-            "found_by": way.found.to_string(),
-        }))
-    })
+fn good_driver(closed: &ClosedLoop, avoidability: &Avoidability, effect: &Effect) -> Option<Value> {
+    let (delay, way) = avoidability.latest()?;
+    let review = way.review(closed, effect);
+    Some(json!({
+        "reaction_time": delay,
+        "drive": way.drive.outcome.name(),
+        "found_by": way.found.to_string(),
+        "max_acceleration": review.acceleration,
+        "rules_broken": review.broken(),
+        "rules_undecided": review.undecided(),
+        "leaves_roadway_step": review.leaves_roadway,
+    }))
 }
 
 fn avoidable(avoidability: &Avoidability) -> Value {

@@ -54,6 +54,9 @@ pub struct Figures {
     /// The step before a contact between steps.
     #[serde(default)]
     pub touched_after_step: Option<i64>,
+    /// Of versions that did not review it none.
+    #[serde(default)]
+    pub good_driver: Option<GoodDriver>,
     pub model: Option<Consumed>,
     /// The planner that is attacked, as it was named; of versions that attacked only their own none.
     #[serde(default)]
@@ -70,6 +73,18 @@ pub struct Figures {
 pub struct AttackerFigures {
     pub id: i64,
     pub manoeuvre: String,
+}
+
+/// The driver of the longest reaction time who survives.
+#[derive(Debug, Clone, Deserialize)]
+pub struct GoodDriver {
+    /// m/s²; of versions that did not measure it none.
+    #[serde(default)]
+    pub max_acceleration: Option<f64>,
+    #[serde(default)]
+    pub rules_broken: Vec<String>,
+    #[serde(default)]
+    pub leaves_roadway_step: Option<i64>,
 }
 
 /// What a planner's process says of itself.
@@ -203,6 +218,17 @@ impl Figures {
             }
             _ => self.manoeuvre.clone(),
         }
+    }
+
+    /// What the good driver who survives does that is to be noted: broken rules, leaving the roadway.
+    pub fn good_driver_note(&self) -> Option<String> {
+        let driver = self.good_driver.as_ref()?;
+        let rules = (!driver.rules_broken.is_empty())
+            .then(|| format!("breaks {}", driver.rules_broken.join(", ")));
+        let leaves = driver.leaves_roadway_step;
+        let leaves = leaves.map(|step| format!("leaves the lanelets of cars at step {step}"));
+        let both: Vec<String> = rules.into_iter().chain(leaves).collect();
+        (!both.is_empty()).then(|| format!("the good driver {}", both.join(" and ")))
     }
 
     /// The longest reaction time (s) with which a good driver avoids it.

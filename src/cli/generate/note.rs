@@ -45,6 +45,7 @@ impl Generated {
             });
             notes.extend(gone);
         }
+        notes.extend(self.alone_after_all());
         if let Some((count, why)) = made.found.planner_errors() {
             let why = output::visible(&why);
             notes.push(format!(
@@ -53,6 +54,19 @@ impl Generated {
             ));
         }
         (!notes.is_empty()).then(|| notes.join("; "))
+    }
+}
+
+impl Generated {
+    /// That several were asked to attack and one does, though it reaches no collision that a good driver avoids.
+    fn alone_after_all(&self) -> Option<String> {
+        let chosen = self.made.chosen.as_ref()?;
+        let effect = chosen.attack.effect.as_ref()?;
+        let asked = self.settings["attackers"].as_u64()?;
+        let best = matches!(effect.consequence, Consequence::Collision(_))
+            && chosen.avoidability.latest().is_some();
+        (asked > 1 && effect.attackers.len() == 1 && !best)
+            .then(|| "no second attacker makes it worse".into())
     }
 }
 

@@ -13,6 +13,7 @@ use crate::generation::AttackStyle;
 use crate::planner::RuleMode;
 use crate::scenario::ContentHash;
 use crate::system;
+use crate::workflow::is_unchanged;
 
 /// Results of an earlier run, by the hash of the original.
 #[derive(Debug, Default)]
@@ -216,7 +217,7 @@ fn read(path: &Path) -> Result<FileKind, String> {
         return Err("not a manifest of a variant: sha256 lacks its files".into());
     }
     for (name, hash) in hashes {
-        is_as_it_was(&file_beside(folder, name)?, word(hash, "sha256")?.as_str())?;
+        is_unchanged(&file_beside(folder, name)?, word(hash, "sha256")?.as_str())?;
     }
     let mut line = made["line"].clone();
     if !line.is_object() {
@@ -299,17 +300,6 @@ fn file_beside(folder: &Path, name: &str) -> Result<PathBuf, String> {
 fn file_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
-}
-
-/// Whether a file is there, and still has the content with this hash.
-fn is_as_it_was(path: &Path, hash: &str) -> Result<(), String> {
-    let named = |words: &str| format!("{}: {words}", path.display());
-    let bytes = system::read_file(path, system::LARGEST);
-    let bytes = bytes.map_err(|e| named(&system::words(&e)))?;
-    match ContentHash::digest(&bytes).to_string() == hash {
-        true => Ok(()),
-        false => Err(named("it was changed after generation")),
-    }
 }
 
 /// Whether the file at `path` is a report of an earlier run, which may be replaced.

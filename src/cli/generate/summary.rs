@@ -11,6 +11,7 @@ use super::{note, table};
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
 use crate::generation::{MotionQuantity, MotionSamples};
+use crate::scenario::{HumanLimits, ObstacleType};
 use crate::workflow::PlanError;
 
 /// Counts over all scenarios.
@@ -34,6 +35,8 @@ pub struct Summary {
     /// Lowest risk scores of the attackers before and after.
     before: Vec<u8>,
     after: Vec<u8>,
+    /// Of the good drivers who survive collisions and near misses the largest acceleration, m/s².
+    hardest: Option<f64>,
     /// Of collisions and near misses, by reaction time.
     avoidable: BTreeMap<String, usize>,
     kinds: BTreeMap<String, usize>,
@@ -112,6 +115,9 @@ impl Summary {
         self.before.extend(figures.min_risk_before);
         self.after.extend(figures.min_risk_after);
         if figures.outcome.is_effective() {
+            let driver = figures.good_driver.as_ref();
+            let used = driver.and_then(|driver| driver.max_acceleration);
+            self.hardest = self.hardest.into_iter().chain(used).reduce(f64::max);
             for (delay, avoided) in figures.avoidable.iter().flatten() {
                 *self.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
             }
@@ -158,8 +164,11 @@ impl Summary {
         let effective = self.collisions + self.near_misses;
         if effective > 0 {
             text.push_str(&self.avoidable_words(effective));
-            if self.avoidable.values().any(|n| *n > 0) {
-                text.push_str(table::GOOD_DRIVER);
+            let people = HumanLimits::of(ObstacleType::Car).braking;
+            if let Some(hardest) = self.hardest.filter(|hardest| *hardest > people) {
+                text.push_str(&format!(
+                    "the good driver uses up to {hardest:.1} m/s²: people brake with up to {people:.1} m/s²\n"
+                ));
             }
         }
         text.push_str(&note::contacts(self.from_behind, self.between));

@@ -8,10 +8,6 @@ use crate::formats::Entry;
 /// Longer names push the columns behind them.
 const WIDEST: usize = 48;
 
-/// Below the table: what the good driver may do that people do not.
-pub const GOOD_DRIVER: &str =
-    "the good driver uses all that the vehicle can do, up to 11.5 m/s²: more than people do\n";
-
 /// Below the table: what its column says.
 pub const PLAUSIBILITY: &str = "plausibility: log-likelihood of the attackers' motions minus that of the recorded ones, nats/s; 0 is like them, less is stranger\n";
 
@@ -65,10 +61,9 @@ impl Table {
             false => "-".into(),
         };
         let avoidable = match figures.latest() {
-            Some(delay) => format!("after {delay} s"),
-            None if figures.avoidable.is_none() => "-".into(),
-            None if made => "not found".into(),
-            None => "-".into(),
+            _ if !figures.outcome.is_effective() || figures.avoidable.is_none() => "-".into(),
+            Some(delay) => format!("up to {delay} s"),
+            None => "not found".into(),
         };
         let plausible = figures.plausibility.map_or("-".into(), |likelihoods| {
             format!("{:+.1}", likelihoods.attacker - likelihoods.recorded)
@@ -80,7 +75,8 @@ impl Table {
         };
         let written = figures.id.as_deref().map(output::visible);
         let taken_over = figures.taken_over.then(|| "reused".into());
-        let said = [written, taken_over, figures.note.clone()];
+        let good_driver = { figures.good_driver_note() }.filter(|_| figures.outcome.is_effective());
+        let said = [written, taken_over, figures.note.clone(), good_driver];
         let said: Vec<String> = said.into_iter().flatten().collect();
         let manoeuvres = figures.manoeuvres();
         let cells = [
@@ -148,7 +144,7 @@ mod tests {
             "7",
             "cut-in",
             "1 → 0",
-            "after 0.5 s",
+            "up to 0.5 s",
             "-8.5",
             "1.2",
             "B_T-2; reused; not safe as it is",

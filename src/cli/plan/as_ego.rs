@@ -115,8 +115,16 @@ impl Kept {
     ) -> Result<(), Failure> {
         let stop = interrupted(true);
         let cancel = Cancel::from_flag(&stop);
-        let work =
-            |entry: &Entry| driven::drive(entry, problem, settings, Some(planner), None, &cancel);
+        let work = |entry: &Entry| {
+            driven::drive(
+                entry,
+                problem,
+                settings,
+                Some(planner),
+                (None, false),
+                &cancel,
+            )
+        };
         let mut done = 0;
         driven::each(entries, "drives", &stop, work, |_, driven| {
             done += 1;

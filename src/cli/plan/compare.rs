@@ -68,7 +68,16 @@ pub fn run(
         output::text(&job.title())?;
     }
     let both = |entry: &Entry| {
-        let drive = |planner| driven::drive(entry, problem, settings, Some(planner), None, &cancel);
+        let drive = |planner| {
+            driven::drive(
+                entry,
+                problem,
+                settings,
+                Some(planner),
+                (None, false),
+                &cancel,
+            )
+        };
         let one = drive(first)?;
         Some(one.and_then(|one| Ok((one, drive(second).transpose()?))))
     };

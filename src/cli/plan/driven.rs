@@ -92,18 +92,23 @@ pub fn each<T: Send>(
     failure.map_or(Ok(()), Err)
 }
 
-/// Drives the ego of a scenario, perhaps beside a monitor; nothing where `cancel` asked for an end.
+/// Drives the ego of a scenario, perhaps beside a monitor; nothing where `cancel` asked for an end. With `counts` its
+/// cycles say how many candidates could be driven, which takes longer.
 pub fn drive(
     entry: &Entry,
     problem: Option<i64>,
     settings: &Settings,
     planner: Option<&PlannerChoice>,
-    monitor: Option<&Monitor<'_>>,
+    (monitor, counts): (Option<&Monitor<'_>>, bool),
     cancel: &Cancel,
 ) -> Option<Result<DrivenScenario, PlanError>> {
     let external = planner.and_then(|planner| planner.external.clone());
     let prepared = request(entry, problem, settings);
     let prepared = prepared.map(|prepared| prepared.driven_by(external));
+    let prepared = prepared.map(|prepared| match counts {
+        true => prepared,
+        false => prepared.only_best(),
+    });
     let is_recorded = planner.is_some_and(|planner| planner.is_recorded);
     let planned = prepared.and_then(|prepared| match monitor {
         None if is_recorded => Ok(Some((prepared.recorded_drive(cancel)?, None))),

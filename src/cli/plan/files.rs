@@ -63,6 +63,11 @@ impl Files {
         file_of(self.output.as_deref()).is_some() || self.solution.is_some() || self.log.is_some()
     }
 
+    /// Whether there is a log of all cycles.
+    pub fn keeps_log(&self) -> bool {
+        self.log.is_some()
+    }
+
     /// Whether existing files are replaced.
     pub fn overwrites(&self) -> bool {
         self.overwrite

@@ -174,7 +174,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
                 problem,
                 &settings,
                 planner,
-                monitor.as_ref(),
+                (monitor.as_ref(), arguments.files.keeps_log()),
                 &cancel,
             )?;
             Some(Work::Driven(driven.map(Box::new), known))

@@ -222,15 +222,22 @@ fn being_hit_from_behind_or_nearly_so_is_no_effect() {
     assert_eq!(near.contact, None);
     assert_eq!(near.consequence, Consequence::NoEffect);
     // Whatever its score: from in front it would be a near miss.
-    let scored_1 = |effect: &Effect| {
+    let baseline = closed.baseline().drive();
+    let scored_after = |effect: &Effect, before: u8| {
         let mut attackers = effect.attackers.clone();
+        let recorded = attackers.iter_mut().flat_map(|a| a.before.iter_mut());
+        recorded.for_each(|(_, score)| *score = before);
         let scores = attackers.iter_mut().flat_map(|a| a.after.iter_mut());
         let later = scores.filter(|(step, _)| *step > 5);
         later.for_each(|(_, score)| *score = 1);
-        comes_near(&attackers, &effect.scenario, &effect.drive)
+        let without = (&**closed.scenario(), baseline);
+        comes_near(&attackers, without, (&effect.scenario, &effect.drive))
     };
+    let scored_1 = |effect: &Effect| scored_after(effect, 5);
     let ahead = closed.effect(&braking(&closed, 5, 1.0).into()).unwrap();
     assert!(!scored_1(&near) && scored_1(&ahead));
+    // What is as near without the attack is no effect of it.
+    assert!(scored_after(&ahead, 2) && !scored_after(&ahead, 1));
 }
 
 #[test]

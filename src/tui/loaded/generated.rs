@@ -221,12 +221,15 @@ impl VariantDisplay {
             effect,
             ..
         } = chosen.attack;
+        let effect = effect.ok_or("the ego was not driven against the attack")?;
+        let latest = chosen.avoidability.latest();
         Ok(GeneratedVariant {
             file: self.file,
+            good_driver: latest.map(|(_, way)| way.review(&self.closed, &effect)),
             closed: self.closed,
             asked,
             change,
-            effect: effect.ok_or("the ego was not driven against the attack")?,
+            effect,
             avoidability: chosen.avoidability,
             passed: self.passed,
             style: self.style,

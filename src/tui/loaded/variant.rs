@@ -11,8 +11,8 @@ use crate::formats::Entry;
 use crate::formats::commonroad;
 use crate::generation::attacker::Candidate;
 use crate::generation::{
-    AttackStyle, Avoidability, ClosedLoop, Effect, GateEvidence, JointChange, Plausibility,
-    Progress, Refusal, Variant,
+    AttackStyle, Avoidability, ClosedLoop, Effect, EvasiveReview, GateEvidence, JointChange,
+    Plausibility, Progress, Refusal, Variant,
 };
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
@@ -78,6 +78,8 @@ pub struct GeneratedVariant {
     pub effect: Effect,
     /// Whether a good driver avoids it.
     pub avoidability: Avoidability,
+    /// What the driver of the longest reaction time who avoids it does; `None` where there is none.
+    pub good_driver: Option<EvasiveReview>,
     /// The gate's evidence of each changed motion.
     pub passed: Vec<GateEvidence>,
     /// How its attackers move.

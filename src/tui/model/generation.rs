@@ -287,8 +287,15 @@ impl Model {
         self.opened.as_ref()?.variant.as_ref()
     }
 
+    /// The variant that was opened from a file, by the manifest beside it.
+    #[must_use]
+    pub fn saved(&self) -> Option<&SavedVariant> {
+        self.opened.as_ref()?.saved.as_deref()
+    }
+
     /// What is known of a variant that was opened from a file.
-    fn saved_variant(&self, saved: &SavedVariant) -> String {
+    #[must_use]
+    pub fn saved_variant(&self, saved: &SavedVariant) -> String {
         let what = match &saved.origin.ids()[..] {
             [one] => format!("a saved variant: {one} has a new motion"),
             several => format!("a saved variant: {} have new motions", listed(several)),

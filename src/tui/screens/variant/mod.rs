@@ -1,6 +1,7 @@
 //! The variant: its attack, its outcome and its differences at the cursor, in a panel beside the map.
 
 mod authorship;
+mod saved;
 
 use std::collections::BTreeMap;
 
@@ -32,7 +33,7 @@ pub struct VariantScreen {
 
 /// Opens the window, where a variant is shown or a model wrote something.
 pub fn open(model: &mut Model) {
-    if model.variant().is_none() && model.unwritten().is_none() {
+    if model.variant().is_none() && model.unwritten().is_none() && model.saved().is_none() {
         let why = model.without_variant();
         return model.say(why);
     }
@@ -66,10 +67,11 @@ impl Screen for VariantScreen {
         let width = lines::width(screen);
         let columns = usize::from(width).max(2) - 2;
         let unwritten = model.unwritten().filter(|_| model.variant().is_none());
-        let text = match (model.variant(), unwritten) {
-            (Some(shown), _) => text(model, shown, columns),
-            (None, Some(wrote)) => authorship::alone(model, wrote, columns),
-            (None, None) => {
+        let text = match (model.variant(), unwritten, model.saved()) {
+            (Some(shown), _, _) => text(model, shown, columns),
+            (None, Some(wrote), _) => authorship::alone(model, wrote, columns),
+            (None, None, Some(saved)) => saved::text(model, saved, columns),
+            (None, None, None) => {
                 let key = model.look.key(Action::Generate);
                 let words = format!("no variant is shown: {key} makes the scenario dangerous");
                 Text::styled(words, Style::new().fg(model.theme.dim))
@@ -250,6 +252,9 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
 
 fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     lines.title("avoidable by a good driver, by reaction time");
+    if made.effect.consequence == Consequence::NoEffect {
+        return lines.plain("nothing to avoid");
+    }
     let mut last = None;
     for (delay, certificate) in &made.avoidability.certificates {
         let name = format!("{delay:.1} s");
@@ -265,6 +270,16 @@ fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
                 let style = Style::new().fg(model.theme.warning);
                 lines.say_in(&name, &format!("no: {}", nothing.why), style);
             }
+        }
+    }
+    if let Some(driver) = &made.good_driver {
+        lines.say("uses", &format!("up to {:.1} m/s²", driver.acceleration));
+        let broken = driver.broken();
+        if !broken.is_empty() {
+            lines.say("breaks", &broken.join(", "));
+        }
+        if let Some(step) = driver.leaves_roadway {
+            lines.say("leaves", &format!("the lanelets of cars at step {step}"));
         }
     }
 }
