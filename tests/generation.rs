@@ -9,7 +9,7 @@ use std::sync::Arc;
 use nearmiss::evaluation::default_planning;
 use nearmiss::formats::{Entry, commonroad, find};
 use nearmiss::generation::{
-    Change, ClosedLoop, Consequence, Effort, Gate, Selection, VariantGenerator,
+    AllowedAttacks, Change, ClosedLoop, Consequence, Effort, Gate, Selection, VariantGenerator,
 };
 use nearmiss::planner::Cancel;
 use nearmiss::scenario::Scenario;
@@ -30,7 +30,8 @@ fn made(scenario: &Arc<Scenario>, effort: &Effort, among: &[i64]) -> (VariantGen
         &mut |_, _| true,
     );
     let workshop = VariantGenerator::from_closed_loop(driven.unwrap()).unwrap();
-    let made = workshop.search(effort, among, &mut |_| true).unwrap();
+    let allowed = AllowedAttacks { among, wish: None };
+    let made = workshop.search(effort, allowed, &mut |_| true).unwrap();
     (workshop, made)
 }
 

@@ -73,6 +73,8 @@ topics! {
         "Planners of your own: a protocol of JSON lines, what is reported, an example";
     generating, "generating", "generating.md", ["generate"],
         "Dangerous variants of safe scenarios: attack, gate, certificate";
+    wishes, "wishes", "wishes.md", [],
+        "Attacks that a sentence asks for: who, which manoeuvre, from where";
     model_attacks, "model-attacks", "model-attacks.md", [],
         "Attacks by language models: votes, motions, feedback, grades";
     figures, "figures", "figures.md", ["render"],

@@ -38,6 +38,7 @@ mod variant;
 mod variant_document;
 mod variant_generator;
 mod waypoints;
+mod wish;
 
 pub use crate::scenario::HumanLimits;
 pub use attack::{Attack, AttackSetup, SAME_PLACE, SAME_SPEED};
@@ -68,3 +69,4 @@ pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles, attacked_planner};
 pub use variant_document::{asked, attacker as attacker_document, refusal};
 pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};
+pub use wish::{AllowedAttacks, AttackPlace, Wish};

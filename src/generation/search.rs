@@ -19,7 +19,7 @@ use super::attack::{Attack, AttackSetup};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 use super::surrogate::{self, Trial};
-use super::{Effort, Progress, Refusal, SearchResult, motion};
+use super::{AllowedAttacks, Effort, Progress, Refusal, SearchResult, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
@@ -65,20 +65,20 @@ const POLISHED: usize = 10;
 /// How widely is drawn around what did well, as a share of an arm's first spread; in the nth round an nth of it.
 const SPREAD: f64 = 0.5;
 
-/// Searches for attacks; only the obstacles in `among` may attack, any where that is empty. `watch` receives the progress
+/// Searches for attacks that are allowed. `watch` receives the progress
 /// whenever more motions were tried or driven, and returns whether to continue. `stop` is polled before every motion and
 /// every drive: once it returns true, nothing more is started.
 #[must_use]
 pub fn search_until(
     ground: &AttackSetup<'_>,
     effort: &Effort,
-    among: &[i64],
+    allowed: AllowedAttacks<'_>,
     watch: &mut dyn FnMut(Progress) -> bool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> SearchResult {
     let grounds = std::slice::from_ref(ground);
     let wanted = Wanted {
-        among,
+        allowed,
         near_misses: true,
         work: usize::MAX,
     };
@@ -88,8 +88,8 @@ pub fn search_until(
 /// What a search looks for, and how long.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wanted<'a> {
-    /// Only these obstacles may attack, any where that is empty.
-    pub among: &'a [i64],
+    /// Which attacks may be used.
+    pub allowed: AllowedAttacks<'a>,
     /// Whether near misses also end it early, not only collisions.
     pub near_misses: bool,
     /// No further round begins after so much work, see [`super::Effect::work`].
@@ -116,15 +116,15 @@ pub(super) fn search_on(
     };
     for (place, ground) in grounds.iter().enumerate() {
         let others = ground.stage.others.map(|(others, _)| &others.change);
-        let may = |id: i64| {
-            let attacks = others.is_some_and(|others| others.obstacles().any(|o| o == id));
-            !attacks && (wanted.among.is_empty() || wanted.among.contains(&id))
-        };
+        let attacks = |id: i64| others.is_some_and(|others| others.obstacles().any(|o| o == id));
         let ranked = attacker::rank(ground.stage);
-        let chosen = ranked.iter().filter(|c| c.reaches && may(c.obstacle));
+        let chosen = ranked
+            .iter()
+            .filter(|c| c.reaches && !attacks(c.obstacle) && wanted.allowed.allow(ground.stage, c));
         let arms = chosen
             .take(effort.attackers.div_ceil(grounds.len()))
-            .flat_map(|c| ManoeuvreSpace::all(ground.stage, c));
+            .flat_map(|c| ManoeuvreSpace::all(ground.stage, c))
+            .filter(|arm| wanted.allowed.allow_manoeuvre(arm.kind));
         search.arms.extend(arms);
         search.places.resize(search.arms.len(), place);
     }

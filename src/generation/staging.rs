@@ -16,8 +16,9 @@
 use super::search::{Wanted, search_on};
 use super::select_attack::Rank;
 use super::{
-    Attack, AttackContext, AttackSetup, AttackStyle, Effect, Effort, Gate, Progress, SearchEvent,
-    SearchResult, SelectedAttack, Selection, StagedDrive, VariantGenerator, choose,
+    AllowedAttacks, Attack, AttackContext, AttackSetup, AttackStyle, Effect, Effort, Gate,
+    Progress, SearchEvent, SearchResult, SelectedAttack, Selection, StagedDrive, VariantGenerator,
+    choose,
 };
 use crate::scenario::{Ego, Scenario};
 
@@ -38,7 +39,7 @@ struct Base {
 pub(super) fn search(
     workshop: &VariantGenerator,
     effort: &Effort,
-    among: &[i64],
+    allowed: AllowedAttacks<'_>,
     watch: &mut dyn FnMut(SearchEvent) -> bool,
 ) -> Selection {
     let mut best = Selection::default();
@@ -57,7 +58,7 @@ pub(super) fn search(
             _ => effort.further(),
         };
         let rank = best.rank(effort.delay);
-        let found = round(workshop, &bases, &effort, (among, rank), watch);
+        let found = round(workshop, &bases, &effort, (allowed, rank), watch);
         let goes_on = watch(SearchEvent::Certifying);
         if goes_on {
             let first = best.chosen.is_none();
@@ -85,7 +86,7 @@ fn round(
     workshop: &VariantGenerator,
     bases: &[Base],
     effort: &Effort,
-    (among, rank): (&[i64], Rank),
+    (allowed, rank): (AllowedAttacks<'_>, Rank),
     watch: &mut dyn FnMut(SearchEvent) -> bool,
 ) -> SearchResult {
     let mut found = SearchResult::default();
@@ -98,7 +99,7 @@ fn round(
             break;
         }
         let wanted = Wanted {
-            among,
+            allowed,
             near_misses: rank < Rank::NearMiss,
             work: left.min(MOST_WORK),
         };

@@ -6,8 +6,9 @@ use super::attack::AttackSetup;
 use super::closed_loop_screening::NEAR_MISS;
 use super::staging;
 use super::{
-    Attack, AttackContext, AttackStyle, Change, ClosedLoop, Effort, Gate, JointChange,
-    Plausibility, Progress, RecordedMotions, SearchResult, SelectedAttack, StagedDrive,
+    AllowedAttacks, Attack, AttackContext, AttackStyle, Change, ClosedLoop, Effort, Gate,
+    JointChange, Plausibility, Progress, RecordedMotions, SearchResult, SelectedAttack,
+    StagedDrive,
 };
 use crate::scenario::{Ego, Scenario};
 use crate::simulation::{Collision, Outcome};
@@ -164,7 +165,7 @@ impl VariantGenerator {
     }
 
     /// Searches, and takes the most dangerous attack that a good driver survives, with as many attackers as it needs and
-    /// the effort allows; only the obstacles in `among` may attack, any where that is empty. `watch` hears how far that
+    /// the effort allows; only with what is allowed. `watch` hears how far that
     /// is, and says whether to go on. Nothing is tried where the original is not safe.
     ///
     /// # Errors
@@ -172,13 +173,13 @@ impl VariantGenerator {
     pub fn search(
         &self,
         effort: &Effort,
-        among: &[i64],
+        allowed: AllowedAttacks<'_>,
         watch: &mut dyn FnMut(SearchEvent) -> bool,
     ) -> Result<Selection, GeneratorError> {
         if self.unsafe_already().is_some() {
             return Ok(Selection::default());
         }
         self.stage().ok_or(GeneratorError::Stands)?;
-        Ok(staging::search(self, effort, among, watch))
+        Ok(staging::search(self, effort, allowed, watch))
     }
 }

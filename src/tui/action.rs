@@ -99,6 +99,8 @@ pub enum Action {
     SaveDrive,
     Generate,
     GenerateWith,
+    /// Search for an attack that words describe.
+    GenerateWish,
     ModelAttacks,
     ModelAttacksWith,
     SwitchVariant,

@@ -9,8 +9,8 @@ use tokio::sync::mpsc::unbounded_channel;
 use super::{PlanError, PlanEvent, PreparedPlan};
 use crate::evaluation::generating::{self, Author, AuthorError, Authored};
 use crate::generation::{
-    AttackSetup, AttackStyle, Capability, ClosedLoop, Effort, GeneratorError, Progress,
-    SearchEvent, Selection, VariantGenerator,
+    AllowedAttacks, AttackSetup, AttackStyle, Capability, ClosedLoop, Effort, GeneratorError,
+    Progress, SearchEvent, Selection, VariantGenerator, Wish,
 };
 use crate::planner::Cancel;
 use crate::scenario::{ObstacleRole, Scene};
@@ -22,6 +22,8 @@ pub struct GenerateRequest<'a> {
     pub prepared: &'a PreparedPlan,
     /// The obstacles that may attack; any of them where none is named.
     pub attackers: &'a [i64],
+    /// What the search is to look for; models are not told.
+    pub wish: Option<&'a Wish>,
     /// Reaction time of the good driver who has to survive it, seconds.
     pub delay: f64,
     /// How attackers move.
@@ -188,7 +190,11 @@ fn attack(
         AttackSource::Search(effort) => {
             let of = effort.motions();
             on_event(GenerateEvent::Searching(Progress::default(), of));
-            let made = workshop.search(effort, request.attackers, &mut |event| {
+            let allowed = AllowedAttacks {
+                among: request.attackers,
+                wish: request.wish,
+            };
+            let made = workshop.search(effort, allowed, &mut |event| {
                 on_event(match event {
                     SearchEvent::Round(progress) => GenerateEvent::Searching(progress, of),
                     SearchEvent::Certifying => GenerateEvent::Certifying,

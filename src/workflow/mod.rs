@@ -48,6 +48,7 @@ mod truth;
 mod variant_record;
 mod verify_variant;
 mod versions;
+mod wish;
 
 pub use answer_page::answer_page;
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
@@ -89,6 +90,7 @@ pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
 pub use variant_record::VariantRecord;
 pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
+pub use wish::{ReadWish, read_wish};
 
 pub use versions::{
     ComparedAnswers, SideTotals, VersionChange, VersionComparison, VersionSource, VersionTotals,

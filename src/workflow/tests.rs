@@ -106,6 +106,7 @@ fn errors_name_the_scenario_and_what_is_there() {
     let absent = GenerateRequest {
         prepared: &prepared,
         attackers: &[-4],
+        wish: None,
         delay: 0.5,
         style: crate::generation::AttackStyle::Human,
         source: AttackSource::Search(&crate::generation::Effort::default()),

@@ -124,6 +124,40 @@ fn what_cannot_be_driven_is_named_and_does_not_stop_the_others() {
 }
 
 #[test]
+fn a_wish_is_read_shown_and_held_to() {
+    let home = Home::new();
+    let with = |wish: &str| {
+        home.run(&[&["generate", CUT_IN, "--wish", wish, "--json"], &FEW[..]].concat())
+    };
+    let made = with("a giraffe or a car cuts in");
+    for said in ["wish: car, cut-in", "left out: giraffe"] {
+        assert!(made.stderr.contains(said), "{said}: {}", made.stderr);
+    }
+    let line = &lines(&made)[0];
+    assert_eq!(line["manoeuvre"], "cut-in", "{line}");
+    assert!(line["by"].as_str().unwrap().contains("wish: car, cut-in"));
+    let none = with("a cyclist from the left").status(1);
+    let line = &lines(&none)[0];
+    assert_eq!(
+        (&line["outcome"], &line["candidates"]),
+        (&json!("none"), &json!(0))
+    );
+    let note = line["note"].as_str().unwrap();
+    assert!(
+        note.contains("no obstacle fits the wish: bicycle"),
+        "{note}"
+    );
+    let nothing = with("hello").status(2);
+    assert!(
+        nothing.stderr.contains("none of the words"),
+        "{}",
+        nothing.stderr
+    );
+    let model = home.run(&["generate", CUT_IN, "--wish", "a car", "--model", "lab/x"]);
+    assert!(model.status(2).stderr.contains("--wish is for the search"));
+}
+
+#[test]
 fn an_attacker_that_vanishes_is_noted_with_step_and_seconds() {
     let home = Home::new();
     home.write("original.xml", bundled_xml(CUT_IN));

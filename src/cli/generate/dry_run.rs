@@ -111,6 +111,7 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             let request = GenerateRequest {
                 prepared: &prepared,
                 attackers: &job.only,
+                wish: None,
                 delay: job.effort.delay,
                 style: job.style,
                 source: AttackSource::Model(&counter),

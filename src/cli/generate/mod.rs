@@ -14,6 +14,7 @@ mod summary;
 mod table;
 mod together;
 mod variant;
+mod wished;
 
 pub use check::CheckDocument;
 use std::ops::ControlFlow;
@@ -105,6 +106,10 @@ pub struct GenerateArguments {
         allow_negative_numbers = true
     )]
     attacker: Vec<i64>,
+    /// Search only for attacks that these words describe: who, which manoeuvre, from where. \"a cyclist comes from behind
+    /// the parked van\", \"a car cuts in from the left lane\". What is understood is printed; see `nearmiss help generating`.
+    #[arg(long, value_name = "WORDS", conflicts_with = "check")]
+    wish: Option<String>,
     /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome
     /// worse. With --check, how many may be changed [default: as many as --attacker names, else `attackers` of the
     /// configuration, else 1; with --check 3].
@@ -246,9 +251,16 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let writer = (!searching)
         .then(|| Writer::new(arguments, &folders, &config))
         .transpose()?;
-    let by = match &writer {
-        Some(writer) => writer.id().to_owned(),
-        None => format!("{effort}, style {style}"),
+    let wish = arguments.wish.as_deref().map(wished::read).transpose()?;
+    let by = match (&writer, &wish) {
+        (Some(_), Some(_)) => {
+            return Err(Failure::input(
+                "--wish is for the search, not for a model: leave out --model, or change the model's template",
+            ));
+        }
+        (Some(writer), None) => writer.id().to_owned(),
+        (None, Some(wish)) => format!("{effort}, wish: {wish}, style {style}"),
+        (None, None) => format!("{effort}, style {style}"),
     };
     let entries = arguments
         .part
@@ -275,6 +287,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         effort,
         style,
         only: together::named(&arguments.attacker),
+        wish,
         past,
     };
     if arguments.dry_run {

@@ -17,11 +17,12 @@ impl Generated {
         let made = &self.made;
         if made.found.candidates == 0 && made.chosen.is_none() {
             let stopped = self.authored.as_ref().is_some_and(|a| a.stopped.is_some());
-            let why = match stopped {
-                true => "the model gave no motion",
-                false => "no obstacle can attack",
+            let why = match (stopped, self.settings["wish"].as_str()) {
+                (true, _) => "the model gave no motion".into(),
+                (false, Some(wish)) => format!("no obstacle fits the wish: {wish}"),
+                (false, None) => "no obstacle can attack".into(),
             };
-            notes.push(why.into());
+            notes.push(why);
         }
         let lowest = self.workshop.closed.baseline().lowest();
         if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {

@@ -12,7 +12,7 @@ use super::resume::{EarlierRun, with_identity};
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
 use crate::formats::{EgoSelection, Entry};
-use crate::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator};
+use crate::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator, Wish};
 use crate::planner::Cancel;
 use crate::settings::PlannerKey;
 use crate::simulation::{ExternalPlanner, Settings};
@@ -33,6 +33,8 @@ pub struct GenerateJob {
     pub style: AttackStyle,
     /// The obstacles that may attack; any where none is named.
     pub only: Vec<i64>,
+    /// What attacks are wished to be.
+    pub wish: Option<Wish>,
     /// The results of an earlier run, if it is resumed.
     pub past: Option<EarlierRun>,
     /// What the planner's process says of itself, where an earlier run is resumed: name and version.
@@ -63,6 +65,9 @@ impl GenerateJob {
             "search": self.writer.is_none().then_some(search),
             "model": self.writer.as_ref().map(Writer::settings),
         });
+        if let Some(wish) = &self.wish {
+            said["wish"] = wish.to_string().into();
+        }
         if let Some(planner) = &self.planner {
             let options = planner.options();
             said["planner"] = json!({
@@ -161,6 +166,7 @@ fn make_or_error(
     let request = GenerateRequest {
         prepared: &prepared,
         attackers: &wanted.only,
+        wish: wanted.wish.as_ref(),
         delay: wanted.effort.delay,
         style: wanted.style,
         source: match &model {

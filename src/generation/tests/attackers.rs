@@ -4,9 +4,11 @@ use super::{CAR, attack, behind_a_car, braking, car, state};
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::manoeuvre_space::{ManoeuvreSpace, Numbers};
 use crate::generation::surrogate::{Trial, between};
-use crate::generation::{AttackContext, ClosedLoop};
+use crate::generation::{AttackContext, AttackPlace, ClosedLoop, Wish};
+use crate::geometry::Vector;
 use crate::planner::Forecast;
-use crate::scenario::{Ego, Scenario, State};
+use crate::scenario::{Ego, ObstacleType, Scenario, State};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 fn ego(closed: &ClosedLoop) -> Ego {
     closed.baseline().staged().ego(closed.driver())
@@ -14,7 +16,8 @@ fn ego(closed: &ClosedLoop) -> Ego {
 
 fn the_car(scenario: &Scenario, ego: &Ego) -> Candidate {
     let stage = AttackContext::new(scenario, &ego.footprint, &ego.track).unwrap();
-    attacker::rank(&stage)[0]
+    let mut ranked = attacker::rank(&stage).into_iter();
+    ranked.find(|c| c.obstacle == CAR).unwrap()
 }
 
 #[test]
@@ -34,6 +37,78 @@ fn a_car_in_front_reaches_the_ego_by_braking_only_where_it_drives() {
     standing.obstacles = vec![car(&states, scenario.dt())];
     let stands = the_car(&standing, &ego);
     assert!(!stands.reaches && !stands.behind);
+}
+
+#[test]
+fn a_wish_allows_who_is_where_it_says() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let (scenario, ego) = (closed.scenario(), ego(&closed));
+    let wish = |places: &[AttackPlace]| Wish {
+        places: places.to_vec(),
+        ..Wish::default()
+    };
+    let allowed = |scenario: &Scenario, wish: &Wish| {
+        let stage = AttackContext::new(scenario, &ego.footprint, &ego.track).unwrap();
+        wish.allows(&stage, &the_car(scenario, &ego))
+    };
+    let of_place = |scenario: &Scenario| -> Vec<AttackPlace> {
+        let all = AttackPlace::ALL.into_iter();
+        all.filter(|place| allowed(scenario, &wish(&[*place])))
+            .collect()
+    };
+    assert_eq!(of_place(scenario), [AttackPlace::Ahead]);
+    // Moved and turned about the middle of its body: 6 m to a side, where the ego passes it.
+    let track = scenario.obstacle(CAR).unwrap().track();
+    let changed = |left: f64, turn: f64| {
+        let states = track.iter().map(|(step, motion)| {
+            let mut motion = *motion;
+            let aside = motion
+                .pose
+                .forward()
+                .yx()
+                .component_mul(&Vector::new(-left, left));
+            motion.pose.position += aside;
+            motion.pose.heading += turn;
+            state(step, &motion)
+        });
+        let mut scenario = Scenario::clone(scenario);
+        scenario.obstacles = vec![car(&states.collect::<Vec<_>>(), scenario.dt())];
+        scenario
+    };
+    assert_eq!(
+        of_place(&changed(4.0, 0.0)),
+        [AttackPlace::Ahead, AttackPlace::LeftLane]
+    );
+    assert_eq!(
+        of_place(&changed(-4.0, 0.0)),
+        [AttackPlace::Ahead, AttackPlace::RightLane]
+    );
+    assert_eq!(of_place(&changed(0.0, FRAC_PI_2)), [AttackPlace::FromRight]);
+    assert_eq!(of_place(&changed(0.0, -FRAC_PI_2)), [AttackPlace::FromLeft]);
+    assert_eq!(of_place(&changed(0.0, PI)), [AttackPlace::Oncoming]);
+
+    // A van that stands between the ego and the car hides it.
+    let mut hidden = Scenario::clone(scenario);
+    let mut stands = *ego.track.at(the_car(scenario, &ego).step).unwrap();
+    stands.velocity = 0.0;
+    stands.pose.position += stands.pose.forward() * 12.0;
+    let states: Vec<State> = track.steps().map(|step| state(step, &stands)).collect();
+    let mut van = car(&states, scenario.dt());
+    van.id = CAR + 1;
+    hidden.obstacles.push(van);
+    assert!(allowed(
+        &hidden,
+        &wish(&[AttackPlace::Ahead, AttackPlace::Hidden])
+    ));
+    assert!(!allowed(
+        &hidden,
+        &wish(&[AttackPlace::Behind, AttackPlace::Hidden])
+    ));
+    let cyclist = Wish {
+        actors: vec![ObstacleType::Bicycle],
+        ..Wish::default()
+    };
+    assert!(!allowed(scenario, &cyclist) && allowed(scenario, &Wish::default()));
 }
 
 #[test]

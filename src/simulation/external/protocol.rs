@@ -142,7 +142,7 @@ pub struct PastState {
 pub struct Prediction {
     /// 0 to 1.
     pub probability: f64,
-    /// `[x, y, heading, velocity]` of the middle of its box, one a time step, the present first.
+    /// `[x, y, heading, velocity]` of the middle of its box, one a time step, the present first; rounded to millionths.
     pub states: Vec<[f64; 4]>,
 }
 

@@ -126,6 +126,11 @@ fn past(step: i64, motion: &Motion) -> PastState {
     }
 }
 
+/// To millionths: predictions are most of a message, and digits that say nothing take time on both sides.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
 /// The predicted motions of an obstacle that is there now, the likeliest first, each until it is no longer there.
 fn predictions(traffic: &Traffic, id: i64) -> Vec<Prediction> {
     let bodies = traffic.bodies.iter().enumerate();
@@ -134,7 +139,8 @@ fn predictions(traffic: &Traffic, id: i64) -> Vec<Prediction> {
         .map(|(place, body)| {
             let steps = (0..=traffic.horizon()).map_while(|step| {
                 let there = traffic.at(step).iter().find(|o| o.body == place)?;
-                Some([there.x, there.y, there.sin.atan2(there.cos), there.velocity])
+                let heading = there.sin.atan2(there.cos);
+                Some([there.x, there.y, heading, there.velocity].map(rounded))
             });
             Prediction {
                 probability: body.likelihood,

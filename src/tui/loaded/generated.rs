@@ -28,7 +28,7 @@ pub struct GenerationInputs<'a> {
     pub settings: &'a Settings,
     /// The planner that is attacked; the built-in one if `None`.
     pub planner: Option<Arc<ExternalPlanner>>,
-    /// Where attacks come from; the seed is that of the wish.
+    /// Where attacks come from; the seed is that of the request.
     pub source: AttackSource<'a>,
 }
 
@@ -49,7 +49,7 @@ impl Opened {
     /// Nothing can be tried: those of [`Opened::planned`], the planned ego touches something already, or there is no
     /// obstacle that could attack.
     pub fn generated(
-        wish: &VariantRequest,
+        wanted: &VariantRequest,
         ego: &EgoSelection,
         thresholds: &Thresholds,
         how: &GenerationInputs<'_>,
@@ -58,9 +58,9 @@ impl Opened {
     ) -> Result<Option<GenerationOutcome>, String> {
         let request = PlanRequest {
             open: OpenRequest {
-                entry: &wish.entry,
+                entry: &wanted.entry,
                 ego,
-                transform: wish.change,
+                transform: wanted.change,
                 strict: false,
             },
             problem: None,
@@ -70,17 +70,18 @@ impl Opened {
         let prepared = prepared.driven_by(how.planner.clone());
         let effort = match how.source {
             AttackSource::Search(effort) => Effort {
-                seed: wish.seed,
-                together: wish.attackers,
+                seed: wanted.seed,
+                together: wanted.attackers,
                 ..*effort
             },
             AttackSource::Model(_) => Effort::default(),
         };
         let attacking = GenerateRequest {
             prepared: &prepared,
-            attackers: wish.only.as_slice(),
+            attackers: wanted.only.as_slice(),
+            wish: wanted.wish.as_ref(),
             delay: effort.delay,
-            style: wish.style,
+            style: wanted.style,
             source: match how.source {
                 AttackSource::Search(_) => AttackSource::Search(&effort),
                 model @ AttackSource::Model(_) => model,
@@ -103,19 +104,19 @@ impl Opened {
                 "not safe as recorded: the planned ego touches {collision}"
             ));
         }
-        let model = wish.writer.as_ref().map(|writer| writer.model.clone());
+        let model = wanted.writer.as_ref().map(|writer| writer.model.clone());
         let authorship = authored.map(|authored| {
             let chosen = made.chosen.as_ref();
             let taken = chosen.and_then(|c| authored.source_of(&c.attack));
             Authorship {
                 model: model.clone().unwrap_or_default(),
-                only: wish.only,
+                only: wanted.only,
                 taken: taken.map(|attack| attack.source),
                 authored,
             }
         });
         if made.found.candidates == 0 && authorship.is_none() {
-            return Err(match wish.only {
+            return Err(match wanted.only {
                 Some(id) => format!(
                     "{id} cannot attack: it does not move by itself, or never comes near enough to the ego"
                 ),
@@ -126,7 +127,7 @@ impl Opened {
         let Some(chosen) = made.chosen.filter(effective) else {
             return Ok(Some(match authorship {
                 Some(wrote) => GenerationOutcome::Unwritten(wrote.nothing(), Arc::new(wrote)),
-                None => GenerationOutcome::Nothing(nothing(&made.found, wish)),
+                None => GenerationOutcome::Nothing(nothing(&made.found, wanted)),
             }));
         };
         let passed = workshop.gate().check_joint(&chosen.attack.change, None);
@@ -136,7 +137,7 @@ impl Opened {
         let original = {
             let drive = workshop.closed.baseline().drive();
             let mut planned = PlannedEgo::from_outcome(&prepared, drive, recorder.cycles);
-            planned.1.planner = wish.planner;
+            planned.1.planner = wanted.planner;
             planned.1.process.clone_from(&drive.external);
             Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
         };
@@ -144,10 +145,13 @@ impl Opened {
         let shown = VariantDisplay {
             style: workshop.style(),
             plausibility: plausibility.map(|(own, _)| own),
-            file: wish.entry.display(),
+            file: wanted.entry.display(),
             closed: workshop.closed,
-            by: model.unwrap_or_else(|| effort.to_string()),
-            only: wish.only,
+            by: model.unwrap_or_else(|| match &wanted.wish {
+                Some(words) => format!("{effort}, wish: {words}"),
+                None => effort.to_string(),
+            }),
+            only: wanted.only,
             passed,
             ranked,
             authorship,
@@ -156,7 +160,7 @@ impl Opened {
         let Some(cycles) = variant.cycles(&prepared, cancel, on_event)? else {
             return Ok(None);
         };
-        let variant = variant.opened(wish, cycles, thresholds)?;
+        let variant = variant.opened(wanted, cycles, thresholds)?;
         Ok(Some(GenerationOutcome::Found {
             original: Box::new(original),
             variant: Box::new(variant),
@@ -249,16 +253,19 @@ impl VariantDisplay {
 }
 
 /// Why there is no variant.
-fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
+fn nothing(found: &SearchResult, wanted: &VariantRequest) -> String {
     let Progress {
         tried,
         refused,
         driven,
         ..
     } = found.progress();
-    let who = wish
-        .only
-        .map_or("any obstacle".to_string(), |id| id.to_string());
+    let who = match (&wanted.wish, wanted.only) {
+        (Some(wish), _) if tried == 0 => return format!("no obstacle fits: {wish}"),
+        (Some(wish), _) => wish.to_string(),
+        (None, Some(id)) => id.to_string(),
+        (None, None) => "any obstacle".into(),
+    };
     let errors = found
         .planner_errors()
         .map_or(String::new(), |(count, why)| {
@@ -266,7 +273,7 @@ fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
         });
     format!(
         "no dangerous motion found for {who} with seed {}: {tried} motions tried, {refused} rejected, {driven} simulated; the ego got away or was only hit from behind{}",
-        wish.seed,
+        wanted.seed,
         visible(&errors)
     )
 }

@@ -12,7 +12,7 @@ use crate::formats::commonroad;
 use crate::generation::attacker::Candidate;
 use crate::generation::{
     AttackStyle, Avoidability, ClosedLoop, Effect, EvasiveReview, GateEvidence, JointChange,
-    Plausibility, Progress, Refusal, Variant,
+    Plausibility, Progress, Refusal, Variant, Wish,
 };
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
@@ -34,6 +34,8 @@ pub struct VariantRequest {
     pub planner: usize,
     /// The only obstacle that may attack; any if `None`.
     pub only: Option<i64>,
+    /// What an attack of a search is wished to be.
+    pub wish: Option<Wish>,
     /// At most so many obstacles attack together in a search.
     pub attackers: usize,
     /// Of the random numbers of a search.

@@ -30,6 +30,7 @@ pub mod themes;
 pub mod values;
 pub mod variant;
 pub mod versions;
+pub mod wish;
 
 use std::any::Any;
 use std::fmt::Debug;

@@ -245,6 +245,23 @@ fn the_picked_obstacle_attacks_if_it_can() {
 }
 
 #[test]
+fn words_describe_an_attack() {
+    let mut bench = open("rightturn");
+    bench.press("space g d");
+    bench.type_text("giraffe");
+    assert!(bench.frame(100, 30).contains("left out: giraffe"));
+    bench.press("enter");
+    assert!(asked(&bench).is_empty() && said(&bench).contains("none of the words"));
+    bench.type_text(" a car cuts in");
+    assert!(bench.frame(100, 30).contains("understood: car, cut-in"));
+    bench.press("enter");
+    let (_, request) = asked(&bench).pop().unwrap();
+    let wish = request.wish.unwrap();
+    assert_eq!(wish.to_string(), "car, cut-in");
+    assert!(said(&bench).contains("searching for an attack: car, cut-in"));
+}
+
+#[test]
 fn the_panel_tells_everything_and_follows_the_clock() {
     let mut bench = dangerous();
     bench.press("space g v");

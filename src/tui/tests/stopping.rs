@@ -7,7 +7,9 @@ use super::variant_fixtures::{SHORT, with};
 use super::written::Canned;
 use crate::evaluation;
 use crate::formats::{EgoSelection, bundled};
-use crate::generation::{AttackSetup, ClosedLoop, Progress, VariantGenerator, search_until};
+use crate::generation::{
+    AllowedAttacks, AttackSetup, ClosedLoop, Progress, VariantGenerator, search_until,
+};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
 use crate::prompts::Library;
@@ -26,6 +28,7 @@ pub fn right_turn() -> VariantRequest {
         forecast: Forecast::Lane,
         planner: 0,
         only: None,
+        wish: None,
         attackers: 1,
         seed: 1,
         writer: None,
@@ -84,7 +87,9 @@ fn a_search_that_is_to_stop_begins_no_motion_and_no_drive_more() {
         last = progress;
         asked.load(Ordering::Relaxed) < 10
     };
-    let search = |ground: &AttackSetup<'_>| search_until(ground, &SHORT, &[], &mut watch, &stop);
+    let search = |ground: &AttackSetup<'_>| {
+        search_until(ground, &SHORT, AllowedAttacks::default(), &mut watch, &stop)
+    };
     let found = workshop.on(search).unwrap();
     // Every motion after the tenth is refused unmade, and no further group of motions begins.
     assert!(last.tried >= 10 && last.tried <= 32, "{last:?}");

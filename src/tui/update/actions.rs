@@ -68,7 +68,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         TakeAsEgo => return obstacles::take_as_ego(model),
         RecordedEgo => return obstacles::recorded_ego(model),
         DrivePlanner | NextForecast | NextPlanner | PlotDrives | SaveDrive | Generate
-        | GenerateWith | ModelAttacks | ModelAttacksWith | SwitchVariant | SaveVariant => {
+        | GenerateWith | GenerateWish | ModelAttacks | ModelAttacksWith | SwitchVariant
+        | SaveVariant => {
             return planning::perform(model, action);
         }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {

@@ -1,5 +1,6 @@
 //! Generates a dangerous variant of the open scenario, and shows it beside the original.
 
+mod described;
 mod noted;
 mod saved;
 mod waiting;
@@ -32,6 +33,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     match action {
         Action::Generate => return generate(model, None),
         Action::GenerateWith => return generate_with(model, false),
+        Action::GenerateWish => described::ask(model),
         Action::ModelAttacks => return writing::begin(model, None),
         Action::ModelAttacksWith => return generate_with(model, true),
         Action::SwitchVariant => return switch(model),
@@ -167,6 +169,7 @@ fn request(
         forecast: model.driver.forecast,
         planner: model.driver.planner,
         only,
+        wish: None,
         seed,
         writer,
         folder: model.config.pictures.clone(),

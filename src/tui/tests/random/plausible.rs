@@ -228,6 +228,7 @@ fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
             generated(&VariantRequest {
                 style: Default::default(),
                 only: None,
+                wish: None,
                 attackers: 1,
                 seed: 1,
                 ..request
