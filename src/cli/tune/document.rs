@@ -23,6 +23,7 @@ pub struct TuneDocument {
     reflect: String,
     template: String,
     template_hash: String,
+    /// Seed of parts, shown answers and parents.
     seed: u64,
     /// Scenarios and questions of both parts of the dev split.
     parts: Vec<PartDocument>,

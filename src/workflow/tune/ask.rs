@@ -7,6 +7,7 @@ use tokio::task::JoinSet;
 
 use super::outcome::Usage;
 use super::prepare::{TunePlan, TuneQuestion};
+use crate::evaluation::batch::question_key;
 use crate::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, MissingVerdict, Question, RunOptions, Scored,
 };
@@ -148,6 +149,17 @@ impl Asker {
 /// Asks one question; with it, what was met of its server where nothing more is to be hoped from it.
 async fn one(place: usize, question: &Question, judge: &Judge, store: Arc<Store>) -> Asked {
     let mut barred = None;
+    match at_limit(question, judge, &store) {
+        Ok(None) => {}
+        Ok(Some(answer)) => {
+            let outcome = AskOutcome {
+                answer,
+                not_stored: None,
+            };
+            return (place, Ok(outcome), None);
+        }
+        Err(error) => return (place, Err(error.into()), None),
+    }
     let request = AskRequest {
         question,
         judge,
@@ -168,6 +180,18 @@ async fn one(place: usize, question: &Question, judge: &Judge, store: Arc<Store>
         Err(error) => error.to_string(),
     };
     (place, outcome, barred.map(|outage| (outage, why)))
+}
+
+/// The stored answer that ran into the limit of tokens, where there is no whole one: it is paid, and counts.
+fn at_limit(
+    question: &Question,
+    judge: &Judge,
+    store: &Store,
+) -> Result<Option<Answer>, StoreError> {
+    let Some(key) = question_key(question, judge)? else {
+        return Ok(None);
+    };
+    Ok(store.answer_at_limit(&key, 0)?.map(Answer::from))
 }
 
 /// The word of servers for an answer at the limit of tokens: that is the template's doing, too.
