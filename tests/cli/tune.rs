@@ -71,9 +71,9 @@ fn experiment(more: &str) -> String {
 }
 
 /// A whole answer with its usage.
-fn telling(text: &str) -> Script {
-    let usage =
-        "data: {\"choices\":[],\"usage\":{\"prompt_tokens\":1000,\"completion_tokens\":50}}\n\n";
+fn telling(request: &Recorded, text: &str) -> Script {
+    let usage = json!({ "prompt_tokens": request.body.len() / 4, "completion_tokens": 50 });
+    let usage = format!("data: {}\n\n", json!({ "choices": [], "usage": usage }));
     Script::chunked_events()
         .chunk(delta(text))
         .chunk("data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"stop\"}]}\n\n")
@@ -127,7 +127,10 @@ fn judged(request: &Recorded, takes_hints: bool) -> Script {
         return cut_off();
     }
     let said = dangerous == right;
-    telling(&json!({ "collision": said, "obstacles": [], "justification": "so" }).to_string())
+    telling(
+        request,
+        &json!({ "collision": said, "obstacles": [], "justification": "so" }).to_string(),
+    )
 }
 
 /// The n-th proposal of a tune, by the number of tries that it is told: one loses the description, one copies an id, one
@@ -157,9 +160,21 @@ fn proposed(request: &Recorded) -> Script {
         ),
         2 => ("Be careful.", with("Be careful.")),
         3 => ("Closing speed.", with(HINT)),
+        4 => ("Shorter.", shorter(template)),
         n => ("More words.", with(&format!("Take {n} looks."))),
     };
-    telling(&json!({ "diagnosis": "d", "change": change, "template": text }).to_string())
+    telling(
+        request,
+        &json!({ "diagnosis": "d", "change": change, "template": text }).to_string(),
+    )
+}
+
+/// The same without its first sentences.
+fn shorter(template: &str) -> String {
+    let mut lines: Vec<&str> = template.lines().collect();
+    let first = lines.iter().position(|line| line.starts_with("You are"));
+    lines.remove(first.unwrap());
+    lines.join("\n")
 }
 
 /// An id of a shown scene.
@@ -212,13 +227,19 @@ async fn tune_finds_a_planted_weakness_within_the_budget() {
     );
     let spent = document["spent_usd"].as_f64().unwrap();
     assert!(spent > 0.0 && spent <= 3.0, "{spent}");
-    // Every answer costs 1000 and 50 tokens.
     let asked = document["answers"].as_u64().unwrap() + document["reflections"].as_u64().unwrap();
     assert_eq!(asked, server.requests().len() as u64);
-    assert!(
-        (spent - 0.0015 * asked as f64).abs() < 1e-9,
-        "{spent} for {asked}"
+    let costs = home.rows(
+        "SELECT sum(cost_usd) AS usd FROM (SELECT cost_usd FROM runs UNION ALL SELECT cost_usd FROM reflections)",
     );
+    let paid: f64 = costs[0]["usd"].as_ref().unwrap().parse().unwrap();
+    assert!((spent - paid).abs() < 1e-9, "{spent} of {paid}");
+    // The base is beaten by one that is better and by one that is cheaper and no worse.
+    let front: Vec<&Value> = { document["templates"].as_array().unwrap().iter() }
+        .filter(|one| one["on_front"] == true)
+        .map(|one| &one["change"])
+        .collect();
+    assert_eq!(front, ["Closing speed.", "Shorter."], "{document}");
     let why = |kind: &str| {
         let all = document["refused"].as_array().unwrap().iter();
         let of: Vec<String> = all
@@ -276,6 +297,7 @@ async fn tune_finds_a_planted_weakness_within_the_budget() {
     }
     assert_eq!(again, document);
     let table = run(&home, &TUNE[..6]).status(0).stdout;
+    println!("{table}");
     assert!(
         table.contains("Gain: F1 +") && table.contains(&format!("\n+{HINT}\n")),
         "{table}"
@@ -303,7 +325,10 @@ fn the_test_split_is_closed(home: &Home, server: &Server, document: &Value) {
     }
     let parts = &document["parts"];
     let count = |at: usize| parts[at]["scenarios"].as_u64().unwrap() as usize;
-    assert_eq!(count(0) + count(1), SCENARIOS - tests.len(), "{parts}");
+    // A safe scenario has no window where no dangerous one is left for it.
+    let dev = SCENARIOS - tests.len();
+    let counted = count(0) + count(1);
+    assert!(counted <= dev && counted + 3 > dev, "{parts}");
 }
 
 fn fits_its_schema(home: &Home, output: &str, document: &Value) {
@@ -330,6 +355,7 @@ async fn tune_finds_nothing_where_no_template_helps() {
         });
         let said = sum.count_ones() % 2 == 0;
         Some(telling(
+            request,
             &json!({ "collision": said, "obstacles": [], "justification": "so" }).to_string(),
         ))
     })
@@ -357,24 +383,32 @@ async fn tune_finds_nothing_where_no_template_helps() {
 async fn a_budget_holds_and_ends_a_tune() {
     let server = Server::answering(|_, request| played(request, true)).await;
     let home = home(server.base_url());
-    // A question costs 0.003 USD at most, a proposal 0.17.
+    // A proposal costs 0.18 USD at most.
     let ended = run(&home, &["tune", "e.toml", "--budget", "0.01", "--json"]).status(2);
-    ended.says(&["the base template could not be measured", "0.0100 is left"]);
-    let few = server.requests().len();
-    assert!(few < 8, "{few}");
-    let ended = run(&home, &["tune", "e.toml", "--budget", "0.15", "--json"]).status(1);
+    ended.says(&[
+        "lab/tiny: a proposal cannot be asked for",
+        "$0.0100 is left",
+    ]);
+    assert_eq!(server.requests().len(), 0);
+    // The windows are those of the experiment, so that its answers count.
+    run(&home, &["evaluate", "e.toml", "--split", "dev"]);
+    let dev = server.requests().len();
+    assert!(dev > 25, "{dev}");
+    let ended = run(&home, &["tune", "e.toml", "--budget", "0.2", "--json"]).status(1);
     let document = ended
-        .says(&["ended in round 1 of 4", "of the budget of $0.1500 is left"])
+        .says(&["ended in round ", "of the budget of $0.2000 is left"])
         .json();
+    let count = |key: &str| document[key].as_u64().unwrap() as usize;
+    let spent = document["spent_usd"].as_f64().unwrap();
+    assert!(spent > 0.0 && spent <= 0.2, "{document}");
+    assert_eq!(
+        count("answers") + count("reflections"),
+        server.requests().len() - dev
+    );
     assert!(
-        document["spent_usd"].as_f64().unwrap() <= 0.15,
+        count("reflections") > 0 && count("answers_stored") >= 18,
         "{document}"
     );
-    assert_eq!(
-        (&document["reflections"], &document["found"]),
-        (&json!(0), &json!(false))
-    );
-    assert_eq!(document["answers_stored"].as_u64().unwrap() as usize, few);
 }
 
 /// Requests by their bodies, those to which the whole answer was sent.

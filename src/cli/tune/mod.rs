@@ -22,7 +22,8 @@ use crate::prompts::Techniques;
 use crate::settings::TextFile;
 use crate::verdict::Task;
 use crate::workflow::tune::{
-    TuneChoice, TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings, estimate, tune,
+    TuneChoice, TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings, can_tune, estimate,
+    tune,
 };
 use crate::workflow::{Experiment, is_experiment_file};
 use progress::Stages;
@@ -154,6 +155,10 @@ pub fn run(arguments: &Tune) -> Outcome {
             arguments.json,
         );
     }
+    // Nothing is paid where a proposal could not be.
+    runtime
+        .block_on(can_tune(&plan, &models))
+        .map_err(Failure::input)?;
     words::begin(&plan, test_scenarios);
     let outcome = runtime.block_on(until_interrupted(&plan, models, settings))?;
     let tuned = Tuned {

@@ -1,12 +1,15 @@
-//! What a tune asks at most, and what that can cost, before anything is sent.
+//! What a tune asks at most, what that can cost, and whether it can be asked, before anything is sent.
+
+use std::sync::Arc;
 
 use super::divide::DevPart;
 use super::prepare::TunePlan;
 use super::reflect::LONGEST;
 use super::reflector::Reflector;
 use super::rounds::{MINIBATCH, TuneModels, TuneSettings};
-use crate::evaluation::batch::{Estimate, Size, question_key};
-use crate::llm::{Message, Role};
+use crate::evaluation::batch::{Estimate, Price, Size, question_key};
+use crate::evaluation::can_ask;
+use crate::llm::{self, Message, Request, Role};
 use crate::store::{Store, StoreError};
 
 /// Questions and proposals at most, and the most they can cost.
@@ -38,8 +41,8 @@ pub fn estimate(
     for one in &plan.questions {
         let mut size = Size::estimate(&one.question, &models.judge);
         let price = match size.price {
-            crate::evaluation::batch::Price::AtMost(usd) => Some(usd),
-            crate::evaluation::batch::Price::Free => Some(0.0),
+            Price::AtMost(usd) => Some(usd),
+            Price::Free => Some(0.0),
             _ => None,
         };
         dearest = dearest.zip(price).map(|(a, b)| a.max(b));
@@ -58,21 +61,7 @@ pub fn estimate(
     // Every candidate is asked the selection part and the few shown questions; a parent all feedback questions at most.
     let parents = (settings.rounds as usize).saturating_sub(1);
     let more = proposals * (selection + MINIBATCH.min(feedback)) + parents * feedback;
-    let reflector = Reflector {
-        model: models.reflect.clone(),
-        store: std::sync::Arc::clone(&models.store),
-        control: models.control.clone(),
-    };
-    let fragments: usize = plan
-        .library
-        .included(&plan.template.source)
-        .iter()
-        .filter_map(|name| plan.library.fragments().get(*name))
-        .map(String::len)
-        .sum();
-    let longest = LONGEST + plan.template.source.len() + fragments;
-    let longest = vec![Message::new(Role::User, "a".repeat(longest))];
-    let request = reflector.request(longest);
+    let request = longest(plan, models);
     let reflection = models.reflect.endpoint.at_most(&request);
     let known = base.unbounded == 0 && base.unpriced == 0;
     let most_usd = reflection.zip(dearest).filter(|_| known);
@@ -85,4 +74,34 @@ pub fn estimate(
         base,
         most_usd,
     })
+}
+
+/// A request for a proposal as long as one with the base can be.
+fn longest(plan: &TunePlan, models: &TuneModels) -> Request {
+    let reflector = Reflector {
+        model: models.reflect.clone(),
+        store: Arc::clone(&models.store),
+        control: models.control.clone(),
+    };
+    let included = plan.library.included(&plan.template.source);
+    let fragments = { included.iter() }.filter_map(|name| plan.library.fragments().get(*name));
+    let fragments: usize = fragments.map(String::len).sum();
+    let longest = LONGEST + plan.template.source.len() + fragments;
+    reflector.request(vec![Message::new(Role::User, "a".repeat(longest))])
+}
+
+/// Whether both models can be asked as things stand, and a proposal is within the budget; nothing is sent.
+///
+/// # Errors
+/// Which cannot be, and why.
+pub async fn can_tune(plan: &TunePlan, models: &TuneModels) -> Result<(), String> {
+    let model = &models.reflect;
+    let request = longest(plan, models);
+    let checked = llm::check(&model.client, &model.endpoint, &request).await;
+    checked.map_err(|why| format!("{}: a proposal cannot be asked for: {why}", model.id))?;
+    let Some(first) = plan.questions.first() else {
+        return Ok(());
+    };
+    let checked = can_ask(&first.question, &models.judge).await;
+    checked.map_err(|why| format!("{}: {why}", models.judge.id()))
 }

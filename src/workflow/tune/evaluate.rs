@@ -22,8 +22,8 @@ pub(super) struct Minibatch {
     pub wrong: Vec<usize>,
     /// Some of those it answered right, so that what is spoilt is seen, too.
     pub right: Vec<usize>,
-    /// How many of all that were asked it answered right.
-    pub all_right: usize,
+    /// Of all that were asked: how many it answered right, and how many not.
+    pub asked: (usize, usize),
 }
 
 impl Minibatch {
@@ -94,14 +94,14 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
                 break;
             }
         }
-        let all_right = right.len();
+        let asked = (right.len(), wrong.len());
         wrong.truncate(WRONG);
         right.truncate(wrong.len());
         Ok((!wrong.is_empty()).then_some(Minibatch {
             parent,
             wrong,
             right,
-            all_right,
+            asked,
         }))
     }
 

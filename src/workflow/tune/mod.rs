@@ -32,7 +32,7 @@ mod truth_words;
 pub use candidate::{Candidate, CostMeasure, Refusal, RefusedBecause, Score};
 pub use diff::template_diff;
 pub use divide::{DevPart, Division};
-pub use estimate::{TuneEstimate, estimate};
+pub use estimate::{TuneEstimate, can_tune, estimate};
 pub use outcome::{Measure, TuneOutcome, Usage};
 pub use prepare::{TuneChoice, TunePlan, TuneQuestion, TuneRequest};
 pub use reflector::REFLECTION_TOKENS;

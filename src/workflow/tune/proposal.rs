@@ -3,6 +3,8 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use crate::verdict::object_in;
+
 /// A proposal.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub(super) struct Proposal {
@@ -37,14 +39,18 @@ impl Proposal {
     /// # Errors
     /// There is none: in words.
     pub fn read(text: &str) -> Result<Self, String> {
-        let whole = serde_json::from_str(text.trim());
-        let found: Result<Self, _> =
-            whole.or_else(|error| match (text.find('{'), text.rfind('}')) {
-                (Some(from), Some(to)) if from < to => serde_json::from_str(&text[from..=to]),
-                _ => Err(error),
-            });
-        let found =
-            found.map_err(|error| format!("the answer is not the JSON asked for: {error}"))?;
+        let part = match (text.find('{'), text.rfind('}')) {
+            (Some(from), Some(to)) if from < to => &text[from..=to],
+            _ => text,
+        };
+        // Long texts in JSON often have lines of their own, which JSON forbids.
+        let lenient = || serde_json::from_value(object_in(text)?).ok();
+        let found: Self = match serde_json::from_str(part) {
+            Ok(found) => found,
+            Err(error) => {
+                lenient().ok_or_else(|| format!("the answer is not the JSON asked for: {error}"))?
+            }
+        };
         match found.template.trim().is_empty() {
             true => Err("the answer has no template".into()),
             false => Ok(found),
@@ -67,6 +73,12 @@ mod tests {
         );
         let within = format!("Here it is:\n```json\n{object}\n```\n");
         assert_eq!(Proposal::read(&within).unwrap(), alone);
+        let lines = "{\"diagnosis\": \"d\", \"change\": \"c\", \"template\": \"{% block user %}\n{{ description }}\n{% endblock %}\"}";
+        let lines = Proposal::read(lines).unwrap();
+        assert_eq!(
+            lines.template,
+            "{% block user %}\n{{ description }}\n{% endblock %}"
+        );
         for (wrong, why) in [
             ("no", "not the JSON"),
             ("{\"change\": \"c\"}", "missing field `template`"),

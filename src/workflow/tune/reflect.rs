@@ -51,7 +51,7 @@ pub(super) struct WrongAnswer<'a> {
 pub(super) fn messages(
     plan: &TunePlan,
     parent: &Candidate,
-    (wrong, right): (&[WrongAnswer<'_>], usize),
+    (wrong, (right, not_right)): (&[WrongAnswer<'_>], (usize, usize)),
     tries: &[String],
 ) -> Vec<Message> {
     let mut text = format!(
@@ -68,7 +68,7 @@ pub(super) fn messages(
     text += &format!(
         "\n# How it is asked\n\nTask {}, techniques {techniques}. Of {} questions {right} were answered right.\n",
         way.task.name(),
-        right + wrong.len()
+        right + not_right
     );
     for (number, one) in wrong.iter().take(SHOWN).enumerate() {
         text += &format!("\n# Wrong answer {}\n\n", number + 1);

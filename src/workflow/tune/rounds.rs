@@ -247,7 +247,7 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
                 })
             })
             .collect();
-        let told = (&wrong[..], shown.all_right);
+        let told = (&wrong[..], shown.asked);
         let messages = messages(self.plan, &self.candidates[parent], told, &self.tries);
         let answer = self.reflector.ask(messages, number - 1, &mut self.usage);
         let proposal = answer.await?.and_then(|text| Proposal::read(&text));

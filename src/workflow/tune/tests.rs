@@ -46,7 +46,7 @@ fn plan() -> TunePlan {
     let models = BatchModels {
         providers: &toml::Table::new(),
         config_file: file,
-        environment: Environment::default(),
+        environment: Environment::from_lookup(|_| None),
         budget: None,
         concurrency: None,
         today: jiff::civil::date(2026, 1, 1),
@@ -106,7 +106,10 @@ fn a_proposal_keeps_what_the_answer_needs_and_copies_nothing() {
             "does not include \"_answer.md\"",
         ),
         (with("This is {{ scenario }}."), "name of the scenario"),
-        (with("As in ZAM_CutIn-1."), "names a scenario"),
+        (
+            with(&format!("As in {}.", plan.scenarios[0])),
+            "names a scenario",
+        ),
         (with("Mind car 301."), "names obstacle 301"),
     ] {
         assert!(
