@@ -269,7 +269,7 @@ async fn tune_finds_a_planted_weakness_within_the_budget() {
     );
     run(&home, &all)
         .status(2)
-        .says(&["out/tune.json exists", "--overwrite"]);
+        .says(&["out/template.diff exists", "--overwrite"]);
     let saved = home.config().join("prompts/closing.md");
     assert!(
         std::fs::read_to_string(&saved)
@@ -332,9 +332,8 @@ fn the_test_split_is_closed(home: &Home, server: &Server, document: &Value) {
 }
 
 fn fits_its_schema(home: &Home, output: &str, document: &Value) {
-    let schema = run(home, &["help", "json", "--schema", output])
-        .status(0)
-        .json();
+    let schema = run(home, &["help", "json", "--schema", output]).status(0);
+    let schema = serde_json::from_str(&schema.stdout).unwrap();
     let validator = jsonschema::validator_for(&schema).unwrap();
     if let Err(error) = validator.validate(document) {
         panic!("{output}: {error} at {}", error.instance_path());
