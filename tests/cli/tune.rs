@@ -121,7 +121,7 @@ fn number(user: &str) -> Option<usize> {
 fn judged(request: &Recorded, takes_hints: bool) -> Script {
     let [system, user] = messages(request);
     let number = number(&user).unwrap_or(1);
-    let (dangerous, weak) = (number % 2 == 0, number % 4 < 2);
+    let (dangerous, weak) = (number.is_multiple_of(2), number % 4 < 2);
     let right = !weak || takes_hints && system.contains(HINT);
     if !right && number % 8 == 4 {
         return cut_off();
@@ -304,7 +304,7 @@ async fn tune_finds_a_planted_weakness_within_the_budget() {
     );
 }
 
-/// Nobody was asked about a scenario of the test split, and none is told of.
+/// No question is about a scenario of the test split, and no run is.
 fn the_test_split_is_closed(home: &Home, server: &Server, document: &Value) {
     let tests: Vec<usize> = (1..=SCENARIOS).filter(|number| is_test(*number)).collect();
     assert!(tests.len() > 5 && tests.len() < 20, "{tests:?}");
@@ -352,7 +352,7 @@ async fn tune_finds_nothing_where_no_template_helps() {
         let sum = request.body.iter().fold(7_u32, |sum, byte| {
             sum.wrapping_mul(31).wrapping_add(u32::from(*byte))
         });
-        let said = sum.count_ones() % 2 == 0;
+        let said = sum.count_ones().is_multiple_of(2);
         Some(telling(
             request,
             &json!({ "collision": said, "obstacles": [], "justification": "so" }).to_string(),

@@ -84,7 +84,7 @@ pub fn gains(
     let width = quantile(&farthest, 0.95).unwrap_or(0.0);
     let exchanged: Vec<f64> = (0..DRAWS)
         .map(|_| {
-            let swapped: Vec<bool> = every().map(|_| random.next() & 1 == 1).collect();
+            let swapped: Vec<bool> = every().map(|_| random.draw() & 1 == 1).collect();
             largest(&|k| difference(&candidates[k], every(), &swapped, &measure))
         })
         .collect();

@@ -111,7 +111,7 @@ fn runs(text: &str) -> impl Iterator<Item = u64> {
     let numbers: Vec<&str> = text
         .split(|c: char| !(c.is_ascii_digit() || c == '.'))
         .map(|number| number.trim_matches('.'))
-        .filter(|number| number.contains('.') && number.trim_matches(['0', '.']) != "")
+        .filter(|number| number.contains('.') && !number.trim_matches(['0', '.']).is_empty())
         .collect();
     let hash = |run: &[&str]| {
         let mut hasher = DefaultHasher::new();

@@ -107,7 +107,7 @@ fn order(seed: u64, name: &str) -> u64 {
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });
-    SplitMix(hash ^ SplitMix(seed).next()).next()
+    SplitMix(hash ^ SplitMix(seed).draw()).draw()
 }
 
 #[cfg(test)]
