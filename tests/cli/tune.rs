@@ -382,7 +382,7 @@ async fn tune_finds_nothing_where_no_template_helps() {
 async fn a_budget_holds_and_ends_a_tune() {
     let server = Server::answering(|_, request| played(request, true)).await;
     let home = home(server.base_url());
-    // A proposal costs 0.18 USD at most.
+    // A proposal costs 0.1 USD at most.
     let ended = run(&home, &["tune", "e.toml", "--budget", "0.01", "--json"]).status(2);
     ended.says(&[
         "lab/tiny: a proposal cannot be asked for",
@@ -393,19 +393,47 @@ async fn a_budget_holds_and_ends_a_tune() {
     run(&home, &["evaluate", "e.toml", "--split", "dev"]);
     let dev = server.requests().len();
     assert!(dev > 25, "{dev}");
-    let ended = run(&home, &["tune", "e.toml", "--budget", "0.2", "--json"]).status(1);
+    let ended = run(&home, &["tune", "e.toml", "--budget", "0.11", "--json"]).status(1);
     let document = ended
-        .says(&["ended in round ", "of the budget of $0.2000 is left"])
+        .says(&["ended in round ", "of the budget of $0.1100 is left"])
         .json();
     let count = |key: &str| document[key].as_u64().unwrap() as usize;
     let spent = document["spent_usd"].as_f64().unwrap();
-    assert!(spent > 0.0 && spent <= 0.2, "{document}");
+    assert!(spent > 0.0 && spent <= 0.11, "{document}");
     assert_eq!(
         count("answers") + count("reflections"),
         server.requests().len() - dev
     );
     assert!(
         count("reflections") > 0 && count("answers_stored") >= 18,
+        "{document}"
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_that_refuses_ends_a_tune_which_goes_on_later() {
+    let refuses = Arc::new(AtomicBool::new(true));
+    let is_refusing = Arc::clone(&refuses);
+    let server = Server::answering(move |_, request| {
+        match is_reflection(request) && is_refusing.load(Ordering::SeqCst) {
+            true => Some(Script::json(401, "{\"error\":{\"message\":\"no key\"}}")),
+            false => played(request, true),
+        }
+    })
+    .await;
+    let home = home(server.base_url());
+    let ended = run(&home, &TUNE).status(1);
+    let document = ended.says(&["ended in round 1 of 2", "lab/tiny"]).json();
+    assert_eq!(
+        (&document["found"], &document["reflections"]),
+        (&json!(false), &json!(0)),
+        "{document}"
+    );
+    refuses.store(false, Ordering::SeqCst);
+    let document = run(&home, &TUNE).status(0).json();
+    assert_eq!(document["found"], true);
+    assert!(
+        document["answers_stored"].as_u64().unwrap() >= 18,
         "{document}"
     );
 }

@@ -22,8 +22,8 @@ use crate::prompts::Techniques;
 use crate::settings::TextFile;
 use crate::verdict::Task;
 use crate::workflow::tune::{
-    TuneChoice, TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings, can_tune, estimate,
-    tune,
+    PROPOSAL_TOKENS, TuneChoice, TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings,
+    can_tune, estimate, tune,
 };
 use crate::workflow::{Experiment, is_experiment_file};
 use progress::Stages;
@@ -51,6 +51,9 @@ pub struct Tune {
     /// Model that proposes templates, as provider/model [default: the one whose template is tuned].
     #[arg(long, value_name = "MODEL")]
     reflect: Option<String>,
+    /// Maximum number of tokens in a proposal, reasoning included.
+    #[arg(long, value_name = "N", default_value_t = PROPOSAL_TOKENS, value_parser = clap::value_parser!(u32).range(1..))]
+    proposal_tokens: u32,
     /// Maximum cost of this run in US dollars, proposals and answers together; needs known prices and a token limit
     /// [default: `budget` of the experiment, else that in config.toml; one is required].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]

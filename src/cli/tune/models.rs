@@ -12,7 +12,7 @@ use crate::evaluation::{Judge, Judges, ModelJudge};
 use crate::llm::{Budget, Environment};
 use crate::store::Store;
 use crate::workflow::batch::{BatchControl, BatchModels, BatchPlan, at_once};
-use crate::workflow::tune::{REFLECTION_TOKENS, TuneModels};
+use crate::workflow::tune::TuneModels;
 
 /// The models.
 pub struct Found {
@@ -41,7 +41,7 @@ pub fn find(
     let mut spec = plan.spec.clone();
     // What answers are to be like is said of answers, not of proposals.
     spec.matrix.request = RequestSettings {
-        max_tokens: Some(REFLECTION_TOKENS),
+        max_tokens: Some(arguments.proposal_tokens),
         ..RequestSettings::default()
     };
     let all = [proposes.clone()];

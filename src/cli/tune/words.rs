@@ -179,7 +179,7 @@ pub fn end(tuned: &Tuned<'_>, outcome: &TuneOutcome) {
     let file = tuned.arguments.experiment.display();
     if tuned.arguments.save.is_none() {
         output::say(
-            "nearmiss: --save NAME keeps the template in your folder of templates; the answers are in the store",
+            "nearmiss: the same command with --save NAME keeps the template among yours; it costs nothing more",
         );
     }
     if tuned.pinned {

@@ -4,7 +4,8 @@ use super::DevPart;
 use super::ask::{Graded, Halt, Replies};
 use super::candidate::Candidate;
 use super::check::rendered;
-use super::rounds::{TuneEvent, Tuning};
+use super::request::TuneEvent;
+use super::rounds::Tuning;
 use crate::evaluation::Question;
 use crate::evaluation::statistics::SplitMix;
 
@@ -18,6 +19,8 @@ const AT_A_TIME: usize = 8;
 pub(super) struct Minibatch {
     /// The candidate that answered them.
     pub parent: usize,
+    /// All dev questions as it asks them.
+    pub questions: Vec<Question>,
     /// Those it answered wrong.
     pub wrong: Vec<usize>,
     /// Some of those it answered right, so that what is spoilt is seen, too.
@@ -27,6 +30,11 @@ pub(super) struct Minibatch {
 }
 
 impl Minibatch {
+    /// Tokens of all dev questions as the parent asks them.
+    pub fn tokens(&self) -> usize {
+        self.questions.iter().map(Question::tokens).sum()
+    }
+
     /// All places.
     pub fn places(&self) -> Vec<usize> {
         [&self.wrong[..], &self.right].concat()
@@ -99,6 +107,7 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
         right.truncate(wrong.len());
         Ok((!wrong.is_empty()).then_some(Minibatch {
             parent,
+            questions,
             wrong,
             right,
             asked,

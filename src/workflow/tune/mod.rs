@@ -26,6 +26,7 @@ mod prepare;
 mod proposal;
 mod reflect;
 mod reflector;
+mod request;
 mod rounds;
 mod truth_words;
 
@@ -35,8 +36,9 @@ pub use divide::{DevPart, Division};
 pub use estimate::{TuneEstimate, can_tune, estimate};
 pub use outcome::{Measure, TuneOutcome, Usage};
 pub use prepare::{TuneChoice, TunePlan, TuneQuestion, TuneRequest};
-pub use reflector::REFLECTION_TOKENS;
-pub use rounds::{TuneError, TuneEvent, TuneModels, TuneSettings, tune};
+pub use reflector::PROPOSAL_TOKENS;
+pub use request::{TuneError, TuneEvent, TuneModels, TuneSettings};
+pub use rounds::tune;
 
 #[cfg(test)]
 mod tests;

@@ -109,7 +109,7 @@ pub(super) fn conclude(
     selection: &[usize],
     candidates: &mut [Candidate],
     replies: &[Replied],
-    measure: Measure,
+    (measure, cost): (Measure, CostMeasure),
 ) -> Option<usize> {
     let pairs: Vec<Vec<PairedCounts>> = (1..candidates.len())
         .map(|number| paired(plan, selection, &replies[0], &replies[number]))
@@ -119,8 +119,10 @@ pub(super) fn conclude(
         candidate.gain = gain;
     }
     let gain = |one: &Candidate| one.gain.map_or(0.0, |gain| gain.difference);
+    // Of equally good ones the cheapest, of these the first.
+    let key = |one: &Candidate| (gain(one), -cost.of_score(&one.score));
     let better = candidates[1..].iter().filter(|one| gain(one) > 0.0);
-    let best = better.reduce(|best, one| if gain(one) > gain(best) { one } else { best });
+    let best = better.reduce(|best, one| if key(one) > key(best) { one } else { best });
     best.map(|one| one.number)
 }
 

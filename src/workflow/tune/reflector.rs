@@ -13,8 +13,8 @@ use crate::llm::{self, Chunk, Finish, Message, Request, Schema};
 use crate::store::{Consumed, Key, NewReflection, Reflection, Store};
 use crate::workflow::batch::BatchControl;
 
-/// The most tokens of a proposal, reasoning included, where the configuration names no lower limit.
-pub const REFLECTION_TOKENS: u32 = 16_000;
+/// The most tokens of a proposal by default, reasoning included: several times those of the shipped templates.
+pub const PROPOSAL_TOKENS: u32 = 8192;
 
 /// The word of the store for an answer that was cut off.
 const CUT_OFF: &str = "length";

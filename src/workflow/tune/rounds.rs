@@ -14,10 +14,9 @@ use super::prepare::TunePlan;
 use super::proposal::Proposal;
 use super::reflect::{WrongAnswer, in_a_line, messages};
 use super::reflector::Reflector;
+use super::request::{TuneError, TuneEvent, TuneModels, TuneSettings};
+use crate::evaluation::Question;
 use crate::evaluation::statistics::FEWEST;
-use crate::evaluation::{Judge, ModelJudge};
-use crate::store::{Store, StoreError};
-use crate::workflow::batch::BatchControl;
 
 /// Answers of a candidate, by the places of their questions.
 pub(super) type Replied = Replies;
@@ -27,74 +26,6 @@ pub(super) const MINIBATCH: usize = 2 * WRONG;
 
 /// Of a template whose questions remain unanswered more often nothing is known.
 const MOST_MISSING: f64 = 0.1;
-
-/// How much is tried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TuneSettings {
-    /// Rounds at most.
-    pub rounds: u32,
-    /// Proposals in a round.
-    pub candidates: u32,
-    /// Another seed shows other answers and takes other parents.
-    pub seed: u64,
-    /// Requests on their way at once.
-    pub at_once: usize,
-}
-
-/// Who is asked, within one budget, and where answers are kept.
-pub struct TuneModels {
-    /// Who answers the questions.
-    pub judge: Arc<Judge>,
-    /// Who proposes templates.
-    pub reflect: Box<ModelJudge>,
-    /// Where answers are kept, and looked for.
-    pub store: Arc<Store>,
-    /// Stops the tune.
-    pub control: BatchControl,
-}
-
-/// Events of a tune.
-#[derive(Debug)]
-pub enum TuneEvent<'a> {
-    /// Questions are asked with a template.
-    Asking {
-        /// The number of the candidate; of a proposal the number that it will have.
-        candidate: usize,
-        /// About which part.
-        part: DevPart,
-        /// Answers so far.
-        done: usize,
-        /// Questions.
-        of: usize,
-    },
-    /// A better template is asked for.
-    Reflecting {
-        /// The round, from 1.
-        round: u32,
-        /// The proposal in it, from 1.
-        number: u32,
-        /// The candidate that is to be bettered.
-        parent: usize,
-    },
-    /// A proposal did not become a candidate.
-    Refused(&'a Refusal),
-    /// A candidate was asked with on the whole selection part.
-    Compared(&'a Candidate),
-}
-
-/// Why there is no outcome.
-#[derive(Debug, thiserror::Error)]
-pub enum TuneError {
-    /// The user ended it.
-    #[error("interrupted")]
-    Interrupted,
-    /// It ended before the base was measured.
-    #[error("the base template could not be measured: {0}")]
-    NoBase(String),
-    /// The store refused.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-}
 
 /// A tune on its way.
 pub(super) struct Tuning<'a, F> {
@@ -234,7 +165,6 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
             number,
             parent,
         });
-        let asked = self.questions_of(parent)?;
         let graded = |at: &usize| self.replies[parent].get(at)?.as_ref().ok();
         let wrong: Vec<WrongAnswer<'_>> = shown
             .wrong
@@ -242,7 +172,7 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
             .filter_map(|at| {
                 Some(WrongAnswer {
                     place: *at,
-                    question: &asked[*at],
+                    question: &shown.questions[*at],
                     graded: graded(at)?,
                 })
             })
@@ -322,7 +252,8 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
         let now = answered.iter().filter(|at| right(replies.get(at))).count();
         let before = &self.replies[shown.parent];
         let before = answered.iter().filter(|at| right(before.get(at))).count();
-        if now < before || now == before && !self.is_shorter(made, shown.parent)? {
+        let tokens: usize = made.questions.iter().map(Question::tokens).sum();
+        if now < before || now == before && tokens >= shown.tokens() {
             return Ok(Err(RefusedBecause::NotBetter {
                 right: now,
                 parent: before,
@@ -337,14 +268,6 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
         }
         replies.extend(selected);
         Ok(Ok((score, replies)))
-    }
-
-    /// Whether its questions are shorter than those of a candidate.
-    fn is_shorter(&self, made: &Checked, parent: usize) -> Result<bool, Halt> {
-        let tokens = |questions: &[crate::evaluation::Question]| {
-            questions.iter().map(|one| one.tokens()).sum::<usize>()
-        };
-        Ok(tokens(&made.questions) < tokens(&self.questions_of(parent)?))
     }
 
     fn refuse(&mut self, refusal: Refusal) {
@@ -386,7 +309,7 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
             &self.selection,
             &mut self.candidates,
             &self.replies,
-            self.measure,
+            (self.measure, self.cost),
         );
         let (scenarios, _, _) = self.plan.counts(DevPart::Selection);
         let gain = best.and_then(|best| self.candidates[best].gain);
