@@ -178,9 +178,13 @@ pub fn end(tuned: &Tuned<'_>, outcome: &TuneOutcome) {
     }
     let file = tuned.arguments.experiment.display();
     if tuned.arguments.save.is_none() {
-        output::say(
-            "nearmiss: the same command with --save NAME keeps the template among yours; it costs nothing more",
-        );
+        let more = match tuned.arguments.output {
+            Some(_) => "--overwrite --save NAME",
+            None => "--save NAME",
+        };
+        output::say(&format!(
+            "nearmiss: the same command with {more} keeps the template among yours; it costs nothing more"
+        ));
     }
     if tuned.pinned {
         output::say(&format!(
