@@ -84,6 +84,7 @@
 //! | figures of reports | `evaluation/report/charts.rs`, drawn by `render/chart/` |
 //! | whole recordings: safe or of high risk | `judge/recording.rs`; truth by risk score: `evaluation/score.rs` |
 //! | chats for fine-tuning | which answers: `evaluation/training.rs`; files: `cli/export/chat.rs` |
+//! | better templates from wrong answers | `workflow/tune/`: rounds in `rounds.rs`, what a proposal must keep in `check.rs`; gains: `evaluation/statistics/best_of.rs` |
 //! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/update/experiment.rs` |
 //! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts/` |
 //! | gate: may a changed motion be written | [`generation::Gate`] |

@@ -152,6 +152,8 @@ mod themes_and_keys;
 mod thresholds;
 #[path = "cli/tools.rs"]
 mod tools;
+#[path = "cli/tune.rs"]
+mod tune;
 
 /// The bundled scenarios and whether the ego collides in them.
 const BUNDLED: [(&str, bool); 8] = [

@@ -50,6 +50,7 @@ mod span;
 mod themes_and_keys;
 mod time;
 mod tool_options;
+mod tune;
 mod verdicts;
 
 pub use crash::report_panics;
@@ -116,6 +117,8 @@ pub enum Command {
     Evaluate(Box<evaluate::Evaluate>),
     /// Pack a batch with its answers into one file for other machines, and unpack it.
     Experiment(experiment::ExperimentArguments),
+    /// Improve a prompt template from wrong answers of an experiment's dev split.
+    Tune(tune::Tune),
     /// Write Slurm scripts that run a command in parts on a cluster.
     Slurm(slurm::Slurm),
     /// List, collect and cancel provider batches (those of `evaluate`: `evaluate --list`).
@@ -202,6 +205,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Experiment(arguments) => experiment::run(arguments),
+        Command::Tune(arguments) => tune::run(arguments),
         Command::Slurm(arguments) => slurm::run(arguments),
         Command::Batches(arguments) => batches::run(arguments),
         Command::Report(arguments) => report::run(arguments),

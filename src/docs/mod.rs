@@ -59,6 +59,8 @@ topics! {
         "Tables over any axes, a page to read answers in, figures, LaTeX";
     experiments, "experiments", "experiments.md", [],
         "A batch written down in a file, for others to repeat: experiment.toml";
+    tuning, "tuning", "tuning.md", ["tune"],
+        "Better templates from wrong answers: rounds, what is shown, the gain with its interval";
     bundles, "bundles", "bundles.md", ["experiment"],
         "An experiment with its answers as one file, for the same tables elsewhere";
     ci, "ci", "ci.md", [],

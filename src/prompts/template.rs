@@ -122,6 +122,25 @@ impl Template {
             source: source.to_string(),
         })
     }
+
+    /// The text after the front matter.
+    #[must_use]
+    pub fn body(&self) -> &str {
+        Self::body_of(&self.source)
+    }
+
+    /// The text after the front matter, of a text that may have none.
+    #[must_use]
+    pub fn body_of(text: &str) -> &str {
+        split(text).map_or(text, |(_, body)| body)
+    }
+
+    /// The source of a template with the same front matter and another text.
+    #[must_use]
+    pub fn with_body(&self, body: &str) -> String {
+        let before = self.source.len() - self.body().len();
+        format!("{}\n{}\n", &self.source[..before], body.trim())
+    }
 }
 
 /// Front matter and body of a file.
@@ -179,6 +198,17 @@ mod tests {
         assert_eq!(front.defaults.techniques, Some(techniques));
         assert_eq!(front.defaults.radius, None);
         assert_eq!(body_in_place(GOOD).lines().nth(12), Some("body {{ x }}"));
+    }
+
+    #[test]
+    fn another_body_keeps_the_front_matter() {
+        let template = Template::read(GOOD).expect("a whole template");
+        assert_eq!(template.body(), "\nbody {{ x }}\n");
+        assert_eq!(template.with_body(template.body()), GOOD);
+        let other = template.with_body("  other {{ y }}");
+        assert_eq!(other, GOOD.replace("body {{ x }}", "other {{ y }}"));
+        assert_eq!(Template::body_of(&other), "\nother {{ y }}\n");
+        assert_eq!(Template::body_of("plain"), "plain");
     }
 
     #[test]

@@ -60,6 +60,27 @@ impl Store {
         }
     }
 
+    /// The newest answer to a request that ran into the limit of tokens, where there is no whole one: asked again, it would
+    /// most likely do so again.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn answer_at_limit(&self, key: &Key, sample: u32) -> Result<Option<Run>, StoreError> {
+        let connection = self.lock();
+        if answered(&connection, key.as_str(), sample)?.is_some() {
+            return Ok(None);
+        }
+        let mut statement = connection.prepare_cached(
+            "SELECT * FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'truncated' AND finish = 'length'
+                 AND deleted_ms IS NULL ORDER BY id DESC LIMIT 1",
+        )?;
+        Ok(statement
+            .query_row(params![key.as_str(), sample], |row| {
+                rows::shown(row, MOST_SHOWN)
+            })
+            .optional()?)
+    }
+
     /// The newest run with these texts, reasoning and answer, as its whole answer to the same question, asked the same way under the same
     /// parameters: for judges that are sent no request, which therefore has no key.
     ///

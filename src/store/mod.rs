@@ -28,6 +28,7 @@ mod ratings;
 mod read_only;
 mod record;
 mod record_intake;
+mod reflections;
 mod rounds;
 mod rows;
 mod run;
@@ -65,6 +66,7 @@ pub use provider_batches::{
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 pub use record::RecordError;
 pub use record_intake::RecordIntake;
+pub use reflections::{NewReflection, Reflection, ReflectionId};
 pub use run::{
     AnswerPiece, Consumed, Ending, NewRun, Origin, Run, RunId, RunState, StoredTemplate,
 };

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 pub use answer_schema::{CollisionAnswer, RecordingAnswer, SafetyAnswer, schema};
 pub use attacker::AttackerChoice;
 pub use critical::CriticalObstacle;
-pub use lenient::{ReasonedAnswer, reasons_first};
+pub use lenient::{ReasonedAnswer, object_in, reasons_first};
 pub use parse::{NoVerdict, ParseQuality, Parsed, Reading, parse, read};
 pub use parsed_answer::ParsedAnswer;
 pub use trajectory::{

@@ -18,6 +18,7 @@
 //! - [`answer_page`]: the answers of a report with their texts, claims and pictures
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
+//! - [`tune`]: better templates from wrong answers of a dev split
 //! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
 //!
 //! Computations run on the calling thread and call `on_event` there. They end early when their
@@ -45,6 +46,7 @@ mod sentence;
 mod simulator_export;
 mod stored_question;
 mod truth;
+pub mod tune;
 mod variant_record;
 mod verify_variant;
 mod versions;

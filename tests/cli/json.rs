@@ -12,8 +12,15 @@ use super::support::program::Home;
 const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 
 /// Outputs that need what a test here has not: a provider with batches, right answers of a model, a model
-/// that sees, a planner's process.
-const ELSEWHERE: [&str; 4] = ["batches", "export-chat", "image", "plan-log-stderr"];
+/// that sees, a planner's process, proposals of templates (tests/cli/tune.rs).
+const ELSEWHERE: [&str; 6] = [
+    "batches",
+    "export-chat",
+    "image",
+    "plan-log-stderr",
+    "tune",
+    "tune-dry-run",
+];
 
 /// A home with a few runs, ratings, a variant, a solution and a log.
 fn furnished() -> Home {

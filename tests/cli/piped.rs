@@ -31,6 +31,8 @@ const WRITING: &[&[&str]] = &[
     &["models"],
     &["evaluate", CUT_IN],
     &["evaluate", "--list"],
+    &["tune", "tune.toml", "--dry-run"],
+    &["tune", "tune.toml", "--dry-run", "--json"],
     &[
         "slurm",
         "--parts",
@@ -77,6 +79,13 @@ fn a_closed_pipe_changes_neither_the_status_nor_what_is_said() {
         home.run(&["ask", CUT_IN, "--fresh"]).status(0);
     }
     home.run(&["index", CUT_IN, "-o", "index"]).status(0);
+    let names = super::BUNDLED.map(|(name, _)| format!("\"{name}\""));
+    let tune = format!(
+        "scenarios = [{}]\nmodels = [\"local/default\"]\ntasks = [\"collision\"]\nbudget = 1\n\
+         split = {{ test = 0.2, seed = 6 }}\n",
+        names.join(", ")
+    );
+    home.write("tune.toml", tune);
     let mut writing = 0;
     for arguments in WRITING {
         let mut read = home.command();

@@ -18,9 +18,12 @@ mod table;
 mod truth;
 mod varied;
 
-pub use dry_run::DryRunDocument;
+pub use context::BatchContext;
+pub use drawing::planned;
+pub use dry_run::{DryRunDocument, make as questions_of};
 pub use listed::ListedDocument;
 pub use options::part_of_split;
+pub use running::runtime;
 use std::path::{Path, PathBuf};
 
 use super::open::{doubts, found, not_opened, task};

@@ -10,7 +10,7 @@ use crate::cli::{
     batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
     metrics, prompt,
 };
-use crate::cli::{index, prompts, runs, sample, themes_and_keys};
+use crate::cli::{index, prompts, runs, sample, themes_and_keys, tune};
 use crate::evaluation::Standing;
 use crate::evaluation::batch::QuestionLine;
 use crate::system::KeyBinding;
@@ -79,6 +79,8 @@ pub const DERIVED: &[Derived] = &[
     derived::<sample::SampleLine>(),
     derived::<KeyBinding>(),
     derived::<themes_and_keys::ThemeDocument>(),
+    derived::<tune::TuneDocument>(),
+    derived::<tune::TuneDryRunDocument>(),
 ];
 
 impl Output for QuestionLine {

@@ -1,6 +1,7 @@
 //! Statistics of yes-or-no answers: intervals, tests, agreement and calibration, each with its formula and source.
 
 mod auc;
+mod best_of;
 mod bootstrap;
 mod calibration;
 mod hypergeometric;
@@ -15,6 +16,7 @@ mod raters;
 mod samples;
 
 pub use auc::auc;
+pub use best_of::{Gain, PairedCounts, gains};
 pub use bootstrap::{
     RESAMPLES, ShareIntervals, f1_interval, mean_interval, ratio_interval, share_intervals,
 };
@@ -26,7 +28,7 @@ pub use mcnemar::{EXACT_BELOW, McNemar, holm};
 pub use permutation::{DRAWS, EXACT_UP_TO, PairedTest};
 pub use proportion::{scenario_interval, share_interval};
 pub use quantile::quantile;
-pub use random::SEED;
+pub use random::{SEED, SplitMix};
 pub use raters::{cohen, fleiss};
 pub use samples::{AllRight, AnswerAgreement, majority};
 

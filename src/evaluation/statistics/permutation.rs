@@ -96,7 +96,7 @@ fn drawn_signs(differences: &[f64]) -> f64 {
     for _ in 0..draws {
         let mut sum = 0.0;
         for part in differences.chunks(64) {
-            let mut signs = random.next();
+            let mut signs = random.draw();
             for d in part {
                 sum += if signs & 1 == 1 { -d } else { *d };
                 signs >>= 1;
@@ -146,7 +146,7 @@ mod tests {
     /// How often a difference is found at 5 %, of batches of 42 scenarios with two samples each.
     fn found(first: f64, second: f64, batches: u32) -> f64 {
         let mut random = SplitMix(7);
-        let mut right = |share: f64| (random.next() >> 11) as f64 / ((1_u64 << 53) as f64) < share;
+        let mut right = |share: f64| (random.draw() >> 11) as f64 / ((1_u64 << 53) as f64) < share;
         let mut mean = |share| (u8::from(right(share)) + u8::from(right(share))) as f64 / 2.0;
         let significant = (0..batches).filter(|_| {
             let differences: Vec<f64> = (0..42).map(|_| mean(first) - mean(second)).collect();

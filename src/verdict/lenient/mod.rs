@@ -78,6 +78,14 @@ pub(super) fn read(text: &str) -> Vec<JsonPiece> {
     found
 }
 
+/// The last whole object in a text, with mistakes of people and Python put right.
+#[must_use]
+pub fn object_in(text: &str) -> Option<Value> {
+    let whole = |piece: &JsonPiece| piece.end == End::Whole && piece.value.is_object();
+    let pieces = read(text).into_iter();
+    pieces.rev().find(whole).map(|piece| piece.value)
+}
+
 fn is_empty(value: &Value) -> bool {
     match value {
         Value::Object(map) => map.is_empty(),

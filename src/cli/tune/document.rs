@@ -1,0 +1,288 @@
+//! The result of a tune for programs.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::Tuned;
+use super::words::gain;
+use crate::cli::json;
+use crate::workflow::tune::{
+    Candidate, DevPart, Refusal, RefusedBecause, TuneOutcome, TunePlan, template_diff,
+};
+
+/// A tune.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct TuneDocument {
+    /// The experiment file.
+    experiment: String,
+    task: &'static str,
+    frame: Option<&'static str>,
+    techniques: Option<String>,
+    model: String,
+    /// Model that proposed templates.
+    reflect: String,
+    template: String,
+    template_hash: String,
+    /// Seed of parts, shown answers and parents.
+    seed: u64,
+    /// Scenarios and questions of both parts of the dev split.
+    parts: Vec<PartDocument>,
+    /// Whether scenarios on the same map are in one part.
+    divided_by_map: bool,
+    /// Scenarios of the test split, none of which was opened.
+    test_scenarios: usize,
+    /// What templates are compared by: f1 or accuracy.
+    measure: &'static str,
+    /// What the front holds against it: usd, tokens or unknown.
+    front_cost: &'static str,
+    /// Templates that were asked with on the selection part; the first one is the base.
+    templates: Vec<CandidateDocument>,
+    /// Proposals that were refused or not better.
+    refused: Vec<RefusalDocument>,
+    /// Number of the candidate with the largest gain; null if none is better than the base.
+    best: Option<usize>,
+    /// Whether its gain is above chance.
+    found: bool,
+    /// The gain in a sentence.
+    result: String,
+    /// Rounds that were begun.
+    rounds: u32,
+    /// Why it ended before its last round; null if it did not.
+    stopped: Option<String>,
+    /// Questions that were asked now.
+    answers: usize,
+    /// Answers that came from the store.
+    answers_stored: usize,
+    /// Proposals that were asked for now.
+    reflections: usize,
+    /// Proposals that came from the store.
+    reflections_stored: usize,
+    /// Cost of this run in US dollars; of requests of unknown cost the most they can have cost.
+    spent_usd: f64,
+    /// Budget in US dollars.
+    budget: f64,
+}
+
+/// A part of the dev split.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct PartDocument {
+    /// feedback or selection.
+    part: &'static str,
+    scenarios: usize,
+    questions: usize,
+    /// Questions about dangerous windows.
+    dangerous: usize,
+}
+
+/// A template that was compared.
+#[derive(Debug, Serialize, JsonSchema)]
+struct CandidateDocument {
+    /// Its number; 0 is the base.
+    number: usize,
+    /// Number of the template that it was made from.
+    parent: Option<usize>,
+    /// Round in which it was proposed, from 1; 0 for the base.
+    round: u32,
+    template_hash: String,
+    /// What it changes.
+    change: String,
+    /// What the reflecting model found wrong with its parent.
+    diagnosis: String,
+    tp: u32,
+    fp: u32,
+    #[serde(rename = "fn")]
+    false_negatives: u32,
+    tn: u32,
+    f1: Option<f64>,
+    accuracy: Option<f64>,
+    /// Answers that cannot be read, which count as wrong.
+    unreadable: usize,
+    /// Questions without an answer.
+    missing: usize,
+    /// Mean cost of an answer in US dollars.
+    mean_usd: Option<f64>,
+    /// Mean tokens of question and answer.
+    mean_tokens: Option<f64>,
+    on_front: bool,
+    /// Gain over the base on the questions that both answered.
+    gain: Option<GainDocument>,
+    /// Unified diff to the base.
+    diff: String,
+}
+
+/// A gain.
+#[derive(Debug, Serialize, JsonSchema)]
+struct GainDocument {
+    difference: f64,
+    /// Lower end of the simultaneous interval of 95 %.
+    low: f64,
+    /// Its upper end.
+    high: f64,
+    /// p value, corrected for the number of templates.
+    p: f64,
+}
+
+/// A proposal that did not become a candidate.
+#[derive(Debug, Serialize, JsonSchema)]
+struct RefusalDocument {
+    round: u32,
+    number: u32,
+    parent: usize,
+    change: String,
+    /// invalid, not_better or unanswered.
+    kind: &'static str,
+    why: String,
+}
+
+impl json::Output for TuneDocument {
+    const NAME: &'static str = "tune";
+    const TITLE: &'static str = "`tune --json`: templates, their gains, and whether one is better";
+}
+
+/// The parts of a plan.
+fn parts(plan: &TunePlan) -> Vec<PartDocument> {
+    let part = |part: DevPart| {
+        let (scenarios, questions, dangerous) = plan.counts(part);
+        PartDocument {
+            part: part.name(),
+            scenarios,
+            questions,
+            dangerous,
+        }
+    };
+    vec![part(DevPart::Feedback), part(DevPart::Selection)]
+}
+
+impl TuneDocument {
+    /// The document of an outcome.
+    pub(super) fn new(tuned: &Tuned<'_>, outcome: &TuneOutcome) -> Self {
+        let (plan, usage) = (tuned.plan, &outcome.usage);
+        let way = &plan.way;
+        Self {
+            experiment: tuned.arguments.experiment.display().to_string(),
+            task: way.task.name(),
+            frame: way.frame.map(|frame| frame.name()),
+            techniques: way.techniques.map(|techniques| techniques.to_string()),
+            model: way.model.clone(),
+            reflect: tuned.reflect.to_string(),
+            template: plan.file.clone(),
+            template_hash: plan.hash.clone(),
+            seed: tuned.arguments.seed,
+            parts: parts(plan),
+            divided_by_map: plan.division.by_map,
+            test_scenarios: tuned.test_scenarios,
+            measure: outcome.measure.name(),
+            front_cost: outcome.cost.name(),
+            templates: outcome
+                .candidates
+                .iter()
+                .map(|one| candidate(plan, one))
+                .collect(),
+            refused: outcome.refused.iter().map(refusal).collect(),
+            best: outcome.best,
+            found: outcome.found,
+            result: gain(outcome),
+            rounds: outcome.rounds,
+            stopped: outcome.stopped.clone(),
+            answers: usage.answers,
+            answers_stored: usage.answers_stored,
+            reflections: usage.reflections,
+            reflections_stored: usage.reflections_stored,
+            spent_usd: tuned.spent,
+            budget: tuned.budget,
+        }
+    }
+}
+
+fn candidate(plan: &TunePlan, one: &Candidate) -> CandidateDocument {
+    let counts = &one.score.counts;
+    CandidateDocument {
+        number: one.number,
+        parent: one.parent,
+        round: one.round,
+        template_hash: one.hash.clone(),
+        change: one.change.clone(),
+        diagnosis: one.diagnosis.clone(),
+        tp: counts.true_positives,
+        fp: counts.false_positives,
+        false_negatives: counts.false_negatives,
+        tn: counts.true_negatives,
+        f1: counts.f1(),
+        accuracy: counts.accuracy(),
+        unreadable: one.score.unreadable,
+        missing: one.score.missing,
+        mean_usd: one.score.usd,
+        mean_tokens: one.score.tokens,
+        on_front: one.on_front,
+        gain: one.gain.map(|gain| GainDocument {
+            difference: gain.difference,
+            low: gain.interval.low,
+            high: gain.interval.high,
+            p: gain.p,
+        }),
+        diff: template_diff(&plan.file, &plan.template.source, &one.source),
+    }
+}
+
+fn refusal(one: &Refusal) -> RefusalDocument {
+    RefusalDocument {
+        round: one.round,
+        number: one.number,
+        parent: one.parent,
+        change: one.change.clone(),
+        kind: match one.because {
+            RefusedBecause::Invalid(_) => "invalid",
+            RefusedBecause::NotBetter { .. } => "not_better",
+            RefusedBecause::Unanswered { .. } => "unanswered",
+        },
+        why: one.because.to_string(),
+    }
+}
+
+/// What a tune would ask.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct TuneDryRunDocument {
+    model: String,
+    /// Model that proposes templates.
+    reflect: String,
+    template: String,
+    template_hash: String,
+    /// Scenarios and questions of both parts of the dev split.
+    parts: Vec<PartDocument>,
+    /// Scenarios of the test split, none of which is opened.
+    test_scenarios: usize,
+    /// Answers at most, those in the store included.
+    answers: usize,
+    /// Proposals at most.
+    reflections: usize,
+    most_usd: Option<f64>,
+    /// Budget in US dollars; nothing is sent that could exceed it.
+    budget: f64,
+}
+
+impl TuneDryRunDocument {
+    /// The document of an estimate.
+    pub(super) fn new(
+        (plan, test_scenarios, reflect): (&TunePlan, usize, &str),
+        estimate: &crate::workflow::tune::TuneEstimate,
+        budget: f64,
+    ) -> Self {
+        Self {
+            model: plan.way.model.clone(),
+            reflect: reflect.to_string(),
+            template: plan.file.clone(),
+            template_hash: plan.hash.clone(),
+            parts: parts(plan),
+            test_scenarios,
+            answers: estimate.answers,
+            reflections: estimate.reflections,
+            most_usd: estimate.most_usd,
+            budget,
+        }
+    }
+}
+
+impl json::Output for TuneDryRunDocument {
+    const NAME: &'static str = "tune-dry-run";
+    const TITLE: &'static str = "`tune --dry-run --json`: what would be asked";
+}

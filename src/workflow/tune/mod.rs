@@ -1,0 +1,44 @@
+//! Prompt optimisation: better templates from wrong answers of a dev split, within a budget.
+//!
+//! [`Experiment::tuned`] takes the dev scenarios of an experiment and one way of asking; those of the test split are
+//! never opened. [`TunePlan`] divides the dev scenarios once more: wrong answers are shown of the feedback part, and
+//! templates are compared on the selection part. [`tune`] asks a model for better templates, round by round, and keeps
+//! those that prove better: reflective evolution of prompts with a Pareto front, as in L. A. Agrawal et al., "GEPA:
+//! Reflective Prompt Evolution Can Outperform Reinforcement Learning", arXiv:2507.19457 (2025); the front here is over
+//! F1 and cost.
+//!
+//! Everything is decided by the seed and by answers, and every answer is in the store before it is used: the same tune
+//! after a kill takes the same way without paying for it again.
+//!
+//! [`Experiment::tuned`]: super::Experiment::tuned
+
+mod ask;
+mod candidate;
+mod check;
+mod copied;
+mod diff;
+mod divide;
+mod estimate;
+mod evaluate;
+mod front;
+mod outcome;
+mod prepare;
+mod proposal;
+mod reflect;
+mod reflector;
+mod request;
+mod rounds;
+mod truth_words;
+
+pub use candidate::{Candidate, CostMeasure, Refusal, RefusedBecause, Score};
+pub use diff::template_diff;
+pub use divide::{DevPart, Division};
+pub use estimate::{TuneEstimate, can_tune, estimate};
+pub use outcome::{Measure, TuneOutcome, Usage};
+pub use prepare::{TuneChoice, TunePlan, TuneQuestion, TuneRequest};
+pub use reflector::PROPOSAL_TOKENS;
+pub use request::{TuneError, TuneEvent, TuneModels, TuneSettings};
+pub use rounds::tune;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,297 @@
+//! From an experiment to what is tuned: one way of asking, the questions about the dev scenarios, and their parts.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::copied::Traces;
+use super::divide::{DevPart, Division};
+use crate::description::Frame;
+use crate::evaluation::batch::{Spec, Split, Variant, critical_of, label_of, way_of};
+use crate::evaluation::{Label, PromptConfig, Protocol, Question};
+use crate::formats::Entry;
+use crate::metrics::Thresholds;
+use crate::planner::Cancel;
+use crate::prompts::{Library, Techniques, Template};
+use crate::store::{NewItem, SplitPart};
+use crate::verdict::Task;
+use crate::workflow::batch::{BatchError, BatchPlan, BatchRequest, DryRun, PlanningEvent};
+use crate::workflow::{Experiment, ExperimentContext, selected};
+
+/// Which way of asking is tuned, where an experiment has several.
+#[derive(Debug, Clone, Default)]
+pub struct TuneChoice {
+    /// The task.
+    pub task: Option<Task>,
+    /// The frame of the description.
+    pub frame: Option<Frame>,
+    /// The techniques.
+    pub techniques: Option<Techniques>,
+    /// The model, `provider/model`.
+    pub model: Option<String>,
+}
+
+/// The dev scenarios of an experiment, asked about in one way.
+#[derive(Debug)]
+pub struct TuneRequest {
+    request: BatchRequest,
+    /// Scenarios of the test split, which are not opened.
+    pub test_scenarios: usize,
+}
+
+impl Experiment {
+    /// Those of the `found` scenarios that are in the dev split, asked about in one way.
+    ///
+    /// # Errors
+    /// There is no split, or several ways and none is chosen; else as [`Experiment::prepare`]: with the file.
+    pub fn tuned(
+        &self,
+        choice: &TuneChoice,
+        file: &Path,
+        found: Vec<Entry>,
+        context: ExperimentContext<'_>,
+    ) -> Result<TuneRequest, String> {
+        let named = |why: String| format!("{}: {why}", file.display());
+        let mut one = self.of_one_way(choice).map_err(named)?;
+        let Some(split) = one.subset.split.take() else {
+            return Err(named(
+                "no split, and tuning needs scenarios that it never sees; add `split = { test = 0.5 }`".into(),
+            ));
+        };
+        if let Some(part) = split.empty_part(&found) {
+            return Err(named(BatchError::EmptyPart(part).to_string()));
+        }
+        let is_dev = |name: &str| Split::part(&split, name) == SplitPart::Dev;
+        let (dev, test): (Vec<Entry>, Vec<Entry>) =
+            found.into_iter().partition(|entry| is_dev(&entry.name));
+        one.hashes.retain(|name, _| is_dev(name));
+        let asked = Spec::templates_of(&one.matrix, context.library);
+        one.templates.retain(|name, _| asked.contains_key(name));
+        let dev = selected(dev, &one.subset, context.thresholds).map_err(named)?;
+        let request = one.request(dev, None, context.library).map_err(named)?;
+        Ok(TuneRequest {
+            request,
+            test_scenarios: test.len(),
+        })
+    }
+
+    /// The same with one way of asking, about the scenes as they are and at the first lead.
+    fn of_one_way(&self, choice: &TuneChoice) -> Result<Self, String> {
+        let mut one = self.clone();
+        let matrix = &mut one.matrix;
+        if matrix.axes.values().len() > 1 {
+            return Err(format!(
+                "it asks with several values of {}; tuning needs one, so that a template is the only difference",
+                matrix.axes.words().join(", ")
+            ));
+        }
+        let task = choice.task;
+        matrix.tasks = vec![chosen("task", task, &matrix.tasks, |task| task.name())?];
+        let frame = choice.frame;
+        matrix.frames = vec![chosen("frame", frame, &matrix.frames, |frame| {
+            frame.name()
+        })?];
+        let techniques = choice.techniques;
+        matrix.techniques = vec![chosen("techniques", techniques, &matrix.techniques, |t| {
+            *t
+        })?];
+        let model = choice.model.clone();
+        matrix.models = vec![chosen("model", model, &matrix.models, Clone::clone)?];
+        let model = &matrix.models[0];
+        if model.starts_with("reference/") || model.starts_with("recorded/") {
+            return Err(format!(
+                "{model} is not asked with a template; tune a language model"
+            ));
+        }
+        matrix.samples = 1;
+        matrix.more_leads.clear();
+        matrix.transforms.clear();
+        one.comparison = Default::default();
+        Ok(one)
+    }
+}
+
+/// The value that is chosen, or the only one.
+fn chosen<T: PartialEq + Clone, W: Display>(
+    what: &str,
+    choice: Option<T>,
+    all: &[T],
+    word: impl Fn(&T) -> W,
+) -> Result<T, String> {
+    let words: Vec<String> = all.iter().map(|one| word(one).to_string()).collect();
+    match (choice, all) {
+        (Some(one), all) if all.contains(&one) => Ok(one),
+        (Some(one), _) => Err(format!(
+            "--{what} {}: the experiment has {}",
+            word(&one),
+            words.join(", ")
+        )),
+        (None, [one]) => Ok(one.clone()),
+        (None, _) => Err(format!(
+            "it has several values of {what}: {}; choose one with --{what}",
+            words.join(", ")
+        )),
+    }
+}
+
+impl TuneRequest {
+    /// Plans the questions; nothing is written. Drawing windows reads the dev recordings: nothing where `cancel` asked
+    /// for an end.
+    ///
+    /// # Errors
+    /// See [`BatchError`].
+    pub fn plan(
+        self,
+        context: ExperimentContext<'_>,
+        cancel: &Cancel,
+        on_event: &mut dyn FnMut(PlanningEvent),
+    ) -> Result<Option<BatchPlan>, BatchError> {
+        let thresholds: &std::sync::Arc<Thresholds> = context.thresholds;
+        self.request
+            .plan(context.library, thresholds, cancel, on_event)
+    }
+}
+
+/// A question about a dev scenario, with what is true about it.
+#[derive(Debug, Clone)]
+pub struct TuneQuestion {
+    /// The question as the base template asks it.
+    pub question: Question,
+    /// The place of its scenario in [`TunePlan::scenarios`].
+    pub scenario: usize,
+    /// What is true.
+    pub truth: Label,
+    /// The obstacles that are truly critical.
+    pub critical: Vec<i64>,
+}
+
+/// What is tuned.
+#[derive(Debug)]
+pub struct TunePlan {
+    /// The way of asking.
+    pub way: PromptConfig,
+    /// The base template: its file.
+    pub file: String,
+    /// The base template.
+    pub template: Template,
+    /// SHA-256 of it and of what it includes.
+    pub hash: String,
+    /// The names of the dev scenarios.
+    pub scenarios: Vec<String>,
+    /// Their parts.
+    pub division: Division,
+    /// The questions about them, in order.
+    pub questions: Vec<TuneQuestion>,
+    /// Questions that are left out, since no prompt can be made or their truth is unknown.
+    pub left_out: usize,
+    /// By which rules answers count.
+    pub(super) protocol: Protocol,
+    /// Whether risk scores tell what is true, not contacts.
+    pub(super) by_score: bool,
+    /// The templates.
+    pub(super) library: Library,
+    /// What a template must not have from the dev scenarios.
+    pub(super) traces: Traces,
+}
+
+impl TunePlan {
+    /// Makes the questions of a plan, and divides its scenarios by a seed.
+    ///
+    /// # Errors
+    /// There are too few scenarios of a kind, or a template cannot be read: in words.
+    pub fn new(
+        plan: &BatchPlan,
+        dry_run: &DryRun,
+        library: &Library,
+        seed: u64,
+    ) -> Result<Self, String> {
+        let library = plan.spec.library(library).map_err(|why| why.to_string())?;
+        let askable = |item: &&NewItem| item.unaskable.is_none() && item.collides.is_some();
+        let items: Vec<&NewItem> = dry_run.items.iter().filter(askable).collect();
+        let made = items.par_iter().map(|item| made(plan, item));
+        let made: Vec<(PromptConfig, Question)> = made.collect::<Result<_, String>>()?;
+        let mut scenarios: Vec<(String, bool)> = Vec::new();
+        let mut questions = Vec::with_capacity(items.len());
+        let mut way = None;
+        for (item, (asked, question)) in items.iter().zip(made) {
+            let known = scenarios
+                .iter()
+                .position(|(name, _)| *name == item.scenario);
+            let scenario = known.unwrap_or_else(|| {
+                scenarios.push((item.scenario.clone(), false));
+                scenarios.len() - 1
+            });
+            let Some(truth) = label_of(item) else {
+                continue;
+            };
+            scenarios[scenario].1 |= truth.collides();
+            way.get_or_insert(asked);
+            questions.push(TuneQuestion {
+                question,
+                scenario,
+                truth,
+                critical: critical_of(truth, item.facts.as_ref()),
+            });
+        }
+        let (Some(way), Some(first)) = (way, questions.first()) else {
+            return Err("no dev scenario can be asked about".into());
+        };
+        let file = first.question.template.clone();
+        let (template, _) = library
+            .file(&file)
+            .ok_or_else(|| format!("{file}: not a template"))?;
+        let named: Vec<(&str, bool)> = scenarios.iter().map(|(n, d)| (n.as_str(), *d)).collect();
+        let division = Division::new(&named, seed)?;
+        let (template, hash) = (template.clone(), first.question.template_hash.clone());
+        let scenarios: Vec<String> = scenarios.into_iter().map(|(name, _)| name).collect();
+        Ok(Self {
+            traces: Traces::new(&scenarios, questions.iter().map(|one| &one.question)),
+            way,
+            file,
+            template,
+            hash,
+            division,
+            left_out: dry_run.items.len() - questions.len(),
+            protocol: plan.spec.matrix.request.protocol,
+            by_score: plan.spec.truth.is_score(first.question.case.task),
+            library,
+            scenarios,
+            questions,
+        })
+    }
+
+    /// The places of the questions of a part.
+    #[must_use]
+    pub fn of_part(&self, part: DevPart) -> Vec<usize> {
+        let all = self.questions.iter().enumerate();
+        let of = all.filter(|(_, one)| self.division.parts[one.scenario] == part);
+        of.map(|(place, _)| place).collect()
+    }
+
+    /// Scenarios of a part, its questions, and how many of these are dangerous.
+    #[must_use]
+    pub fn counts(&self, part: DevPart) -> (usize, usize, usize) {
+        let scenarios = self
+            .division
+            .parts
+            .iter()
+            .filter(|one| **one == part)
+            .count();
+        let places = self.of_part(part);
+        let dangerous = places
+            .iter()
+            .filter(|at| self.questions[**at].truth.collides())
+            .count();
+        (scenarios, places.len(), dangerous)
+    }
+}
+
+fn made(plan: &BatchPlan, item: &NewItem) -> Result<(PromptConfig, Question), String> {
+    let entry = Entry::of_argument(Path::new(&item.path));
+    let (way, variant) = (way_of(item)?, Variant::from_item(item)?);
+    let question = plan
+        .builder
+        .question(&entry, &way, &variant, label_of(item))?;
+    Ok((way, Question::clone(&question)))
+}
