@@ -117,8 +117,7 @@ impl Span {
         for _ in 0..8 {
             let step = (self.arc_to(u) - arc) / self.first(u).norm();
             u = (u - step).clamp(0.0, 1.0);
-            // Newton's method squares the error: the next step would be below all rounding.
-            if step.abs() < 1e-8 {
+            if step.abs() < 1e-13 {
                 break;
             }
         }

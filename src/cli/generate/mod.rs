@@ -248,17 +248,17 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     };
     let style = style_of(arguments, &config);
     let searching = arguments.model == SEARCH;
+    let wish = arguments.wish.as_deref().map(wished::read).transpose()?;
+    if wish.is_some() && !searching {
+        return Err(Failure::input(
+            "--wish is for the search, not for a model: leave out --model, or change the model's template",
+        ));
+    }
     let writer = (!searching)
         .then(|| Writer::new(arguments, &folders, &config))
         .transpose()?;
-    let wish = arguments.wish.as_deref().map(wished::read).transpose()?;
     let by = match (&writer, &wish) {
-        (Some(_), Some(_)) => {
-            return Err(Failure::input(
-                "--wish is for the search, not for a model: leave out --model, or change the model's template",
-            ));
-        }
-        (Some(writer), None) => writer.id().to_owned(),
+        (Some(writer), _) => writer.id().to_owned(),
         (None, Some(wish)) => format!("{effort}, wish: {wish}, style {style}"),
         (None, None) => format!("{effort}, style {style}"),
     };
