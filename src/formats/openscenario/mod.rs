@@ -1,6 +1,7 @@
 //! OpenSCENARIO XML: a scenario for simulators, with its road network as OpenDRIVE.
 
 mod actor;
+pub(super) mod body;
 mod entities;
 mod environment;
 mod storyboard;
@@ -140,9 +141,11 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
     out.element("OpenSCENARIO", &[], |out| {
         out.element("FileHeader", &attributes, |out| {
             out.element("Properties", &[], |out| {
-                about(export).into_iter().try_for_each(|(name, value)| {
-                    out.empty("Property", &[("name", name), ("value", value)])
-                })
+                about(export, clock)
+                    .into_iter()
+                    .try_for_each(|(name, value)| {
+                        out.empty("Property", &[("name", name), ("value", value)])
+                    })
             })
         })?;
         out.empty("CatalogLocations", &[])?;
@@ -159,7 +162,7 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
 }
 
 /// What is known of the scenario as a whole.
-fn about(export: &Export<'_>) -> Vec<(String, String)> {
+fn about(export: &Export<'_>, clock: Clock) -> Vec<(String, String)> {
     let scenario = export.scenario;
     let mut all = vec![
         (
@@ -171,6 +174,10 @@ fn about(export: &Export<'_>) -> Vec<(String, String)> {
             scenario.dt().to_string(),
         ),
     ];
+    if clock.origin != 0 {
+        let first = clock.origin.to_string();
+        all.push(("commonroad_first_step".to_string(), first));
+    }
     for name in ["affiliation", "source"] {
         let value = scenario.header.attributes.get(name);
         let value = value.filter(|v| !v.is_empty());

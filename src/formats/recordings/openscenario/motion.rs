@@ -27,8 +27,15 @@ pub struct Motions {
     pub vanishes: Vec<f64>,
     /// Whether it is not there at first.
     pub is_late: bool,
-    /// The first action that is no trajectory.
+    /// What it does that only a player works out, in words.
     pub other: Option<String>,
+}
+
+impl Motions {
+    /// Whether it begins with a speed and follows nothing, so that a driver under test drives it.
+    pub fn is_free(&self) -> bool {
+        self.followed.is_empty() && self.speed.abs() > 1e-3
+    }
 }
 
 /// The end of a scenario, where it is a moment, seconds.
@@ -45,7 +52,7 @@ pub fn motions(
 ) -> Result<HashMap<String, Motions>, ReadError> {
     let mut all: HashMap<String, Motions> = HashMap::new();
     let Some(board) = root.child("Storyboard") else {
-        return Err(root.fail("no <Storyboard> in it"));
+        return Err(root.fail(without_storyboard(root)));
     };
     let init = board.at(&["Init", "Actions"]);
     for private in init.iter().flat_map(|i| i.all("Private")) {
@@ -56,8 +63,14 @@ pub fn motions(
                     .iter()
                     .filter_map(|(n, m)| Some((n.as_str(), m.start?)))
                     .collect();
-                let pose = position_of(position, &starts, network)?;
-                all.entry(name.clone()).or_default().start = Some(pose);
+                let unread = unread_position(position, &all);
+                let pose = match &unread {
+                    Some(_) => None,
+                    None => Some(position_of(position, &starts, network)?),
+                };
+                let motion = all.entry(name.clone()).or_default();
+                motion.start = pose;
+                motion.other = unread.map(|word| format!("begins at a <{word}>"));
             }
         }
     }
@@ -104,8 +117,9 @@ pub fn motions(
                             own.extend(late.map(|pose| ((*actor).to_string(), pose)));
                             private_action(private, actor, motion, &own, network, at, false)?;
                         }
+                        None if is_harmless(private) => {}
                         // What happens depends on the others.
-                        None => motion.other = Some(action_name(private)),
+                        None => motion.other = Some(moves_by(private)),
                     }
                 }
             }
@@ -193,24 +207,75 @@ fn private_action(
         motion.speed = target.map_or(Ok(0.0), |t| t.or_zero("value"))?;
         return Ok(());
     }
-    // Controllers, visibility and the like do not move an entity by themselves.
-    let harmless = [
-        "ControllerAction",
-        "VisibilityAction",
-        "ActivateControllerAction",
-    ];
-    if harmless.iter().any(|name| action.child(name).is_some()) {
+    if is_harmless(action) {
         return Ok(());
     }
     let Some(follow) = action.at(&["RoutingAction", "FollowTrajectoryAction"]) else {
-        motion.other = Some(action_name(action));
+        motion.other = Some(moves_by(action));
         return Ok(());
     };
     match followed(follow, actor, starts, network, at)? {
         Some(followed) => motion.followed.push(followed),
-        None => motion.other = Some("FollowTrajectoryAction without times".into()),
+        None => motion.other = Some(follows(follow)),
     }
     Ok(())
+}
+
+/// Controllers, visibility, lights and the like do not move an entity by themselves.
+fn is_harmless(action: &Node) -> bool {
+    let harmless = [
+        "ControllerAction",
+        "VisibilityAction",
+        "ActivateControllerAction",
+        "AppearanceAction",
+    ];
+    harmless.iter().any(|name| action.child(name).is_some())
+}
+
+fn moves_by(action: &Node) -> String {
+    format!("moves by <{}>", action_name(action))
+}
+
+/// How it follows a trajectory that is not worked out here.
+fn follows(follow: &Node) -> String {
+    let shapes = follow.within("Shape");
+    let shape = shapes.first().and_then(|s| s.children.first());
+    match shape.map(|s| s.name.as_str()) {
+        None => "follows a trajectory of a catalog".into(),
+        Some("Polyline") => "follows a trajectory without times".into(),
+        Some(other) => format!("follows a trajectory along a <{other}>"),
+    }
+}
+
+/// Why a document without a storyboard is no scenario.
+fn without_storyboard(root: &Node) -> String {
+    if let Some(named) = root.at(&["ParameterValueDistribution", "ScenarioFile"]) {
+        let file = named.text("filepath").unwrap_or_default();
+        return format!("values for the parameters of a scenario, not a scenario: open `{file}`");
+    }
+    match root.child("Catalog") {
+        Some(_) => "a catalog, not a scenario".into(),
+        None => "no <Storyboard> in it".into(),
+    }
+}
+
+/// Positions that are read.
+const POSITIONS: [&str; 5] = [
+    "WorldPosition",
+    "RelativeWorldPosition",
+    "RelativeObjectPosition",
+    "LanePosition",
+    "RoadPosition",
+];
+
+/// The kind of a position that only a player works out: of a kind that is not read, or told from an entity that begins
+/// at such a one.
+fn unread_position(position: &Node, all: &HashMap<String, Motions>) -> Option<String> {
+    let of = position.children.first()?;
+    let base = of.text("entityRef").and_then(|name| all.get(name));
+    let unread = !POSITIONS.contains(&of.name.as_str());
+    let from_unread = base.is_some_and(|m| m.start.is_none() && m.other.is_some());
+    (unread || from_unread).then(|| of.name.clone())
 }
 
 fn followed(
