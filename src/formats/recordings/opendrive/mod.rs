@@ -26,6 +26,8 @@ pub struct Network {
     roads: Vec<Road>,
     /// Lights by the ids of their signals.
     pub lights: HashMap<String, i64>,
+    /// Whether the lanelets are those of an export, as they were before.
+    pub are_kept: bool,
 }
 
 /// Reads a file; ids of lanelets are those that nearmiss wrote, or new ones.
@@ -54,7 +56,12 @@ pub fn read(
             roads.len()
         ),
     });
-    Ok(Network { map, roads, lights })
+    Ok(Network {
+        map,
+        roads,
+        lights,
+        are_kept,
+    })
 }
 
 impl Network {

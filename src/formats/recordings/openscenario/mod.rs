@@ -2,10 +2,12 @@
 
 mod entities;
 mod expression;
+mod kept;
 mod lights;
 mod motion;
 mod parameters;
 mod player_log;
+mod position;
 mod tracks;
 
 use std::path::{Path, PathBuf};
@@ -20,6 +22,7 @@ use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::dispatch::{Format, Parts};
+use crate::formats::openscenario::DOCUMENT;
 use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{ContentHash, Scenario};
 use crate::system;
@@ -132,7 +135,8 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         }
         error
     });
-    let ego = ego(&entities);
+    let document = header_property(DOCUMENT);
+    let ego = ego(&entities, document.is_some());
     // What only a player works out, or what nothing tells: a recording beside it has that.
     let is_open = match &motions {
         Err(_) => true,
@@ -212,16 +216,21 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         hash: ContentHash::of_parts(parts),
     };
     let mut map = Map::default();
+    let mut lanelets_are_kept = false;
     if let Some(network) = network {
-        map = network.map;
+        (map, lanelets_are_kept) = (network.map, network.are_kept);
         lights::phases(&root, dt, &network.lights, &mut map.lights)?;
     }
-    assemble(report, about, map, all)
+    let mut scenario = assemble(report, about, map, all)?;
+    if let Some(document) = document {
+        kept::restore(&mut scenario, &document, lanelets_are_kept);
+    }
+    Ok(scenario)
 }
 
-/// The ego: by its name, else the first vehicle.
-fn ego(entities: &[Entity]) -> Option<&Entity> {
+/// The ego: by its name, else the first vehicle; exports whose ego has no name have none.
+fn ego(entities: &[Entity], is_export: bool) -> Option<&Entity> {
     let named = |e: &&Entity| EGOS.contains(&e.name.to_lowercase().as_str());
-    let first = || entities.iter().find(|e| e.is_vehicle);
+    let first = || entities.iter().find(|e| e.is_vehicle && !is_export);
     entities.iter().find(named).or_else(first)
 }

@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 
+use super::position::{has_heading, position_of, unread_position};
 use crate::formats::commonroad::ReadError;
 use crate::formats::recordings::opendrive::Network;
 use crate::formats::recordings::opendrive::tree::Node;
-use crate::geometry::{Point, Pose, angle_between};
+use crate::geometry::{Pose, angle_between};
 
 /// A trajectory with its times.
 #[derive(Debug, Clone, Default)]
@@ -259,25 +260,6 @@ fn without_storyboard(root: &Node) -> String {
     }
 }
 
-/// Positions that are read.
-const POSITIONS: [&str; 5] = [
-    "WorldPosition",
-    "RelativeWorldPosition",
-    "RelativeObjectPosition",
-    "LanePosition",
-    "RoadPosition",
-];
-
-/// The kind of a position that only a player works out: of a kind that is not read, or told from an entity that begins
-/// at such a one.
-fn unread_position(position: &Node, all: &HashMap<String, Motions>) -> Option<String> {
-    let of = position.children.first()?;
-    let base = of.text("entityRef").and_then(|name| all.get(name));
-    let unread = !POSITIONS.contains(&of.name.as_str());
-    let from_unread = base.is_some_and(|m| m.start.is_none() && m.other.is_some());
-    (unread || from_unread).then(|| of.name.clone())
-}
-
 fn followed(
     follow: &Node,
     actor: &str,
@@ -324,17 +306,6 @@ fn followed(
     }))
 }
 
-/// Whether a position tells a heading.
-fn has_heading(position: &Node) -> bool {
-    let Some(of) = position.children.first() else {
-        return false;
-    };
-    of.text("h").is_some()
-        || of
-            .child("Orientation")
-            .is_some_and(|o| o.text("h").is_some())
-}
-
 /// Vertices without a heading look where they go.
 fn with_headings(vertices: Vec<(f64, Pose, bool)>) -> Vec<(f64, Pose)> {
     let mut held = None;
@@ -357,79 +328,6 @@ fn with_headings(vertices: Vec<(f64, Pose, bool)>) -> Vec<(f64, Pose)> {
         all.push((*time, pose));
     }
     all
-}
-
-fn position_of(
-    node: &Node,
-    starts: &HashMap<&str, Pose>,
-    network: Option<&Network>,
-) -> Result<Pose, ReadError> {
-    let Some(of) = node.children.first() else {
-        return Err(node.fail("no position in it"));
-    };
-    let other = || -> Result<Pose, ReadError> {
-        let name = of.needed("entityRef")?;
-        starts
-            .get(name)
-            .copied()
-            .ok_or_else(|| of.fail(format!("entityRef=\"{name}\" has no known position")))
-    };
-    let turn = |base: f64, along: f64| -> Result<f64, ReadError> {
-        let Some(orientation) = of.child("Orientation") else {
-            return Ok(along);
-        };
-        let h = orientation.or_zero("h")?;
-        Ok(match orientation.text("type") {
-            Some("relative") => base + h,
-            _ => h,
-        })
-    };
-    let road = || {
-        network.ok_or_else(|| {
-            of.fail("a position on a road, but the scenario names no road file that is there")
-        })
-    };
-    let missing = |id: &str| of.fail(format!("road `{id}` or its lane is not in the road file"));
-    match of.name.as_str() {
-        "WorldPosition" => Ok(Pose::new(
-            of.needed_number("x")?,
-            of.needed_number("y")?,
-            of.or_zero("h")?,
-        )),
-        "RelativeWorldPosition" => {
-            let base = other()?;
-            let heading = turn(base.heading, base.heading)?;
-            Ok(Pose::new(
-                base.position.x + of.or_zero("dx")?,
-                base.position.y + of.or_zero("dy")?,
-                heading,
-            ))
-        }
-        "RelativeObjectPosition" => {
-            let base = other()?;
-            let at = base.to_world(&Point::new(of.or_zero("dx")?, of.or_zero("dy")?));
-            let heading = turn(base.heading, base.heading)?;
-            Ok(Pose { position: at, heading })
-        }
-        "LanePosition" => {
-            let (id, lane) = (of.needed("roadId")?, of.needed_number("laneId")? as i64);
-            let (s, offset) = (of.needed_number("s")?, of.or_zero("offset")?);
-            let pose = road()?.on_lane(id, lane, s, offset);
-            let pose = pose.ok_or_else(|| missing(id))?;
-            let heading = turn(pose.heading, pose.heading)?;
-            Ok(Pose { heading, ..pose })
-        }
-        "RoadPosition" => {
-            let (id, s) = (of.needed("roadId")?, of.needed_number("s")?);
-            let pose = road()?.beside(id, s, of.or_zero("t")?);
-            let pose = pose.ok_or_else(|| missing(id))?;
-            let heading = turn(pose.heading, pose.heading)?;
-            Ok(Pose { heading, ..pose })
-        }
-        name => Err(of.fail(format!(
-            "<{name}> is not read; positions are read in the world, on roads and lanes, and relative to entities"
-        ))),
-    }
 }
 
 impl Followed {
