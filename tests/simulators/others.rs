@@ -143,6 +143,27 @@ fn a_driver_under_test_is_read_from_a_log() {
 }
 
 #[test]
+fn others_that_drive_on_by_themselves_need_a_player() {
+    let speed = r#"<PrivateAction><LongitudinalAction><SpeedAction><SpeedActionTarget><AbsoluteTargetSpeed value="9"/></SpeedActionTarget></SpeedAction></LongitudinalAction></PrivateAction>"#;
+    let text = scenario(STANDS);
+    let (begin, end) = (
+        "<PrivateAction><RoutingAction>",
+        "</RoutingAction></PrivateAction>",
+    );
+    let (head, rest) = text.split_once(begin).unwrap();
+    let (_, tail) = rest.split_once(end).unwrap();
+    let (_folder, path) = folder_with(&format!("{head}{speed}{tail}"));
+    let error = Entry::of_file(&path).read().unwrap_err();
+    assert_eq!(error.element, "entity `other`");
+    assert!(
+        error.message.contains("begins at 9 m/s and drives on"),
+        "{error}"
+    );
+    std::fs::write(path.with_extension("csv"), log()).unwrap();
+    Entry::of_file(&path).read().unwrap();
+}
+
+#[test]
 fn files_that_are_no_scenarios_say_what_they_are() {
     let (folder, path) = folder_with(
         r#"<OpenSCENARIO><FileHeader/><ParameterValueDistribution><ScenarioFile filepath="y.xosc"/></ParameterValueDistribution></OpenSCENARIO>"#,

@@ -140,7 +140,9 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     // What only a player works out, or what nothing tells: a recording beside it has that.
     let is_open = match &motions {
         Err(_) => true,
-        Ok(all) => all.values().any(|m| m.other.is_some() || m.is_free()),
+        Ok(all) => all
+            .values()
+            .any(|m| m.other.is_some() || m.is_free() || m.is_controlled),
     };
     let played = match is_open {
         true => system::read_file(&log, system::LARGEST).ok(),
@@ -159,7 +161,11 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
             let motions = motions?;
             let acting = entities.iter().find_map(|e| {
                 let motion = motions.get(&e.name)?;
-                Some((e, motion.other.as_ref()?))
+                let is_ego = ego.is_some_and(|ego| ego.name == e.name);
+                let drives_on = motion.is_free() && !is_ego;
+                let on = || format!("begins at {} m/s and drives on by itself", motion.speed);
+                let does = motion.other.clone();
+                Some((e, does.or_else(|| drives_on.then(on))?))
             });
             if let Some((entity, does)) = acting {
                 let element = format!("entity `{}`", entity.name);

@@ -30,6 +30,8 @@ pub struct Motions {
     pub is_late: bool,
     /// What it does that only a player works out, in words.
     pub other: Option<String>,
+    /// Whether it has a controller, which may move it.
+    pub is_controlled: bool,
 }
 
 impl Motions {
@@ -209,6 +211,8 @@ fn private_action(
         return Ok(());
     }
     if is_harmless(action) {
+        let controllers = ["ControllerAction", "ActivateControllerAction"];
+        motion.is_controlled |= controllers.iter().any(|name| action.child(name).is_some());
         return Ok(());
     }
     let Some(follow) = action.at(&["RoutingAction", "FollowTrajectoryAction"]) else {
