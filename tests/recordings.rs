@@ -7,6 +7,8 @@ mod argoverse;
 mod damaged;
 #[path = "recordings/levelx.rs"]
 mod levelx;
+#[path = "recordings/one_entry.rs"]
+mod one_entry;
 #[path = "recordings/parquet_file.rs"]
 mod parquet_file;
 #[path = "recordings/real.rs"]

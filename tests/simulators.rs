@@ -10,6 +10,11 @@ use nearmiss::formats::{Entry, Export, Exported, ExportedEgo, bundled, write_ope
 use nearmiss::geometry::{Point, Polyline};
 use nearmiss::scenario::{Scenario, Scene};
 
+#[path = "simulators/others.rs"]
+mod others;
+#[path = "simulators/round_trip.rs"]
+mod round_trip;
+
 /// The export of an entry with the ego beside it.
 fn exported(entry: &Entry, road_file: &str) -> (Arc<Scene>, Exported) {
     let scenario = entry.read().unwrap();
@@ -263,16 +268,10 @@ fn an_export_opened_again_is_the_same_scene() {
                     continue;
                 };
                 let away = (a.distance(&x) - b.distance(&y.unwrap())).abs();
-                // A circle is written as its box.
-                assert!(away < 0.15, "{} {id} at {step}: {away}", entry.name);
+                // Where only the heading changes, places are 0.1 mm apart.
+                assert!(away < 1e-3, "{} {id} at {step}: {away}", entry.name);
             }
         }
-        let lanelets = |s: &Scenario| s.network.lanelets.len();
-        assert!(
-            lanelets(&back.scenario) >= lanelets(&scene.scenario),
-            "{}",
-            entry.name
-        );
     }
 }
 

@@ -1,7 +1,7 @@
 //! `convert` for simulators: two files, the ego as asked for, nothing overwritten.
 
-use super::CUT_IN;
 use super::support::program::Home;
+use super::{CUT_IN, bundled_ego, bundled_xml};
 
 #[test]
 fn both_files_are_written_once_and_open_again() {
@@ -34,4 +34,62 @@ fn the_ego_follows_a_plan_or_is_free_and_only_there() {
     home.run(&["convert", CUT_IN, "-o", "a.xodr"]).status(2);
     home.run(&["convert", CUT_IN, "--to", "openscenario"])
         .status(2);
+}
+
+/// An interrupt between many scenarios: every file that is there is whole, and a run with --resume goes on.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_whole_files_and_resume_goes_on() {
+    use super::long_jobs::interrupt;
+    use super::support::program::Ended;
+    use std::time::{Duration, Instant};
+    let home = Home::new();
+    let (xml, ego) = (bundled_xml(CUT_IN), bundled_ego(CUT_IN));
+    for i in 0..12 {
+        home.write(format!("all/s{i:03}.xml"), &xml);
+        home.write(format!("all/s{i:03}.ego_trajectory.csv"), &ego);
+    }
+    let out = home.files().join("out");
+    std::fs::create_dir(&out).unwrap();
+    let arguments = [
+        "convert",
+        "all",
+        "--to",
+        "openscenario",
+        "-o",
+        "out",
+        "--resume",
+    ];
+    let child = home.start(&arguments);
+    let begun = Instant::now();
+    while !out.join("s001.xosc").exists() {
+        assert!(
+            begun.elapsed() < Duration::from_secs(60),
+            "nothing was written"
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    interrupt(&child);
+    let ended = Ended::of(&child.wait_with_output().unwrap());
+    ended.status(130).says(&["interrupted"]);
+    let written = |ending: &str| {
+        let all = std::fs::read_dir(&out).unwrap().flatten();
+        let mut all: Vec<_> = all.map(|file| file.path()).collect();
+        all.retain(|file| file.extension().is_some_and(|e| e == ending));
+        all.sort();
+        all
+    };
+    let (scenarios, roads) = (written("xosc"), written("xodr"));
+    assert!(scenarios.len() < 12, "it ended before the interrupt");
+    // Roads are written first.
+    assert!(roads.len() - scenarios.len() <= 1);
+    for file in scenarios.iter().chain(&roads) {
+        let text = std::fs::read_to_string(file).unwrap();
+        assert!(
+            text.trim_end().ends_with("</OpenSCENARIO>")
+                || text.trim_end().ends_with("</OpenDRIVE>")
+        );
+    }
+    home.run(&arguments).status(0);
+    assert_eq!(written("xosc").len(), 12);
 }

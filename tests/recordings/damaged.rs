@@ -1,12 +1,13 @@
 //! 500 cuts and flips of the files of each format: a scenario or an error, and no panic.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use fastrand::Rng;
-use nearmiss::formats::Entry;
+use nearmiss::formats::{Entry, Export, ExportedEgo, bundled, write_openscenario};
 
-use super::{argoverse, levelx, sumo, tfrecord_file, waymo};
+use super::{argoverse, levelx, one_entry, sumo, tfrecord_file, waymo};
 
 /// Files that are damaged one at a time, the first of which is opened.
 fn damage(files: &[(&str, Vec<u8>)], open: &[&str], mend: impl Fn(usize, Vec<u8>) -> Vec<u8>) {
@@ -123,4 +124,62 @@ fn sumo_files() {
         ("cross.rou.xml", sumo::ROUTES.as_bytes().to_vec()),
     ];
     damage(&files, &["fcd.xml", "fcd.xml#track=4@5.2s"], as_it_is);
+}
+
+/// Each kind of the one entry as it should be, packed.
+fn seeds() -> Vec<Vec<u8>> {
+    let texts = |all: &[&str]| all.iter().map(|t| t.as_bytes().to_vec()).collect();
+    let [tracks, meta, about] = levelx::highd(3).map(|(_, text)| text);
+    let [own_tracks, own_meta, own_about] = levelx::ind().map(|(_, text)| text);
+    let entry = &bundled()[0];
+    let scenario = entry.read().unwrap();
+    let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+    let exported = write_openscenario(&Export {
+        scenario: &scenario,
+        ego: ExportedEgo::Follows(&ego),
+        road_file: "x.xodr",
+        properties: &BTreeMap::new(),
+        about: &[],
+    });
+    let exported = exported.unwrap();
+    let files: [Vec<Vec<u8>>; 7] = [
+        vec![tfrecord_file::file(&[
+            waymo::scenario("a1"),
+            waymo::scenario("b2"),
+        ])],
+        vec![argoverse::table(), argoverse::map().into_bytes()],
+        texts(&[&tracks, &meta, &about]),
+        texts(&[&own_tracks, &own_meta, &own_about, &levelx::osm()]),
+        texts(&[&sumo::fcd(8), sumo::NET, sumo::ROUTES]),
+        vec![exported.scenario, exported.roads.clone()],
+        vec![exported.roads],
+    ];
+    let kinds = (0..).zip(&files);
+    kinds
+        .map(|(kind, files)| one_entry::packed(kind, files))
+        .collect()
+}
+
+/// What the fuzz target does; `NEARMISS_FUZZ_SEEDS` names a folder that its first inputs are written to.
+#[test]
+fn every_kind_opens_through_the_one_entry() {
+    let seeds = seeds();
+    assert_eq!(seeds.len(), one_entry::KINDS.len());
+    let folder = std::env::var_os("NEARMISS_FUZZ_SEEDS").map(PathBuf::from);
+    let mut rng = Rng::with_seed(24);
+    for (seed, names) in seeds.iter().zip(one_entry::KINDS) {
+        assert!(one_entry::open(seed) > 0, "{names:?}");
+        if let Some(folder) = &folder {
+            std::fs::create_dir_all(folder).unwrap();
+            std::fs::write(folder.join(names[0]).with_extension("seed"), seed).unwrap();
+        }
+        for _ in 0..40 {
+            let mut bytes = damaged(&mut rng, seed);
+            if let Some(kind) = bytes.first_mut() {
+                *kind = seed[0];
+            }
+            one_entry::open(&bytes);
+        }
+    }
+    assert_eq!(one_entry::open(b""), 0);
 }

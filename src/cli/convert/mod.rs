@@ -3,15 +3,21 @@
 mod simulator;
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use serde_json::json;
 
-use super::many_files::{FinishedFiles, ManyFiles, holds};
+use super::interrupt::{INTERRUPTED, interrupted};
+use super::many_files::{FinishedFiles, ManyFiles, Progressed, holds};
 use super::open::{clash, found};
+use super::parallel::in_order;
+use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::formats::Entry;
 use crate::formats::commonroad::{conform, save, write};
+use crate::planner::Cancel;
 use crate::scenario::{alike, in_short};
 
 /// Arguments of `convert`.
@@ -62,26 +68,49 @@ pub fn run(arguments: &Convert) -> Outcome {
     let finished = arguments
         .many
         .finished_files("convert", folder, (settings, BTreeMap::new()))?;
+    // Before anything is written, so that no file is left half written.
+    let stop = interrupted(true);
+    let job = Job {
+        arguments,
+        for_simulators,
+        folder,
+        finished,
+        cancel: Cancel::from_flag(&stop),
+    };
     let (mut failed, mut unfit) = (0, 0);
-    for entry in &entries {
-        let target = match folder {
-            Some(folder) if for_simulators => Some(simulator::target(folder, entry)),
-            Some(folder) => Some(folder.join(format!("{}.xml", entry.name))),
-            // As elsewhere, `-` is the standard output.
-            None => arguments
-                .output
-                .clone()
-                .filter(|path| path.as_os_str() != "-"),
-        };
-        let target = target.as_deref();
-        match convert_once(entry, target, arguments, for_simulators, finished.as_ref()) {
-            Ok(fits) => unfit += usize::from(!fits),
-            Err(failure) if entries.len() == 1 => return Err(failure),
-            Err(failure) => {
-                failed += 1;
-                failure.say();
+    let mut ended = None;
+    let mut left = entries.iter();
+    let progress = Progress::new(entries.len(), "scenarios", job.target(None).is_some());
+    in_order(
+        entries.len(),
+        &stop,
+        |i| job.convert(&entries[i]),
+        |converted| {
+            let Some(entry) = left.next() else {
+                return ControlFlow::Break(());
+            };
+            let taken = converted.and_then(|converted| job.take(entry, converted, &progress));
+            match taken {
+                Ok(fits) => unfit += usize::from(!fits),
+                Err(failure) if entries.len() == 1 => {
+                    ended = Some(failure);
+                    return ControlFlow::Break(());
+                }
+                Err(failure) => {
+                    failed += 1;
+                    progress.suspend(|| failure.say());
+                }
             }
-        }
+            progress.step();
+            ControlFlow::Continue(())
+        },
+    );
+    drop(progress);
+    if stop.load(Ordering::Relaxed) {
+        return Err(job.stopped());
+    }
+    if let Some(failure) = ended {
+        return Err(failure);
     }
     let finding = |message| Failure::finding(message);
     match (failed, unfit) {
@@ -100,37 +129,123 @@ pub fn run(arguments: &Convert) -> Outcome {
     }
 }
 
-/// The same as [`convert`], unless an earlier run has done it.
-fn convert_once(
-    entry: &Entry,
-    target: Option<&Path>,
-    arguments: &Convert,
+/// What holds for all scenarios of a call.
+struct Job<'a> {
+    arguments: &'a Convert,
     for_simulators: bool,
-    finished: Option<&FinishedFiles>,
-) -> Result<bool, Failure> {
-    let write = || match for_simulators {
-        true => simulator::convert(entry, target, arguments).map(|()| true),
-        false => convert(entry, target, arguments),
-    };
-    let (Some(finished), Some(path)) = (finished, target) else {
-        return write();
-    };
-    let known = finished.of(entry);
-    if let Some(notes) = &known.finished {
-        return Ok(notes["fits"] == true);
-    }
-    finished.make_room(&known)?;
-    let fits = write()?;
-    let files = match for_simulators {
-        true => simulator::files(path).to_vec(),
-        false => vec![path.to_path_buf()],
-    };
-    finished.add(entry, known, &files, json!({ "fits": fits }))?;
-    Ok(fits)
+    folder: Option<&'a Path>,
+    finished: Option<FinishedFiles>,
+    cancel: Cancel,
 }
 
-/// Writes one scenario; says whether it fits the schema.
-fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<bool, Failure> {
+/// A scenario as it is written.
+#[derive(Default)]
+struct Converted {
+    /// In the order in which they are written.
+    files: Vec<(PathBuf, Vec<u8>)>,
+    /// For standard output.
+    printed: Option<String>,
+    /// What is said of it.
+    said: Vec<String>,
+    /// Whether it fits the schema.
+    fits: bool,
+}
+
+/// What is to be done with a scenario.
+enum Step {
+    /// Nothing: an earlier run has done it; whether it fits the schema.
+    Kept(bool),
+    /// It is written.
+    Write(Converted, Option<Progressed>),
+}
+
+impl Job<'_> {
+    /// The file of a scenario; nothing where it is printed.
+    fn target(&self, entry: Option<&Entry>) -> Option<PathBuf> {
+        let named = |folder: &Path| match entry {
+            Some(entry) if self.for_simulators => simulator::target(folder, entry),
+            Some(entry) => folder.join(format!("{}.xml", entry.name)),
+            None => folder.to_path_buf(),
+        };
+        match self.folder {
+            Some(folder) => Some(named(folder)),
+            // As elsewhere, `-` is the standard output.
+            None => self
+                .arguments
+                .output
+                .clone()
+                .filter(|path| path.as_os_str() != "-"),
+        }
+    }
+
+    /// Converts a scenario, unless an earlier run has done it. Nothing is written yet.
+    fn convert(&self, entry: &Entry) -> Result<Step, Failure> {
+        let target = self.target(Some(entry));
+        let known = match (&self.finished, &target) {
+            (Some(finished), Some(_)) => Some(finished.of(entry)),
+            _ => None,
+        };
+        if let Some(notes) = known.as_ref().and_then(|k| k.finished.as_ref()) {
+            return Ok(Step::Kept(notes["fits"] == true));
+        }
+        let converted = match self.for_simulators {
+            true => simulator::convert(entry, target, self.arguments, &self.cancel)?,
+            false => commonroad(entry, target, self.arguments)?,
+        };
+        Ok(Step::Write(converted, known))
+    }
+
+    /// Writes a scenario; says whether it fits the schema.
+    fn take(&self, entry: &Entry, step: Step, progress: &Progress) -> Result<bool, Failure> {
+        let (converted, known) = match step {
+            Step::Kept(fits) => return Ok(fits),
+            Step::Write(converted, known) => (converted, known),
+        };
+        if let (Some(finished), Some(known)) = (&self.finished, &known) {
+            finished.make_room(known)?;
+        }
+        for (path, bytes) in &converted.files {
+            if self.arguments.many.resume && holds(path, bytes) {
+                continue;
+            }
+            save(path, bytes, self.arguments.overwrite).map_err(|e| {
+                let hint = if path.exists() { " (--overwrite)" } else { "" };
+                Failure::input(format!("{e}{hint}"))
+            })?;
+        }
+        if let Some(text) = &converted.printed {
+            output::text(text)?;
+        }
+        progress.suspend(|| converted.said.iter().for_each(|said| output::say(said)));
+        if let (Some(finished), Some(known)) = (&self.finished, known) {
+            let files = converted.files.into_iter().map(|(path, _)| path);
+            let files: Vec<PathBuf> = files.collect();
+            finished.add(entry, known, &files, json!({ "fits": converted.fits }))?;
+        }
+        Ok(converted.fits)
+    }
+
+    fn stopped(&self) -> Failure {
+        let words = match (&self.finished, self.target(None)) {
+            (Some(_), _) => {
+                "interrupted; finished files are kept; the same command with --resume continues"
+            }
+            (None, Some(_)) => "interrupted; finished files are kept",
+            (None, None) => "interrupted",
+        };
+        Failure {
+            message: words.into(),
+            status: INTERRUPTED,
+        }
+    }
+}
+
+/// A scenario as CommonRoad XML.
+fn commonroad(
+    entry: &Entry,
+    target: Option<PathBuf>,
+    arguments: &Convert,
+) -> Result<Converted, Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
     let conformed = conform(&scenario);
     let name = &entry.name;
@@ -140,25 +255,21 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
         &scenario
     };
     let bytes = write(written).map_err(Failure::input)?;
+    let mut done = Converted::default();
     match target {
-        Some(path) if arguments.many.resume && holds(path, &bytes) => {}
-        Some(path) => save(path, &bytes, arguments.overwrite).map_err(|e| {
-            let hint = if path.exists() { " (--overwrite)" } else { "" };
-            Failure::input(format!("{e}{hint}"))
-        })?,
-        None => output::text(&output::escaped_xml(&String::from_utf8_lossy(&bytes)))?,
+        Some(path) => done.files.push((path, bytes)),
+        None => done.printed = Some(output::escaped_xml(&String::from_utf8_lossy(&bytes))),
     }
-    for (_, said) in in_short(&scenario.diagnostics) {
-        output::say(&format!("{name}: reading: {said}"));
+    let said = &mut done.said;
+    for (_, words) in in_short(&scenario.diagnostics) {
+        said.push(format!("{name}: reading: {words}"));
     }
     let (changes, violations) = (&conformed.changes, &conformed.violations);
     if arguments.schema {
-        for change in alike(changes) {
-            output::say(&format!("{name}: {change}"));
-        }
-        for violation in alike(violations) {
-            output::say(&format!("{name}: does not conform: {violation}"));
-        }
+        let changed = alike(changes).into_iter().map(|c| format!("{name}: {c}"));
+        said.extend(changed);
+        let unfit = alike(violations).into_iter();
+        said.extend(unfit.map(|v| format!("{name}: does not conform: {v}")));
     } else if changes.len() + violations.len() > 0 {
         let count = changes.len() + violations.len();
         let things = if count == 1 {
@@ -166,9 +277,10 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
         } else {
             "elements do"
         };
-        output::say(&format!(
+        said.push(format!(
             "{name}: written as read; {count} {things} not conform to the 2020a schema; --schema lists and fixes them"
         ));
     }
-    Ok(violations.is_empty())
+    done.fits = violations.is_empty();
+    Ok(done)
 }

@@ -2,12 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Convert;
-use crate::cli::many_files::holds;
+use super::{Convert, Converted};
+use crate::cli::Failure;
 use crate::cli::open::configuration;
-use crate::cli::{Failure, output};
 use crate::evaluation::default_planning;
-use crate::formats::commonroad::save;
 use crate::formats::{EgoSelection, Entry, not_standard_input};
 use crate::planner::Cancel;
 use crate::scenario::in_short;
@@ -88,11 +86,6 @@ impl SimulatorOptions {
     }
 }
 
-/// The two files of a scenario.
-pub fn files(scenario: &Path) -> [PathBuf; 2] {
-    [scenario.to_path_buf(), scenario.with_extension(ROADS)]
-}
-
 /// The file of an entry in a folder.
 pub fn target(folder: &Path, entry: &Entry) -> PathBuf {
     folder.join(format!("{}.{SCENARIO}", entry.name))
@@ -104,44 +97,40 @@ fn planning() -> Result<Settings, Failure> {
     Ok(config.planning(default_planning()))
 }
 
-/// Writes one scenario, and says what the formats cannot say of it.
-pub fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<(), Failure> {
+/// One scenario, and what the formats cannot say of it.
+pub fn convert(
+    entry: &Entry,
+    target: Option<PathBuf>,
+    arguments: &Convert,
+    cancel: &Cancel,
+) -> Result<Converted, Failure> {
     let Some(path) = target else {
         return Err(Failure::input(
             "OpenSCENARIO is two files; name the first one or a folder: -o FILE.xosc",
         ));
     };
-    let paths = files(path);
-    let road_file = paths[1].file_name().unwrap_or_default().to_string_lossy();
+    let roads = path.with_extension(ROADS);
+    let road_file = roads.file_name().unwrap_or_default().to_string_lossy();
     let request = ExportRequest {
         entry,
         ego: &arguments.simulator.ego()?,
         road_file: &road_file,
         settings: &planning()?,
     };
-    let exported = export_to_simulator(&request, &Cancel::default()).map_err(Failure::input)?;
+    let exported = export_to_simulator(&request, cancel).map_err(Failure::input)?;
     let Some((scenario, exported)) = exported else {
-        return Ok(());
+        return Ok(Converted::default());
     };
-    // The roads first, so that a scenario is never there without them.
-    let both = [
-        (&paths[1], &exported.roads),
-        (&paths[0], &exported.scenario),
-    ];
-    for (path, bytes) in both {
-        if arguments.many.resume && holds(path, bytes) {
-            continue;
-        }
-        save(path, bytes, arguments.overwrite).map_err(|e| {
-            let hint = if path.exists() { " (--overwrite)" } else { "" };
-            Failure::input(format!("{e}{hint}"))
-        })?;
-    }
-    for (_, said) in in_short(&scenario.diagnostics) {
-        output::say(&format!("{}: reading: {said}", entry.name));
-    }
-    for note in &exported.notes {
-        output::say(&format!("{}: {note}", entry.name));
-    }
-    Ok(())
+    let read = in_short(&scenario.diagnostics).into_iter();
+    let read = read.map(|(_, said)| format!("{}: reading: {said}", entry.name));
+    let notes = exported.notes.iter();
+    let notes = notes.map(|note| format!("{}: {note}", entry.name));
+    let said = read.chain(notes).collect();
+    Ok(Converted {
+        // The roads first, so that a scenario is never there without them.
+        files: vec![(roads, exported.roads), (path, exported.scenario)],
+        printed: None,
+        said,
+        fits: true,
+    })
 }

@@ -8,6 +8,7 @@ mod profile;
 mod reference_line;
 mod road;
 mod signals;
+pub(super) mod user_data;
 pub(super) mod words;
 mod writer;
 

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::curve::Curve;
-use super::paired::{Paired, paired};
+use super::paired::{Paired, crossing_squarely, paired};
 use super::profile::{Profile, deviation, profile, samples};
 use super::reference_line::{Laying, lay};
 use crate::geometry::{Point, Polyline};
@@ -35,6 +35,9 @@ const FINE: f64 = 0.02;
 
 /// Where between the right (0) and the left border (1) a road through pairs of points runs.
 const PAIRED: [f64; 5] = [0.5, 0.75, 0.25, 1.0, 0.0];
+
+/// Where one that crosses the road squarely begins; beyond a border where that one does not run back.
+const SQUARE: [f64; 9] = [0.5, 1.0, 0.0, 1.5, -0.5, 2.0, -1.0, 3.0, -2.0];
 
 /// Corners of lanes of one road are as near to those of their lanelets, metres.
 const MEETING: f64 = 0.003;
@@ -142,10 +145,14 @@ fn road(network: &LaneletNetwork, group: &[usize]) -> Option<Road> {
         }
     }
     if group.len() == 1 && best.as_ref().is_none_or(|best| best.deviation > FINE) {
-        let tight = PAIRED
+        let tight = PAIRED.iter().map(|place| paired(left, right, *place));
+        let square = SQUARE
             .iter()
-            .filter_map(|place| paired(left, right, *place));
-        for Paired { curve, left, right } in tight {
+            .map(|place| crossing_squarely(left, right, *place));
+        for Paired { curve, left, right } in tight.chain(square).flatten() {
+            if best.as_ref().is_some_and(|best| best.deviation < GOOD) {
+                break;
+            }
             let built = built(curve, &[left, right], &borders, group);
             if best
                 .as_ref()

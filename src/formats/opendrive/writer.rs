@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use super::links::{Link, LinkedRoad, Roads};
 use super::profile::Profile;
 use super::signals::{self, Signal};
+use super::user_data::{KeptLanelet, PART_OF};
 use super::words;
 use crate::formats::commonroad::WriteError;
 use crate::formats::commonroad::xml_writer::{Attributes, XmlWriter, number};
@@ -320,11 +321,18 @@ fn lane(
             let speed = attributes!["sOffset" = "0.0", "max" = number(limit), "unit" = "m/s"];
             out.empty("speed", &speed)?;
         }
-        let lanelet_id = attributes!["code" = "commonroad_lanelet", "value" = lanelet.id];
-        match road.is_cut {
-            true => Ok(()),
-            false => out.empty("userData", &lanelet_id),
-        }
+        let kept = || KeptLanelet {
+            lanelet: lanelet.clone(),
+            place: road.road.lanelets[place],
+            deviation: road.road.deviation,
+        };
+        let user_data = match road.is_cut {
+            true => vec![(PART_OF, lanelet.id.to_string())],
+            false => kept().written(),
+        };
+        user_data.into_iter().try_for_each(|(code, value)| {
+            out.empty("userData", &attributes!["code" = code, "value" = value])
+        })
     })
 }
 

@@ -1,5 +1,6 @@
 //! Entities of a scenario: what takes part, where it is when, and what of it is written beside.
 
+use super::body;
 use crate::geometry::{Point, Pose, Shape};
 use crate::scenario::{Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Scenario, StateField};
 
@@ -183,6 +184,10 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
             shape_name(shape).to_string(),
         ),
     ];
+    if !body.is_exact {
+        let exact = body::written(&shape.plain());
+        properties.extend(exact.map(|words| (body::BODY.to_string(), words)));
+    }
     properties.extend(speeds(&motion));
     Some(Actor {
         name: obstacle.id.to_string(),

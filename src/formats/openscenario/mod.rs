@@ -1,6 +1,7 @@
 //! OpenSCENARIO XML: a scenario for simulators, with its road network as OpenDRIVE.
 
 mod actor;
+pub(super) mod body;
 mod entities;
 mod environment;
 mod storyboard;
@@ -8,10 +9,10 @@ mod storyboard;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::commonroad::WriteError;
 use super::commonroad::xml_writer::XmlWriter;
+use super::commonroad::{WriteError, write};
 use super::opendrive::{date, write_opendrive};
-use crate::scenario::{Ego, Scenario, Scene};
+use crate::scenario::{Ego, LaneletNetwork, Scenario, Scene};
 pub use actor::ExportedEgo;
 use actor::{Actor, Notes, actors};
 use storyboard::Clock;
@@ -140,7 +141,9 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
     out.element("OpenSCENARIO", &[], |out| {
         out.element("FileHeader", &attributes, |out| {
             out.element("Properties", &[], |out| {
-                about(export).into_iter().try_for_each(|(name, value)| {
+                let kept = (DOCUMENT.to_string(), document(scenario)?);
+                let mut all = about(export, clock).into_iter().chain([kept]);
+                all.try_for_each(|(name, value)| {
                     out.empty("Property", &[("name", name), ("value", value)])
                 })
             })
@@ -158,8 +161,30 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
     Ok(out.finished())
 }
 
+/// The property with a CommonRoad document of what has no place elsewhere.
+pub(super) const DOCUMENT: &str = "commonroad_document";
+
+/// A CommonRoad document without roads and obstacles: planning problems, intersections, place and authors.
+fn document(scenario: &Scenario) -> Result<String, WriteError> {
+    let intersections = scenario.network.intersections.clone();
+    let rest = Scenario {
+        header: scenario.header.clone(),
+        location: scenario.location.clone(),
+        tags: scenario.tags.clone(),
+        network: LaneletNetwork::new(Vec::new(), Vec::new(), Vec::new(), intersections),
+        obstacles: Vec::new(),
+        planning_problems: scenario.planning_problems.clone(),
+        recorded_ego: None,
+        diagnostics: Vec::new(),
+        hash: scenario.hash,
+    };
+    let text = String::from_utf8_lossy(&write(&rest)?).into_owned();
+    // Lines and indents have no meaning in it.
+    Ok(text.lines().map(str::trim).collect())
+}
+
 /// What is known of the scenario as a whole.
-fn about(export: &Export<'_>) -> Vec<(String, String)> {
+fn about(export: &Export<'_>, clock: Clock) -> Vec<(String, String)> {
     let scenario = export.scenario;
     let mut all = vec![
         (
@@ -171,6 +196,10 @@ fn about(export: &Export<'_>) -> Vec<(String, String)> {
             scenario.dt().to_string(),
         ),
     ];
+    if clock.origin != 0 {
+        let first = clock.origin.to_string();
+        all.push(("commonroad_first_step".to_string(), first));
+    }
     for name in ["affiliation", "source"] {
         let value = scenario.header.attributes.get(name);
         let value = value.filter(|v| !v.is_empty());

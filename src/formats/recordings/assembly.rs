@@ -31,6 +31,10 @@ pub struct RecordedTrack {
     pub length: f64,
     /// Metres.
     pub width: f64,
+    /// Its body, where that is known to be no box; the places of its states are those that it is told from.
+    pub shape: Option<Shape>,
+    /// Whether it stands at its place for ever.
+    pub is_static: bool,
     /// At the steps at which it is there, in order.
     pub states: Vec<TrackState>,
 }
@@ -135,7 +139,9 @@ pub fn assemble(
 fn parts(report: &Report, track: RecordedTrack) -> Result<ObstacleParts, ReadError> {
     let at = report.at(format!("track {}", track.id));
     let (length, width) = (at.size(track.length)?, at.size(track.width)?);
-    let footprint = match Footprint::new(Shape::rectangle(length, width)) {
+    let shape = track.shape;
+    let shape = shape.unwrap_or_else(|| Shape::rectangle(length, width));
+    let footprint = match Footprint::new(shape) {
         Ok(footprint) => Some(footprint),
         Err(error) => {
             at.leave_out(&error)?;
@@ -147,7 +153,10 @@ fn parts(report: &Report, track: RecordedTrack) -> Result<ObstacleParts, ReadErr
     let later: Vec<State> = states.collect();
     Ok(ObstacleParts {
         id: track.id,
-        role: ObstacleRole::Dynamic,
+        role: match track.is_static {
+            true => ObstacleRole::Static,
+            false => ObstacleRole::Dynamic,
+        },
         kind: track.kind,
         footprint,
         initial,

@@ -216,10 +216,11 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
 
 /// How far to the left of a lanelet another one lies that runs the same way, metres; negative to the right. The
 /// median over the stretch on which they lie beside each other, as neighbours may be bent and of different lengths;
-/// `None` if there is none.
+/// `None` if there is none. Of many points some are enough.
 fn to_the_left(lanelet: &Lanelet, other: &Lanelet) -> Option<f64> {
     let theirs = Polyline::new(centre(other))?;
-    let offsets = centre(lanelet).filter_map(|p| {
+    let some = lanelet.left.points.len().div_ceil(SAMPLED).max(1);
+    let offsets = centre(lanelet).step_by(some).filter_map(|p| {
         let there = theirs.project(&p);
         let inside = there.s > 0.0 && there.s < theirs.length();
         inside.then_some(-there.d)
@@ -233,6 +234,9 @@ fn centre(lanelet: &Lanelet) -> impl Iterator<Item = Point> {
     let pairs = lanelet.left.points.iter().zip(&lanelet.right.points);
     pairs.map(|(left, right)| nalgebra::center(left, right))
 }
+
+/// So many points along a lanelet tell on which side of another one it lies.
+const SAMPLED: usize = 40;
 
 /// The direction of a lanelet; `None` if it is bent.
 fn straight(lanelet: &Lanelet) -> Option<Vector> {

@@ -36,6 +36,7 @@ fuzz_target!(|bytes: &[u8]| {
     let workbench = cli::Workbench {
         themes: tui::themes,
         keys: tui::keys,
+        key_bindings: tui::key_bindings,
         theme_mistakes: tui::theme_mistakes,
         terminal: tui::terminal_here,
         screen: tui::screen,

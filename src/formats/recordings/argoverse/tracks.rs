@@ -44,6 +44,8 @@ impl NamedTrack {
             false => sizes::usual(self.kind),
         };
         RecordedTrack {
+            shape: None,
+            is_static: false,
             id,
             kind: self.kind,
             length,

@@ -257,6 +257,8 @@ fn track(
     states.sort_by_key(|s| s.step);
     states.dedup_by_key(|s| s.step);
     RecordedTrack {
+        shape: None,
+        is_static: false,
         id,
         kind: meta.kind,
         length,

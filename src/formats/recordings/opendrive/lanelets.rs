@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::TOLERANCE;
+use super::kept;
 use super::links::{Key, contacts};
 use super::road::{End, Lane, Road, Section};
 use crate::formats::opendrive::words::marking;
@@ -29,8 +30,18 @@ pub fn is_along(road: &Road, lane: &Lane) -> bool {
     (lane.id < 0) != road.left_hand
 }
 
-/// The lanelets of roads, and the ids of their lights.
-pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> (Map, HashMap<String, i64>) {
+/// What roads became.
+pub struct Lanes {
+    /// The lanelets, signs and lights.
+    pub map: Map,
+    /// Lights by the ids of their signals.
+    pub lights: HashMap<String, i64>,
+    /// Whether the lanelets are those of an export, as they were before.
+    pub are_kept: bool,
+}
+
+/// The lanelets of roads.
+pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
     let lanes = || {
         roads
             .iter()
@@ -86,10 +97,15 @@ pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> (Map, HashMap
     neighbours(roads, &places, &mut map);
     successors(roads, &places, &mut map);
     let lights = signals(roads, &places, &mut map, ids);
+    let are_kept = kept::restore(roads, &places, &mut map);
     if map.lanelets.is_empty() {
         report.note("the roads have no lanes");
     }
-    (map, lights)
+    Lanes {
+        map,
+        lights,
+        are_kept,
+    }
 }
 
 fn limit_sign(id: i64, limit: f64, position: Option<Point>) -> Sign {

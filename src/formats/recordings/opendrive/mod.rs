@@ -1,6 +1,7 @@
 //! OpenDRIVE: roads as lanelets.
 
 mod geometry;
+mod kept;
 mod lanelets;
 mod links;
 mod road;
@@ -25,6 +26,8 @@ pub struct Network {
     roads: Vec<Road>,
     /// Lights by the ids of their signals.
     pub lights: HashMap<String, i64>,
+    /// Whether the lanelets are those of an export, as they were before.
+    pub are_kept: bool,
 }
 
 /// Reads a file; ids of lanelets are those that nearmiss wrote, or new ones.
@@ -41,12 +44,24 @@ pub fn read(
     }
     let high = roads.iter().filter(|r| r.has_heights).count();
     report.note_count(high, |n| format!("roads with heights: {n}; read as level"));
-    let (map, lights) = lanelets::lanelets(&roads, report, ids);
-    report.note(format!(
-        "lanes of {} roads are lanelets whose borders have points within {TOLERANCE} m of them",
-        roads.len()
-    ));
-    Ok(Network { map, roads, lights })
+    let lanelets::Lanes {
+        map,
+        lights,
+        are_kept,
+    } = lanelets::lanelets(&roads, report, ids);
+    report.note(match are_kept {
+        true => "lanelets as they were exported, from the user data of the lanes".into(),
+        false => format!(
+            "lanes of {} roads are lanelets whose borders have points within {TOLERANCE} m of them",
+            roads.len()
+        ),
+    });
+    Ok(Network {
+        map,
+        roads,
+        lights,
+        are_kept,
+    })
 }
 
 impl Network {

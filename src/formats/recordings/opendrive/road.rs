@@ -3,6 +3,7 @@
 use super::geometry::{Cubic, Piece, pose, value};
 use super::tree::Node;
 use crate::formats::commonroad::ReadError;
+use crate::formats::opendrive::user_data::{KeptLanelet, LANELET, PART_OF};
 use crate::geometry::{Point, Pose};
 
 /// A road.
@@ -64,6 +65,10 @@ pub struct Lane {
     pub limit: Option<f64>,
     /// The id of the lanelet that it was.
     pub lanelet: Option<i64>,
+    /// The lanelet that it was, where all of it was written.
+    pub kept: Option<KeptLanelet>,
+    /// The lanelet from whose lane it was cut off.
+    pub part_of: Option<i64>,
 }
 
 /// A sign or a light.
@@ -255,9 +260,10 @@ fn lane(node: &Node) -> Result<Lane, ReadError> {
         .child("speed")
         .map(|s| speed(s, "max", "unit"))
         .transpose()?;
-    let own = node
-        .all("userData")
-        .find(|d| d.text("code") == Some("commonroad_lanelet"));
+    let user_data = |code: &str| {
+        let mut all = node.all("userData");
+        all.find(|d| d.text("code") == Some(code))?.text("value")
+    };
     Ok(Lane {
         id,
         kind: node.text("type").unwrap_or_default().to_string(),
@@ -267,7 +273,9 @@ fn lane(node: &Node) -> Result<Lane, ReadError> {
         successors: links("successor")?,
         mark: mark(node),
         limit: limit.flatten(),
-        lanelet: own.and_then(|d| d.text("value")?.parse().ok()),
+        lanelet: user_data(LANELET).and_then(|id| id.parse().ok()),
+        kept: KeptLanelet::read(user_data),
+        part_of: user_data(PART_OF).and_then(|id| id.parse().ok()),
     })
 }
 

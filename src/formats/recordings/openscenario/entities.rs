@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use super::parameters;
 use crate::formats::commonroad::ReadError;
+use crate::formats::openscenario::body;
 use crate::formats::recordings::opendrive::tree::{self, Node};
 use crate::formats::recordings::sizes;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, Shape};
 use crate::scenario::ObstacleType;
 use crate::system;
 
@@ -23,6 +25,8 @@ pub struct Entity {
     /// Whether its size is assumed.
     pub assumed: bool,
     pub is_vehicle: bool,
+    /// Its body, where that is no box, in the frame of its position.
+    pub shape: Option<Shape>,
     properties: HashMap<String, String>,
 }
 
@@ -63,6 +67,7 @@ fn unknown(name: String) -> Entity {
         center: Point::origin(),
         assumed: true,
         is_vehicle: true,
+        shape: None,
         properties: HashMap::new(),
     }
 }
@@ -91,6 +96,7 @@ fn entity(name: String, node: &Node) -> Result<Entity, ReadError> {
             (entity.length, entity.width, entity.assumed) = (length, width, false);
         }
     }
+    entity.shape = entity.property("commonroad_body").and_then(body::read);
     Ok(entity)
 }
 
@@ -166,7 +172,7 @@ fn from_catalog(root: &Node, reference: &Node, file: &Path) -> Result<Option<Nod
                 .iter()
                 .find(|e| e.text("name") == Some(entry));
             if let Some(found) = found {
-                return Ok(Some(found.clone()));
+                return parameters::assigned(found.clone(), reference).map(Some);
             }
         }
     }
@@ -189,9 +195,9 @@ impl Entity {
         numbers.collect()
     }
 
-    /// The middle of its body.
-    pub fn middle(&self, pose: &Pose) -> Point {
-        match self.center == Point::origin() {
+    /// Where its track is: the middle of its body, or the position that its shape is told from.
+    pub fn position(&self, pose: &Pose) -> Point {
+        match self.center == Point::origin() || self.shape.is_some() {
             true => pose.position,
             false => pose.to_world(&self.center),
         }

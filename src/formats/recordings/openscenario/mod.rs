@@ -1,14 +1,18 @@
 //! OpenSCENARIO XML with its OpenDRIVE: scenarios whose entities follow trajectories, and recordings that a player made.
 
 mod entities;
+mod expression;
+mod kept;
 mod lights;
 mod motion;
+mod parameters;
 mod player_log;
+mod position;
+mod tracks;
 
-use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use super::assembly::{About, Map, RecordedTrack, TrackState, assemble};
+use super::assembly::{About, Map, assemble};
 use super::ids::Ids;
 use super::opendrive;
 use super::opendrive::tree::{self, Node};
@@ -18,13 +22,13 @@ use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::dispatch::{Format, Parts};
-use crate::geometry::Pose;
+use crate::formats::openscenario::DOCUMENT;
 use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{ContentHash, Scenario};
 use crate::system;
 use entities::{Entity, entities};
-use motion::{Motions, motions};
-use player_log::Seen;
+use motion::motions;
+use tracks::{Timeline, followed, own_number, recorded};
 
 /// The format.
 pub struct OpenScenario;
@@ -34,9 +38,6 @@ const STEP: f64 = 0.1;
 
 /// Entities that are the ego by their names.
 const EGOS: [&str; 4] = ["ego", "hero", "ego_vehicle", "host"];
-
-/// Steps of a scenario at most.
-const MOST_STEPS: i64 = 100_000;
 
 impl Format for OpenScenario {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
@@ -58,7 +59,7 @@ impl Format for OpenScenario {
             return roads_alone(&bytes, file, report);
         }
         let root = tree::read(&bytes, &shown, "OpenSCENARIO")?;
-        scenario(file, &bytes, with_parameters(root)?, report)
+        scenario(file, &bytes, parameters::filled(root)?, report)
     }
 }
 
@@ -76,36 +77,6 @@ fn roads_alone(bytes: &[u8], file: &Path, report: Report) -> Result<Scenario, Re
     assemble(report, about, network.map, Vec::new())
 }
 
-/// The document with the values of its parameters in their places.
-fn with_parameters(mut root: Node) -> Result<Node, ReadError> {
-    let declared = root.within("ParameterDeclaration");
-    let mut values: HashMap<String, String> = HashMap::new();
-    for parameter in declared {
-        let name = parameter
-            .needed("name")?
-            .trim_start_matches('$')
-            .to_string();
-        values.insert(
-            name,
-            parameter.text("value").unwrap_or_default().to_string(),
-        );
-    }
-    if values.is_empty() {
-        return Ok(root);
-    }
-    let mut open = vec![&mut root];
-    while let Some(node) = open.pop() {
-        for value in node.attributes_mut() {
-            let found = value.strip_prefix('$').and_then(|name| values.get(name));
-            if let Some(found) = found {
-                *value = found.clone();
-            }
-        }
-        open.extend(node.children.iter_mut());
-    }
-    Ok(root)
-}
-
 /// The road file of a scenario.
 fn road_file(root: &Node, file: &Path) -> Option<PathBuf> {
     let named = root.at(&["RoadNetwork", "LogicFile"])?.text("filepath")?;
@@ -114,16 +85,17 @@ fn road_file(root: &Node, file: &Path) -> Option<PathBuf> {
 
 fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Scenario, ReadError> {
     let entities = entities(&root, file)?;
-    let numbers = entities.iter().filter_map(|e| e.name.parse::<i64>().ok());
+    let numbers = entities.iter().filter_map(own_number);
     let ego_id = |e: &Entity| {
         e.property("commonroad_id")
             .and_then(|id| id.parse::<i64>().ok())
     };
     let mut ids = Ids::beyond(numbers.clone().chain(entities.iter().filter_map(ego_id)));
-    numbers.filter(|id| *id > 0).for_each(|id| {
+    numbers.for_each(|id| {
         ids.take(id);
     });
     let mut hashed = vec![bytes.to_vec()];
+    let mut missing_roads = None;
     let network = match road_file(&root, file) {
         None => {
             report
@@ -138,11 +110,11 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
                 Some(read)
             }
             Err(error) => {
-                let words = system::words(&error);
-                report.at("").warn(format!(
-                    "{}: {words}; the scenario has no lanes",
-                    path.display()
-                ));
+                let why = format!("{}: {}", path.display(), system::words(&error));
+                report
+                    .at("")
+                    .warn(format!("{why}; the scenario has no lanes"));
+                missing_roads = Some(why);
                 None
             }
         },
@@ -155,42 +127,63 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     };
     let dt = header_property("commonroad_time_step").and_then(|t| t.parse().ok());
     let dt = dt.filter(|dt| refused_time_step(*dt).is_none());
+    let origin = header_property("commonroad_first_step").and_then(|s| s.parse().ok());
     let log = file.with_extension("csv");
-    let motions = motions(&root, network.as_ref())?;
-    let acting = entities.iter().find_map(|e| {
-        let motion = motions.get(&e.name)?;
-        Some((e, motion.other.clone()?))
-    });
-    let ego = ego(&entities);
-    let (dt, tracks) = match acting {
-        None => {
-            let dt = dt.unwrap_or(STEP);
-            let own = followed(
-                &entities,
-                &motions,
-                motion::end(&root),
-                dt,
-                &report,
-                &mut ids,
-            );
-            (dt, own)
+    let motions = motions(&root, network.as_ref()).map_err(|mut error| {
+        if let Some(why) = &missing_roads {
+            error.message = format!("{} ({why})", error.message);
         }
-        Some((entity, action)) => {
-            let Ok(read) = system::read_file(&log, system::LARGEST) else {
-                return Err(report.at(format!("entity `{}`", entity.name)).fail(format!(
-                    "moves by <{action}>, which only a player works out; put its recording beside it as {}: \
-                     esmini --osc {} --headless --fixed_timestep 0.1 --csv_logger {}",
-                    log.display(),
-                    file.display(),
-                    log.display()
-                )));
-            };
+        error
+    });
+    let document = header_property(DOCUMENT);
+    let ego = ego(&entities, document.is_some());
+    // What only a player works out, or what nothing tells: a recording beside it has that.
+    let is_open = match &motions {
+        Err(_) => true,
+        Ok(all) => all
+            .values()
+            .any(|m| m.other.is_some() || m.is_free() || m.is_controlled),
+    };
+    let played = match is_open {
+        true => system::read_file(&log, system::LARGEST).ok(),
+        false => None,
+    };
+    let (dt, tracks) = match played {
+        Some(read) => {
             let text = String::from_utf8_lossy(&read).into_owned();
             hashed.push(read);
             let shown = log.display().to_string();
             let seen = player_log::read(&text, &Report::about(shown.clone()))?;
             report.note(format!("motion as a player recorded it in {shown}"));
             recorded(&entities, seen, &mut ids)
+        }
+        None => {
+            let motions = motions?;
+            let acting = entities.iter().find_map(|e| {
+                let motion = motions.get(&e.name)?;
+                let is_ego = ego.is_some_and(|ego| ego.name == e.name);
+                let drives_on = motion.is_free() && !is_ego;
+                let on = || format!("begins at {} m/s and drives on by itself", motion.speed);
+                let does = motion.other.clone();
+                Some((e, does.or_else(|| drives_on.then(on))?))
+            });
+            if let Some((entity, does)) = acting {
+                let element = format!("entity `{}`", entity.name);
+                return Err(report.at(element).fail(format!(
+                    "{does}, which only a player works out; put its recording beside it as {}: esmini --osc {} \
+                     --headless --fixed_timestep 0.1 --csv_logger {}",
+                    log.display(),
+                    file.display(),
+                    log.display()
+                )));
+            }
+            let timeline = Timeline {
+                dt: dt.unwrap_or(STEP),
+                origin: origin.unwrap_or(0),
+                end: motion::end(&root),
+            };
+            let own = followed(&entities, &motions, timeline, &report, &mut ids);
+            (timeline.dt, own)
         }
     };
     let assumed = entities.iter().filter(|e| e.assumed).map(|e| e.kind);
@@ -229,170 +222,21 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         hash: ContentHash::of_parts(parts),
     };
     let mut map = Map::default();
+    let mut lanelets_are_kept = false;
     if let Some(network) = network {
-        map = network.map;
+        (map, lanelets_are_kept) = (network.map, network.are_kept);
         lights::phases(&root, dt, &network.lights, &mut map.lights)?;
     }
-    assemble(report, about, map, all)
+    let mut scenario = assemble(report, about, map, all)?;
+    if let Some(document) = document {
+        kept::restore(&mut scenario, &document, lanelets_are_kept);
+    }
+    Ok(scenario)
 }
 
-/// The ego: by its name, else the first vehicle.
-fn ego(entities: &[Entity]) -> Option<&Entity> {
+/// The ego: by its name, else the first vehicle; exports whose ego has no name have none.
+fn ego(entities: &[Entity], is_export: bool) -> Option<&Entity> {
     let named = |e: &&Entity| EGOS.contains(&e.name.to_lowercase().as_str());
-    let first = || entities.iter().find(|e| e.is_vehicle);
+    let first = || entities.iter().find(|e| e.is_vehicle && !is_export);
     entities.iter().find(named).or_else(first)
-}
-
-fn id_of(entity: &Entity, ids: &mut Ids) -> i64 {
-    match entity.name.parse::<i64>() {
-        Ok(id) if id > 0 => id,
-        _ => match entity.property("commonroad_id").map(str::parse) {
-            Some(Ok(id)) => ids.keep(id),
-            _ => ids.fresh(),
-        },
-    }
-}
-
-type Named = Vec<(String, RecordedTrack)>;
-
-/// The tracks of entities that follow trajectories or stand.
-fn followed(
-    entities: &[Entity],
-    motions: &HashMap<String, Motions>,
-    end: Option<f64>,
-    dt: f64,
-    report: &Report,
-    ids: &mut Ids,
-) -> Named {
-    let last = |m: &Motions| {
-        let ends = m.followed.iter().filter_map(|f| f.vertices.last());
-        ends.map(|(t, _)| *t).fold(0.0, f64::max)
-    };
-    let longest = motions.values().map(last).fold(0.0, f64::max);
-    // The moment of the end may be a little before the last step, or none of ours at all.
-    let until = end
-        .filter(|e| *e > 0.0 && *e < 1e5)
-        .map_or(longest, |e| e.max(longest));
-    let steps = ((until / dt + 0.01).floor() as i64).clamp(0, MOST_STEPS);
-    let mut all = Vec::new();
-    for entity in entities {
-        let Some(motion) = motions.get(&entity.name) else {
-            report.note(format!(
-                "entity `{}` has no position; left out",
-                entity.name
-            ));
-            continue;
-        };
-        let free = motion.followed.is_empty() && motion.speed.abs() > 1e-3;
-        if free {
-            report.note(format!(
-                "entity `{}` begins at {} m/s and follows nothing; left out",
-                entity.name, motion.speed
-            ));
-            continue;
-        }
-        let mut poses: BTreeMap<i64, Pose> = BTreeMap::new();
-        for step in 0..=steps {
-            let time = step as f64 * dt;
-            let on_way = motion.followed.iter().find_map(|f| f.at(time));
-            let pose = match (on_way, motion.followed.is_empty()) {
-                (Some(pose), _) => pose,
-                (None, true) => match motion.start {
-                    Some(start) if is_there(motion, time, dt) => start,
-                    _ => continue,
-                },
-                (None, false) => continue,
-            };
-            poses.insert(step, pose);
-        }
-        let speeds = entity.numbers("commonroad_velocity");
-        let accelerations = entity.numbers("commonroad_acceleration");
-        let stands = motion.followed.is_empty();
-        let whole = |all: &Option<Vec<f64>>, i: usize| match all {
-            Some(all) if all.len() == poses.len() => all.get(i).copied(),
-            // One that stands has one state for all times.
-            Some(all) if stands && all.len() == 1 => all.first().copied(),
-            _ => None,
-        };
-        let states = poses
-            .iter()
-            .enumerate()
-            .map(|(i, (step, pose))| TrackState {
-                step: *step,
-                position: entity.middle(pose),
-                heading: pose.heading,
-                velocity: whole(&speeds, i).or(stands.then_some(0.0)),
-                acceleration: whole(&accelerations, i),
-            });
-        let states: Vec<TrackState> = states.collect();
-        let track = RecordedTrack {
-            id: id_of(entity, ids),
-            kind: entity.kind,
-            length: entity.length,
-            width: entity.width,
-            states,
-        };
-        all.push((entity.name.clone(), track));
-    }
-    all
-}
-
-/// Whether an entity that stands is there at a moment.
-fn is_there(motion: &Motions, time: f64, dt: f64) -> bool {
-    // What is triggered at a moment is done in the step that begins there.
-    let done = |moments: &[f64]| moments.iter().filter(|m| **m < time - dt / 2.0).count();
-    let (came, went) = (done(&motion.appears), done(&motion.vanishes));
-    match motion.is_late {
-        true => came > went,
-        false => came >= went,
-    }
-}
-
-/// The tracks of a player's recording, and its time step.
-fn recorded(entities: &[Entity], seen: BTreeMap<String, Vec<Seen>>, ids: &mut Ids) -> (f64, Named) {
-    let mut times: Vec<f64> = seen.values().flatten().map(|s| s.time).collect();
-    times.sort_by(f64::total_cmp);
-    times.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
-    let between = times
-        .windows(2)
-        .map(|p| p[1] - p[0])
-        .fold(f64::INFINITY, f64::min);
-    let dt = match refused_time_step(between) {
-        None => (between * 1e6).round() / 1e6,
-        Some(_) => STEP,
-    };
-    let mut all = Vec::new();
-    for (name, states) in seen {
-        let entity = entities.iter().find(|e| e.name == name);
-        let Some(first) = states.first() else {
-            continue;
-        };
-        let (center, length, width) = first.body;
-        let id = match entity {
-            Some(entity) => id_of(entity, ids),
-            None => ids.fresh(),
-        };
-        let kind = entity.map_or(crate::scenario::ObstacleType::Car, |e| e.kind);
-        let mut states: Vec<TrackState> = states
-            .iter()
-            .map(|s| TrackState {
-                step: (s.time / dt).round() as i64,
-                position: s.pose.to_world(&center),
-                heading: s.pose.heading,
-                velocity: Some(s.speed),
-                acceleration: None,
-            })
-            .collect();
-        states.sort_by_key(|s| s.step);
-        states.dedup_by_key(|s| s.step);
-        let track = RecordedTrack {
-            id,
-            kind,
-            length,
-            width,
-            states,
-        };
-        all.push((name, track));
-    }
-    (dt, all)
 }

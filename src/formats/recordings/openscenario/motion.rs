@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 
+use super::position::{has_heading, position_of, unread_position};
 use crate::formats::commonroad::ReadError;
 use crate::formats::recordings::opendrive::Network;
 use crate::formats::recordings::opendrive::tree::Node;
-use crate::geometry::{Point, Pose, angle_between};
+use crate::geometry::{Pose, angle_between};
 
 /// A trajectory with its times.
 #[derive(Debug, Clone, Default)]
@@ -27,8 +28,17 @@ pub struct Motions {
     pub vanishes: Vec<f64>,
     /// Whether it is not there at first.
     pub is_late: bool,
-    /// The first action that is no trajectory.
+    /// What it does that only a player works out, in words.
     pub other: Option<String>,
+    /// Whether it has a controller, which may move it.
+    pub is_controlled: bool,
+}
+
+impl Motions {
+    /// Whether it begins with a speed and follows nothing, so that a driver under test drives it.
+    pub fn is_free(&self) -> bool {
+        self.followed.is_empty() && self.speed.abs() > 1e-3
+    }
 }
 
 /// The end of a scenario, where it is a moment, seconds.
@@ -45,7 +55,7 @@ pub fn motions(
 ) -> Result<HashMap<String, Motions>, ReadError> {
     let mut all: HashMap<String, Motions> = HashMap::new();
     let Some(board) = root.child("Storyboard") else {
-        return Err(root.fail("no <Storyboard> in it"));
+        return Err(root.fail(without_storyboard(root)));
     };
     let init = board.at(&["Init", "Actions"]);
     for private in init.iter().flat_map(|i| i.all("Private")) {
@@ -56,8 +66,14 @@ pub fn motions(
                     .iter()
                     .filter_map(|(n, m)| Some((n.as_str(), m.start?)))
                     .collect();
-                let pose = position_of(position, &starts, network)?;
-                all.entry(name.clone()).or_default().start = Some(pose);
+                let unread = unread_position(position, &all);
+                let pose = match &unread {
+                    Some(_) => None,
+                    None => Some(position_of(position, &starts, network)?),
+                };
+                let motion = all.entry(name.clone()).or_default();
+                motion.start = pose;
+                motion.other = unread.map(|word| format!("begins at a <{word}>"));
             }
         }
     }
@@ -104,8 +120,9 @@ pub fn motions(
                             own.extend(late.map(|pose| ((*actor).to_string(), pose)));
                             private_action(private, actor, motion, &own, network, at, false)?;
                         }
+                        None if is_harmless(private) => {}
                         // What happens depends on the others.
-                        None => motion.other = Some(action_name(private)),
+                        None => motion.other = Some(moves_by(private)),
                     }
                 }
             }
@@ -193,24 +210,58 @@ fn private_action(
         motion.speed = target.map_or(Ok(0.0), |t| t.or_zero("value"))?;
         return Ok(());
     }
-    // Controllers, visibility and the like do not move an entity by themselves.
-    let harmless = [
-        "ControllerAction",
-        "VisibilityAction",
-        "ActivateControllerAction",
-    ];
-    if harmless.iter().any(|name| action.child(name).is_some()) {
+    if is_harmless(action) {
+        let controllers = ["ControllerAction", "ActivateControllerAction"];
+        motion.is_controlled |= controllers.iter().any(|name| action.child(name).is_some());
         return Ok(());
     }
     let Some(follow) = action.at(&["RoutingAction", "FollowTrajectoryAction"]) else {
-        motion.other = Some(action_name(action));
+        motion.other = Some(moves_by(action));
         return Ok(());
     };
     match followed(follow, actor, starts, network, at)? {
         Some(followed) => motion.followed.push(followed),
-        None => motion.other = Some("FollowTrajectoryAction without times".into()),
+        None => motion.other = Some(follows(follow)),
     }
     Ok(())
+}
+
+/// Controllers, visibility, lights and the like do not move an entity by themselves.
+fn is_harmless(action: &Node) -> bool {
+    let harmless = [
+        "ControllerAction",
+        "VisibilityAction",
+        "ActivateControllerAction",
+        "AppearanceAction",
+    ];
+    harmless.iter().any(|name| action.child(name).is_some())
+}
+
+fn moves_by(action: &Node) -> String {
+    format!("moves by <{}>", action_name(action))
+}
+
+/// How it follows a trajectory that is not worked out here.
+fn follows(follow: &Node) -> String {
+    let shapes = follow.within("Shape");
+    let shape = shapes.first().and_then(|s| s.children.first());
+    match shape.map(|s| s.name.as_str()) {
+        None => "follows a trajectory of a catalog".into(),
+        Some("Polyline") => "follows a trajectory without times".into(),
+        Some(other) => format!("follows a trajectory along a <{other}>"),
+    }
+}
+
+/// Why a document without a storyboard is no scenario.
+fn without_storyboard(root: &Node) -> String {
+    if let Some(named) = root.at(&["ParameterValueDistribution", "ScenarioFile"]) {
+        let file = named.text("filepath").unwrap_or_default();
+        return format!("values for the parameters of a scenario, not a scenario: open `{file}`");
+    }
+    match root.child("Catalog") {
+        Some(_) => "a catalog, not a scenario".into(),
+        None => "no <Storyboard> in it".into(),
+    }
 }
 
 fn followed(
@@ -259,17 +310,6 @@ fn followed(
     }))
 }
 
-/// Whether a position tells a heading.
-fn has_heading(position: &Node) -> bool {
-    let Some(of) = position.children.first() else {
-        return false;
-    };
-    of.text("h").is_some()
-        || of
-            .child("Orientation")
-            .is_some_and(|o| o.text("h").is_some())
-}
-
 /// Vertices without a heading look where they go.
 fn with_headings(vertices: Vec<(f64, Pose, bool)>) -> Vec<(f64, Pose)> {
     let mut held = None;
@@ -292,79 +332,6 @@ fn with_headings(vertices: Vec<(f64, Pose, bool)>) -> Vec<(f64, Pose)> {
         all.push((*time, pose));
     }
     all
-}
-
-fn position_of(
-    node: &Node,
-    starts: &HashMap<&str, Pose>,
-    network: Option<&Network>,
-) -> Result<Pose, ReadError> {
-    let Some(of) = node.children.first() else {
-        return Err(node.fail("no position in it"));
-    };
-    let other = || -> Result<Pose, ReadError> {
-        let name = of.needed("entityRef")?;
-        starts
-            .get(name)
-            .copied()
-            .ok_or_else(|| of.fail(format!("entityRef=\"{name}\" has no known position")))
-    };
-    let turn = |base: f64, along: f64| -> Result<f64, ReadError> {
-        let Some(orientation) = of.child("Orientation") else {
-            return Ok(along);
-        };
-        let h = orientation.or_zero("h")?;
-        Ok(match orientation.text("type") {
-            Some("relative") => base + h,
-            _ => h,
-        })
-    };
-    let road = || {
-        network.ok_or_else(|| {
-            of.fail("a position on a road, but the scenario names no road file that is there")
-        })
-    };
-    let missing = |id: &str| of.fail(format!("road `{id}` or its lane is not in the road file"));
-    match of.name.as_str() {
-        "WorldPosition" => Ok(Pose::new(
-            of.needed_number("x")?,
-            of.needed_number("y")?,
-            of.or_zero("h")?,
-        )),
-        "RelativeWorldPosition" => {
-            let base = other()?;
-            let heading = turn(base.heading, base.heading)?;
-            Ok(Pose::new(
-                base.position.x + of.or_zero("dx")?,
-                base.position.y + of.or_zero("dy")?,
-                heading,
-            ))
-        }
-        "RelativeObjectPosition" => {
-            let base = other()?;
-            let at = base.to_world(&Point::new(of.or_zero("dx")?, of.or_zero("dy")?));
-            let heading = turn(base.heading, base.heading)?;
-            Ok(Pose { position: at, heading })
-        }
-        "LanePosition" => {
-            let (id, lane) = (of.needed("roadId")?, of.needed_number("laneId")? as i64);
-            let (s, offset) = (of.needed_number("s")?, of.or_zero("offset")?);
-            let pose = road()?.on_lane(id, lane, s, offset);
-            let pose = pose.ok_or_else(|| missing(id))?;
-            let heading = turn(pose.heading, pose.heading)?;
-            Ok(Pose { heading, ..pose })
-        }
-        "RoadPosition" => {
-            let (id, s) = (of.needed("roadId")?, of.needed_number("s")?);
-            let pose = road()?.beside(id, s, of.or_zero("t")?);
-            let pose = pose.ok_or_else(|| missing(id))?;
-            let heading = turn(pose.heading, pose.heading)?;
-            Ok(Pose { heading, ..pose })
-        }
-        name => Err(of.fail(format!(
-            "<{name}> is not read; positions are read in the world, on roads and lanes, and relative to entities"
-        ))),
-    }
 }
 
 impl Followed {

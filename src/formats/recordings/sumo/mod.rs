@@ -159,6 +159,8 @@ fn track<'s>(
         acceleration: seen.acceleration,
     });
     RecordedTrack {
+        shape: None,
+        is_static: false,
         id,
         kind: size.kind,
         length: size.length,

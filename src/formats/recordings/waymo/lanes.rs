@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 
 use super::messages::{BoundarySegment, LaneCenter, LaneNeighbor};
-use super::widths::{self, HALF_BICYCLE_LANE, HALF_LANE, Lines, SideOfLane};
+use super::widths::{
+    self, HALF_BICYCLE_LANE, HALF_LANE, Lines, MeasuredLines, SideOfLane, measured,
+};
 use crate::formats::recordings::lane_shape::borders;
 use crate::formats::recordings::report::Report;
 use crate::geometry::Point;
@@ -38,14 +40,11 @@ pub fn lanelets(
         .iter()
         .map(|l| (l.feature, l.centre.clone()))
         .collect();
-    let both: Lines = lines
-        .iter()
-        .chain(edges)
-        .map(|(k, v)| (*k, v.clone()))
-        .collect();
+    let both = measured(lines.iter().chain(edges));
+    let beside_lanes = measured(&middles);
     let told: Vec<Told> = lanes
         .iter()
-        .map(|lane| self::told(lane, &both, &middles))
+        .map(|lane| self::told(lane, &both, &beside_lanes))
         .collect();
     let places: HashMap<i64, usize> = lanes.iter().map(|l| l.feature).zip(0..).collect();
     let mut assumed = 0;
@@ -112,7 +111,7 @@ pub fn lanelets(
     made
 }
 
-fn told(lane: &Lane<'_>, lines: &Lines, lanes: &Lines) -> Told {
+fn told(lane: &Lane<'_>, lines: &MeasuredLines<'_>, lanes: &MeasuredLines<'_>) -> Told {
     let side = |boundaries, neighbors| {
         let side = SideOfLane {
             boundaries,

@@ -116,6 +116,8 @@ fn track(
         _ => ObstacleType::Unknown,
     };
     let track = RecordedTrack {
+        shape: None,
+        is_static: false,
         id,
         kind,
         length,

@@ -1,5 +1,6 @@
 //! How wide the lanes of a Waymo map are: from their boundaries, their neighbours, or assumed.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 
 use super::messages::{BoundarySegment, LaneNeighbor};
@@ -21,6 +22,18 @@ const ROUNDED: f64 = 1e-6;
 /// Lines and lanes of the map, by the ids of the data set.
 pub type Lines = HashMap<i64, Vec<Point>>;
 
+/// The same, measured once for all lanes beside them.
+pub type MeasuredLines<'l> = HashMap<i64, Measured<'l>>;
+
+/// Measures lines; those of less than two points are left out.
+pub fn measured<'l>(
+    lines: impl IntoIterator<Item = (&'l i64, &'l Vec<Point>)>,
+) -> MeasuredLines<'l> {
+    let each = lines.into_iter();
+    each.filter_map(|(id, line)| Some((*id, Measured::of(line)?)))
+        .collect()
+}
+
 /// One side of a lane.
 pub struct SideOfLane<'a> {
     pub boundaries: &'a [BoundarySegment],
@@ -32,8 +45,8 @@ pub fn told(
     centre: &[Point],
     places: &[usize],
     side: &SideOfLane<'_>,
-    lines: &Lines,
-    lanes: &Lines,
+    lines: &MeasuredLines<'_>,
+    lanes: &MeasuredLines<'_>,
 ) -> Vec<Option<f64>> {
     let within = |place: usize, from: Option<i32>, to: Option<i32>| {
         let index = |i: Option<i32>| usize::try_from(i.unwrap_or(0)).unwrap_or(0);
@@ -41,31 +54,36 @@ pub fn told(
     };
     let usable = |d: &f64| (BORDER.0..=BORDER.1).contains(d);
     let boundaries = side.boundaries.iter().filter_map(|b| {
-        let line = Measured::of(lines.get(&b.boundary_feature_id?)?)?;
-        Some((b.lane_start_index, b.lane_end_index, line))
+        let line = lines.get(&b.boundary_feature_id?)?;
+        let span = (b.lane_start_index, b.lane_end_index);
+        Some((span, line, Cell::new(0)))
     });
     let neighbors = side.neighbors.iter().filter_map(|n| {
-        let line = Measured::of(lanes.get(&n.feature_id?)?)?;
-        Some((n.self_start_index, n.self_end_index, line))
+        let line = lanes.get(&n.feature_id?)?;
+        let span = (n.self_start_index, n.self_end_index);
+        Some((span, line, Cell::new(0)))
     });
     let (boundaries, neighbors): (Vec<_>, Vec<_>) = (boundaries.collect(), neighbors.collect());
     let each = centre.iter().zip(places).map(|(p, place)| {
-        let here =
-            |(from, to, _): &&(Option<i32>, Option<i32>, Measured<'_>)| within(*place, *from, *to);
+        let here = |((from, to), ..): &&Beside<'_, '_>| within(*place, *from, *to);
         let boundary = boundaries.iter().filter(here);
-        let boundary = boundary.filter_map(|(.., line)| line.distance(p, BORDER.1));
+        let boundary = boundary.filter_map(|(_, line, near)| line.distance(p, BORDER.1, near));
         let nearest = boundary.filter(usable).reduce(f64::min);
         nearest.or_else(|| {
             let beside = neighbors.iter().filter(here);
-            let beside = beside.filter_map(|(.., line)| line.distance(p, 2.0 * BORDER.1));
+            let most = 2.0 * BORDER.1;
+            let beside = beside.filter_map(|(_, line, near)| line.distance(p, most, near));
             beside.map(|d| d / 2.0).filter(usable).reduce(f64::min)
         })
     });
     each.collect()
 }
 
+/// A line beside a lane: from and to which of its points, and the piece of it that was nearest last.
+type Beside<'a, 'l> = ((Option<i32>, Option<i32>), &'a Measured<'l>, Cell<usize>);
+
 /// A line with the distance along it from its first point to each.
-struct Measured<'l> {
+pub struct Measured<'l> {
     points: &'l [Point],
     along: Vec<f64>,
 }
@@ -88,13 +106,20 @@ impl<'l> Measured<'l> {
 
     /// How far a point is from the line; nothing if it is farther than `most`.
     ///
-    /// Where a point of the line is far away, so are those not far along from it: they are passed over.
-    fn distance(&self, p: &Point, most: f64) -> Option<f64> {
-        let mut nearest = f64::MAX;
+    /// Where a point of the line is far away, so are those not far along from it: they are passed over, the more the
+    /// nearer the piece is that is looked at first, which `near` keeps for the next point.
+    fn distance(&self, p: &Point, most: f64, near: &Cell<usize>) -> Option<f64> {
+        let piece = |i: usize| Some((self.points.get(i)?, self.points.get(i + 1)?));
+        let first = piece(near.get()).map(|(a, b)| distance_to_segment(p, a, b));
+        let mut nearest = first.unwrap_or(f64::MAX);
         let mut i = 0;
         while i + 1 < self.points.len() {
             let (a, b) = (&self.points[i], &self.points[i + 1]);
-            nearest = nearest.min(distance_to_segment(p, a, b));
+            let here = distance_to_segment(p, a, b);
+            if here < nearest {
+                nearest = here;
+                near.set(i);
+            }
             let spare = (b - p).norm() - nearest.min(most) - ROUNDED;
             i += 1;
             if spare > 0.0 {
@@ -152,6 +177,7 @@ mod tests {
         };
         let line: Vec<Point> = (0..100).map(bend).collect();
         let measured = Measured::of(&line).unwrap();
+        let near = Cell::new(0);
         for (x, y) in (-40..40).flat_map(|x| (-40..40).map(move |y| (x, y))) {
             let p = Point::new(f64::from(x), f64::from(y));
             let pieces = line
@@ -159,7 +185,7 @@ mod tests {
                 .map(|w| distance_to_segment(&p, &w[0], &w[1]));
             let nearest = pieces.fold(f64::MAX, f64::min);
             let expected = (nearest <= 5.0).then_some(nearest);
-            assert_eq!(measured.distance(&p, 5.0), expected, "{p}");
+            assert_eq!(measured.distance(&p, 5.0, &near), expected, "{p}");
         }
         assert!(Measured::of(&line[..1]).is_none());
     }

@@ -1,0 +1,77 @@
+//! Lanelets as they were before nearmiss exported them, from the user data beside the lanes.
+
+use std::collections::{HashMap, HashSet};
+
+use super::TOLERANCE;
+use super::links::Key;
+use super::road::{Lane, Road};
+use crate::formats::opendrive::user_data::KeptLanelet;
+use crate::formats::recordings::assembly::Map;
+use crate::geometry::Polyline;
+use crate::scenario::{Bound, Lanelet};
+
+/// Lanes may be so much farther from their lanelets than was written, metres: what reading and rounding add.
+const ROUNDING: f64 = 0.02;
+
+/// What is cut off the beginning of a lane for a junction is not longer, metres.
+const CUT: f64 = 3.0;
+
+/// Puts the lanelets that were exported in the place of those that lanes became, and says whether it did.
+///
+/// All of them or none: where a road was added or changed since, its lanes hold.
+pub fn restore(roads: &[Road], places: &HashMap<Key, usize>, map: &mut Map) -> bool {
+    let mut lanes: Vec<Option<&Lane>> = vec![None; map.lanelets.len()];
+    for ((road, section, id), place) in places {
+        let section = &roads[*road].sections[*section];
+        lanes[*place] = section.lanes.iter().find(|l| l.id == *id);
+    }
+    let parts: HashSet<i64> = lanes.iter().flatten().filter_map(|l| l.part_of).collect();
+    let kept = |lane: &Lane| lane.kept.as_ref().map(|k| k.lanelet.id);
+    let known: HashSet<i64> = lanes.iter().flatten().filter_map(|l| kept(l)).collect();
+    let holds = |(lanelet, lane): (&Lanelet, &Option<&Lane>)| match lane {
+        Some(Lane {
+            kept: Some(kept), ..
+        }) => kept.lanelet.id == lanelet.id && is_near(kept, lanelet, parts.contains(&lanelet.id)),
+        Some(Lane { part_of, .. }) => part_of.is_some_and(|of| known.contains(&of)),
+        None => false,
+    };
+    if known.is_empty() || !map.lanelets.iter().zip(&lanes).all(holds) {
+        return false;
+    }
+    let mut restored = Vec::new();
+    for (read, lane) in std::mem::take(&mut map.lanelets).into_iter().zip(lanes) {
+        let Some(kept) = lane.and_then(|l| l.kept.as_ref()) else {
+            continue;
+        };
+        let mut lanelet = kept.lanelet.clone();
+        (lanelet.signs, lanelet.lights) = (read.signs, read.lights);
+        lanelet.predecessors.retain(|id| known.contains(id));
+        lanelet.successors.retain(|id| known.contains(id));
+        for beside in [&mut lanelet.adjacent_left, &mut lanelet.adjacent_right] {
+            *beside = beside.filter(|a| known.contains(&a.id));
+        }
+        restored.push((kept.place, lanelet));
+    }
+    restored.sort_by_key(|(place, _)| *place);
+    map.lanelets = restored.into_iter().map(|(_, lanelet)| lanelet).collect();
+    true
+}
+
+/// Whether the borders of a lane are still those of its lanelet.
+fn is_near(kept: &KeptLanelet, read: &Lanelet, is_cut: bool) -> bool {
+    let most = kept.deviation + TOLERANCE + ROUNDING;
+    let near = |own: &Bound, read: &Bound| {
+        let Some(line) = Polyline::new(own.points.iter().copied()) else {
+            return false;
+        };
+        let ends = |b: &Bound| Some((*b.points.first()?, *b.points.last()?));
+        let (Some((own_first, own_last)), Some((first, last))) = (ends(own), ends(read)) else {
+            return false;
+        };
+        let begins = if is_cut { CUT } else { most };
+        (own_first - first).norm() <= begins
+            && (own_last - last).norm() <= most
+            && read.points.iter().all(|p| line.project(p).d.abs() <= most)
+    };
+    near(&kept.lanelet.left, &read.left) && near(&kept.lanelet.right, &read.right)
+}

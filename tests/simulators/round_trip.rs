@@ -1,0 +1,143 @@
+//! Exported and opened again: lanelets, problems, bodies and ids are those of before, unless a road was changed since.
+
+use nearmiss::formats::commonroad;
+use nearmiss::scenario::{Lanelet, ObstacleRole};
+
+use super::*;
+
+#[path = "../mutated/small.rs"]
+#[allow(dead_code)]
+mod small;
+
+/// Lanelets without what roads say of signs and lights.
+fn plain(scenario: &Scenario) -> Vec<Lanelet> {
+    let mut all = scenario.network.lanelets.clone();
+    for lanelet in &mut all {
+        (lanelet.signs, lanelet.lights) = (Vec::new(), Vec::new());
+        for bound in [&mut lanelet.left, &mut lanelet.right] {
+            bound.heights.clear();
+        }
+        if let Some(line) = &mut lanelet.stop_line {
+            (line.signs, line.lights) = (Vec::new(), Vec::new());
+        }
+    }
+    all
+}
+
+/// A document exported without an ego and opened again, with its roads changed by `change`.
+fn again(xml: &str, change: impl Fn(String) -> String) -> (Scenario, Arc<Scenario>) {
+    let scenario = commonroad::read(xml.as_bytes(), "small").unwrap();
+    let written = write_openscenario(&Export {
+        scenario: &scenario,
+        ego: ExportedEgo::Missing,
+        road_file: "small.xodr",
+        properties: &BTreeMap::new(),
+        about: &[],
+    });
+    let mut written = written.unwrap();
+    written.roads = change(String::from_utf8(written.roads).unwrap()).into_bytes();
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "small", &written);
+    (scenario, Entry::of_file(&path).read().unwrap())
+}
+
+#[test]
+fn lanelets_and_problems_are_those_of_before() {
+    let folder = tempfile::tempdir().unwrap();
+    for entry in bundled() {
+        let (scene, written) = exported(&entry, &format!("{}.xodr", entry.name));
+        let path = write(folder.path(), &entry.name, &written);
+        let back = Entry::of_file(&path).read().unwrap();
+        let before = &scene.scenario;
+        assert_eq!(plain(&back), plain(before), "{}", entry.name);
+        assert_eq!(back.planning_problems, before.planning_problems);
+        assert_eq!(back.network.intersections, before.network.intersections);
+        assert_eq!(back.location, before.location);
+    }
+}
+
+#[test]
+fn a_fork_that_was_cut_is_whole_again() {
+    // Two lanelets begin where the first one ends; the second one of them ends somewhere else.
+    let lanelet = |id: i64, points: &[(f64, f64)], links: &str| {
+        let bound = |name: &str, y: f64| {
+            let points = points
+                .iter()
+                .map(|(x, at)| format!("<point><x>{x}</x><y>{}</y></point>", at + y));
+            format!("<{name}>{}</{name}>", points.collect::<String>())
+        };
+        let (left, right) = (bound("leftBound", 1.75), bound("rightBound", -1.75));
+        format!("<lanelet id=\"{id}\">{left}{right}{links}</lanelet>")
+    };
+    let bend: Vec<(f64, f64)> = (0..=10)
+        .map(|i| (50.0 + 3.0 * f64::from(i), 0.08 * f64::from(i * i)))
+        .collect();
+    let xml = format!(
+        r#"<commonRoad commonRoadVersion="2020a" benchmarkID="ZAM_Fork-1_1_T-1" timeStepSize="0.1">{}{}{}</commonRoad>"#,
+        lanelet(
+            1,
+            &[(0.0, 0.0), (50.0, 0.0)],
+            r#"<successor ref="2"/><successor ref="3"/>"#
+        ),
+        lanelet(2, &[(50.0, 0.0), (80.0, 0.0)], r#"<predecessor ref="1"/>"#),
+        lanelet(3, &bend, r#"<predecessor ref="1"/>"#),
+    );
+    let (before, back) = again(&xml, |roads| {
+        assert!(roads.contains("commonroad_part_of"), "{roads}");
+        roads
+    });
+    assert_eq!(plain(&back), plain(&before));
+    // Without what was kept the pieces for the junction are lanelets, too.
+    let (_, back) = again(&xml, |roads| roads.replace("commonroad_left", "other"));
+    assert!(back.network.lanelets.len() > 3);
+}
+
+#[test]
+fn a_road_that_was_changed_holds() {
+    let xml = small::scenario();
+    let (before, back) = again(&xml, |roads| roads);
+    assert_eq!(plain(&back), plain(&before));
+    let (_, back) = again(&xml, |roads| {
+        let at = roads.find("<width").unwrap();
+        let (head, tail) = roads.split_at(at);
+        let wider = tail.replacen("a=\"3.5", "a=\"4.5", 1);
+        assert_ne!(wider, tail);
+        format!("{head}{wider}")
+    });
+    assert_ne!(plain(&back), plain(&before));
+    let widest = |s: &Scenario| {
+        let width = |l: &Lanelet| (l.left.points[0] - l.right.points[0]).norm();
+        s.network.lanelets.iter().map(width).fold(0.0, f64::max)
+    };
+    assert!((widest(&back) - 4.5).abs() < 0.02, "{}", widest(&back));
+}
+
+#[test]
+fn bodies_roles_and_ids_are_those_of_before() {
+    let xml = small::scenario().replace("dynamicObstacle id=\"20\"", "dynamicObstacle id=\"0\"");
+    let (before, back) = again(&xml, |roads| roads);
+    let mut seen = 0;
+    for obstacle in &before.obstacles {
+        let solid = matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic);
+        let Some(footprint) = obstacle.footprint.as_ref().filter(|_| solid) else {
+            continue;
+        };
+        if obstacle.track().iter().next().is_none() {
+            continue;
+        }
+        let id = obstacle.id;
+        let same = back.obstacle(id).unwrap_or_else(|| panic!("{id} is gone"));
+        assert_eq!(same.role, obstacle.role, "{id}");
+        assert_eq!(same.kind, obstacle.kind, "{id}");
+        let shape = same.footprint.as_ref().unwrap().shape();
+        assert_eq!(shape, footprint.shape(), "{id}");
+        for (step, motion) in obstacle.track().iter() {
+            let there = same.motion_at(step).unwrap();
+            let away = (there.pose.position - motion.pose.position).norm();
+            assert!(away < 1e-3, "{id} at {step}: {away}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "{seen}");
+    assert!(before.obstacle(0).is_some());
+}
