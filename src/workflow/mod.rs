@@ -41,6 +41,7 @@ mod monitor;
 mod open;
 mod original;
 mod plan;
+mod planner_failure;
 mod scenario_filter;
 mod sentence;
 mod simulator_export;
@@ -79,9 +80,8 @@ pub use monitor::{
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
 pub use original::{Attacker, VariantOrigin};
-pub use plan::{
-    PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
-};
+pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
+pub use planner_failure::PlannerFailure;
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_of, nearest,

@@ -64,7 +64,7 @@ const PHRASES: &[(&str, Term)] = &[
     ("leading", Term::Place(P::Ahead)),
     ("cut* in", Term::Manoeuvre(&[K::CutIn])),
     ("cut-in*|cutin*|merg*", Term::Manoeuvre(&[K::CutIn])),
-    ("chang* lane*|the lane", Term::Manoeuvre(&[K::CutIn])),
+    ("chang* lane|lanes", Term::Manoeuvre(&[K::CutIn])),
     (
         "brak* hard|suddenly|sharply",
         Term::Manoeuvre(&[K::HardBrake]),
@@ -117,7 +117,7 @@ const PHRASES: &[(&str, Term)] = &[
     ),
     ("in front of the ego|me|us", Term::Filler),
     (
-        "comes|come|coming|suddenly|a|an|the|and|with|of|to|into|ego|ego's|its|path|lane|way|another|one|that|who|which|is|hard|late|across|off|out|at|junction|intersection|crossing|or|parked|standing|stopped|waiting",
+        "comes|come|coming|suddenly|a|an|the|and|with|of|to|into|ego|ego's|its|path|lane|way|another|one|that|who|which|is|at|junction|intersection|crossing|or|parked|standing|stopped|waiting",
         Term::Filler,
     ),
 ];
@@ -227,6 +227,10 @@ mod tests {
 
     #[test]
     fn what_is_not_understood_is_named() {
+        assert_eq!(
+            read_wish("a car does not cut in").not_understood,
+            ["does", "not"]
+        );
         let read = read_wish("a giraffe cuts in quietly");
         assert_eq!(read.wish.manoeuvres, [K::CutIn]);
         assert_eq!(read.not_understood, ["giraffe", "quietly"]);

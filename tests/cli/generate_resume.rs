@@ -160,8 +160,17 @@ const ASKED: [&str; 14] = [
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_a_model_wrote_is_taken_over_too() {
     let home = Home::new();
-    // What the search found passes the gate also where a model says it.
-    let search = ["generate", CUT_IN, "--attacker", "301", "--json"];
+    // What the search found passes the gate also where a model says it. Answers have no negative gaps, which the search
+    // uses with most seeds.
+    let search = [
+        "generate",
+        CUT_IN,
+        "--attacker",
+        "301",
+        "--seed",
+        "5",
+        "--json",
+    ];
     let searched = tokio::task::block_in_place(|| home.run(&[&search[..], &FEW[..]].concat()));
     let answer = json!({
         "obstacle": 301, "waypoints": null, "justification": "It is near.",

@@ -56,18 +56,22 @@ def start(hello):
     horizon = int(planning.planning.planning_horizon / hello["dt"])
     there, own = set(), [hello["first_step"]]
 
-    def corrected(ego, step):
-        """The planner goes on from its own state; where the ego is elsewhere, from that."""
-        x_0 = interface.x_0
-        off = math.hypot(x_0.position[0] - ego["x"], x_0.position[1] - ego["y"])
-        if off < 1e-3 and abs(x_0.velocity - ego["velocity"]) < 1e-3:
-            return
-        state = ReactivePlannerState(
+    def state_of(ego, step):
+        return ReactivePlannerState(
             time_step=step, position=np.array([ego["x"], ego["y"]]), orientation=ego["heading"],
             velocity=ego["velocity"], acceleration=ego["acceleration"], yaw_rate=ego["yaw_rate"],
             steering_angle=ego["steering"])
-        interface.x_0 = state
-        interface.x_cl = interface.planner._compute_initial_states(state)
+
+    def apart(state, ego):
+        return math.hypot(state.position[0] - ego["x"], state.position[1] - ego["y"])
+
+    def corrected(ego, step):
+        """The planner goes on from its own state; where the ego is elsewhere, from that."""
+        x_0 = interface.x_0
+        if apart(x_0, ego) < 1e-3 and abs(x_0.velocity - ego["velocity"]) < 1e-3:
+            return
+        interface.x_0 = state_of(ego, step)
+        interface.x_cl = interface.planner._compute_initial_states(interface.x_0)
 
     def plan(now):
         step = now["step"]
@@ -92,7 +96,11 @@ def start(hello):
         interface.planner.predictionsForCpp.clear()
         interface.update_planner(scenario, predictions)
         found, _ = interface.step_interface(step)
-        return found.state_list if found else None
+        if not found:
+            return None
+        first, *later = found.state_list
+        # In sharp bends its coordinates along the path jump: that step counts as one that no vehicle can drive.
+        return [first if apart(first, now["ego"]) < 0.05 else state_of(now["ego"], step), *later]
 
     return plan
 

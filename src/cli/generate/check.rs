@@ -20,7 +20,7 @@ const ROUNDING: f64 = 5e-5;
 /// What the gate finds, for programs.
 #[derive(Serialize, JsonSchema)]
 pub struct CheckDocument {
-    /// Whether the variant passes the gate.
+    /// Whether the variant passes the gate and what its manifest claims holds.
     passed: bool,
     /// Whose limits it is held to: human or limit.
     style: &'static str,
@@ -113,6 +113,14 @@ pub fn run(
         .with_attackers(attackers.unwrap_or(MOST_ATTACKERS));
     let found = gate.compare(&changed, None);
     let proofs = verify_variant(variant);
+    let manifest = variant.with_extension("json");
+    if proofs.is_none() && manifest.is_file() {
+        return Err(Failure::input(format!(
+            "{}: not a manifest of {}: it is damaged, or of another variant; restore it, or move it away to check the motion alone",
+            manifest.display(),
+            variant.display()
+        )));
+    }
     if as_json {
         let motions = found.changed.iter().map(|one| {
             let wrong = one.verdict.as_ref().err();
@@ -130,7 +138,7 @@ pub fn run(
             }
         });
         output::document(&CheckDocument {
-            passed: found.passed(),
+            passed: found.passed() && proofs.as_ref().is_none_or(VariantProofs::hold),
             style: style.name(),
             rejected: found.refusals.iter().map(refusal).collect(),
             changed: motions.collect(),
@@ -206,7 +214,10 @@ fn manifest_words(proofs: &VariantProofs) -> String {
             ),
             Err(fault) => output::visible(fault).into(),
         };
-        words.push_str(&format!("good driver, {} s: {said}\n", one.delay));
+        words.push_str(&format!(
+            "good driver with a reaction time of {} s: {said}\n",
+            one.delay
+        ));
     }
     words
 }

@@ -107,7 +107,7 @@ pub struct GenerateArguments {
     )]
     attacker: Vec<i64>,
     /// Search only for attacks that these words describe: who, which manoeuvre, from where. \"a cyclist comes from behind
-    /// the parked van\", \"a car cuts in from the left lane\". What is understood is printed; see `nearmiss help generating`.
+    /// the parked van\", \"a car cuts in from the left lane\". What is understood is printed; see `nearmiss help wishes`.
     #[arg(long, value_name = "WORDS", conflicts_with = "check")]
     wish: Option<String>,
     /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome

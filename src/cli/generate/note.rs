@@ -34,6 +34,15 @@ impl Generated {
         if let Some(effect) = effect {
             notes.extend(uncounted(effect));
             let driver = self.workshop.closed.driver();
+            // Of a planner that is a process: ours plans only what the vehicle can do.
+            if effect.drive.external.is_some()
+                && let Some(beyond) = effect.drive.beyond_vehicle()
+            {
+                notes.push(format!(
+                    "the planner asks for what the vehicle cannot do at {}",
+                    output::counted(beyond.steps, "step")
+                ));
+            }
             if effect.between.is_some()
                 && let Some(found) = driver.touched_between_by(&effect.scenario, &effect.drive)
             {

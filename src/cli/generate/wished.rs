@@ -10,22 +10,23 @@ pub fn read(words: &str) -> Result<Wish, Failure> {
         wish,
         not_understood,
     } = read_wish(words);
-    let left_out: Vec<_> = not_understood
+    let unknown: Vec<_> = not_understood
         .iter()
-        .map(|word| output::visible(word))
+        .map(|word| format!("`{}`", output::visible(word)))
         .collect();
+    // What is left out would widen the search, or turn it round.
+    if !unknown.is_empty() {
+        return Err(Failure::input(format!(
+            "--wish: {} not understood: use other words or leave them out, see `nearmiss help wishes`; --attacker names an obstacle by its id, --attackers how many attack together",
+            unknown.join(", ")
+        )));
+    }
     if wish.is_empty() {
         return Err(Failure::input(format!(
-            "--wish: none of the words in `{}` says who attacks, how, or from where; try \"a car cuts in from the left lane\", and see `nearmiss help generating`",
+            "--wish: none of the words in `{}` says who attacks, how, or from where; try \"a car cuts in from the left lane\", and see `nearmiss help wishes`",
             output::visible(words)
         )));
     }
     output::say(&format!("nearmiss: wish: {wish}"));
-    if !left_out.is_empty() {
-        output::say(&format!(
-            "nearmiss: wish: not understood, left out: {}",
-            left_out.join(", ")
-        ));
-    }
     Ok(wish)
 }

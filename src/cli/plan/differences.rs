@@ -100,7 +100,10 @@ fn of(
         scenarios: both.len(),
         first: whole(both.iter().map(|pair| pair.0).sum()),
         second: whole(both.iter().map(|pair| pair.1).sum()),
-        test: PairedTest::of_differences(&differences),
+        // One scenario says nothing about how much they differ.
+        test: (differences.len() > 1)
+            .then(|| PairedTest::of_differences(&differences))
+            .flatten(),
         is_rule: false,
         is_share: false,
     }

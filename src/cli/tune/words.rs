@@ -2,6 +2,7 @@
 
 use super::Tuned;
 use crate::cli::output::{self, counted, table_lines};
+use crate::evaluation::statistics::FEWEST;
 use crate::workflow::tune::{
     Candidate, CostMeasure, DevPart, TuneOutcome, TunePlan, template_diff,
 };
@@ -32,6 +33,12 @@ pub fn parts(plan: &TunePlan, test_scenarios: usize) -> Vec<String> {
             counted(test_scenarios, "scenario")
         ),
     ];
+    let (scenarios, _, _) = plan.counts(DevPart::Selection);
+    if scenarios < FEWEST as usize {
+        lines.push(format!(
+            "no gain can be found: that takes at least {FEWEST} scenarios in the selection part"
+        ));
+    }
     if !plan.division.by_map {
         lines.push("too few maps: scenarios on the same map are in both parts".into());
     }

@@ -71,7 +71,7 @@ impl Screen for WishScreen {
         if !read.not_understood.is_empty() {
             let words = read.not_understood.join(", ");
             let style = Style::new().fg(model.theme.warning);
-            let words = format!("not understood, left out: {words}");
+            let words = format!("not understood: {words}");
             lines.push(Line::styled(visible(&words).into_owned(), style));
         }
         lines.push(Line::default());
@@ -87,7 +87,12 @@ impl Screen for WishScreen {
 
 impl WishScreen {
     fn begin(&mut self, model: &mut Model) -> Step {
-        let wish = read_wish(&self.typed).wish;
+        let read = read_wish(&self.typed);
+        if !read.not_understood.is_empty() {
+            model.say("use other words for what is not understood, or leave it out");
+            return Step::stay();
+        }
+        let wish = read.wish;
         if wish.is_empty() {
             model.say("none of the words says who attacks, how, or from where");
             return Step::stay();
