@@ -23,31 +23,35 @@ impl EvasiveTrajectory {
     #[must_use]
     pub fn review(&self, closed: &ClosedLoop, effect: &Effect) -> EvasiveReview {
         let driver = closed.driver();
-        let roadway = effect.scenario.network.drivable_area(Some(RoadUser::Car));
-        let body = driver.road().body();
-        let mut later = self
-            .drive
-            .states
-            .iter()
-            .filter(|(step, _)| *step > self.reaction);
-        let squares = later.clone().map(|(_, state)| {
+        let later = { self.drive.states.iter() }.filter(|(step, _)| *step > self.reaction);
+        let used = later.map(|(_, state)| {
             let across = state.velocity * state.velocity * state.curvature;
             state.acceleration.hypot(across)
         });
-        let on_roadway =
-            |state: &VehicleState| roadway.covers(&body.at(state.centre(&self.drive.limits).pose));
-        let mut until = { self.drive.states.iter() }.filter(|(step, _)| *step <= self.reaction);
-        let was_on = until
-            .next_back()
-            .is_some_and(|(_, state)| on_roadway(state));
         EvasiveReview {
-            acceleration: squares.fold(0.0, f64::max),
+            acceleration: used.fold(0.0, f64::max),
             rules: self
                 .drive
                 .rules(&effect.scenario, driver.problem(), driver.settings()),
-            leaves_roadway: { later.find(|(_, state)| was_on && !on_roadway(state)) }
-                .map(|(step, _)| *step),
+            leaves_roadway: self.leaves_roadway(closed, effect),
         }
+    }
+
+    fn leaves_roadway(&self, closed: &ClosedLoop, effect: &Effect) -> Option<i64> {
+        let network = &effect.scenario.network;
+        if network.lanelets.iter().all(|l| l.may_use(RoadUser::Car)) {
+            // It is on the road all the time.
+            return None;
+        }
+        let roadway = network.drivable_area(Some(RoadUser::Car));
+        let body = closed.driver().road().body();
+        let is_on =
+            |state: &VehicleState| roadway.covers(&body.at(state.centre(&self.drive.limits).pose));
+        let (until, later): (Vec<_>, Vec<_>) =
+            { self.drive.states.iter() }.partition(|(step, _)| *step <= self.reaction);
+        until.last().filter(|(_, state)| is_on(state))?;
+        let left = later.iter().find(|(_, state)| !is_on(state));
+        left.map(|(step, _)| *step)
     }
 }
 

@@ -1,13 +1,14 @@
 //! A variant's complete record, as JSON.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
 use super::variant::{OTHERS, PROGRAM};
 use super::{
-    AttackerEffect, Certificate, Consequence, Effect, EvasiveTrajectory, Finder, Refusal,
-    RiskCurve, SearchEffort, Variant, VariantFiles,
+    AttackerEffect, Certificate, Consequence, Effect, EvasiveReview, EvasiveTrajectory, Finder,
+    Refusal, RiskCurve, SearchEffort, Variant, VariantFiles,
 };
 use crate::scenario::ContentHash;
 use crate::simulation::{Collision, ContactSide, PlannerFault, Rollout};
@@ -182,12 +183,22 @@ fn curve(curve: &RiskCurve) -> Value {
 /// An answer for each reaction time, each with its proof.
 fn certificates(variant: &Variant<'_>, saved: &VariantFiles) -> Value {
     let all = variant.avoidability.certificates.iter();
+    // Several reaction times often share a trajectory.
+    let mut last: Option<(&Arc<EvasiveTrajectory>, EvasiveReview)> = None;
     let all = all.map(|(delay, certificate)| {
         let file = saved.avoiding.iter().find(|(of, _)| of == delay);
         let answer = match certificate {
             Certificate::Avoided(avoidance) => {
                 let file = file.map(|(_, path)| name(path));
-                avoided(variant, avoidance, file)
+                let known = last
+                    .take()
+                    .filter(|(known, _)| Arc::ptr_eq(known, avoidance));
+                let review = known.map(|(_, review)| review);
+                let review =
+                    review.unwrap_or_else(|| avoidance.review(variant.closed, variant.effect));
+                let answer = avoided(avoidance, &review, file);
+                last = Some((avoidance, review));
+                answer
             }
             Certificate::NotFound(nothing) => json!({
                 "avoided": false,
@@ -200,8 +211,7 @@ fn certificates(variant: &Variant<'_>, saved: &VariantFiles) -> Value {
     Value::Object(all.collect())
 }
 
-fn avoided(variant: &Variant<'_>, avoidance: &EvasiveTrajectory, file: Option<String>) -> Value {
-    let review = avoidance.review(variant.closed, variant.effect);
+fn avoided(avoidance: &EvasiveTrajectory, review: &EvasiveReview, file: Option<String>) -> Value {
     let manoeuvre = match avoidance.found {
         Finder::Manoeuvre(m) => Some(json!({
             "acceleration": m.acceleration,
