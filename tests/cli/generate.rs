@@ -70,7 +70,7 @@ fn a_variant_is_written_that_passes_the_gate_and_opens_again() {
 
 /// Checks a variant of `CUT_IN` with its files as they are, with one that was changed, and with a damaged manifest.
 fn what_the_manifest_claims_is_checked(home: &Home, variant: &str) {
-    home.write("original.xml", &bundled_xml(CUT_IN));
+    home.write("original.xml", bundled_xml(CUT_IN));
     let check = || home.run(&["generate", "original.xml", "--check", variant, "--json"]);
     let said = check().status(0).json();
     assert!(said["manifest"]["files"].as_u64().unwrap() >= 3, "{said}");

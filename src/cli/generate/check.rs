@@ -212,7 +212,7 @@ fn manifest_words(proofs: &VariantProofs) -> String {
                 "touches nothing and stays on the road, {}",
                 output::counted(*steps, "step")
             ),
-            Err(fault) => output::visible(fault).into(),
+            Err(fault) => output::visible(fault),
         };
         words.push_str(&format!(
             "good driver with a reaction time of {} s: {said}\n",
