@@ -111,30 +111,25 @@ impl Driver {
     #[must_use]
     pub fn fault_of(&self, scenario: &Scenario, track: &Track) -> Option<MotionFault> {
         let (body, without) = (self.road().body(), self.settings().without);
-        let mut was_on = false;
+        // A goal ends nothing here.
+        let mut look = Look::new(self, scenario, i64::MAX);
         let mut before: Option<(i64, Pose)> = None;
         track.iter().find_map(|(step, motion)| {
-            let placed = body.at(motion.pose);
             let way = before.replace((step, motion.pose));
             let way = way.filter(|(earlier, _)| earlier + 1 == step);
-            let between = way.and_then(|(earlier, pose)| {
-                let way = (pose, motion.pose);
-                Some((
-                    earlier,
-                    touches_between(scenario, body, way, earlier, without)?,
-                ))
-            });
-            if let Some((after, with)) = between {
-                return Some(MotionFault::Between { after, with });
-            }
-            if let Some(contact) = Collision::at(scenario, &placed, step, without) {
+            let state = VehicleState::of_centre(motion, 0.0, self.limits());
+            let there = look.at(step, &state);
+            if let Some(Outcome::Collision(contact)) = there {
                 return Some(MotionFault::Contact(contact));
             }
-            let state = VehicleState::of_centre(motion, 0.0, self.limits());
-            let on = self.road().holds(&state, self.limits());
-            let left = was_on && !on;
-            was_on |= on;
-            left.then_some(MotionFault::OffRoad(step))
+            // What is touched on the way comes before what is left at its end.
+            let between = way.and_then(|(after, pose)| {
+                let way = (pose, motion.pose);
+                let with = touches_between(scenario, body, way, after, without)?;
+                Some(MotionFault::Between { after, with })
+            });
+            let off_road = || matches!(there, Some(Outcome::OffRoad));
+            between.or_else(|| off_road().then_some(MotionFault::OffRoad(step)))
         })
     }
 

@@ -90,7 +90,7 @@ pub use sentence::{NotUnderstood, Sentence};
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
 pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
-pub use variant_record::VariantRecord;
+pub use variant_record::{VariantRecord, good_driver_words};
 pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
 pub use wish::{ReadWish, read_wish};
 

@@ -88,12 +88,25 @@ impl VariantRecord {
 }
 
 fn good_driver(certificate: &Value) -> Vec<(&'static str, String)> {
-    let used = certificate["max_acceleration"].as_f64();
-    let used = used.map(|used| ("uses", format!("up to {used:.1} m/s²")));
     let broken = certificate["rules_broken"].as_array().into_iter().flatten();
     let broken: Vec<String> = broken.map(word).collect();
-    let broken = (!broken.is_empty()).then(|| ("breaks", broken.join(", ")));
-    let left = certificate["leaves_roadway_step"].as_i64();
+    good_driver_words(
+        certificate["max_acceleration"].as_f64(),
+        &broken.join(", "),
+        certificate["leaves_roadway_step"].as_i64(),
+    )
+}
+
+/// What a good driver does, line by line: the acceleration (m/s²) that it uses, the rules that it breaks, and the step at
+/// which it leaves the lanelets of cars.
+#[must_use]
+pub fn good_driver_words(
+    used: Option<f64>,
+    broken: &str,
+    left: Option<i64>,
+) -> Vec<(&'static str, String)> {
+    let used = used.map(|used| ("uses", format!("up to {used:.1} m/s²")));
+    let broken = (!broken.is_empty()).then(|| ("breaks", broken.to_owned()));
     let left = left.map(|step| ("leaves", format!("the lanelets of cars at step {step}")));
     used.into_iter().chain(broken).chain(left).collect()
 }

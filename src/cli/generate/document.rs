@@ -15,9 +15,8 @@ use crate::generation::{
 };
 use crate::verdict::Motion;
 
-/// Documents a scenario's variant.
-pub fn document(generated: &Generated, saved: Option<&VariantFiles>, by: &str) -> Value {
-    let mut line = unsaved(generated, by);
+/// The line of a scenario's variant with its refusals, and with where it was saved.
+pub fn document(generated: &Generated, saved: Option<&VariantFiles>, mut line: Value) -> Value {
     line["rejected"] = generated.refusals().iter().map(refusal).collect();
     if let Some(saved) = saved {
         place(&mut line, &saved.id, &saved.scenario, &saved.ego);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::document;
 use super::line::Line;
@@ -54,13 +54,14 @@ impl Job<'_> {
 
     fn made(&mut self, generated: &Generated) -> Result<ControlFlow<()>, Failure> {
         // Files first: who reads a line finds them.
-        let saved = self.save(generated)?;
+        let line = document::unsaved(generated, self.by);
+        let saved = self.save(generated, &line)?;
         if let Some(authored) = &generated.authored {
             for words in document::said(authored) {
                 output::say(&format!("nearmiss: {}: {words}", generated.file));
             }
         }
-        let document = document::document(generated, saved.as_ref(), self.by);
+        let document = document::document(generated, saved.as_ref(), line);
         self.tell(&Line::from_document(document).map_err(Failure::input)?)
     }
 
@@ -82,7 +83,7 @@ impl Job<'_> {
         })
     }
 
-    fn save(&self, generated: &Generated) -> Result<Option<VariantFiles>, Failure> {
+    fn save(&self, generated: &Generated, line: &Value) -> Result<Option<VariantFiles>, Failure> {
         let (Some(folder), Some(chosen)) = (self.folder, &generated.made.chosen) else {
             return Ok(None);
         };
@@ -99,7 +100,7 @@ impl Job<'_> {
         }
         let made = json!({
             "settings": generated.settings,
-            "line": document::unsaved(generated, self.by),
+            "line": line,
         });
         let author = generated.author();
         let variant = Variant {

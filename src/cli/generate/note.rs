@@ -68,13 +68,15 @@ impl Generated {
 }
 
 impl Generated {
-    /// That several were asked to attack and one does, though it reaches no collision that a good driver avoids.
+    /// That several were asked to attack and one does, though it reaches no collision that a good driver avoids with the
+    /// reaction time that was asked for.
     fn alone_after_all(&self) -> Option<String> {
         let chosen = self.made.chosen.as_ref()?;
         let effect = chosen.attack.effect.as_ref()?;
         let asked = self.settings["attackers"].as_u64()?;
-        let best = matches!(effect.consequence, Consequence::Collision(_))
-            && chosen.avoidability.latest().is_some();
+        let survived = chosen.avoidability.at(self.settings["survive"].as_f64()?);
+        let best =
+            matches!(effect.consequence, Consequence::Collision(_)) && survived == Some(true);
         (asked > 1 && effect.attackers.len() == 1 && !best)
             .then(|| "no second attacker makes it worse".into())
     }

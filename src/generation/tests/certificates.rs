@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{attack, behind_a_car, braking};
+use super::{CAR, attack, behind_a_car, braking};
 use crate::generation::{
-    Attack, Avoidability, Certificate, DELAYS, Effect, EvasiveTrajectory, Unavoidable, choose,
+    Attack, Avoidability, Certificate, DELAYS, Effect, EvasiveTrajectory, Finder, SearchEffort,
+    Unavoidable, choose,
 };
-use crate::planner::{Feasibility, Forecast};
-use crate::simulation::Collision;
+use crate::planner::{Feasibility, Forecast, VehicleState};
+use crate::scenario::{RoadUser, Sample, Scenario, Track};
+use crate::simulation::{Collision, MotionFault};
 
 /// Asks everything of a certificate again, by other ways than the search.
 fn proves(avoidance: &EvasiveTrajectory, effect: &Effect, reaction: i64) {
@@ -46,6 +48,91 @@ fn a_stop_far_ahead_is_avoided_also_by_who_reacts_late() {
         assert!(Arc::ptr_eq(avoidance, longest));
     }
     assert_eq!(found.at(0.7), None);
+}
+
+#[test]
+fn a_review_says_how_hard_a_way_out_is_and_where_it_leaves_the_lanelets_of_cars() {
+    let closed = behind_a_car(60.0, Forecast::Lane);
+    let mut effect = closed.effect(&braking(&closed, 5, 9.0).into()).unwrap();
+    let found = Avoidability::search(&closed, &effect);
+    let (delay, longest) = found.latest().unwrap();
+    assert_eq!(delay, 1.5);
+    let review = longest.review(&closed, &effect);
+    let limit = longest.drive.limits.acceleration;
+    assert!(
+        (1.0..limit * 1.001).contains(&review.acceleration),
+        "{review:?}"
+    );
+    assert_eq!(review.leaves_roadway, None);
+    // It goes on where cars may use only what the ego is on while it does not react.
+    let goes_on = EvasiveTrajectory {
+        drive: closed.baseline().drive().clone(),
+        reaction: longest.reaction,
+        found: Finder::Unchanged,
+        searched: SearchEffort::default(),
+    };
+    let mut scenario = Scenario::clone(&effect.scenario);
+    let states = &goes_on.drive.states;
+    let reacted = states.partition_point(|(step, _)| *step <= goes_on.reaction);
+    let (before, after) = states.split_at(reacted);
+    let centre = |state: &VehicleState| state.centre(&goes_on.drive.limits).pose;
+    let here = centre(&before.last().unwrap().1);
+    let there = scenario.network.lanelets_at(&here.position);
+    for lanelet in &mut scenario.network.lanelets {
+        let on = there.contains(&lanelet.id);
+        lanelet.users_one_way = vec![if on {
+            RoadUser::Car
+        } else {
+            RoadUser::Pedestrian
+        }];
+        lanelet.users_bidirectional.clear();
+    }
+    let roadway = scenario.network.drivable_area(Some(RoadUser::Car));
+    let body = closed.driver().road().body();
+    let left = { after.iter() }.find(|(_, state)| !roadway.covers(&body.at(centre(state))));
+    effect.scenario = Arc::new(scenario);
+    let review = goes_on.review(&closed, &effect);
+    assert_eq!(review.leaves_roadway, left.map(|(step, _)| *step));
+    assert!(review.leaves_roadway.is_some());
+}
+
+#[test]
+fn a_motion_that_touches_or_leaves_the_road_is_a_fault() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let (driver, scenario) = (closed.driver(), closed.scenario());
+    let drive = closed.baseline().drive();
+    let track = drive.track();
+    assert_eq!(driver.fault_of(scenario, &track), None);
+    let moved = |left: f64, ahead: f64, from: i64| {
+        let motions = track.iter().map(|(step, motion)| {
+            let mut motion = *motion;
+            if step >= from {
+                let (forward, aside) = (motion.pose.forward(), motion.pose.left());
+                motion.pose.position += forward * ahead + aside * left;
+            }
+            Sample {
+                step,
+                position: motion.pose.position,
+                heading: Some(motion.pose.heading),
+                velocity: Some(motion.velocity),
+                acceleration: Some(motion.acceleration),
+            }
+        });
+        Track::new(motions.collect(), driver.dt(), None)
+    };
+    let fault = |left, ahead, from| driver.fault_of(scenario, &moved(left, ahead, from));
+    assert!(
+        matches!(fault(0.0, 25.0, 7), Some(MotionFault::Contact(c)) if c.with == CAR && c.step == 7)
+    );
+    // Through the car and out of it before the next step.
+    assert_eq!(
+        fault(0.0, 60.0, 7),
+        Some(MotionFault::Between {
+            after: 6,
+            with: CAR
+        })
+    );
+    assert_eq!(fault(-40.0, 0.0, 7), Some(MotionFault::OffRoad(7)));
 }
 
 #[test]

@@ -8,9 +8,9 @@ use crate::scenario::{ContentHash, Transform};
 use crate::tui::action::Action;
 use crate::tui::loaded::{
     AuthoringProgress, Authorship, GeneratedVariant, GenerationStage, Opened, SavedVariant,
-    VariantShown,
+    VariantRequest, VariantShown,
 };
-use crate::tui::message::JobId;
+use crate::tui::message::{Effect, JobId, JobRequest};
 
 /// Variants that are kept; beyond, the oldest go.
 const MOST: usize = 8;
@@ -80,6 +80,17 @@ impl GenerationState {
         if self.kept.len() > MOST {
             self.kept.remove(0);
         }
+    }
+
+    /// Begins a job under `id` about the scenario at a place of the list.
+    pub fn begin(&mut self, id: JobId, place: usize, request: Box<VariantRequest>) -> Effect {
+        self.under_way = Some(Search {
+            id,
+            place,
+            at: None,
+            waits: None,
+        });
+        Effect::Start(id, JobRequest::Generate(request))
     }
 
     /// The variant of a scenario.

@@ -11,8 +11,8 @@ use crate::description::visible;
 use crate::tui::action::Action;
 use crate::tui::keymap::Key;
 use crate::tui::loaded::VariantRequest;
-use crate::tui::message::{Effect, JobId, JobRequest};
-use crate::tui::model::{Model, Search};
+use crate::tui::message::JobId;
+use crate::tui::model::Model;
 use crate::tui::widgets::hints::Hint;
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::thousands;
@@ -83,14 +83,8 @@ impl AttackScreen {
             return Step::close();
         };
         let id = JobId(model.new_id());
-        model.maker.under_way = Some(Search {
-            id,
-            place: self.place,
-            at: None,
-            waits: None,
-        });
         model.say(self.reply.clone());
-        Step::Close(vec![Effect::Start(id, JobRequest::Generate(request))])
+        Step::Close(vec![model.maker.begin(id, self.place, request)])
     }
 
     fn text(&self, model: &Model) -> Text<'static> {

@@ -10,8 +10,8 @@ use super::{Screen, Step};
 use crate::description::visible;
 use crate::tui::keymap::{Code, Key, edit_line, first_line};
 use crate::tui::loaded::VariantRequest;
-use crate::tui::message::{Effect, JobId, JobRequest};
-use crate::tui::model::{Model, Search};
+use crate::tui::message::{Effect, JobId};
+use crate::tui::model::Model;
 use crate::tui::widgets::hints::{Hint, fixed};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::fit_end;
@@ -101,14 +101,8 @@ impl WishScreen {
             return Step::close();
         };
         let id = JobId(model.new_id());
-        model.maker.under_way = Some(Search {
-            id,
-            place: self.place,
-            at: None,
-            waits: None,
-        });
         model.say(format!("searching for an attack: {wish}…"));
         request.wish = Some(wish);
-        Step::Close(vec![Effect::Start(id, JobRequest::Generate(request))])
+        Step::Close(vec![model.maker.begin(id, self.place, request)])
     }
 }

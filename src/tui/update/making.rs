@@ -17,7 +17,7 @@ use super::super::loaded::{
     GeneratedVariant, GenerationOutcome, GenerationProgress, Opened, VariantRequest, VariantShown,
     Writer,
 };
-use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
+use super::super::message::{Effect, JobId, OpenId, Update};
 use super::super::model::{
     Drives, JobKind, Model, Search, consequence_words, forecast_words, listed,
 };
@@ -139,13 +139,7 @@ fn begin(
         return Vec::new();
     };
     let id = JobId(model.new_id());
-    model.maker.under_way = Some(Search {
-        id,
-        place,
-        at: None,
-        waits: None,
-    });
-    vec![Effect::Start(id, JobRequest::Generate(request))]
+    vec![model.maker.begin(id, place, request)]
 }
 
 /// The work of making what is open dangerous, and its place in the list.

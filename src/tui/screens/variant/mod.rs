@@ -24,6 +24,7 @@ use crate::tui::widgets::lines::{self, Lines};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::hundredths;
 use crate::verdict::{Manoeuvre, Motion};
+use crate::workflow::good_driver_words;
 
 /// The variant that was made.
 #[derive(Debug, Default)]
@@ -273,13 +274,9 @@ fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         }
     }
     if let Some(driver) = &made.good_driver {
-        lines.say("uses", &format!("up to {:.1} m/s²", driver.acceleration));
-        let broken = driver.broken();
-        if !broken.is_empty() {
-            lines.say("breaks", &broken.join(", "));
-        }
-        if let Some(step) = driver.leaves_roadway {
-            lines.say("leaves", &format!("the lanelets of cars at step {step}"));
+        let (used, broken) = (driver.acceleration, driver.broken().join(", "));
+        for (name, words) in good_driver_words(Some(used), &broken, driver.leaves_roadway) {
+            lines.say(name, &words);
         }
     }
 }
