@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss::formats::commonroad::{ProblemSolution, Solution, read_file, write_solution};
-use nearmiss::formats::{EgoError, bundled, find_recording, read_ego, write_recording};
+use nearmiss::formats::{
+    EgoError, bundled, find_recording, read_ego, write_recording, write_sized_recording,
+};
 use nearmiss::scenario::{Ego, EgoSource, Scenario, Severity, Track, VehicleModel, VehicleType};
 
 #[path = "egos/log.rs"]
@@ -45,6 +47,34 @@ fn warnings(ego: &Ego) -> Vec<&str> {
 fn error(text: &str, scenario: &Scenario) -> String {
     let error = read_ego(text.as_bytes(), "f", scenario, None).unwrap_err();
     error.to_string()
+}
+
+#[test]
+fn the_size_of_the_vehicle_is_written_and_read_back_or_refused() {
+    let (scenario, ego) = recorded(CUT_IN);
+    let csv = write_sized_recording(ego.id, &ego.track, (9.5, 2.5)).unwrap();
+    let again = read_ego(&csv, "again.csv", &scenario, None).unwrap();
+    assert_eq!(again.footprint.shape().size(), (9.5, 2.5));
+    let assumed = |ego: &Ego| {
+        ego.diagnostics
+            .iter()
+            .any(|d| d.message.contains("no size"))
+    };
+    assert!(!assumed(&again));
+    let text = String::from_utf8(csv).unwrap();
+    let row = text.lines().nth(2).unwrap();
+    for (size, said) in [
+        ("0,2.5", "line 3: column `length` is `0`"),
+        ("9.5,101", "line 3: column `width` is `101`"),
+        ("9.4,2.5", "line 3: columns `length` and `width` differ"),
+    ] {
+        let changed = text.replace(row, &row.replace("9.5,2.5", size));
+        let error = error(&changed, &scenario);
+        assert!(error.contains(said), "{error}");
+    }
+    let without = text.replace(",9.5,2.5", ",,");
+    let usual = read_ego(without.as_bytes(), "f", &scenario, None).unwrap();
+    assert!(assumed(&usual));
 }
 
 #[test]

@@ -248,6 +248,13 @@ fn an_export_opened_again_is_the_same_scene() {
         let ego = again.recorded_ego(&scenario).unwrap().unwrap();
         let back = Scene::new(scenario, ego);
         assert_eq!(back.scenario.dt(), scene.scenario.dt());
+        let (read, kept) = (&back.scenario.network, &scene.scenario.network);
+        assert_eq!(read.signs, kept.signs, "{}", entry.name);
+        assert_eq!(read.lights, kept.lights, "{}", entry.name);
+        for (a, b) in read.lanelets.iter().zip(&kept.lanelets) {
+            assert_eq!((a.id, &a.signs, &a.lights), (b.id, &b.signs, &b.lights));
+            assert_eq!(a.stop_line, b.stop_line);
+        }
         for step in scene.steps() {
             let (a, b) = (scene.ego_at(step).unwrap(), back.ego_at(step).unwrap());
             assert!((a.pose.position - b.pose.position).norm() < 1e-3);

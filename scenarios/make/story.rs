@@ -116,6 +116,7 @@ impl Story {
         };
         let xml = commonroad::write(&Scenario {
             header: Header {
+                other_format: None,
                 benchmark_id: self.name.to_string(),
                 version: "2020a".into(),
                 time_step_size: DT,

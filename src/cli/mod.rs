@@ -9,6 +9,7 @@ mod crash;
 mod declared;
 mod describe;
 mod doctor;
+mod doubts;
 mod evaluate;
 mod experiment;
 mod export;
@@ -91,7 +92,7 @@ pub struct Arguments {
 pub enum Command {
     /// Show what a scenario contains, and its errors with line numbers.
     Inspect(inspect::Inspect),
-    /// Write scenarios as CommonRoad 2020a XML.
+    /// Write scenarios as CommonRoad 2020a XML, or as OpenSCENARIO XML with OpenDRIVE.
     Convert(convert::Convert),
     /// Compute every safety measure of every obstacle at every step.
     Metrics(metrics::Metrics),

@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::doubts::doubts;
 use super::plan::as_ego;
 use super::side_files::without_side_files;
 use super::{Arguments, Failure, output};
@@ -14,7 +15,7 @@ use crate::formats::{
 };
 use crate::metrics::Thresholds;
 use crate::prompts::{Pack, Techniques};
-use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
+use crate::scenario::{Scenario, Scene};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::system::unknown;
 use crate::verdict::Task;
@@ -270,43 +271,6 @@ pub fn not_opened(error: OpenError) -> Failure {
 fn with_doubts(entry: &Entry, scene: Arc<Scene>) -> Opened {
     let doubts = doubts(entry, &scene);
     (scene, doubts)
-}
-
-/// Warnings about a scenario and its ego.
-pub fn doubts(entry: &Entry, scene: &Scene) -> Vec<String> {
-    let ego = &scene.ego;
-    let doubts = ego.diagnostics.iter();
-    let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
-    let doubts = doubts.map(|doubt| {
-        let line = match doubt.line {
-            0 => String::new(),
-            line => format!("line {line}: "),
-        };
-        format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
-    });
-    doubts.chain(left_out(entry, &scene.scenario)).collect()
-}
-
-/// Describes obstacles without a shape: results ignore them, and may be wrong for that.
-fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
-    let solid = |role| matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
-    let lost = |o: &&Obstacle| solid(o.role) && o.footprint.is_none();
-    let ids: Vec<String> = scenario
-        .obstacles
-        .iter()
-        .filter(lost)
-        .map(|o| o.id.to_string())
-        .collect();
-    let count = scenario.obstacles.len();
-    (!ids.is_empty()).then(|| {
-        format!(
-            "nearmiss: {}: {} of {count} obstacles ignored in measures and verdicts, as they have no usable shape: {}; \
-             see `nearmiss inspect`",
-            entry.display(),
-            ids.len(),
-            ids[..ids.len().min(12)].join(", ")
-        )
-    })
 }
 
 /// Some obstacles that could be the ego.

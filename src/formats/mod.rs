@@ -14,7 +14,7 @@ mod search;
 pub use dispatch::Ranking;
 pub use ego::{
     EgoError, EgoSelection, PlannerDrives, ego_of_solution, find_recording, read_ego,
-    read_ego_file, write_recording,
+    read_ego_file, write_recording, write_sized_recording,
 };
 pub use library::{Entry, EntryLocation, bundled};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};

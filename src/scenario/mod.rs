@@ -82,7 +82,9 @@ pub struct Scenario {
 pub struct Header {
     /// The benchmark id, e.g. `DEU_Bremen-1_10_T-1`.
     pub benchmark_id: String,
-    /// The format's version, e.g. `2020a`.
+    /// The format that it was read from, where that is not CommonRoad.
+    pub other_format: Option<&'static str>,
+    /// The format's version, e.g. `2020a`; where another format was read, the one that is written.
     pub version: String,
     /// Seconds between two time steps.
     pub time_step_size: f64,

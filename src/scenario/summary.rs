@@ -6,7 +6,9 @@ use std::fmt::Display;
 use std::hash::Hash;
 use std::ops::Range;
 
-use super::{Diagnostic, LONGEST_TRACK, Obstacle, ObstacleRole, Prediction, Scenario, Severity};
+use super::{
+    Diagnostic, Header, LONGEST_TRACK, Obstacle, ObstacleRole, Prediction, Scenario, Severity,
+};
 
 impl Scenario {
     /// What is in it: a word and what there is to say about it, a line each.
@@ -17,15 +19,7 @@ impl Scenario {
         let mut lines = vec![
             (
                 "format",
-                format!(
-                    "CommonRoad {}, {} s per step",
-                    if header.version.is_empty() {
-                        "of no version"
-                    } else {
-                        &header.version
-                    },
-                    header.time_step_size
-                ),
+                format!("{}, {} s per step", header.format(), header.time_step_size),
             ),
             (
                 "road",
@@ -106,6 +100,17 @@ impl Scenario {
             .map(|(kind, count)| format!("{count} × {kind}"))
             .collect();
         kinds.join(", ")
+    }
+}
+
+impl Header {
+    /// The format that was read, with its version if that is CommonRoad.
+    fn format(&self) -> String {
+        match (self.other_format, self.version.as_str()) {
+            (Some(other), _) => other.into(),
+            (None, "") => "CommonRoad of no version".into(),
+            (None, version) => format!("CommonRoad {version}"),
+        }
     }
 }
 

@@ -56,14 +56,19 @@ fn windows_are_found_inspected_measured_and_converted() {
     std::fs::create_dir(&into).expect("made");
     home.run(&["convert", &text(&folder), "-o", &text(&into)])
         .status(0);
-    let written: Vec<_> = into.read_dir().expect("read").flatten().collect();
-    assert_eq!(written.len(), files.len());
-    let again = home.run(&["inspect", &text(&written[0].path())]).status(0);
-    assert!(
-        again.stdout.contains("CommonRoad 2020a"),
-        "{}",
-        again.stdout
-    );
+    let written = into.read_dir().expect("read").flatten();
+    let mut written: Vec<PathBuf> = written.map(|file| file.path()).collect();
+    written.sort();
+    // The ego lies beside the scenario.
+    assert_eq!(written.len(), 2 * files.len(), "{written:?}");
+    let again = home.run(&["inspect", &text(&written[1])]).status(0);
+    for said in ["CommonRoad 2020a", "7, recorded in"] {
+        assert!(again.stdout.contains(said), "{}", again.stdout);
+    }
+    assert!(!again.stdout.contains("no size"), "{}", again.stdout);
+    home.run(&["convert", files[0]])
+        .status(0)
+        .says(&["the ego is left out", "-o FILE.xml"]);
 }
 
 #[test]

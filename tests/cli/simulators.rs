@@ -12,9 +12,50 @@ fn both_files_are_written_once_and_open_again() {
     home.run(&["convert", CUT_IN, "-o", "a.xosc"]).status(2);
     home.run(&["convert", CUT_IN, "-o", "a.xosc", "--overwrite"])
         .status(0);
-    home.run(&["inspect", "a.xosc"]).status(0);
+    let shown = home.run(&["inspect", "a.xosc"]).status(0);
+    assert!(shown.stdout.contains("format      OpenSCENARIO"));
     home.run(&["inspect", "a.xodr"]).status(0);
     home.run(&["metrics", "a.xosc"]).status(0);
+    // Back in CommonRoad, with the ego beside it.
+    home.run(&["convert", "a.xosc", "-o", "back.xml"]).status(0);
+    let [before, after] = ["a.xosc", "back.xml"].map(|file| {
+        let measured = home.run(&["metrics", file]).status(0);
+        let rows = measured.stdout.lines().skip(1).map(|row| {
+            let mut values = row.split(',').skip(1);
+            [1, 2, 1].map(|skipped| values.nth(skipped - 1).unwrap_or_default().to_string())
+        });
+        rows.collect::<Vec<_>>()
+    });
+    assert_eq!(before, after);
+    home.run(&["generate", CUT_IN, "--check", "a.xosc"])
+        .status(1)
+        .says(&["no obstacle moves differently"]);
+    std::fs::remove_file(home.files().join("a.xodr")).unwrap();
+    home.run(&["metrics", "a.xosc"]).says(&["no lanes"]);
+}
+
+#[test]
+fn the_ending_of_the_file_decides_the_format() {
+    let home = Home::new();
+    let refused = |arguments: &[&str], said: &str| {
+        let all = [&["convert", CUT_IN][..], arguments].concat();
+        home.run(&all).status(2).says(&[said]);
+    };
+    refused(&["-o", "a.osc"], "no ending of a scenario");
+    refused(&["-o", "missing"], "create the folder");
+    refused(
+        &["--to", "openscenario", "-o", "a.xml"],
+        "writes .xosc files",
+    );
+    refused(&["--to", "commonroad", "-o", "a.xosc"], "writes .xml files");
+    refused(
+        &["--schema", "-o", "a.xosc"],
+        "--schema applies to CommonRoad",
+    );
+    home.run(&["convert", CUT_IN, "--to", "commonroad", "-o", "a.dat"])
+        .status(0);
+    let written = std::fs::read_to_string(home.files().join("a.dat")).unwrap();
+    assert!(written.contains("<commonRoad"));
 }
 
 #[test]

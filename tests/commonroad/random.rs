@@ -307,6 +307,7 @@ prop_compose! {
         let attributes = [("author", attributes.0), ("source", attributes.1)];
         Scenario {
             header: Header {
+                other_format: None,
                 benchmark_id: name,
                 version: "2020a".into(),
                 time_step_size: 0.1,

@@ -77,6 +77,7 @@ fn car(id: i64, (x, y): (f64, f64), heading: f64, v: f64, a: f64) -> Obstacle {
 fn scene(obstacles: Vec<Obstacle>) -> Scene {
     let scenario = Scenario {
         header: Header {
+            other_format: None,
             benchmark_id: "ZAM_Test-1_1_T-1".into(),
             version: "2020a".into(),
             time_step_size: 0.1,

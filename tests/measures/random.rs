@@ -188,6 +188,7 @@ pub fn scene() -> impl Strategy<Value = Scene> {
                 .map(|(d, id)| obstacle(id, d, &line, steps));
             let scenario = Scenario {
                 header: Header {
+                    other_format: None,
                     benchmark_id: "ZAM_Random-1_1_T-1".into(),
                     version: "2020a".into(),
                     time_step_size: DT,

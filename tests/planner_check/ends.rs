@@ -16,6 +16,7 @@ use super::support::drives::drive;
 fn scenario(obstacles: Vec<Obstacle>) -> Scenario {
     Scenario {
         header: Header {
+            other_format: None,
             time_step_size: 0.1,
             ..Header::default()
         },

@@ -145,6 +145,7 @@ impl Stage {
         let lanelets = self.network.lanelets.iter().map(|l| stand.lanelet(l));
         let scenario = Scenario {
             header: Header {
+                other_format: None,
                 time_step_size: DT,
                 ..Header::default()
             },

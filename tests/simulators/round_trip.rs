@@ -93,6 +93,51 @@ fn a_fork_that_was_cut_is_whole_again() {
 }
 
 #[test]
+fn signs_are_those_of_before_unless_the_road_file_tells_others() {
+    let sign = |id: i64, number: &str, value: &str| {
+        format!(
+            r#"<trafficSign id="{id}"><trafficSignElement><trafficSignID>{number}</trafficSignID>{value}</trafficSignElement><position><point><x>9.5</x><y>-4.25</y></point></position><virtual>true</virtual></trafficSign>"#
+        )
+    };
+    let limit = "<additionalValue>13.9</additionalValue>";
+    let bounds = r"<leftBound><point><x>0</x><y>2</y></point><point><x>50</x><y>2</y></point></leftBound><rightBound><point><x>0</x><y>-2</y></point><point><x>50</x><y>-2</y></point></rightBound>";
+    // The ids are those that lanes would be numbered with.
+    let xml = format!(
+        r#"<commonRoad commonRoadVersion="2020a" benchmarkID="ZAM_Signs-1_1_T-1" timeStepSize="0.1"><lanelet id="9">{bounds}<trafficSignRef ref="1"/><trafficSignRef ref="2"/></lanelet>{}{}{}</commonRoad>"#,
+        sign(1, "206", ""),
+        sign(2, "274", limit),
+        sign(3, "205", ""),
+    );
+    let (before, back) = again(&xml, |roads| roads);
+    assert_eq!(before.network.signs.len(), 3);
+    assert_eq!(back.network.signs, before.network.signs);
+    assert_eq!(back.network.lanelets[0].signs, [1, 2]);
+
+    let numbers = |s: &Scenario| -> Vec<String> {
+        let signs = s.network.signs.iter();
+        let mut all: Vec<_> = signs.map(|s| s.elements[0].id.clone()).collect();
+        all.sort();
+        all
+    };
+    let (_, back) = again(&xml, |roads| {
+        assert!(roads.contains(r#"type="206""#), "{roads}");
+        roads.replace(r#"type="206""#, r#"type="250""#)
+    });
+    assert_eq!(numbers(&back), ["250", "274"]);
+    let (_, back) = again(&xml, |roads| {
+        assert!(roads.contains(r#"max="13.9""#), "{roads}");
+        roads.replace(r#"max="13.9""#, r#"max="8.5""#)
+    });
+    let limit = back
+        .network
+        .signs
+        .iter()
+        .find(|s| s.elements[0].id == "274");
+    assert_eq!(limit.unwrap().elements[0].values, ["8.5"]);
+    assert_eq!(numbers(&back), ["206", "274"]);
+}
+
+#[test]
 fn a_road_that_was_changed_holds() {
     let xml = small::scenario();
     let (before, back) = again(&xml, |roads| roads);

@@ -1,4 +1,4 @@
-//! `nearmiss convert`: rewrites scenarios as CommonRoad 2020a XML, or for simulators.
+//! `nearmiss convert`: rewrites scenarios of any format as CommonRoad 2020a XML, or as OpenSCENARIO for simulators.
 
 mod simulator;
 
@@ -15,21 +15,22 @@ use super::open::{clash, found};
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::formats::Entry;
 use crate::formats::commonroad::{conform, save, write};
+use crate::formats::{Entry, write_recording, write_sized_recording};
 use crate::planner::Cancel;
-use crate::scenario::{alike, in_short};
+use crate::scenario::{RecordedEgo, alike, in_short};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
 pub struct Convert {
-    /// Scenario files, folders or names of bundled scenarios.
+    /// Scenario files of any format, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// File to write, or an existing folder; several scenarios need a folder [default: standard output].
+    /// File to write (.xml or .xosc), or an existing folder; several scenarios need a folder [default: standard output,
+    /// CommonRoad only].
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
-    /// Change what the published schema does not allow, and report each change.
+    /// CommonRoad: change what the published schema does not allow, and report each change.
     #[arg(long)]
     schema: bool,
     /// Replace existing files.
@@ -44,6 +45,11 @@ pub struct Convert {
 /// Runs `convert`.
 pub fn run(arguments: &Convert) -> Outcome {
     let for_simulators = arguments.simulator.wanted(arguments.output.as_deref())?;
+    if for_simulators && arguments.schema {
+        return Err(Failure::input(
+            "--schema applies to CommonRoad; OpenSCENARIO files conform to their own schema",
+        ));
+    }
     let entries = arguments.many.part.of(found(&arguments.paths)?);
     let folder = arguments.output.as_deref().filter(|path| path.is_dir());
     if entries.len() > 1 && folder.is_none() {
@@ -226,17 +232,26 @@ impl Job<'_> {
     }
 
     fn stopped(&self) -> Failure {
-        let words = match (&self.finished, self.target(None)) {
-            (Some(_), _) => {
+        let words = match self.folder {
+            Some(_) => {
                 "interrupted; finished files are kept; the same command with --resume continues"
             }
-            (None, Some(_)) => "interrupted; finished files are kept",
-            (None, None) => "interrupted",
+            None => "interrupted",
         };
         Failure {
             message: words.into(),
             status: INTERRUPTED,
         }
+    }
+}
+
+/// The ego of a recording as a file beside the scenario, with its size.
+fn write_ego(own: &RecordedEgo) -> Result<Vec<u8>, csv::Error> {
+    let obstacle = &own.obstacle;
+    let size = obstacle.footprint.as_ref().map(|f| f.shape().size());
+    match size {
+        Some(size) => write_sized_recording(obstacle.id, obstacle.track(), size),
+        None => write_recording(obstacle.id, obstacle.track()),
     }
 }
 
@@ -256,6 +271,19 @@ fn commonroad(
     };
     let bytes = write(written).map_err(Failure::input)?;
     let mut done = Converted::default();
+    match (&target, &scenario.recorded_ego) {
+        (Some(path), Some(own)) => {
+            let csv = path.with_extension("ego_trajectory.csv");
+            let recording = write_ego(own).map_err(Failure::input)?;
+            done.said
+                .push(format!("{name}: the ego is in {}", csv.display()));
+            done.files.push((csv, recording));
+        }
+        (None, Some(_)) => done.said.push(format!(
+            "{name}: the ego is left out; -o FILE.xml writes it beside the scenario"
+        )),
+        (_, None) => {}
+    }
     match target {
         Some(path) => done.files.push((path, bytes)),
         None => done.printed = Some(output::escaped_xml(&String::from_utf8_lossy(&bytes))),

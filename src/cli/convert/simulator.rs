@@ -15,6 +15,9 @@ use crate::workflow::{ExportRequest, SimulatedEgo, export_to_simulator};
 /// The ending of scenarios for simulators.
 const SCENARIO: &str = "xosc";
 
+/// The ending of CommonRoad files.
+const COMMONROAD: &str = "xml";
+
 /// That of their roads.
 const ROADS: &str = "xodr";
 
@@ -39,25 +42,35 @@ impl SimulatorOptions {
     /// Whether scenarios are written for simulators.
     ///
     /// # Errors
-    /// An ego is chosen for a format that has none.
+    /// The ending of the file is of no format, or of another than --to; or an ego is chosen for a format that has none.
     pub fn wanted(&self, output: Option<&Path>) -> Result<bool, Failure> {
-        let ending = output.and_then(Path::extension);
-        let ending = ending.is_some_and(|e| e.eq_ignore_ascii_case(SCENARIO));
-        let wanted = match self.to.as_deref() {
-            Some(format) => format == "openscenario",
-            None => ending,
+        let file = output.filter(|path| !path.is_dir() && path.as_os_str() != "-");
+        let by_ending = file.map(of_ending).transpose()?.flatten();
+        let for_simulators = match (self.to.as_deref(), by_ending) {
+            (None, by_ending) => {
+                if let (Some(file), None) = (file, by_ending) {
+                    return Err(unknown_ending(file));
+                }
+                by_ending.unwrap_or(false)
+            }
+            (Some(format), by_ending) => {
+                let wanted = format == "openscenario";
+                if let (Some(file), true) = (file, by_ending.is_some_and(|by| by != wanted)) {
+                    let ending = if wanted { SCENARIO } else { COMMONROAD };
+                    return Err(Failure::input(format!(
+                        "{}: --to {format} writes .{ending} files; rename the file or leave out --to",
+                        file.display()
+                    )));
+                }
+                wanted
+            }
         };
-        if self.ego.is_some() && !wanted {
+        if self.ego.is_some() && !for_simulators {
             return Err(Failure::input(
                 "--ego applies to OpenSCENARIO: -o FILE.xosc or --to openscenario; CommonRoad files have no ego in them",
             ));
         }
-        if output.is_some_and(|o| o.extension().is_some_and(|e| e.eq_ignore_ascii_case(ROADS))) {
-            return Err(Failure::input(
-                "roads are written beside a scenario: -o FILE.xosc writes FILE.xosc and FILE.xodr",
-            ));
-        }
-        Ok(wanted)
+        Ok(for_simulators)
     }
 
     fn ego(&self) -> Result<SimulatedEgo, Failure> {
@@ -84,6 +97,30 @@ impl SimulatorOptions {
     pub fn settings(&self) -> String {
         format!("{:?} {:?}", self.to, self.ego)
     }
+}
+
+/// Whether the ending of a file is that of scenarios for simulators; `None` where it is of no format.
+fn of_ending(file: &Path) -> Result<Option<bool>, Failure> {
+    let is = |ending: &str| {
+        let own = file.extension();
+        own.is_some_and(|own| own.eq_ignore_ascii_case(ending))
+    };
+    if is(ROADS) {
+        return Err(Failure::input(
+            "roads are written beside a scenario: -o FILE.xosc writes FILE.xosc and FILE.xodr",
+        ));
+    }
+    let known = [(COMMONROAD, false), (SCENARIO, true)];
+    let found = known.into_iter().find(|(ending, _)| is(ending));
+    Ok(found.map(|(_, for_simulators)| for_simulators))
+}
+
+fn unknown_ending(file: &Path) -> Failure {
+    Failure::input(format!(
+        "{}: no folder, and no ending of a scenario: .{COMMONROAD} (CommonRoad) or .{SCENARIO} (OpenSCENARIO); create the \
+         folder, or choose with --to",
+        file.display()
+    ))
 }
 
 /// The file of an entry in a folder.

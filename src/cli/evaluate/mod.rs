@@ -26,7 +26,8 @@ pub use options::part_of_split;
 pub use running::runtime;
 use std::path::{Path, PathBuf};
 
-use super::open::{doubts, found, not_opened, task};
+use super::doubts::doubts;
+use super::open::{found, not_opened, task};
 use super::output::counted as number;
 use super::plan::as_ego;
 use super::progress::Progress;

@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::cli::open::resolved;
 use crate::cli::{Failure, Outcome, json, output};
-use crate::formats::{Entry, commonroad};
+use crate::formats::Entry;
 use crate::generation::{
     AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, attacked_planner, refusal,
 };
@@ -16,6 +17,9 @@ use crate::workflow::{VariantOrigin, VariantProofs, verify_variant};
 
 /// Files round to four digits, mostly: half of the last one.
 const ROUNDING: f64 = 5e-5;
+
+/// Exports for simulators move places by 0.1 mm, and add what is relative: half a digit more.
+const SIMULATOR_ROUNDING: f64 = 1.5e-4;
 
 /// What the gate finds, for programs.
 #[derive(Serialize, JsonSchema)]
@@ -99,9 +103,14 @@ pub fn run(
         )));
     };
     let original = entry.read().map_err(Failure::input)?;
-    let changed = commonroad::read_file(variant).map_err(Failure::input)?;
-    let gate = Gate::new(&original).rounded_to(ROUNDING);
-    let made = VariantOrigin::of(&Entry::of_file(variant)).and_then(|origin| origin.style);
+    let variant_entry = Entry::of_argument(&resolved(variant)?);
+    let changed = variant_entry.read().map_err(Failure::input)?;
+    let is_commonroad = changed.header.other_format.is_none();
+    let gate = Gate::new(&original).rounded_to(match is_commonroad {
+        true => ROUNDING,
+        false => SIMULATOR_ROUNDING,
+    });
+    let made = VariantOrigin::of(&variant_entry).and_then(|origin| origin.style);
     let (style, whence) = match (style, made) {
         (Some(style), _) => (style, "--style"),
         (None, Some(style)) => (style, "of the manifest beside it"),
@@ -114,7 +123,8 @@ pub fn run(
     let found = gate.compare(&changed, None);
     let proofs = verify_variant(variant);
     let manifest = variant.with_extension("json");
-    if proofs.is_none() && manifest.is_file() {
+    // A manifest is of the CommonRoad file, which an export may lie beside.
+    if proofs.is_none() && is_commonroad && manifest.is_file() {
         return Err(Failure::input(format!(
             "{}: not a manifest of {}: it is damaged, or of another variant; restore it, or move it away to check the motion alone",
             manifest.display(),

@@ -173,6 +173,7 @@ fn header<'a>(xml: &Xml<'a>, root: Element<'a>) -> Result<Header, ReadError> {
         Some(id) => check_benchmark_id(&xml.at(root), id),
     }
     Ok(Header {
+        other_format: None,
         benchmark_id: id.unwrap_or_default(),
         version,
         time_step_size,

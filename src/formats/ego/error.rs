@@ -76,6 +76,30 @@ pub enum EgoError {
         /// The text found.
         value: String,
     },
+    /// A length or width that no vehicle has.
+    #[error(
+        "{file}: line {line}: column `{column}` is `{value}`; expected metres, above 0 and at most 100"
+    )]
+    Size {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: &'static str,
+        /// The text found.
+        value: String,
+    },
+    /// The size of the vehicle changes.
+    #[error(
+        "{file}: line {line}: columns `length` and `width` differ from the first row; a vehicle keeps its size"
+    )]
+    OtherSize {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+    },
     /// A value is beyond anything that can be meant.
     #[error("{file}: line {line}: column `{column}`: {why}")]
     Absurd {

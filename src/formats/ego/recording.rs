@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::checks::{self, Lines};
 use super::table::{Table, finite, shown};
 use super::{EgoError, assumed};
-use crate::geometry::Point;
+use crate::geometry::{Footprint, Point, Shape};
 use crate::scenario::EgoSource;
 use crate::scenario::plausibility::limits::LATEST_STEP;
 use crate::scenario::track::forget_headings_at_standstill;
@@ -18,7 +18,8 @@ pub(super) const USUAL: VehicleType = VehicleType::Bmw320i;
 /// egos, it reads that of a planning problem.
 ///
 /// The heading is held at standstill, where recorders write 0 or noise; before the first movement it is
-/// the planning problem's. The size is that of the vehicle the paper recorded with.
+/// the planning problem's. The size is that of the columns `length` and `width`, else of the vehicle the paper recorded
+/// with.
 ///
 /// # Errors
 /// Missing columns, rows of another length, values that are not numbers, several egos, no rows: with file and line.
@@ -46,6 +47,13 @@ pub(super) fn read_chosen(
     }
     let steps: Vec<i64> = rows.iter().map(|row| row.sample.step).collect();
     diagnostics.extend(checks::order(&steps, |row| rows[row].line));
+    let size = rows[0].size;
+    if let Some(other) = rows.iter().find(|row| row.size != size) {
+        return Err(EgoError::OtherSize {
+            file: file.to_string(),
+            line: other.line,
+        });
+    }
     let lines = Lines::new(rows.iter().map(|row| (row.sample.step, row.line)));
     let mut samples: Vec<Sample> = rows.into_iter().map(|row| row.sample).collect();
     samples.sort_by_key(|s| s.step);
@@ -59,11 +67,17 @@ pub(super) fn read_chosen(
         .map(|q| q.middle());
     let recorded = samples.clone();
     forget_headings_at_standstill(&mut samples);
-    diagnostics.push(usual_size());
+    let footprint = match size {
+        Some((length, width)) => Footprint::new(Shape::rectangle(length, width)).ok(),
+        None => None,
+    };
+    if footprint.is_none() {
+        diagnostics.push(usual_size());
+    }
     let ego = Ego {
         id: id.or(problem.map(|p| p.id)).unwrap_or(0),
         source: EgoSource::Recording(file.to_string()),
-        footprint: USUAL.footprint(),
+        footprint: footprint.unwrap_or_else(|| USUAL.footprint()),
         track: Track::new(samples, scenario.dt(), resting),
         recorded,
         diagnostics,
@@ -81,6 +95,8 @@ pub(super) fn usual_size() -> Diagnostic {
 struct Row {
     line: u64,
     id: Option<i64>,
+    /// Length and width of the vehicle, metres.
+    size: Option<(f64, f64)>,
     sample: Sample,
 }
 
@@ -112,6 +128,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
         column("acceleration")?,
     );
     let id_column = column("ego_id")?;
+    let size_columns = column("length")?.zip(column("width")?);
     let mut rows = Vec::new();
     while let Some(row) = table.next()? {
         table.check_length(&row)?;
@@ -149,9 +166,23 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             column: "timestep",
             value: shown(row.text(step)),
         })?;
+        let extent = |place: usize, column: &'static str| match number(place, column)? {
+            value if value > 0.0 && value <= LONGEST => Ok(value),
+            _ => Err(EgoError::Size {
+                file: named(),
+                line,
+                column,
+                value: shown(row.text(place)),
+            }),
+        };
+        let size =
+            size_columns.filter(|(l, w)| given(Some(*l)).is_some() && given(Some(*w)).is_some());
+        let size =
+            size.map(|(l, w)| Ok::<_, EgoError>((extent(l, "length")?, extent(w, "width")?)));
         rows.push(Row {
             line,
             id: id.transpose()?,
+            size: size.transpose()?,
             sample: Sample {
                 step: at_step,
                 position: Point::new(number(x, "x_position")?, number(y, "y_position")?),
@@ -163,6 +194,9 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
     }
     Ok(rows)
 }
+
+/// No vehicle is longer or wider, metres.
+const LONGEST: f64 = 100.0;
 
 /// Most egos listed in the message that asks for a choice.
 const NAMED: usize = 12;
@@ -224,8 +258,29 @@ pub(super) fn whole(value: f64) -> Option<i64> {
 /// # Errors
 /// None in practice: writing goes to memory.
 pub fn write_recording(id: i64, track: &Track) -> Result<Vec<u8>, csv::Error> {
+    written(id, track, None)
+}
+
+/// The same with the length and width of the vehicle, metres.
+///
+/// # Errors
+/// None in practice: writing goes to memory.
+pub fn write_sized_recording(
+    id: i64,
+    track: &Track,
+    size: (f64, f64),
+) -> Result<Vec<u8>, csv::Error> {
+    written(id, track, Some(size))
+}
+
+fn written(id: i64, track: &Track, size: Option<(f64, f64)>) -> Result<Vec<u8>, csv::Error> {
     let mut out = csv::Writer::from_writer(Vec::new());
-    out.write_record([
+    let size_columns: &[&str] = if size.is_some() {
+        &["length", "width"]
+    } else {
+        &[]
+    };
+    let columns = [
         "ego_id",
         "timestep",
         "x_position",
@@ -233,10 +288,14 @@ pub fn write_recording(id: i64, track: &Track) -> Result<Vec<u8>, csv::Error> {
         "orientation",
         "velocity",
         "acceleration",
-    ])?;
+    ];
+    out.write_record(columns.iter().chain(size_columns))?;
     for (step, motion) in track.iter() {
         let pose = motion.pose;
-        out.write_record([
+        let size = size
+            .iter()
+            .flat_map(|(l, w)| [l.to_string(), w.to_string()]);
+        let values = [
             id.to_string(),
             step.to_string(),
             pose.position.x.to_string(),
@@ -244,7 +303,8 @@ pub fn write_recording(id: i64, track: &Track) -> Result<Vec<u8>, csv::Error> {
             pose.heading.to_string(),
             motion.velocity.to_string(),
             motion.acceleration.to_string(),
-        ])?;
+        ];
+        out.write_record(values.into_iter().chain(size))?;
     }
     out.into_inner().map_err(|e| e.into_error().into())
 }

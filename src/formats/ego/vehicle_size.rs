@@ -17,7 +17,8 @@ const ROUNDING: f64 = 1e-3;
 /// is broken or tells another motion, which says nothing about this one.
 #[must_use]
 pub fn sized(mut ego: Ego, recording: &Path, name: &str, scenario: &Scenario) -> Ego {
-    if !matches!(ego.source, EgoSource::Recording(_)) {
+    let usual = usual_size();
+    if !matches!(ego.source, EgoSource::Recording(_)) || !ego.diagnostics.contains(&usual) {
         return ego;
     }
     let files = candidates(recording, name, &scenario.header.version);
@@ -26,7 +27,6 @@ pub fn sized(mut ego: Ego, recording: &Path, name: &str, scenario: &Scenario) ->
         same_motion(&ego.track, &solved.track).then_some((file, solved))
     });
     if let Some((file, solved)) = same {
-        let usual = usual_size();
         ego.diagnostics.retain(|d| *d != usual);
         let vehicle = match &solved.source {
             EgoSource::Solution { vehicle, .. } => vehicle.as_str(),

@@ -7,7 +7,7 @@ mod paired;
 mod profile;
 mod reference_line;
 mod road;
-mod signals;
+pub(super) mod signals;
 pub(super) mod user_data;
 pub(super) mod words;
 mod writer;

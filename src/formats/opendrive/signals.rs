@@ -1,8 +1,10 @@
 //! Signs, lights and stop lines beside a road.
 
+use std::collections::{BTreeSet, HashSet};
+
 use super::links::LinkedRoad;
 use crate::geometry::{Point, Polyline};
-use crate::scenario::{Lanelet, LaneletNetwork, SignElement, SignMeaning};
+use crate::scenario::{Lanelet, LaneletNetwork, Sign, SignElement, SignMeaning};
 
 /// A signal of a road.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +31,56 @@ pub struct Signal {
 const LIGHT: &str = "1000001";
 
 /// The type of a stop line.
-const STOP_LINE: &str = "294";
+pub const STOP_LINE: &str = "294";
+
+/// What a file says of a signal, apart from its place.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SignalKey {
+    id: String,
+    kind: String,
+    subtype: String,
+}
+
+impl SignalKey {
+    /// From the attributes of a signal.
+    pub fn new(id: &str, kind: &str, subtype: &str) -> Self {
+        Self {
+            id: id.into(),
+            kind: kind.into(),
+            subtype: subtype.into(),
+        }
+    }
+}
+
+/// The signals of a network, without stop lines: signs and lights that hold on a lanelet.
+pub fn signal_keys(network: &LaneletNetwork) -> BTreeSet<SignalKey> {
+    let holds = |ids: fn(&Lanelet) -> &Vec<i64>| -> HashSet<i64> {
+        network.lanelets.iter().flat_map(ids).copied().collect()
+    };
+    let (on_signs, on_lights) = (holds(|l| &l.signs), holds(|l| &l.lights));
+    let signs = network.signs.iter().filter(|s| on_signs.contains(&s.id));
+    let signs = signs.flat_map(|sign| {
+        sign.elements.iter().enumerate().map(|(i, element)| {
+            let (kind, subtype) = number(element);
+            SignalKey::new(&sign_id(sign, i), &kind, &subtype)
+        })
+    });
+    let lights = network.lights.iter().filter(|l| on_lights.contains(&l.id));
+    let lights = lights.map(|l| SignalKey::new(&l.id.to_string(), LIGHT, NO_SUBTYPE));
+    let not_a_line = |key: &SignalKey| key.kind != STOP_LINE;
+    signs.chain(lights).filter(not_a_line).collect()
+}
+
+/// What stands where there is no subtype.
+const NO_SUBTYPE: &str = "-1";
+
+/// The id of one of the signs on a post.
+fn sign_id(sign: &Sign, place: usize) -> String {
+    match place {
+        0 => sign.id.to_string(),
+        i => format!("{}-{i}", sign.id),
+    }
+}
 
 /// A place along a road and beside it, metres.
 fn place(road: &LinkedRoad, point: &Point) -> (f64, f64) {
@@ -55,7 +106,7 @@ pub fn of_road(
     network: &LaneletNetwork,
     road: &LinkedRoad,
     country: &str,
-    written: &mut std::collections::HashSet<i64>,
+    written: &mut HashSet<i64>,
 ) -> Vec<Signal> {
     if road.is_cut {
         return Vec::new();
@@ -87,10 +138,7 @@ pub fn of_road(
         for (i, element) in sign.elements.iter().enumerate() {
             let (kind, subtype) = number(element);
             all.push(Signal {
-                id: match i {
-                    0 => sign.id.to_string(),
-                    i => format!("{}-{i}", sign.id),
-                },
+                id: sign_id(sign, i),
                 name: words(element),
                 place: place(road, &at),
                 kind,
@@ -117,7 +165,7 @@ pub fn of_road(
             name: format!("light {}", light.id),
             place: place(road, &at),
             kind: LIGHT.into(),
-            subtype: "-1".into(),
+            subtype: NO_SUBTYPE.into(),
             value: None,
             is_dynamic: true,
             lanes: holds,
@@ -132,7 +180,7 @@ pub fn of_road(
             name: "stop line".into(),
             place: place(road, &nalgebra::center(&a, &b)),
             kind: STOP_LINE.into(),
-            subtype: "-1".into(),
+            subtype: NO_SUBTYPE.into(),
             value: None,
             is_dynamic: false,
             lanes: vec![lane],
@@ -147,7 +195,7 @@ fn number(element: &SignElement) -> (String, String) {
     let whole = split.filter(|(a, _)| a.bytes().all(|b| b.is_ascii_digit()));
     match whole {
         Some((a, b)) => (a.to_string(), b.to_string()),
-        None => (element.id.clone(), "-1".into()),
+        None => (element.id.clone(), NO_SUBTYPE.into()),
     }
 }
 

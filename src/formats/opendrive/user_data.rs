@@ -20,6 +20,10 @@ const SUCCESSORS: &str = "commonroad_successors";
 const ADJACENT_LEFT: &str = "commonroad_adjacent_left";
 const ADJACENT_RIGHT: &str = "commonroad_adjacent_right";
 const STOP_LINE: &str = "commonroad_stop_line";
+const SIGNS: &str = "commonroad_signs";
+const LIGHTS: &str = "commonroad_lights";
+const STOP_LINE_SIGNS: &str = "commonroad_stop_line_signs";
+const STOP_LINE_LIGHTS: &str = "commonroad_stop_line_lights";
 const TYPES: &str = "commonroad_types";
 const USERS: &str = "commonroad_users";
 const USERS_BOTH_WAYS: &str = "commonroad_users_bidirectional";
@@ -27,7 +31,7 @@ const USERS_BOTH_WAYS: &str = "commonroad_users_bidirectional";
 /// A lanelet as it was before it became a lane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptLanelet {
-    /// Without its signs and lights, which roads have.
+    /// With the ids of its signs and lights, and of those of its stop line.
     pub lanelet: Lanelet,
     /// Its place in the network.
     pub place: usize,
@@ -41,6 +45,12 @@ impl KeptLanelet {
         let l = &self.lanelet;
         let ids = |ids: &[i64]| joined(ids.iter().map(i64::to_string));
         let users = |users: &[RoadUser]| joined(users.iter().map(|u| u.name().to_string()));
+        let of_line = |all: fn(&StopLine) -> &Vec<i64>| {
+            l.stop_line
+                .as_ref()
+                .map(|s| ids(all(s)))
+                .unwrap_or_default()
+        };
         let all = [
             (LANELET, l.id.to_string()),
             (PLACE, self.place.to_string()),
@@ -59,6 +69,10 @@ impl KeptLanelet {
                 STOP_LINE,
                 l.stop_line.as_ref().map(stop_line).unwrap_or_default(),
             ),
+            (SIGNS, ids(&l.signs)),
+            (LIGHTS, ids(&l.lights)),
+            (STOP_LINE_SIGNS, of_line(|s| &s.signs)),
+            (STOP_LINE_LIGHTS, of_line(|s| &s.lights)),
             (TYPES, joined(l.types.iter().map(|t| t.name().to_string()))),
             (USERS, users(&l.users_one_way)),
             (USERS_BOTH_WAYS, users(&l.users_bidirectional)),
@@ -93,14 +107,18 @@ impl KeptLanelet {
             adjacent_left: read_adjacent(value(ADJACENT_LEFT))?,
             adjacent_right: read_adjacent(value(ADJACENT_RIGHT))?,
             stop_line: match value(STOP_LINE) {
-                Some(text) => Some(read_stop_line(text)?),
+                Some(text) => Some(StopLine {
+                    signs: ids(STOP_LINE_SIGNS)?,
+                    lights: ids(STOP_LINE_LIGHTS)?,
+                    ..read_stop_line(text)?
+                }),
                 None => None,
             },
             types: types?,
             users_one_way: users(USERS)?,
             users_bidirectional: users(USERS_BOTH_WAYS)?,
-            signs: Vec::new(),
-            lights: Vec::new(),
+            signs: ids(SIGNS)?,
+            lights: ids(LIGHTS)?,
         };
         let paired = |bound: &Bound| bound.points.len() > 1;
         if !paired(&lanelet.left) || !paired(&lanelet.right) {
@@ -214,9 +232,11 @@ mod tests {
             stop_line: Some(StopLine {
                 points: Some((Point::new(1.0, 0.0), Point::new(1.0, 3.5))),
                 marking: LineMarking::Solid,
-                signs: Vec::new(),
-                lights: Vec::new(),
+                signs: vec![31],
+                lights: vec![41, 42],
             }),
+            signs: vec![31, 32],
+            lights: vec![41],
             types: vec![LaneletType::Urban],
             users_one_way: vec![RoadUser::Vehicle, RoadUser::Bicycle],
             ..Lanelet::default()
@@ -249,6 +269,8 @@ mod tests {
             (RIGHT, "1 2"),
             (LEFT, "1e300 2 3 4"),
             (SUCCESSORS, "x"),
+            (SIGNS, "1 x"),
+            (STOP_LINE_LIGHTS, "x"),
             (ADJACENT_LEFT, "8 up"),
             (STOP_LINE, "solid 1 2"),
             (TYPES, "road"),

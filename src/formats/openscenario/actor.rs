@@ -284,7 +284,7 @@ impl Notes {
             ));
         }
         if self.ended {
-            all.push("the scenario ends with the ego's motion, which ends in contact; what obstacles do later is left out".into());
+            all.push("players stop at the ego's last step, which ends in contact; later motion of obstacles stays in their trajectories".into());
         }
         if self.trailers > 0 {
             all.push(format!(

@@ -164,14 +164,20 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
 /// The property with a CommonRoad document of what has no place elsewhere.
 pub(super) const DOCUMENT: &str = "commonroad_document";
 
-/// A CommonRoad document without roads and obstacles: planning problems, intersections, place and authors.
+/// A CommonRoad document without lanelets and obstacles: planning problems, signs, lights, intersections, place and
+/// authors.
 fn document(scenario: &Scenario) -> Result<String, WriteError> {
-    let intersections = scenario.network.intersections.clone();
+    let roads = &scenario.network;
     let rest = Scenario {
         header: scenario.header.clone(),
         location: scenario.location.clone(),
         tags: scenario.tags.clone(),
-        network: LaneletNetwork::new(Vec::new(), Vec::new(), Vec::new(), intersections),
+        network: LaneletNetwork::new(
+            Vec::new(),
+            roads.signs.clone(),
+            roads.lights.clone(),
+            roads.intersections.clone(),
+        ),
         obstacles: Vec::new(),
         planning_problems: scenario.planning_problems.clone(),
         recorded_ego: None,

@@ -118,6 +118,7 @@ pub fn assemble(
     ];
     let header = Header {
         benchmark_id: about.benchmark_id,
+        other_format: Some(about.source),
         version: "2020a".into(),
         time_step_size: dt,
         attributes: BTreeMap::from(attributes.map(|(k, v)| (k.to_string(), v.to_string()))),

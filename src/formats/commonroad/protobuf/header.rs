@@ -28,6 +28,7 @@ pub(super) fn of_2020a(
     check_benchmark_id(&at.field("benchmark_id"), &id);
     let texts = [&message.author, &message.affiliation, &message.source];
     Ok(Header {
+        other_format: None,
         benchmark_id: id,
         version,
         time_step_size: step_size(at, message.time_step_size)?,
@@ -58,6 +59,7 @@ pub(super) fn of_2024(
     );
     check_benchmark_id(&at, &benchmark_id);
     let header = Header {
+        other_format: None,
         benchmark_id,
         version,
         time_step_size,

@@ -175,6 +175,7 @@ fn information(at: &FieldPath<'_>, message: &MapInformation) -> Result<(Map, Hea
     let map = header::map(&at.field("map_id"), id)?;
     let file = at.need("file_information", message.file_information.as_ref())?;
     let header = Header {
+        other_format: None,
         benchmark_id: map.id.clone(),
         version: "2024".to_string(),
         time_step_size: TIME_STEP_SIZE,

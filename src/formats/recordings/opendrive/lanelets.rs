@@ -1,9 +1,9 @@
 //! Lanes of roads as lanelets, with their neighbours, signs and lights.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::TOLERANCE;
-use super::kept;
+use super::kept::{self, KeptSigns};
 use super::links::{Key, contacts};
 use super::road::{End, Lane, Road, Section};
 use crate::formats::opendrive::words::marking;
@@ -36,8 +36,8 @@ pub struct Lanes {
     pub map: Map,
     /// Lights by the ids of their signals.
     pub lights: HashMap<String, i64>,
-    /// Whether the lanelets are those of an export, as they were before.
-    pub are_kept: bool,
+    /// The signs and lights of an export, where the lanelets are those that it was made of.
+    pub kept: Option<KeptSigns>,
 }
 
 /// The lanelets of roads.
@@ -53,12 +53,15 @@ pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
     for id in lanes().filter_map(|l| l.lanelet) {
         *own.entry(id).or_insert(0) += 1;
     }
-    let kept: std::collections::HashSet<i64> = own
+    let taken: HashSet<i64> = own
         .into_iter()
         .filter(|(id, count)| *id > 0 && *count == 1)
         .map(|(id, _)| id)
         .filter(|id| ids.take(*id))
         .collect();
+    let signal_ids = roads.iter().flat_map(|r| &r.signals);
+    let signal_ids = signal_ids.filter_map(|s| s.id.parse().ok());
+    let mut signal_ids: HashSet<i64> = signal_ids.filter(|id| *id > 0 && ids.take(*id)).collect();
     let mut map = Map::default();
     let mut places: HashMap<Key, usize> = HashMap::new();
     let mut limits = HashMap::new();
@@ -69,7 +72,7 @@ pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
                 let Some((left, right)) = lanelet_bounds(road, section, l, &borders) else {
                     continue;
                 };
-                let id = lane.lanelet.filter(|id| kept.contains(id));
+                let id = lane.lanelet.filter(|id| taken.contains(id));
                 let id = id.unwrap_or_else(|| ids.fresh());
                 let (types, one_way, both) = words(road, lane);
                 let mut lanelet = Lanelet {
@@ -96,16 +99,12 @@ pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
     }
     neighbours(roads, &places, &mut map);
     successors(roads, &places, &mut map);
-    let lights = signals(roads, &places, &mut map, ids);
-    let are_kept = kept::restore(roads, &places, &mut map);
+    let lights = signals(roads, &places, &mut map, &mut signal_ids, ids);
+    let kept = kept::restore(roads, &places, &mut map);
     if map.lanelets.is_empty() {
         report.note("the roads have no lanes");
     }
-    Lanes {
-        map,
-        lights,
-        are_kept,
-    }
+    Lanes { map, lights, kept }
 }
 
 fn limit_sign(id: i64, limit: f64, position: Option<Point>) -> Sign {
@@ -285,6 +284,7 @@ fn signals(
     roads: &[Road],
     places: &HashMap<Key, usize>,
     map: &mut Map,
+    own_ids: &mut HashSet<i64>,
     ids: &mut Ids,
 ) -> HashMap<String, i64> {
     let mut lights = HashMap::new();
@@ -307,11 +307,9 @@ fn signals(
             if on.is_empty() {
                 continue;
             }
-            let written = signal.id.parse().ok().filter(|id: &i64| *id > 0);
-            let id = match written {
-                Some(id) => ids.keep(id),
-                None => ids.fresh(),
-            };
+            let written = signal.id.parse().ok();
+            let own = written.filter(|id| own_ids.remove(id));
+            let id = own.unwrap_or_else(|| ids.fresh());
             let position = Some(road.point(s, signal.t));
             if signal.is_dynamic || signal.kind == LIGHT {
                 lights.insert(signal.id.clone(), id);

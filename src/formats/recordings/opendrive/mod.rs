@@ -14,6 +14,7 @@ use super::ids::Ids;
 use super::report::Report;
 use crate::formats::commonroad::ReadError;
 use crate::geometry::{Point, Pose};
+pub use kept::KeptSigns;
 use road::Road;
 
 /// How far borders of lanelets are from those of the roads at most, metres.
@@ -26,8 +27,8 @@ pub struct Network {
     roads: Vec<Road>,
     /// Lights by the ids of their signals.
     pub lights: HashMap<String, i64>,
-    /// Whether the lanelets are those of an export, as they were before.
-    pub are_kept: bool,
+    /// The signs and lights of an export, where the lanelets are those that it was made of.
+    pub kept: Option<KeptSigns>,
 }
 
 /// Reads a file; ids of lanelets are those that nearmiss wrote, or new ones.
@@ -44,12 +45,8 @@ pub fn read(
     }
     let high = roads.iter().filter(|r| r.has_heights).count();
     report.note_count(high, |n| format!("roads with heights: {n}; read as level"));
-    let lanelets::Lanes {
-        map,
-        lights,
-        are_kept,
-    } = lanelets::lanelets(&roads, report, ids);
-    report.note(match are_kept {
+    let lanelets::Lanes { map, lights, kept } = lanelets::lanelets(&roads, report, ids);
+    report.note(match kept.is_some() {
         true => "lanelets as they were exported, from the user data of the lanes".into(),
         false => format!(
             "lanes of {} roads are lanelets whose borders have points within {TOLERANCE} m of them",
@@ -60,7 +57,7 @@ pub fn read(
         map,
         roads,
         lights,
-        are_kept,
+        kept,
     })
 }
 

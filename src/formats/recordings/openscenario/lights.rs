@@ -9,10 +9,19 @@ use crate::scenario::{LightPhase, SignalColor, TrafficLight};
 /// No phase is longer, steps.
 const LONGEST: f64 = 1e6;
 
+/// When controllers begin.
+#[derive(Clone, Copy)]
+pub struct Clock {
+    /// Seconds between two steps.
+    pub dt: f64,
+    /// The step of time 0.
+    pub origin: i64,
+}
+
 /// Sets the phases of lights whose signals (by their ids) a controller switches.
 pub fn phases(
     root: &Node,
-    dt: f64,
+    clock: Clock,
     ids: &HashMap<String, i64>,
     lights: &mut [TrafficLight],
 ) -> Result<(), ReadError> {
@@ -22,7 +31,7 @@ pub fn phases(
     for controller in signals.all("TrafficSignalController") {
         let mut cycles: HashMap<i64, Vec<LightPhase>> = HashMap::new();
         for phase in controller.all("Phase") {
-            let steps = (phase.needed_number("duration")? / dt).round();
+            let steps = (phase.needed_number("duration")? / clock.dt).round();
             if !(0.0..=LONGEST).contains(&steps) {
                 return Err(phase.fail(format!("a phase of {steps} steps")));
             }
@@ -40,6 +49,7 @@ pub fn phases(
             if let Some(cycle) = cycles.remove(&light.id) {
                 light.active = cycle.iter().any(|p| p.color != SignalColor::Inactive);
                 light.cycle = cycle;
+                light.offset = clock.origin;
             }
         }
     }

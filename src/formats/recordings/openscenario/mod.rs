@@ -222,14 +222,18 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         hash: ContentHash::of_parts(parts),
     };
     let mut map = Map::default();
-    let mut lanelets_are_kept = false;
+    let mut signs = None;
     if let Some(network) = network {
-        (map, lanelets_are_kept) = (network.map, network.are_kept);
-        lights::phases(&root, dt, &network.lights, &mut map.lights)?;
+        (map, signs) = (network.map, network.kept);
+        let clock = lights::Clock {
+            dt,
+            origin: origin.unwrap_or(0),
+        };
+        lights::phases(&root, clock, &network.lights, &mut map.lights)?;
     }
     let mut scenario = assemble(report, about, map, all)?;
     if let Some(document) = document {
-        kept::restore(&mut scenario, &document, lanelets_are_kept);
+        kept::restore(&mut scenario, &document, signs);
     }
     Ok(scenario)
 }
