@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-use serde_json::{Map as Object, Value};
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_json::value::RawValue;
 
 use super::LARGEST;
 use crate::formats::commonroad::ReadError;
@@ -21,19 +22,45 @@ use crate::system;
 /// A map as it is in the file, with its elements still to be read.
 pub struct Archive {
     file: String,
-    lanes: Object<String, Value>,
-    crossings: Object<String, Value>,
+    lanes: Elements,
+    crossings: Elements,
     areas: usize,
     pub hash: ContentHash,
 }
 
 #[derive(Deserialize)]
 struct Whole {
-    lane_segments: Object<String, Value>,
+    lane_segments: Elements,
     #[serde(default)]
-    pedestrian_crossings: Object<String, Value>,
+    pedestrian_crossings: Elements,
     #[serde(default)]
-    drivable_areas: Object<String, Value>,
+    drivable_areas: HashMap<String, IgnoredAny>,
+}
+
+/// The elements of an object in the order of the file, still to be read: errors then name the element.
+#[derive(Default)]
+struct Elements(Vec<(String, Box<RawValue>)>);
+
+impl<'de> Deserialize<'de> for Elements {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct InOrder;
+        impl<'de> Visitor<'de> for InOrder {
+            type Value = Elements;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Elements, A::Error> {
+                let mut all = Vec::new();
+                while let Some(element) = map.next_entry()? {
+                    all.push(element);
+                }
+                Ok(Elements(all))
+            }
+        }
+        deserializer.deserialize_map(InOrder)
+    }
 }
 
 #[derive(Deserialize)]
@@ -129,15 +156,15 @@ impl Archive {
 
     /// The ids that it uses.
     pub fn ids(&self) -> impl Iterator<Item = i64> {
-        let keys = self.lanes.keys().chain(self.crossings.keys());
-        keys.filter_map(|key| key.parse().ok())
+        let all = self.lanes.0.iter().chain(&self.crossings.0);
+        all.filter_map(|(key, _)| key.parse().ok())
     }
 
     /// The map, with what is assumed noted in `report`.
     pub fn map(&self, report: &Report, ids: &mut Ids) -> Result<Map, ReadError> {
         let own = Report::about(&self.file);
-        let mut segments = Vec::with_capacity(self.lanes.len());
-        for (key, value) in &self.lanes {
+        let mut segments = Vec::with_capacity(self.lanes.0.len());
+        for (key, value) in &self.lanes.0 {
             let at = own.at(format!("lane_segments/{key}"));
             segments.push((element::<Segment>(&at, value)?, key));
         }
@@ -162,7 +189,7 @@ impl Archive {
         report.note_count(beyond, |n| {
             format!("links to lanes beyond the map left out: {n}")
         });
-        for (key, value) in &self.crossings {
+        for (key, value) in &self.crossings.0 {
             let at = own.at(format!("pedestrian_crossings/{key}"));
             let said: Crossing = element(&at, value)?;
             let left = points(&at, &said.edge1)?.0;
@@ -191,8 +218,8 @@ impl Archive {
     }
 }
 
-fn element<T: for<'d> Deserialize<'d>>(at: &At<'_>, value: &Value) -> Result<T, ReadError> {
-    T::deserialize(value).map_err(|error| at.fail(error.to_string()))
+fn element<'d, T: Deserialize<'d>>(at: &At<'_>, value: &'d RawValue) -> Result<T, ReadError> {
+    serde_json::from_str(value.get()).map_err(|error| at.fail(error.to_string()))
 }
 
 fn points(at: &At<'_>, line: &[Corner]) -> Result<(Vec<Point>, Vec<f64>), ReadError> {

@@ -136,14 +136,10 @@ const NANOSECONDS: f64 = 1e9;
 
 /// The time between two steps, seconds, from when the recording starts and ends.
 fn time_step(report: &Report, table: &Table<'_>) -> Result<f64, ReadError> {
-    let first = |name| {
-        let column = table.numbers(name)?;
-        Ok::<_, ReadError>(column.and_then(|values| values.first().copied()))
-    };
     let said = (
-        first("start_timestamp")?,
-        first("end_timestamp")?,
-        first("num_timestamps")?,
+        table.first_number("start_timestamp")?,
+        table.first_number("end_timestamp")?,
+        table.first_number("num_timestamps")?,
     );
     if let (Some(start), Some(end), Some(count)) = said
         && count > 1.0

@@ -78,28 +78,8 @@ impl<'r> Table<'r> {
 
     /// A column of numbers, whole or not; nothing where it is not there.
     pub fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, ReadError> {
-        let fail = |what: String| self.fail(name, &what);
-        self.column(name, &mut |reader, rows, into: &mut Vec<f64>| {
-            match reader {
-                ColumnReader::DoubleColumnReader(r) => into.extend(values::<DoubleType>(r, rows)?),
-                ColumnReader::FloatColumnReader(r) => {
-                    into.extend(values::<FloatType>(r, rows)?.into_iter().map(f64::from));
-                }
-                ColumnReader::Int64ColumnReader(r) => {
-                    into.extend(values::<Int64Type>(r, rows)?.into_iter().map(|v| v as f64));
-                }
-                ColumnReader::Int32ColumnReader(r) => {
-                    into.extend(values::<Int32Type>(r, rows)?.into_iter().map(f64::from));
-                }
-                ColumnReader::BoolColumnReader(r) => {
-                    let bools = values::<BoolType>(r, rows)?.into_iter();
-                    into.extend(bools.map(|b| f64::from(u8::from(b))));
-                }
-                _ => return Err("no numbers in it".into()),
-            }
-            Ok(())
-        })
-        .map_err(fail)
+        let found = self.column(name, Wanted::All, &mut append_numbers);
+        found.map_err(|what| self.fail(name, &what))
     }
 
     /// A column of numbers that must be there.
@@ -108,24 +88,24 @@ impl<'r> Table<'r> {
         found.ok_or_else(|| self.report.fail(format!("the column `{name}` is missing")))
     }
 
-    /// A column of texts; nothing where it is not there.
-    pub fn texts(&self, name: &str) -> Result<Option<Vec<String>>, ReadError> {
-        let fail = |what: String| self.fail(name, &what);
-        self.column(name, &mut |reader, rows, into: &mut Vec<String>| {
-            let ColumnReader::ByteArrayColumnReader(reader) = reader else {
-                return Err("no texts in it".into());
-            };
-            for value in values::<ByteArrayType>(reader, rows)? {
-                into.push(text(&value)?);
-            }
-            Ok(())
-        })
-        .map_err(fail)
+    /// The number in the first row of a column; nothing where it is not there.
+    pub fn first_number(&self, name: &str) -> Result<Option<f64>, ReadError> {
+        let found = self.column(name, Wanted::First, &mut append_numbers);
+        let found = found.map_err(|what| self.fail(name, &what))?;
+        Ok(found.and_then(|values| values.first().copied()))
+    }
+
+    /// The text in the first row of a column; nothing where it is not there.
+    pub fn first_text(&self, name: &str) -> Result<Option<String>, ReadError> {
+        let found = self.column(name, Wanted::First, &mut append_texts);
+        let found = found.map_err(|what| self.fail(name, &what))?;
+        Ok(found.and_then(|texts| Some(texts.first()?.as_str().to_string())))
     }
 
     /// A column of texts that must be there.
-    pub fn needed_texts(&self, name: &str) -> Result<Vec<String>, ReadError> {
-        let found = self.texts(name)?;
+    pub fn needed_texts(&self, name: &str) -> Result<Vec<Text>, ReadError> {
+        let found = self.column(name, Wanted::All, &mut append_texts);
+        let found = found.map_err(|what| self.fail(name, &what))?;
         found.ok_or_else(|| self.report.fail(format!("the column `{name}` is missing")))
     }
 
@@ -145,6 +125,7 @@ impl<'r> Table<'r> {
     fn column<T>(
         &self,
         name: &str,
+        wanted: Wanted,
         read: &mut ReadColumn<'_, T>,
     ) -> Result<Option<Vec<T>>, String> {
         let schema = self.file.metadata().file_metadata().schema_descr();
@@ -162,6 +143,11 @@ impl<'r> Table<'r> {
         for group in 0..self.file.metadata().num_row_groups() {
             let about = self.file.metadata().row_group(group);
             let rows = usize::try_from(about.num_rows()).map_err(|_| "less than no rows")?;
+            let rows = match wanted {
+                Wanted::All => rows,
+                Wanted::First if into.is_empty() => rows.min(1),
+                Wanted::First => break,
+            };
             if about.column(place).uncompressed_size() > LARGEST_COLUMN {
                 return Err(format!("more than {} MiB", LARGEST_COLUMN >> 20));
             }
@@ -190,6 +176,55 @@ impl<'r> Table<'r> {
     }
 }
 
+/// Which rows of a column.
+#[derive(Clone, Copy)]
+enum Wanted {
+    All,
+    First,
+}
+
+/// A text of a row; rows with the same text share its bytes.
+pub struct Text(ByteArray);
+
+impl Text {
+    pub fn as_str(&self) -> &str {
+        // Checked where it was read.
+        self.0.as_utf8().unwrap_or_default()
+    }
+}
+
+fn append_texts(reader: ColumnReader, rows: usize, into: &mut Vec<Text>) -> Result<(), String> {
+    let ColumnReader::ByteArrayColumnReader(reader) = reader else {
+        return Err("no texts in it".into());
+    };
+    for value in values::<ByteArrayType>(reader, rows)? {
+        value.as_utf8().map_err(|_| "not UTF-8 text")?;
+        into.push(Text(value));
+    }
+    Ok(())
+}
+
+fn append_numbers(reader: ColumnReader, rows: usize, into: &mut Vec<f64>) -> Result<(), String> {
+    match reader {
+        ColumnReader::DoubleColumnReader(r) => into.extend(values::<DoubleType>(r, rows)?),
+        ColumnReader::FloatColumnReader(r) => {
+            into.extend(values::<FloatType>(r, rows)?.into_iter().map(f64::from));
+        }
+        ColumnReader::Int64ColumnReader(r) => {
+            into.extend(values::<Int64Type>(r, rows)?.into_iter().map(|v| v as f64));
+        }
+        ColumnReader::Int32ColumnReader(r) => {
+            into.extend(values::<Int32Type>(r, rows)?.into_iter().map(f64::from));
+        }
+        ColumnReader::BoolColumnReader(r) => {
+            let bools = values::<BoolType>(r, rows)?.into_iter();
+            into.extend(bools.map(|b| f64::from(u8::from(b))));
+        }
+        _ => return Err("no numbers in it".into()),
+    }
+    Ok(())
+}
+
 /// The values of a column in a row group; rows without one are passed over.
 fn values<T: DataType>(mut reader: ColumnReaderImpl<T>, rows: usize) -> Result<Vec<T::T>, String> {
     let mut values = Vec::new();
@@ -204,9 +239,4 @@ fn values<T: DataType>(mut reader: ColumnReaderImpl<T>, rows: usize) -> Result<V
         done += records;
     }
     Ok(values)
-}
-
-fn text(value: &ByteArray) -> Result<String, String> {
-    let text = value.as_utf8().map_err(|_| "not UTF-8 text")?;
-    Ok(text.to_string())
 }

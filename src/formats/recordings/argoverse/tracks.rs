@@ -66,10 +66,7 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
     );
     let headings = table.needed_numbers("heading")?;
     let velocities = (table.numbers("velocity_x")?, table.numbers("velocity_y")?);
-    let first = |name| {
-        let texts = table.texts(name)?;
-        Ok::<_, ReadError>(texts.and_then(|t| t.into_iter().next()).unwrap_or_default())
-    };
+    let first = |name| Ok::<_, ReadError>(table.first_text(name)?.unwrap_or_default());
     let (scenario, focal) = (first("scenario_id")?, first("focal_track_id")?);
     let mut places: HashMap<&str, usize> = HashMap::new();
     let mut tracks: Vec<NamedTrack> = Vec::new();
@@ -90,10 +87,10 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
             _ => None,
         };
         let (x, y) = (plain(x[row])?, plain(y[row])?);
-        let place = *places.entry(name).or_insert_with(|| {
+        let place = *places.entry(name.as_str()).or_insert_with(|| {
             tracks.push(NamedTrack {
-                name: name.clone(),
-                kind: kind(&kinds[row]),
+                name: name.as_str().to_string(),
+                kind: kind(kinds[row].as_str()),
                 states: Vec::new(),
             });
             tracks.len() - 1
