@@ -8,7 +8,7 @@ use ratatui::widgets::Paragraph;
 
 use super::{Screen, Step};
 use crate::description::visible;
-use crate::evaluation::Lead;
+use crate::evaluation::{Lead, with_tools};
 use crate::judge;
 use crate::tui::action::Action;
 use crate::tui::keymap::Key;
@@ -172,7 +172,7 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
         "{} · {} · {}",
         batch.task.name(),
         batch.frame.name(),
-        batch.techniques
+        with_tools(&batch.techniques.to_string(), batch.request.tools.is_some())
     );
     row("how", how, Style::new());
     if batch.draft.is_some() {

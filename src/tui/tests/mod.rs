@@ -59,6 +59,7 @@ mod stopping;
 mod stored_answers;
 mod template_saving;
 mod timeline;
+mod tools;
 mod typing;
 mod undo;
 mod values;

@@ -276,13 +276,12 @@ impl<'a> Table<'a> {
         ];
         for (row, words) in rows {
             let words = match words {
-                "" if row == Row::Prompt => "shipped",
-                "cartesian" => "cart",
-                "cp+cot+icl" => "all",
-                other => other,
+                "" if row == Row::Prompt => "shipped".into(),
+                "cartesian" => "cart".into(),
+                other => other.replace("cp+cot+icl", "all"),
             };
             let style = Style::new().fg(self.model.theme.dim);
-            let words = fit_middle(words, self.width.saturating_sub(1));
+            let words = fit_middle(&words, self.width.saturating_sub(1));
             self.cell(row, &words, style);
         }
     }
