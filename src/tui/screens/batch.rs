@@ -219,6 +219,10 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
         true => format!("{}, on this machine", estimate.free),
         false => format!("{}, {} at once", estimate.requests, counts.at_once),
     };
+    let asks = match batch.request.tools.filter(|_| !own) {
+        Some(limits) => format!("{asks}; each with up to {} rounds of tools", limits.rounds),
+        None => asks,
+    };
     row(name, asks, bold);
     if !own {
         let tokens = format!("about {} in the questions", thousands(estimate.tokens));

@@ -60,6 +60,7 @@ mod stored_answers;
 mod template_saving;
 mod timeline;
 mod tools;
+mod tools_server;
 mod typing;
 mod undo;
 mod values;

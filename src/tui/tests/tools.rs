@@ -49,7 +49,10 @@ fn the_key_switches_what_is_asked_with_and_what_the_header_says() {
     assert_eq!(column.how, "ego · cp+cot+icl+tools");
     bench.press("space a a");
     assert_eq!(last_tools(&bench), Some(ToolLimits::default()));
-    assert!(bench.frame(120, 40).contains("cp+cot+icl+tools"));
+    let card = bench.frame(120, 40);
+    for words in ["cp+cot+icl+tools", "each with up to 8 rounds of tools"] {
+        assert!(card.contains(words), "{card}");
+    }
     bench.press("esc space a u space a a");
     assert_eq!(last_tools(&bench), None);
 }
@@ -86,6 +89,11 @@ fn the_price_is_that_of_all_rounds() {
     }; 9];
     let bare = bench.model.prompt.prices.of_requests("lab/small", &nine);
     assert!(with_tools > usd(&bare).unwrap());
+    let narrow = bench.frame(80, 24);
+    assert!(
+        narrow.contains("collision+tools · lab/small · ≤$"),
+        "{narrow}"
+    );
     bench.press("m");
     let words = format!("at most ${with_tools:.4}");
     assert!(bench.frame(120, 40).contains(&words), "as in the list");
@@ -110,6 +118,7 @@ fn the_answer_of_the_way_that_is_switched_to_is_shown() {
     assert_eq!(shown(&bench), "ego · cp+cot+icl+tools");
     let frame = bench.frame(200, 60);
     assert!(frame.contains("all+tools"), "they differ: {frame}");
+    assert!(bench.frame(80, 24).contains("all+t "), "in less room");
     bench.press("space a u");
     assert_eq!(shown(&bench), "ego · cp+cot+icl");
     bench.press("space a u");

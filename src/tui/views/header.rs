@@ -102,12 +102,14 @@ fn asked(model: &Model, width: u16) -> String {
         parts.map(|part| format!("{part} · ")).collect::<String>()
     });
     let mut forms: Vec<String> = Vec::new();
+    // Tools multiply the price: they are named beside it where the techniques are not.
+    let least = with_tools(task, model.tools);
     for begun in [&with_sum, &without_sum] {
         forms.extend(ways.iter().map(|way| format!("{begun}{way} · {priced} ")));
-        forms.push(format!("{begun}{task} · {priced} "));
+        forms.push(format!("{begun}{least} · {priced} "));
     }
     forms.push(format!("{without_sum}{} · {who} ", ways[2]));
-    forms.push(format!("{without_sum}{task} · {who} "));
+    forms.push(format!("{without_sum}{least} · {who} "));
     let opened = model.opened.as_deref();
     let variant = opened.and_then(|opened| opened.variant.as_ref());
     let own = opened.filter(|opened| has_own_ego(model, opened));
