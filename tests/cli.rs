@@ -4,6 +4,9 @@
 #[cfg(unix)]
 #[path = "cli/answer_page.rs"]
 mod answer_page;
+#[cfg(unix)]
+#[path = "cli/answer_pictures.rs"]
+mod answer_pictures;
 #[path = "cli/ask.rs"]
 mod ask;
 #[path = "cli/attempts.rs"]
@@ -16,6 +19,8 @@ mod bundled_parts;
 mod bundles;
 #[path = "cli/bundles_refused.rs"]
 mod bundles_refused;
+#[path = "cli/chat_pictures.rs"]
+mod chat_pictures;
 #[path = "cli/chats.rs"]
 mod chats;
 #[path = "cli/claims.rs"]
@@ -152,6 +157,10 @@ mod themes_and_keys;
 mod thresholds;
 #[path = "cli/tools.rs"]
 mod tools;
+#[path = "cli/tools_unstreamed.rs"]
+mod tools_unstreamed;
+#[path = "cli/trajectory_pictures.rs"]
+mod trajectory_pictures;
 #[path = "cli/tune.rs"]
 mod tune;
 

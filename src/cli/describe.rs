@@ -22,7 +22,7 @@ pub struct Describe {
     #[command(flatten)]
     which: ScenarioArguments,
     /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle); picture, ego+picture,
-    /// cartesian+picture or metrics+picture for a picture from above, alone or with words.
+    /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
     #[arg(long, default_value = "ego", value_parser = frame)]
     frame: Frame,
     #[command(flatten)]

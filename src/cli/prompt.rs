@@ -29,8 +29,8 @@ pub struct QuestionArguments {
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
     /// Frame of the description: ego, cartesian, metrics or trajectory; picture for a picture from above in place of
-    /// words, ego+picture, cartesian+picture or metrics+picture for both [default: ego; metrics for attacker; trajectory
-    /// for trajectory].
+    /// words, ego+picture, cartesian+picture, metrics+picture or trajectory+picture for both [default: ego; metrics for
+    /// attacker; trajectory for trajectory].
     #[arg(long, value_parser = frame)]
     frame: Option<Frame>,
     /// Prompting techniques: cp, cot and icl, joined by commas; base for none, all for all [default: from the template,

@@ -49,11 +49,13 @@ pub enum Frame {
     CartesianPicture,
     /// [`Frame::Metrics`], and the picture.
     MetricsPicture,
+    /// [`Frame::Trajectory`], and the picture.
+    TrajectoryPicture,
 }
 
 impl Frame {
     /// Every frame.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Ego,
         Self::Cartesian,
         Self::Metrics,
@@ -62,6 +64,7 @@ impl Frame {
         Self::EgoPicture,
         Self::CartesianPicture,
         Self::MetricsPicture,
+        Self::TrajectoryPicture,
     ];
 
     /// The word for it, on the command line and in the store.
@@ -76,6 +79,7 @@ impl Frame {
             Self::EgoPicture => "ego+picture",
             Self::CartesianPicture => "cartesian+picture",
             Self::MetricsPicture => "metrics+picture",
+            Self::TrajectoryPicture => "trajectory+picture",
         }
     }
 
@@ -87,6 +91,7 @@ impl Frame {
             Self::EgoPicture => Some(Self::Ego),
             Self::CartesianPicture => Some(Self::Cartesian),
             Self::MetricsPicture => Some(Self::Metrics),
+            Self::TrajectoryPicture => Some(Self::Trajectory),
             words => Some(words),
         }
     }
@@ -95,6 +100,18 @@ impl Frame {
     #[must_use]
     pub fn has_picture(self) -> bool {
         self.words() != Some(self)
+    }
+
+    /// Whether it is about one obstacle, which has to be named, in times and coordinates of the recording.
+    #[must_use]
+    pub fn is_of_one_obstacle(self) -> bool {
+        self.words() == Some(Self::Trajectory)
+    }
+
+    /// Whether positions in it are those on the map, so that north is up in its picture.
+    #[must_use]
+    pub fn is_on_the_map(self) -> bool {
+        matches!(self.words(), Some(Self::Cartesian | Self::Trajectory))
     }
 
     /// The frame with this name.
@@ -218,7 +235,11 @@ fn in_words(
             trajectory::describe(w, scene, &who, window, options);
         }
         // They are no words.
-        Frame::Picture | Frame::EgoPicture | Frame::CartesianPicture | Frame::MetricsPicture => {}
+        Frame::Picture
+        | Frame::EgoPicture
+        | Frame::CartesianPicture
+        | Frame::MetricsPicture
+        | Frame::TrajectoryPicture => {}
     }
     Ok(())
 }

@@ -20,11 +20,20 @@ const MOST: (usize, usize) = (5, 11);
 
 /// The moments that a picture of a window shows, in order: steps as the text frames have them, the last of the window
 /// always and none after it, but not more than can be looked at in one picture; and obstacles as those frames have them,
-/// by the radius.
+/// by the radius, and that of the trajectory frame however far away it is.
 #[must_use]
-pub fn picture_moments(scene: &Scene, window: &Window, options: &Options) -> Vec<PictureMoment> {
+pub fn picture_moments(
+    scene: &Scene,
+    frame: Frame,
+    window: &Window,
+    options: &Options,
+) -> Vec<PictureMoment> {
     let most = if options.stride > 1 { MOST.1 } else { MOST.0 };
     let few = options::Options {
+        radius: match frame.is_of_one_obstacle() {
+            true => f64::INFINITY,
+            false => options.radius,
+        },
         most_times: Some(options.most_times.map_or(most, |times| times.min(most))),
         ..*options
     };
@@ -48,7 +57,7 @@ pub(super) fn describe(
     options: &Options,
 ) {
     let dt = scene.scenario.dt();
-    let moments = picture_moments(scene, window, options);
+    let moments = picture_moments(scene, frame, window, options);
     if frame.words().is_none() {
         w.relative_to(window.last());
     } else {
@@ -69,15 +78,27 @@ pub(super) fn describe(
             .time(moment.step, dt);
     }
     w.words(" s; the last panel is a close-up of the last of them. The ego, blue, is in the middle of each panel");
-    w.words(match frame {
-        Frame::CartesianPicture => "; the x axis of the map points to the right, the y axis up.\n",
-        _ => " and heads up.\n",
+    w.words(match frame.is_on_the_map() {
+        true => "; the x axis of the map points to the right, the y axis up.\n",
+        false => " and heads up.\n",
     });
     w.words(
         "Bodies have their real sizes and headings, and an arrow head inside at their front. A bar shows the scale, which is the same in all panels but the close-up. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity.\n",
     );
     if options.contact {
         w.words("A red ring marks where the ego touches another body. ");
+    }
+    if frame.is_of_one_obstacle() {
+        let chosen = scene
+            .participants()
+            .find(|p| Some(p.obstacle.id) == options.obstacle);
+        w.words("Of the obstacles it shows only this one, with its id, however far away it is: ");
+        if let Some(chosen) = chosen {
+            w.about(subject(&chosen), None);
+            name(w, &chosen);
+        }
+        w.words(".\n");
+        return;
     }
     w.words("Obstacles whose centre is within ")
         .about(Subject::Scene, None)
@@ -122,7 +143,7 @@ mod tests {
         let scene = Scene::new(scenario, ego);
         let steps = |history, options: &Options| -> Vec<i64> {
             let window = Window::ending_at(&scene, 30, history);
-            let moments = picture_moments(&scene, &window, options);
+            let moments = picture_moments(&scene, Frame::Picture, &window, options);
             moments.iter().map(|moment| moment.step).collect()
         };
         let usual = Options::default();
@@ -158,7 +179,7 @@ mod tests {
             !alone.text.contains("red ring"),
             "contact is not told unless it is to be"
         );
-        for moment in picture_moments(&scene, &window, &options) {
+        for moment in picture_moments(&scene, Frame::Picture, &window, &options) {
             for id in moment.obstacles {
                 assert!(alone.text.contains(&id.to_string()));
             }
@@ -166,6 +187,25 @@ mod tests {
         let both = in_frame(&scene, Frame::EgoPicture, &window, &options).unwrap();
         let words = in_frame(&scene, Frame::Ego, &window, &options).unwrap();
         assert!(both.text.starts_with(&words.text));
+        let obstacle = scene.participants().next().map(|p| p.obstacle.id);
+        let one = Options {
+            obstacle,
+            radius: 0.5,
+            ..options
+        };
+        let both_of_one = in_frame(&scene, Frame::TrajectoryPicture, &window, &one).unwrap();
+        let words_of_one = in_frame(&scene, Frame::Trajectory, &window, &one).unwrap();
+        let more = both_of_one.text.strip_prefix(words_of_one.text.as_str());
+        let more = more.unwrap();
+        for part in [
+            "t = 2.20, 2.40, 2.60, 2.80, 3.00 s",
+            "only this one, with its id, however far away it is",
+            "the x axis of the map points to the right",
+        ] {
+            assert!(more.contains(part), "{part}: {more}");
+        }
+        let moments = picture_moments(&scene, Frame::TrajectoryPicture, &window, &one);
+        assert!(moments.iter().all(|m| m.obstacles == [obstacle.unwrap()]));
         for span in &both.spans {
             assert!(both.text.get(span.range()).is_some());
         }

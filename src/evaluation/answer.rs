@@ -2,10 +2,10 @@
 
 use super::answer_outcome::too_long;
 use super::claims::{Subject, TimeOrigin, count};
-use super::prompt_summary::{TemplateVersion, how};
+use super::prompt_summary::{TemplateVersion, how, with_tools};
 use super::tool_rounds;
 use crate::judge;
-use crate::llm::{Secrets, ToolRound};
+use crate::llm::{Parameters, Secrets, ToolRound};
 use crate::scenario::{Scenario, Scene};
 use crate::store::{ClaimCounts, Consumed, Ending, Origin, Run, RunId, RunState};
 use crate::verdict::{ParseQuality, Parsed, ParsedAnswer, Reading, Verdict};
@@ -319,6 +319,11 @@ pub(super) fn times(model: &str, messages: &str) -> TimeOrigin {
     }
 }
 
+/// Whether a model that was sent these parameters could call tools.
+fn had_tools(parameters: &str) -> bool {
+    serde_json::from_str(parameters).is_ok_and(|sent: Parameters| sent.tools.is_some())
+}
+
 impl From<Run> for Answer {
     /// A run of the store, as it is there.
     fn from(run: Run) -> Self {
@@ -368,7 +373,10 @@ impl From<Run> for Answer {
             times: times(&run.question.model, &run.question.messages),
             how: how(
                 &run.question.frame,
-                &run.question.techniques,
+                &with_tools(
+                    &run.question.techniques,
+                    had_tools(&run.question.parameters),
+                ),
                 TemplateVersion::of(&run.question.template()).as_ref(),
             ),
             model: run.question.model,

@@ -48,7 +48,7 @@ pub fn dry_render(library: &Library, file: &str) -> Result<(), RenderError> {
                 icl: bits & 4 != 0,
             }),
             contact: Some(bits & 8 != 0),
-            obstacle: obstacle.filter(|_| frame == Frame::Trajectory),
+            obstacle: obstacle.filter(|_| frame.is_of_one_obstacle()),
             ..Settings::default()
         };
         let decided = settings.with(&front.defaults);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::AxisValues;
 use crate::judge;
-use crate::llm::{Client, Endpoint, Environment, Parameters, Registry, RegistryError};
+use crate::llm::{Client, Endpoint, Environment, Parameters, Registry, RegistryError, ToolLimits};
 
 /// Judges by model id.
 pub type Judges = BTreeMap<String, Judge>;
@@ -78,6 +78,21 @@ impl Judge {
             }
             _ => Cow::Borrowed(self),
         }
+    }
+
+    /// The same judge, which may call tools as often; `None` without any.
+    #[must_use]
+    pub fn with_tools(mut self, tools: Option<ToolLimits>) -> Self {
+        if let Self::Model(model) = &mut self {
+            model.parameters.tools = tools;
+        }
+        self
+    }
+
+    /// Whether it may call tools.
+    #[must_use]
+    pub fn calls_tools(&self) -> bool {
+        matches!(self, Self::Model(model) if model.parameters.tools.is_some())
     }
 
     /// The model id.

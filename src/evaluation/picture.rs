@@ -17,8 +17,8 @@ pub struct ScenePicture {
     scene: Arc<Scene>,
     panels: Vec<StoryboardPanel>,
     from: i64,
-    radius: f64,
     north_up: bool,
+    recorded_times: bool,
     contact: bool,
     drawn: Arc<OnceLock<Image>>,
 }
@@ -41,7 +41,7 @@ impl ScenePicture {
         if !frame.has_picture() {
             return None;
         }
-        let moments = picture_moments(scene, window, options).into_iter();
+        let moments = picture_moments(scene, frame, window, options).into_iter();
         let panels = moments.map(|moment| StoryboardPanel {
             step: moment.step,
             obstacles: moment.obstacles,
@@ -50,8 +50,8 @@ impl ScenePicture {
             scene: scene.clone(),
             panels: panels.collect(),
             from: window.first(),
-            radius: options.radius,
-            north_up: frame == Frame::CartesianPicture,
+            north_up: frame.is_on_the_map(),
+            recorded_times: frame.is_of_one_obstacle(),
             contact: options.contact,
             drawn: Arc::default(),
         })
@@ -64,8 +64,8 @@ impl ScenePicture {
             scene: &self.scene,
             panels: &self.panels,
             from: self.from,
-            radius: self.radius,
             north_up: self.north_up,
+            recorded_times: self.recorded_times,
             contact: self.contact,
         };
         board.picture()

@@ -82,7 +82,15 @@ impl std::fmt::Display for TemplateVersion {
     }
 }
 
+/// Techniques, and tools where the model may call some: `cp+cot+tools`.
+#[must_use]
+pub fn with_tools(techniques: &str, tools: bool) -> String {
+    let more = if tools { "+tools" } else { "" };
+    format!("{techniques}{more}")
+}
+
 /// `ego · cp+cot`, and the template where it is not the one that this program ships: `ego · cp+cot · mine@3fa2c1`.
+/// Techniques are those of [`with_tools`].
 #[must_use]
 pub fn how(frame: &str, techniques: &str, template: Option<&TemplateVersion>) -> String {
     let way = format!("{frame} · {techniques}");

@@ -2,7 +2,7 @@
 
 use super::claims::TimeOrigin;
 use super::picture::ScenePicture;
-use super::prompt_summary::{TemplateVersion, how};
+use super::prompt_summary::{TemplateVersion, how, with_tools};
 use std::sync::Arc;
 
 use super::settings::measures_of;
@@ -238,12 +238,12 @@ pub fn template(
 }
 
 impl Question {
-    /// How it is asked, in a few words.
+    /// How it is asked, with tools or without, in a few words.
     #[must_use]
-    pub fn how(&self) -> String {
+    pub fn how(&self, tools: bool) -> String {
         how(
             self.case.frame.name(),
-            &self.case.techniques.to_string(),
+            &with_tools(&self.case.techniques.to_string(), tools),
             self.version().as_ref(),
         )
     }

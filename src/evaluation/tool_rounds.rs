@@ -1,5 +1,7 @@
 //! Rounds of tool calls while a model is asked: what it is offered, its calls answered, the limits.
 
+use std::sync::OnceLock;
+
 use serde_json::{Value, json};
 
 use super::question::Question;
@@ -146,6 +148,19 @@ pub(super) fn most_added(rounds: u32, limits: &ToolLimits, answer: u32) -> u32 {
         })
 }
 
+/// Tokens of each request that one question with tools may need, at most: one for each round of calls, and one for the
+/// answer. `question` is the tokens of its messages, `answer` the most of an answer, where it has a limit.
+#[must_use]
+pub fn most_tokens(question: usize, limits: &ToolLimits, answer: Option<u32>) -> Vec<usize> {
+    // They are always the same, and a screen counts them for many models.
+    static OFFERED: OnceLock<usize> = OnceLock::new();
+    let told = question.saturating_add(*OFFERED.get_or_init(|| toolbox().tokens()));
+    let added = |round| most_added(round, limits, answer.unwrap_or(0)) as usize;
+    (0..=limits.rounds)
+        .map(|round| told.saturating_add(added(round)))
+        .collect()
+}
+
 /// What a turn that called tools after the limit leaves: no verdict, and why.
 pub(super) fn beyond(limits: &ToolLimits) -> String {
     format!(
@@ -220,6 +235,14 @@ mod tests {
                 let reserved = endpoint.tokens(&request(longest(rounds, &limits)));
                 let bound = bare + most_added(rounds, &limits, 200);
                 assert!(reserved <= bound, "{limits:?} {rounds}: {reserved} {bound}");
+                let untold = Request {
+                    tools: None,
+                    ..request(Vec::new())
+                };
+                let question = endpoint.tokens(&untold) as usize;
+                let most = most_tokens(question, &limits, Some(200));
+                assert!(reserved as usize <= most[rounds as usize]);
+                assert_eq!(most.len(), limits.rounds as usize + 1);
             }
         }
     }

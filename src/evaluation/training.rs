@@ -1,7 +1,9 @@
 //! Answers to learn from: which stored answers are right, and how one becomes an example of a chat.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -10,7 +12,7 @@ use super::report::Truth;
 use crate::judge;
 use crate::llm::{Message, Role};
 use crate::scenario::Transform;
-use crate::store::{Outcome, Run, RunState, SplitPart};
+use crate::store::{Outcome, Run, RunState, SplitPart, StoredImage};
 use crate::verdict::{Task, Verdict};
 
 /// Why an answer is no example.
@@ -24,6 +26,12 @@ pub enum NoExample {
     NoVerdict,
     /// The messages that it answers are not known, as of answers recorded with the paper.
     NoMessages,
+    /// It answers pictures, and only words are wanted.
+    Picture,
+    /// A picture that it answers is not in the store.
+    NoPicture,
+    /// It answers pictures that training files cannot have: too many or too large, of another type, or not the user's.
+    PictureForm,
     /// Nothing is known to compare it with.
     NoTruth,
     /// Its verdict is wrong.
@@ -47,6 +55,9 @@ impl NoExample {
             Self::BuiltIn => "of the built-in judge",
             Self::NoVerdict => "without a whole answer or a verdict",
             Self::NoMessages => "without stored messages",
+            Self::Picture => "to pictures",
+            Self::NoPicture => "to pictures that the store does not have",
+            Self::PictureForm => "to pictures that training files cannot have",
             Self::NoTruth => "without a known truth",
             Self::Wrong => "with a wrong verdict",
             Self::WrongObstacle => "that name none of the critical obstacles",
@@ -64,6 +75,9 @@ impl NoExample {
             Self::BuiltIn => "built_in",
             Self::NoVerdict => "no_verdict",
             Self::NoMessages => "no_messages",
+            Self::Picture => "picture",
+            Self::NoPicture => "no_picture",
+            Self::PictureForm => "picture_form",
             Self::NoTruth => "no_truth",
             Self::Wrong => "wrong_verdict",
             Self::WrongObstacle => "wrong_obstacle",
@@ -108,17 +122,49 @@ pub struct ExampleRules {
     pub wrong_claims: u32,
     /// Where the reasoning stands.
     pub reasoning: ReasoningForm,
+    /// Whether answers to pictures are examples, with the pictures.
+    pub pictures: bool,
     /// Which part a scenario's examples are in: its test part is for validation.
     pub split: Split,
 }
+
+/// Pictures of a question by their hashes, as the store has them.
+pub type Pictures = HashMap<String, StoredImage>;
+
+/// What OpenAI documents of files for training with pictures, and others that read their form have as well: pictures of
+/// an example, and bytes of one, at most, and the types.
+const MOST_PICTURES: usize = 10;
+const MOST_BYTES: usize = 10_000_000;
+const TYPES: [&str; 3] = ["image/png", "image/jpeg", "image/webp"];
 
 /// One turn of an example.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 struct Turn {
     role: Role,
-    content: String,
+    content: Content,
     #[serde(skip_serializing_if = "Option::is_none")]
     reasoning_content: Option<String>,
+}
+
+/// What a turn says: words, or pictures and then words, in the form of OpenAI's chats.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+enum Content {
+    Words(String),
+    Parts(Vec<Part>),
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum Part {
+    ImageUrl { image_url: ImageUrl },
+    Text { text: String },
+}
+
+/// An address that holds its picture.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+struct ImageUrl {
+    url: String,
 }
 
 /// A conversation that ends with a right answer.
@@ -173,12 +219,17 @@ impl ExampleRules {
         self.split.part(Transform::of_name(scenario).0)
     }
 
-    fn example(&self, run: &Run) -> Option<Example> {
-        let asked: Vec<Message> = serde_json::from_str(&run.question.messages).ok()?;
-        // Of a picture, the messages have only the hash.
-        let shows = |message: &Message| !message.images.is_empty();
-        if !asked.iter().any(|message| message.role == Role::User) || asked.iter().any(shows) {
-            return None;
+    fn example(&self, run: &Run, pictures: &Pictures) -> Result<Example, NoExample> {
+        let asked = serde_json::from_str::<Vec<Message>>(&run.question.messages);
+        let asked = asked.map_err(|_| NoExample::NoMessages)?;
+        if !asked.iter().any(|message| message.role == Role::User) {
+            return Err(NoExample::NoMessages);
+        }
+        match asked.iter().map(|message| message.images.len()).sum() {
+            0 => {}
+            1.. if !self.pictures => return Err(NoExample::Picture),
+            1..=MOST_PICTURES => {}
+            _ => return Err(NoExample::PictureForm),
         }
         let reasoning = run.reasoning.trim();
         let answer = run.answer.trim();
@@ -189,23 +240,56 @@ impl ExampleRules {
             _ => answer.to_string(),
         };
         let beside = self.reasoning == ReasoningForm::Field && !reasoning.is_empty();
-        let mut messages: Vec<Turn> = asked.into_iter().map(Turn::from).collect();
+        let messages = asked
+            .into_iter()
+            .map(|message| Turn::new(message, pictures));
+        let mut messages: Vec<Turn> = messages.collect::<Result<_, _>>()?;
         messages.push(Turn {
             role: Role::Assistant,
-            content,
+            content: Content::Words(content),
             reasoning_content: beside.then(|| reasoning.to_string()),
         });
-        Some(Example { messages })
+        Ok(Example { messages })
     }
 }
 
-impl From<Message> for Turn {
-    fn from(message: Message) -> Self {
-        Self {
+impl Turn {
+    fn new(message: Message, pictures: &Pictures) -> Result<Self, NoExample> {
+        let content = match message.images.is_empty() {
+            true => Content::Words(message.content),
+            false if message.role != Role::User => return Err(NoExample::PictureForm),
+            false => {
+                let shown = message.images.iter().map(|image| {
+                    let found = pictures.get(&image.sha256).ok_or(NoExample::NoPicture)?;
+                    Part::picture(found)
+                });
+                let mut parts: Vec<Part> = shown.collect::<Result<_, _>>()?;
+                // As it is sent.
+                parts.push(Part::Text {
+                    text: message.content,
+                });
+                Content::Parts(parts)
+            }
+        };
+        Ok(Self {
             role: message.role,
-            content: message.content,
+            content,
             reasoning_content: None,
+        })
+    }
+}
+
+impl Part {
+    fn picture(found: &StoredImage) -> Result<Self, NoExample> {
+        let media_type = found.media_type.as_str();
+        if !TYPES.contains(&media_type) || found.bytes.len() > MOST_BYTES {
+            return Err(NoExample::PictureForm);
         }
+        let base64 = BASE64_STANDARD.encode(&found.bytes);
+        let url = format!("data:{media_type};base64,{base64}");
+        Ok(Self::ImageUrl {
+            image_url: ImageUrl { url },
+        })
     }
 }
 
@@ -216,13 +300,22 @@ impl Examples {
     }
 
     /// The example that a run is, as one line of JSON; nothing, and counted, where it is none or repeats another one.
+    /// `pictures` are those of its question that the store has.
     ///
     /// # Errors
     /// It cannot be written as JSON.
-    pub fn line(&mut self, rules: &ExampleRules, run: &Run) -> serde_json::Result<Option<String>> {
-        let Some(example) = rules.example(run) else {
-            self.leave_out(NoExample::NoMessages);
-            return Ok(None);
+    pub fn line(
+        &mut self,
+        rules: &ExampleRules,
+        run: &Run,
+        pictures: &Pictures,
+    ) -> serde_json::Result<Option<String>> {
+        let example = match rules.example(run, pictures) {
+            Ok(example) => example,
+            Err(why) => {
+                self.leave_out(why);
+                return Ok(None);
+            }
         };
         let line = serde_json::to_string(&example)?;
         if !self.seen.insert(Sha256::digest(&line).into()) {

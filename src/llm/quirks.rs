@@ -32,6 +32,8 @@ pub struct Quirks {
     pub require_parameters: bool,
     /// Whether the model takes images; `None` where that is not known.
     pub images: Option<bool>,
+    /// Whether the model calls tools; `None` where that is not known.
+    pub tools: Option<bool>,
     /// How many tokens an image is.
     pub image_tokens: ImageTokens,
 }
@@ -51,6 +53,7 @@ impl Default for Quirks {
             context: None,
             require_parameters: false,
             images: None,
+            tools: None,
             image_tokens: ImageTokens::default(),
         }
     }
@@ -130,6 +133,8 @@ pub struct StatedQuirks {
     pub require_parameters: Option<bool>,
     /// See [`Quirks::images`].
     pub images: Option<bool>,
+    /// See [`Quirks::tools`].
+    pub tools: Option<bool>,
     /// See [`Quirks::image_tokens`].
     pub image_tokens: Option<ImageTokens>,
 }
@@ -151,6 +156,7 @@ impl StatedQuirks {
             context: self.context.or(other.context),
             require_parameters: self.require_parameters.or(other.require_parameters),
             images: self.images.or(other.images),
+            tools: self.tools.or(other.tools),
             image_tokens: self.image_tokens.or(other.image_tokens),
         }
     }
@@ -176,6 +182,7 @@ impl StatedQuirks {
                 .require_parameters
                 .unwrap_or(default.require_parameters),
             images: self.images,
+            tools: self.tools,
             image_tokens: self.image_tokens.unwrap_or(default.image_tokens),
         }
     }

@@ -53,6 +53,7 @@ impl Ready {
         let wrong = |place| |why| Error::Setup { place, why };
         effort::check(endpoint, request)?;
         check_images(endpoint, request)?;
+        check_tools(endpoint, request)?;
         let (url, headers) = addressed(client, endpoint, request).await?;
         let endpoint = &*endpoint;
         let body = endpoint.dialect.protocol().body(endpoint, request);
@@ -95,6 +96,7 @@ pub(super) async fn sendable(
     // The budget is checked before a command asks the user for a password.
     effort::check(endpoint, request)?;
     check_images(endpoint, request)?;
+    check_tools(endpoint, request)?;
     drop(reserve(endpoint, request)?);
     let limit = endpoint.answer_limit(&request.parameters);
     let tokens = endpoint.tokens(request).saturating_add(limit.unwrap_or(0));
@@ -116,6 +118,20 @@ fn check_images(endpoint: &Endpoint, request: &Request) -> Result<(), Error> {
         place: endpoint.place(),
         why: format!(
             "{model} takes no pictures; choose a frame in words or a model that sees, or, if it does see, set quirks = {{ images = true }} for it in [provider.{name}]"
+        ),
+    })
+}
+
+/// Refuses tools for a model that is known not to call any.
+fn check_tools(endpoint: &Endpoint, request: &Request) -> Result<(), Error> {
+    if endpoint.quirks.tools != Some(false) || request.offered().is_none() {
+        return Ok(());
+    }
+    let (model, name) = (&request.model, &endpoint.name);
+    Err(Error::Setup {
+        place: endpoint.place(),
+        why: format!(
+            "{model} calls no tools; ask without tools or choose another model, or, if it does call them, set quirks = {{ tools = true }} for it in [provider.{name}]"
         ),
     })
 }

@@ -143,6 +143,12 @@ impl ToolRound {
 }
 
 impl Toolbox {
+    /// Tokens that the tools and the rounds add to a request, estimated to be rather too many than too few.
+    #[must_use]
+    pub fn tokens(&self) -> usize {
+        self.bytes(None).div_ceil(2)
+    }
+
     /// Bytes that the tools and the rounds add to a request, roughly; `answer` is the most tokens of an answer.
     pub(super) fn bytes(&self, answer: Option<u32>) -> usize {
         let specs = self.specs.iter();

@@ -27,14 +27,14 @@ pub struct StoryboardPanel {
 pub struct Storyboard<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// The moments, in order; times are relative to the last one.
+    /// The moments, in order.
     pub panels: &'a [StoryboardPanel],
     /// The step from which trails are drawn.
     pub from: i64,
-    /// Nothing farther from the ego matters, metres.
-    pub radius: f64,
     /// Whether north is up, and not the ego's heading.
     pub north_up: bool,
+    /// Whether steps and times are those of the recording; otherwise times are relative to the last moment.
+    pub recorded_times: bool,
     /// Whether contacts are marked.
     pub contact: bool,
 }
@@ -135,8 +135,12 @@ impl Storyboard<'_> {
         picture
     }
 
-    /// The seconds of a step before the last one, as descriptions have them.
+    /// When a step is, as descriptions have it.
     fn time(&self, step: i64) -> String {
+        if self.recorded_times {
+            let seconds = step as f64 * self.scene.scenario.dt();
+            return format!("step {step}, t = {seconds:.2} s");
+        }
         let last = self.panels.last().map_or(step, |panel| panel.step);
         let seconds = (step - last) as f64 * self.scene.scenario.dt();
         // Never a negative zero.
@@ -161,7 +165,7 @@ impl Storyboard<'_> {
     /// Half of what a panel shows from side to side, metres: everyone who is drawn, in all panels.
     fn half(&self) -> f64 {
         let far = self.distances().map(|(_, far)| far).fold(0.0, f64::max);
-        (far + MARGIN).clamp(LEAST, self.radius.max(LEAST) + MARGIN)
+        (far + MARGIN).max(LEAST)
     }
 
     /// Everyone in every panel, and how far its centre is from the ego's, metres.

@@ -111,6 +111,7 @@ pub enum Action {
     ToggleCp,
     ToggleCot,
     ToggleIcl,
+    ToggleTools,
     PromptView,
     Edit,
     DiscardDraft,

@@ -164,6 +164,8 @@ pub struct Model {
     pub techniques: Techniques,
     /// Whether the techniques were chosen, or are the template's.
     pub techniques_chosen: bool,
+    /// Whether models may call tools.
+    pub tools: bool,
     /// The prompt.
     pub prompt: PromptPane,
     /// Templates.
@@ -263,6 +265,7 @@ impl Model {
             stop_within: 0.0,
             techniques: Techniques::ALL,
             techniques_chosen: false,
+            tools: config.tools,
             prompt: PromptPane::new(config.editor),
             library,
             answers: Answers::default(),
@@ -339,7 +342,7 @@ impl Model {
             history: self.config.history,
             radius: self.config.radius,
             techniques: self.techniques_chosen.then_some(self.techniques),
-            obstacle: self.picked.filter(|_| self.frame == Frame::Trajectory),
+            obstacle: self.picked.filter(|_| self.frame.is_of_one_obstacle()),
             ..Settings::default()
         };
         said.with(&defaults.unwrap_or_default())

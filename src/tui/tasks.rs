@@ -1,5 +1,6 @@
 //! Background work: runs effects as tasks, which send messages back.
 
+mod asking;
 mod batch;
 pub mod drives;
 mod experiment;
@@ -22,21 +23,21 @@ use std::time::Duration;
 
 use tokio::sync::mpsc::UnboundedSender;
 
-use self::job::{Canceller, RunningJobs};
+use self::job::RunningJobs;
 use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
-use super::message::{Effect, ExternalEdit, JobEvent, JobId, Msg, StoredOf, Update};
+use super::message::{Effect, ExternalEdit, Msg, StoredOf};
 use super::session::{self, drafts};
-use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
+use crate::evaluation::{Answer, default_planning};
 use crate::formats::EgoSelection;
 use crate::judge;
-use crate::llm::{Effort, Environment, Parameters, Registry, ToolLimits, probe};
+use crate::llm::{Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::{Config, Folders, SavedViews, TextFile};
 use crate::simulation::{ExternalPlanner, Settings};
 use crate::store::{Origin, Store};
-use crate::workflow::{AskRequest, Models, ask, experiments_in};
+use crate::workflow::{Models, experiments_in};
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
@@ -327,41 +328,6 @@ impl Tasks {
         self.background(move || Msg::Pictured(pictures::save(&job, &drawing)));
     }
 
-    /// The judge with a model id; all share the budget of the session.
-    fn judge(&self, model: &str) -> Result<Judge, String> {
-        self.models.judge(model).map_err(|error| error.to_string())
-    }
-
-    fn ask(&mut self, id: JobId, question: Box<Question>, model: &str, fresh: bool) {
-        let sender = self.sender.clone();
-        let tell = move |update| drop(sender.send(Msg::Job(id, JobEvent::Question(update))));
-        let judge = match self.judge(model) {
-            Ok(judge) => judge,
-            Err(error) => {
-                tell(Update::Ended(Err(error)));
-                return;
-            }
-        };
-        let store = self.store.clone();
-        let task = tokio::spawn(async move {
-            let request = AskRequest {
-                question: &question,
-                judge: &judge,
-                store,
-                options: RunOptions {
-                    fresh,
-                    ..RunOptions::default()
-                },
-            };
-            let outcome = ask(request, |event| tell(Update::Progress(event)));
-            let outcome = outcome.await.map(|outcome| Box::new(outcome.answer));
-            let outcome = outcome.map_err(|error| error.to_string());
-            tell(Update::Ended(outcome));
-        });
-        // Aborting the task closes the connection and writes the run down as cancelled.
-        self.jobs.insert(id, Canceller::Abort, task.abort_handle());
-    }
-
     fn change_template(
         &self,
         file: String,
@@ -375,7 +341,7 @@ impl Tasks {
     }
 }
 
-/// Request parameters beside the messages.
+/// Request parameters beside the messages; tools are switched while the workbench runs.
 fn parameters(config: &Config) -> Parameters {
     Parameters {
         temperature: config.temperature,
@@ -383,7 +349,7 @@ fn parameters(config: &Config) -> Parameters {
         seed: None,
         effort: config.effort.as_deref().and_then(Effort::parse),
         log_probabilities: config.log_probabilities,
-        tools: config.tools.then(ToolLimits::default),
+        tools: None,
     }
 }
 

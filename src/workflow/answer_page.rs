@@ -64,6 +64,13 @@ pub fn answer_page(
             run.question.ego.clone(),
             run.origin == Origin::Recorded,
         );
+        for hash in run.question.image_hashes() {
+            let found = match page.knows_sent(&hash) {
+                true => None,
+                false => store.image(&hash)?,
+            };
+            page.add_sent(place, &hash, found.as_ref());
+        }
         let told = add(&mut page, place, run);
         scenes.entry(key).or_default().push(told);
     }

@@ -34,7 +34,8 @@ fn collides(question: usize) -> bool {
     question.is_multiple_of(3)
 }
 
-fn answer(question: usize, scenario: &str, model: usize, techniques: usize) -> Run {
+/// An answer of the models to a question about a scenario.
+pub fn answer(question: usize, scenario: &str, model: usize, techniques: usize) -> Run {
     let number = (question * MODELS.len() + model) * TECHNIQUES.len() + techniques;
     let right = (number * 7919) % 10 < 8;
     let dangerous = collides(question) == right;

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use super::support::program::Home;
 
 /// An answer about a map of its own: a yes that names obstacle 7, with one right claim.
-fn answer(n: i64) -> Run {
+pub fn answer(n: i64) -> Run {
     let verdict = Verdict {
         task: Task::Safety,
         dangerous: true,
@@ -115,7 +115,7 @@ fn filled(home: &Home) -> PathBuf {
     home.write("truth.csv", labels)
 }
 
-fn read(home: &Home, file: &str) -> String {
+pub fn read(home: &Home, file: &str) -> String {
     std::fs::read_to_string(home.files().join(file)).unwrap()
 }
 

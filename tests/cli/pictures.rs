@@ -38,7 +38,7 @@ fn run(home: &Home, arguments: &[&str]) -> Ended {
 }
 
 /// The picture of a window as `describe` writes it.
-fn drawn(home: &Home, scenario: &str, more: &[&str]) -> Vec<u8> {
+pub fn drawn(home: &Home, scenario: &str, more: &[&str]) -> Vec<u8> {
     let file = home.files().join("drawn.png");
     let name = file.display().to_string();
     let written = ["-o", &name, "--overwrite"];
@@ -130,8 +130,13 @@ fn what_follows_the_window_leaves_no_trace() {
             read(".ego_trajectory.csv"),
         );
         let at = last.to_string();
-        let asked = ["--frame", "picture", "--at", &at, "--history", "10"];
-        let of_whole = drawn(&home, &whole.display().to_string(), &asked);
+        let asked = [
+            &["--frame", "picture"][..],
+            &["--frame", "trajectory+picture", "--obstacle", "301"],
+        ]
+        .map(|frame| [frame, &["--at", &at, "--history", "10"]].concat());
+        let of_whole =
+            { asked.each_ref() }.map(|asked| drawn(&home, &whole.display().to_string(), asked));
 
         // The same recording, cut off behind the window.
         let step = |state: &str| -> Option<i64> {
@@ -167,8 +172,10 @@ fn what_follows_the_window_leaves_no_trace() {
         assert!(kept.len() < rows.lines().count());
         let there = home.write(format!("cut/{name}.xml"), cut);
         home.write(format!("cut/{name}.ego_trajectory.csv"), kept.join("\n"));
-        let of_cut = drawn(&home, &there.display().to_string(), &asked);
-        assert_eq!(of_whole, of_cut, "{name}");
+        let of_cut =
+            { asked.each_ref() }.map(|asked| drawn(&home, &there.display().to_string(), asked));
+        assert!(of_whole == of_cut, "{name}");
+        assert!(of_cut[0] != of_cut[1]);
     }
 }
 

@@ -278,3 +278,17 @@ async fn with_and_without_tools_are_an_axis() {
     );
     assert_eq!(json!(settings).as_array().unwrap().len(), 2);
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_model_that_calls_no_tools_is_refused_before_anything_is_sent() {
+    let dialect = Dialect::OpenAiChat;
+    let server = played(dialect, Vec::new()).await;
+    let home = Home::new();
+    let lacking = "[provider.lab]\nquirks = { tools = false }\n";
+    home.write(home.config().join("config.toml"), lacking);
+    ask(&home, server.base_url(), dialect, &[])
+        .status(2)
+        .says(&["tiny calls no tools", "tools = true"]);
+    assert_eq!(server.requests().len(), 0);
+    assert_eq!(home.rows("SELECT id FROM runs").len(), 0);
+}

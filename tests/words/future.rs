@@ -73,7 +73,7 @@ fn another_future_changes_no_description() {
                 let options = Options {
                     form: Form::Compact,
                     radius: 60.0,
-                    obstacle: obstacle.filter(|_| frame == Frame::Trajectory),
+                    obstacle: obstacle.filter(|_| frame.is_of_one_obstacle()),
                     ..Options::default()
                 };
                 let told = |scene: &Scene| {

@@ -66,7 +66,7 @@ proptest! {
                 check_spans(&described);
                 // Between the line that says what times are relative to and the worst values.
                 let text = &described.text;
-                let first = if frame == Frame::Trajectory { 0 } else { text.find('\n').unwrap() };
+                let first = if frame.is_of_one_obstacle() { 0 } else { text.find('\n').unwrap() };
                 // A table along the lane first says at which times there is none.
                 let notes = text.rfind("along and across its heading.\n");
                 let first = notes.filter(|_| options.form == Form::Compact).unwrap_or(first);
@@ -89,9 +89,9 @@ proptest! {
                 });
                 prop_assert!(finite);
             }
-            Err(DescriptionError::NoObstacle) => prop_assert!(frame == Frame::Trajectory),
+            Err(DescriptionError::NoObstacle) => prop_assert!(frame.is_of_one_obstacle()),
             Err(DescriptionError::UnknownObstacle { id, .. }) => prop_assert!(!all.contains(&id)),
-            Err(DescriptionError::NotThere { .. }) => prop_assert!(frame == Frame::Trajectory),
+            Err(DescriptionError::NotThere { .. }) => prop_assert!(frame.is_of_one_obstacle()),
         }
     }
 }

@@ -18,7 +18,7 @@ fn described(frame: Frame, form: Form) -> String {
         form,
         stride: 4,
         radius: 25.0,
-        obstacle: (frame == Frame::Trajectory).then_some(CAR),
+        obstacle: frame.is_of_one_obstacle().then_some(CAR),
         ..Options::default()
     };
     let described = describe(&scene, frame, &window, &options).unwrap();
@@ -54,7 +54,7 @@ fn both_forms_say_the_same_numbers() {
         let values = |form| {
             let options = Options {
                 form,
-                obstacle: (frame == Frame::Trajectory).then_some(CAR),
+                obstacle: frame.is_of_one_obstacle().then_some(CAR),
                 ..Options::default()
             };
             let described = describe(&scene, frame, &window, &options).unwrap();

@@ -38,7 +38,7 @@ pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
     }
     let mut rows = vec![
         ("model", judge.id().to_string()),
-        ("how", question.how()),
+        ("how", question.how(judge.calls_tools())),
         ("template", template.unwrap_or_default()),
         ("tokens", format!("about {}", size.tokens)),
         ("price", words),

@@ -20,8 +20,8 @@ use crate::description::{Frame, escaped_json};
 use crate::evaluation::batch::Split;
 use crate::evaluation::report::stored;
 use crate::evaluation::{
-    AxisValues, ExampleRules, Examples, NoExample, PromptConfig, Provenance, ReasoningForm,
-    note_on_score,
+    AxisValues, ExampleRules, Examples, NoExample, Pictures, PromptConfig, Provenance,
+    ReasoningForm, note_on_score,
 };
 use crate::store::{Outcome as Run, RunId, SplitPart, Store};
 use crate::system::{NewFile, unknown};
@@ -49,6 +49,9 @@ pub struct ChatOptions {
     /// nowhere [default: think].
     #[arg(long, value_name = "think|field|none", value_parser = form)]
     reasoning: Option<ReasoningForm>,
+    /// Chat: leave out answers to pictures, which only models that see can be trained on.
+    #[arg(long)]
+    no_pictures: bool,
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -73,6 +76,7 @@ impl ChatOptions {
             (self.validation.is_some(), "--validation"),
             (self.split_seed.is_some(), "--split-seed"),
             (self.reasoning.is_some(), "--reasoning"),
+            (self.no_pictures, "--no-pictures"),
         ];
         let mut given = given.into_iter().filter(|(is_given, _)| *is_given);
         given.next().map(|(_, name)| name)
@@ -82,6 +86,7 @@ impl ChatOptions {
         ExampleRules {
             wrong_claims: self.allow_wrong_claims.unwrap_or(0),
             reasoning: self.reasoning.unwrap_or_default(),
+            pictures: !self.no_pictures,
             split: Split {
                 test: self.validation.unwrap_or(0.1),
                 seed: self.split_seed.unwrap_or(Split::SEED),
@@ -120,6 +125,8 @@ struct ChatFile {
     file: String,
     /// SHA-256 of its bytes.
     sha256: String,
+    /// How many of its examples have a picture.
+    with_pictures: usize,
     /// The stored run of each line, in order.
     run_ids: Vec<i64>,
     /// Names of the scenarios.
@@ -137,6 +144,7 @@ struct Part {
     file: BufWriter<NewFile>,
     hash: Sha256,
     runs: Vec<RunId>,
+    with_pictures: usize,
     scenarios: BTreeSet<String>,
 }
 
@@ -204,17 +212,21 @@ pub fn run(
             // It is gone meanwhile.
             continue;
         };
-        let line = examples.line(&rules, &run).map_err(Failure::input)?;
+        let pictures = pictures(store, &run)?;
+        let line = examples.line(&rules, &run, &pictures);
+        let line = line.map_err(Failure::input)?;
         if let Some(line) = line {
             let part = match rules.part(&outcome.scenario) {
                 SplitPart::Dev => &mut parts[0],
                 SplitPart::Test => &mut parts[1],
             };
             part.write(&line, outcome)?;
+            part.with_pictures += usize::from(!pictures.is_empty());
         }
     }
     drop(progress);
     let [train, validation] = [parts[0].runs.len(), parts[1].runs.len()];
+    let seeing = parts[0].with_pictures + parts[1].with_pictures;
     if train + validation == 0 {
         drop((parts, manifest));
         if is_new {
@@ -257,7 +269,24 @@ pub fn run(
         validation,
         folder.display()
     ));
+    if seeing > 0 {
+        let examples = output::counted(seeing, "example");
+        output::say(&format!(
+            "nearmiss: {examples} with a picture: only models that see can be trained on them; --no-pictures leaves them out"
+        ));
+    }
     Ok(())
+}
+
+/// The pictures that a run was asked with, as far as the store has them.
+fn pictures(store: &Store, run: &crate::store::Run) -> Result<Pictures, Failure> {
+    let mut found = Pictures::new();
+    for hash in run.question.image_hashes() {
+        if let Some(image) = store.image(&hash).map_err(Failure::input)? {
+            found.insert(hash, image);
+        }
+    }
+    Ok(found)
 }
 
 /// How an answer was asked for, as far as its description matters.
@@ -322,6 +351,7 @@ impl Part {
             file: BufWriter::new(file),
             hash: Sha256::new(),
             runs: Vec::new(),
+            with_pictures: 0,
             scenarios: BTreeSet::new(),
         })
     }
@@ -349,6 +379,7 @@ impl Part {
                 .iter()
                 .map(|byte| format!("{byte:02x}"))
                 .collect(),
+            with_pictures: self.with_pictures,
             run_ids: self.runs.iter().map(|run| run.0).collect(),
             scenario_names: self.scenarios.into_iter().collect(),
         })

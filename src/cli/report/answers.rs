@@ -31,5 +31,12 @@ pub fn page(
             output::counted(left_out, "question")
         ));
     }
+    let left_out = page.sent_left_out();
+    if left_out > 0 {
+        output::say(&format!(
+            "nearmiss: the page has no {} that models were sent: they would make it too large; `runs picture` writes one",
+            output::counted(left_out, "picture")
+        ));
+    }
     Ok(page)
 }

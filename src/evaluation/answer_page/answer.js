@@ -84,6 +84,15 @@ const verdict = (status) => {
   ];
 };
 
+/** A picture that a question was sent with, as it was; a click enlarges it. */
+const sentPicture = ({ picture, size, missing }, of) => {
+  if (missing) return make("p", { class: "facts" }, missing);
+  const [width, height] = size;
+  const alt = `Picture that the model was sent with the question about ${of.scenario}; how it is read stands in the prompt`;
+  const shown = make("img", { class: "sent", alt, width, height, src: block(`sent-${picture}`) });
+  return make("button", { class: "sent", title: `${width} × ${height} pixels; enlarge or fit`, onclick: () => shown.classList.toggle("full") }, shown);
+};
+
 let prompts = false; // whether prompts are unfolded, kept from one answer to the next
 const SHOWN = { R: "Right", W: "Wrong", N: "No verdict", "?": "Truth unknown" };
 const showAnswer = () => {
@@ -94,7 +103,7 @@ const showAnswer = () => {
     panel.replaceChildren(make("p", { class: "facts" }, "This question was not asked in this way."));
     return;
   }
-  const { status, messages, text: place, claims, returned, finish, used } = detail(at);
+  const { status, messages, sent, text: place, claims, returned, finish, used } = detail(at);
   const letter = marks.letter[at], answers = of.cells.get(way);
   const button = (label, title, onclick) => make("button", { title, onclick }, label);
   const badge = `${letter} ${SHOWN[letter]}: ${status.missing ?? `says ${SAID[marks.said[at]]} (${status.word})`}`;
@@ -118,6 +127,7 @@ const showAnswer = () => {
     make("span", { class: `badge ${letter === "?" ? "U" : letter}`, id: "badge" }, badge),
     ...verdict(status),
     picture,
+    ...(sent.length ? section("Picture that the model was sent", ...sent.map((one) => sentPicture(one, of))) : []),
     ...(whole === null ? [] : section("Answer", facts ? make("p", { class: "facts" }, facts) : null, marked(whole, claims ?? []))),
     ...section(told, claims === null ? make("p", { class: "facts" }, "Not checked: the scenario was not at hand.")
       : claims.length ? make("ul", { id: "claims" }, ...claimList(claims)) : make("p", { class: "facts" }, "No claim about an obstacle was found.")),

@@ -44,6 +44,9 @@ impl AnswerPage {
         for (number, svg) in self.pictures.iter().enumerate() {
             block(&mut html, &format!("picture-{number}"), &json!(svg));
         }
+        for (number, address) in self.sent.all.iter().enumerate() {
+            block(&mut html, &format!("sent-{number}"), &json!(address));
+        }
         html.push_str("<script>");
         html.push_str(SCRIPT);
         html.push_str("</script>\n");

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::super::claims::{CheckedClaim, Judgement};
 use super::super::{AnswerStatus, Scored};
+use super::sent::Sent;
 use crate::description::visible;
 
 /// A claim in the text of an answer.
@@ -54,6 +55,8 @@ impl ShownClaim {
 pub struct AnswerDetail {
     /// Roles and places of the texts of the question.
     pub(super) messages: Vec<(String, usize)>,
+    /// The pictures that the question was sent with.
+    pub(super) sent: Vec<Sent>,
     /// The place of the answer's text.
     pub(super) text: Option<usize>,
     /// Its claims; `None` where they cannot be checked.
@@ -87,6 +90,7 @@ impl AnswerDetail {
         json!({
             "status": self.status,
             "messages": self.messages,
+            "sent": self.sent.iter().map(Sent::json).collect::<Vec<_>>(),
             "text": self.text,
             "claims": self.claims,
             "returned": shown(&self.model_returned),

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod detail;
+mod sent;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests;
@@ -14,7 +15,9 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::{AnswerCase, AnswerStatus, PromptConfig, Scored};
 use crate::description::visible;
+use crate::store::StoredImage;
 use crate::verdict::Task;
+use sent::SentPictures;
 use texts::Texts;
 
 /// All pictures together have at most so many bytes; a page with more opens slowly.
@@ -55,6 +58,7 @@ pub struct AnswerPage {
     pictures: Vec<String>,
     picture_bytes: usize,
     left_out: usize,
+    sent: SentPictures,
 }
 
 impl AnswerPage {
@@ -159,6 +163,28 @@ impl AnswerPage {
             self.pictures.push(svg.to_string());
         }
         of.picture = same.or(self.pictures.len().checked_sub(1));
+    }
+
+    /// Whether a picture that a question was sent with was looked for before.
+    #[must_use]
+    pub fn knows_sent(&self, sha256: &str) -> bool {
+        self.sent.known(sha256).is_some()
+    }
+
+    /// Adds a picture that the question of an answer was sent with: as the store has it, if it has it. One that is known
+    /// is kept once.
+    pub fn add_sent(&mut self, place: usize, sha256: &str, found: Option<&StoredImage>) {
+        let known = self.sent.known(sha256).cloned();
+        let sent = known.unwrap_or_else(|| self.sent.take(sha256, found));
+        if let Some(detail) = self.details.get_mut(place) {
+            detail.sent.push(sent);
+        }
+    }
+
+    /// How many pictures that were sent are not on the page because it would become too large.
+    #[must_use]
+    pub fn sent_left_out(&self) -> usize {
+        self.sent.left_out
     }
 
     /// How many questions have no picture because the page would become too large.

@@ -59,6 +59,7 @@ table! {
     ToggleCp, Global, "cp", ["space a c"], 0, "cp", "Contextual prompting on or off.";
     ToggleCot, Global, "cot", ["space a h"], 0, "cot", "Chain of thought on or off.";
     ToggleIcl, Global, "icl", ["space a i"], 0, "icl", "In-context examples on or off.";
+    ToggleTools, Global, "tools", ["space a u"], 0, "tools", "Let models call tools that compute distances, times and measures, or not.";
     PromptView, Global, "prompt-view", ["space a v"], 0, "view", "Show the rendered prompt, the template, or the description.";
     DiscardDraft, Global, "discard-draft", ["space a d"], 0, "discard draft", "Discard the draft of the template and your saved copy: the shipped one is used. Both are kept as .bak files.";
     RereadTemplates, Global, "reread-templates", ["space a r"], 0, "reread", "Read the templates in your prompts folder again.";

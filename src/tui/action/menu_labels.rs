@@ -12,6 +12,7 @@ pub fn menu_label(entry: &Entry) -> &'static str {
         ToggleCp => "contextual prompting on/off",
         ToggleCot => "chain of thought on/off",
         ToggleIcl => "in-context examples on/off",
+        ToggleTools => "tools for models on/off",
         PromptView => "prompt, template, description, diff",
         RereadTemplates => "reread templates",
         CloseAnswer => "remove the shown answer",

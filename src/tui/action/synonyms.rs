@@ -58,6 +58,7 @@ pub fn synonyms_of(action: Action) -> &'static str {
         ToggleCp => "contextual prompting technique",
         ToggleCot => "chain of thought reasoning technique",
         ToggleIcl => "few-shot in-context examples technique",
+        ToggleTools => "function calls instruments calculator",
         CollisionStep => "danger critical moment crash jump",
         ContactStep => "collision crash impact",
         NextDisagreement => "wrong mistake differ",

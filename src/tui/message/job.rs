@@ -11,6 +11,7 @@ use super::runs::{Batch, BatchAnswer, ComparedVersions, Counts, VersionSide};
 use crate::corpus::CorpusIndex;
 use crate::evaluation::{Answer, Event, Question};
 use crate::formats::Entry;
+use crate::llm::ToolLimits;
 use crate::planner::Forecast;
 use crate::scenario::Transform;
 use crate::store::{Run, RunId};
@@ -29,6 +30,8 @@ pub enum JobRequest {
         question: Box<Question>,
         /// The model, `provider/model`.
         model: String,
+        /// How often it may call tools; `None` where it may not.
+        tools: Option<ToolLimits>,
         /// Whether it is asked anew where the store has its answer.
         fresh: bool,
     },

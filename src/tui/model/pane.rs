@@ -83,6 +83,7 @@ impl Pane {
                 ToggleCp,
                 ToggleCot,
                 ToggleIcl,
+                ToggleTools,
                 ChooseTemplate,
                 DiscardDraft,
                 OutsideEditor,

@@ -58,13 +58,7 @@ impl Prices {
         model == judge::MODEL || free
     }
 
-    /// The cost of asking a model once, in words; includes the answer if its length has a limit.
-    #[must_use]
-    pub fn words(&self, model: &str, question: usize, answer: Option<u32>) -> String {
-        self.of_requests(model, &[RequestTokens { question, answer }])
-    }
-
-    /// The most that several requests to a model can cost, in words.
+    /// The most that requests to a model can cost, in words; includes the answers if their length has a limit.
     #[must_use]
     pub fn of_requests(&self, model: &str, requests: &[RequestTokens]) -> String {
         if self.is_free(model) {
@@ -144,7 +138,10 @@ mod tests {
         assert!(free.contains("desk"), "{free:?}");
         assert!(!free.contains("lab") && !free.contains("shop"));
         let prices = Prices::new(registry, free, jiff::civil::date(2026, 1, 1));
-        let words = |model, most| prices.words(model, 1000, most);
+        let words = |model, answer| {
+            let question = 1000;
+            prices.of_requests(model, &[RequestTokens { question, answer }])
+        };
         assert_eq!(words("lab/big", None), "$0.0020 + answer");
         assert_eq!(words("lab/big", Some(100)), "at most $0.0030");
         assert_eq!(words("lab/small", None), UNKNOWN);

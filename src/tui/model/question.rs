@@ -1,8 +1,11 @@
 //! The current question, rendered again whenever one of its inputs changes.
 
-use super::{Model, PromptView};
+use super::{Model, PromptView, RequestTokens};
 use crate::description::Frame;
-use crate::evaluation::{AttackTerms, Case, CaseError, default_frame, prepare};
+use crate::evaluation::{
+    AttackTerms, Case, CaseError, default_frame, prepare, tool_rounds, with_tools,
+};
+use crate::llm::ToolLimits;
 use crate::prompts::{Library, TemplateError};
 use crate::system::activity::{self, Subject, trying};
 use crate::tui::action::Action;
@@ -21,8 +24,10 @@ impl Model {
     /// How it is asked now, in short: as [`Column::how`] has it.
     #[must_use]
     pub fn way(&self) -> String {
-        let way = || format!("{} · {}", self.frame.name(), self.techniques);
-        self.prompt.question.as_ref().map_or_else(way, |q| q.how())
+        let techniques = || with_tools(&self.techniques.to_string(), self.tools);
+        let way = || format!("{} · {}", self.frame.name(), techniques());
+        let question = self.prompt.question.as_ref();
+        question.map_or_else(way, |question| question.how(self.tools))
     }
 
     /// The frame after the present one that has a template for the task.
@@ -142,9 +147,28 @@ impl Model {
     /// The cost of asking the chosen model the question as it stands, in words.
     #[must_use]
     pub fn price(&self) -> String {
-        let tokens = self.prompt.tokens;
-        let most = self.config.max_tokens;
-        self.prompt.prices.words(&self.model, tokens, most)
+        self.price_of(&self.model)
+    }
+
+    /// The same of another model: with tools, of all rounds of calls and of the answer after them.
+    #[must_use]
+    pub fn price_of(&self, model: &str) -> String {
+        let (tokens, answer) = (self.prompt.tokens, self.config.max_tokens);
+        let request = |question| RequestTokens { question, answer };
+        let requests: Vec<RequestTokens> = match self.tool_limits() {
+            None => vec![request(tokens)],
+            Some(limits) => tool_rounds::most_tokens(tokens, &limits, answer)
+                .into_iter()
+                .map(request)
+                .collect(),
+        };
+        self.prompt.prices.of_requests(model, &requests)
+    }
+
+    /// How often models may call tools; `None` where they may not.
+    #[must_use]
+    pub fn tool_limits(&self) -> Option<ToolLimits> {
+        self.tools.then(ToolLimits::default)
     }
 
     /// Roughly how many tokens a question of another task about this moment has; `None` where it cannot be asked.

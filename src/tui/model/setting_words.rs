@@ -15,6 +15,7 @@ impl Model {
             Action::ToggleCp => is(techniques.cp),
             Action::ToggleCot => is(techniques.cot),
             Action::ToggleIcl => is(techniques.icl),
+            Action::ToggleTools => is(self.tools),
             Action::PromptView => Some(self.prompt.view.name()),
             Action::Follow => is(self.camera.follow),
             Action::EgoUp => is(self.camera.ego_up),

@@ -8,7 +8,7 @@ use ratatui::widgets::Paragraph;
 
 use super::{Screen, Step};
 use crate::description::visible;
-use crate::evaluation::Lead;
+use crate::evaluation::{Lead, with_tools};
 use crate::judge;
 use crate::tui::action::Action;
 use crate::tui::keymap::Key;
@@ -172,7 +172,7 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
         "{} · {} · {}",
         batch.task.name(),
         batch.frame.name(),
-        batch.techniques
+        with_tools(&batch.techniques.to_string(), batch.request.tools.is_some())
     );
     row("how", how, Style::new());
     if batch.draft.is_some() {
@@ -218,6 +218,10 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
     let asks = match own {
         true => format!("{}, on this machine", estimate.free),
         false => format!("{}, {} at once", estimate.requests, counts.at_once),
+    };
+    let asks = match batch.request.tools.filter(|_| !own) {
+        Some(limits) => format!("{asks}; each with up to {} rounds of tools", limits.rounds),
+        None => asks,
     };
     row(name, asks, bold);
     if !own {

@@ -76,8 +76,8 @@ fn note(model: &Model, id: &str) -> String {
     }
     parts.extend(offer.and_then(|o| o.warning.clone()));
     let of_million = prices.per_million(id);
-    let tokens = model.prompt.question.as_ref().map(|_| model.prompt.tokens);
-    let once = tokens.map(|tokens| prices.words(id, tokens, model.config.max_tokens));
+    let question = model.prompt.question.as_ref();
+    let once = question.map(|_| model.price_of(id));
     let once = once.filter(|once| *once != of_million);
     parts.push(of_million);
     parts.extend(once);

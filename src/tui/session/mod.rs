@@ -35,6 +35,9 @@ pub struct Session {
     pub frame: String,
     /// The techniques, where they were chosen.
     pub techniques: Option<String>,
+    /// Whether models may call tools, `on` or `off`, where it is not as the configuration says. Older sessions do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tools: Option<Override>,
     /// The model, where it is not the one of the configuration.
     pub model: Option<Override>,
     /// The theme, where it is not the one of the configuration.
@@ -210,6 +213,7 @@ impl Default for Session {
             task: String::new(),
             frame: String::new(),
             techniques: None,
+            tools: None,
             model: None,
             theme: None,
             focus: String::new(),
@@ -268,6 +272,7 @@ impl Session {
         }
         let of = |instead: &Option<Override>| instead.as_ref().map(|i| i.chosen.clone());
         let words = [
+            of(&session.tools),
             of(&session.model),
             of(&session.theme),
             of(&session.index),

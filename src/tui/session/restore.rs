@@ -30,6 +30,7 @@ pub fn capture(model: &Model) -> Session {
         techniques: model
             .techniques_chosen
             .then(|| model.techniques.to_string()),
+        tools: Override::chosen(on(model.tools), Some(&on(config.tools).into()), ""),
         model: Override::chosen(&model.model, config.model.as_ref(), judge::MODEL),
         theme: Override::chosen(&model.look.chosen, config.theme.as_ref(), "auto"),
         focus: model.focus.name().into(),
@@ -47,6 +48,11 @@ pub fn capture(model: &Model) -> Session {
         opened: opened_of(model).or_else(|| model.recall.wanted.clone()),
         ..Session::default()
     }
+}
+
+/// A switch, as sessions have it.
+fn on(switch: bool) -> &'static str {
+    if switch { "on" } else { "off" }
 }
 
 /// The index that was chosen instead of the configured one.
@@ -100,6 +106,9 @@ pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
         let still = instead.as_ref()?.still(of)?;
         Some(still.to_string())
     };
+    if let Some(tools) = chosen(&session.tools, Some(&on(model.config.tools).into())) {
+        model.tools = tools == on(true);
+    }
     if let Some(id) = chosen(&session.model, model.config.model.as_ref()) {
         model.model = id;
     }

@@ -73,7 +73,8 @@ impl Tasks {
             budget: self.models.budget_left(),
             ..Counts::default()
         };
-        let (judge, store) = match (self.judge(&batch.model), self.store.clone()) {
+        let judge = self.judge(&batch.model, batch.request.tools);
+        let (judge, store) = match (judge, self.store.clone()) {
             (Ok(judge), Some(store)) => (judge, store),
             (judge, _) => {
                 let no_store = || "the store of runs is not open".to_string();

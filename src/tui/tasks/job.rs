@@ -95,8 +95,9 @@ impl Tasks {
             JobRequest::Question {
                 question,
                 model,
+                tools,
                 fresh,
-            } => self.ask(id, question, &model, fresh),
+            } => self.ask(id, question, self.judge(&model, tools), fresh),
             JobRequest::Plan(entry, change, forecast) => {
                 self.plan(id, entry, change, (forecast, 0));
             }

@@ -14,9 +14,10 @@ use crate::workflow::{VersionSource, compare_versions};
 impl Tasks {
     /// Looks up the answers to two versions.
     pub(super) fn compare_versions(&mut self, id: JobId, sides: Arc<[VersionSide; 2]>) {
-        let model = sides[0].batch.model.clone();
+        let batch = &sides[0].batch;
+        let model = batch.model.clone();
         let needed = self
-            .judge(&model)
+            .judge(&model, batch.request.tools)
             .and_then(|judge| Ok((judge, self.open_store()?)));
         let (judge, store) = match needed {
             Ok(needed) => needed,

@@ -59,6 +59,8 @@ mod stopping;
 mod stored_answers;
 mod template_saving;
 mod timeline;
+mod tools;
+mod tools_server;
 mod typing;
 mod undo;
 mod values;

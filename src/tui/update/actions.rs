@@ -72,7 +72,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         | SaveVariant => {
             return planning::perform(model, action);
         }
-        ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {
+        ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl | ToggleTools => {
             return toggle(model, action);
         }
         PromptView => {
@@ -319,6 +319,10 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
             model.frame = model.next_frame();
             model.frame_chosen = Some(model.frame);
         }
+        Action::ToggleTools => {
+            model.tools = !model.tools;
+            tools_switched(model);
+        }
         _ => {
             model.techniques_chosen = true;
             let on = match action {
@@ -333,6 +337,22 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     let way = model.way();
     model.answers.show_way(&way);
     effects
+}
+
+/// Says what the switched tools mean for the chosen model.
+fn tools_switched(model: &mut Model) {
+    let words = match (model.tools, answers::calls_tools(&model.model)) {
+        (false, _) => "models are asked without tools".into(),
+        (true, true) => format!("{} may call tools: {}", model.model, model.price()),
+        (true, false) => {
+            let key = model.look.key(Action::ChooseModel);
+            format!(
+                "tools on, but not for {}; {key} chooses a model",
+                model.model
+            )
+        }
+    };
+    model.say(words);
 }
 
 fn copy(model: &mut Model) -> Vec<Effect> {

@@ -6,7 +6,7 @@ use super::super::action::Action;
 use super::super::message::{Computation, Effect, JobId, JobRequest, Update, WindowJudgement};
 use super::super::model::{Column, Model, Pane, Progress, ShownAnswer};
 use super::{batch, editing, list, making};
-use crate::evaluation::{Answer, Event, JudgeOutcome};
+use crate::evaluation::{Answer, Event, JudgeOutcome, RECORDED};
 use crate::judge;
 use crate::llm::Chunk;
 use crate::llm::{Discovered, ModelOffer};
@@ -47,6 +47,8 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     };
     let id = JobId(model.new_id());
+    // Recorded answers are looked up: nothing is called.
+    let tools = model.tool_limits().filter(|_| calls_tools(&asked));
     if asked == judge::MODEL {
         model.answers.asking_reference = Some(id);
         model.answers.show(ShownAnswer::Reference);
@@ -54,7 +56,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         let column = Column {
             ask: Some(id),
             model: asked.clone(),
-            how: question.how(),
+            how: question.how(tools.is_some()),
             steps: Some((question.case.window.first(), question.case.window.last())),
             times: question.times(),
             begun: false,
@@ -72,9 +74,15 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         JobRequest::Question {
             question: Box::new(question),
             model: asked,
+            tools,
             fresh,
         },
     )]
+}
+
+/// Whether a model is asked over the network, so that it may call tools.
+pub fn calls_tools(model: &str) -> bool {
+    model != judge::MODEL && !model.starts_with(RECORDED)
 }
 
 /// Judgements to request for answers without a truth: those from the store, and those that were asked before the

@@ -8,12 +8,11 @@ use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model, Pane};
 use super::super::screens::batch::BatchScreen;
 use super::{actions, editing, jobs};
-use crate::description::Frame;
 use crate::evaluation::Protocol;
 use crate::evaluation::batch::RequestSettings;
 use crate::formats::Entry;
 use crate::judge;
-use crate::llm::{Effort, ToolLimits};
+use crate::llm::Effort;
 use crate::verdict::Task;
 
 /// Marks the selected scenario, or takes its mark away.
@@ -56,7 +55,7 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         model.say("no scenarios listed");
         return Vec::new();
     }
-    if model.frame == Frame::Trajectory {
+    if model.frame.is_of_one_obstacle() {
         let key = model.look.key(Action::ToggleFrame);
         model.say(format!(
             "this frame needs one picked obstacle; {key} changes the frame"
@@ -95,7 +94,7 @@ pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, Strin
             max_tokens: config.max_tokens,
             effort: config.effort.as_deref().and_then(Effort::parse),
             log_probabilities: config.log_probabilities,
-            tools: config.tools.then(ToolLimits::default),
+            tools: model.tool_limits(),
             form: None,
             stride: None,
             road: None,

@@ -4,7 +4,6 @@ use super::super::action::Action;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Model, Place};
 use super::{clock, map, open};
-use crate::description::Frame;
 
 /// A jump is about to leave the present place.
 pub fn leave(model: &mut Model) {
@@ -95,7 +94,7 @@ fn arrive(model: &mut Model, place: &Place) {
     if model.clock.step() != place.step {
         model.clock.go(place.step);
         clock::stepped(model);
-    } else if picks && model.frame == Frame::Trajectory {
+    } else if picks && model.frame.is_of_one_obstacle() {
         model.refresh();
     }
 }

@@ -4,7 +4,6 @@ use super::super::action::Action;
 use super::super::message::Effect;
 use super::super::model::Model;
 use super::{map, open, open_again, planning};
-use crate::description::Frame;
 
 pub fn pick(model: &mut Model, by: isize) {
     let Some(opened) = &model.opened else { return };
@@ -28,7 +27,7 @@ pub fn pick(model: &mut Model, by: isize) {
     };
     model.picked = Some(order[next]);
     map::picked(model);
-    if model.frame == Frame::Trajectory {
+    if model.frame.is_of_one_obstacle() {
         model.refresh();
     }
 }

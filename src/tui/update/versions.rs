@@ -9,7 +9,6 @@ use super::super::model::{JobKind, JobState, Model, PromptVersion, ShownAnswer, 
 use super::super::screens::versions::VersionsScreen;
 use super::batch::{batch_of, propose_batch};
 use super::{compare, editing, reopen};
-use crate::description::Frame;
 use crate::judge;
 use crate::store::Run;
 use crate::verdict::Task;
@@ -46,7 +45,7 @@ fn unfit(model: &Model) -> Option<String> {
             "the built-in judge reads no prompt: {key} chooses a model first"
         ));
     }
-    if !Task::VERDICTS.contains(&model.task) || model.frame == Frame::Trajectory {
+    if !Task::VERDICTS.contains(&model.task) || model.frame.is_of_one_obstacle() {
         let (task, frame) = (key(Action::ToggleTask), key(Action::ToggleFrame));
         return Some(format!(
             "prompts are compared for {} only: {task} switches the task, {frame} the frame",

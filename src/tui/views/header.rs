@@ -6,6 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
+use crate::evaluation::with_tools;
 use crate::generation::Consequence;
 use crate::judge;
 use crate::scenario::EgoSource;
@@ -80,14 +81,15 @@ fn asked(model: &Model, width: u16) -> String {
     let running = running(model);
     let task = model.task.name();
     let frame = frame_name(model);
-    let all = model.techniques.to_string().replace("cp+cot+icl", "all");
+    let techniques = with_tools(&model.techniques.to_string(), model.tools);
+    let all = techniques.replace("cp+cot+icl", "all");
     let short = match task {
         "collision" => "coll.",
         task => task,
     };
     let (who, priced) = (asked_model(model, width), asked_at_price(model, width));
     let ways = [
-        format!("{task} · {frame} · {}", model.techniques),
+        format!("{task} · {frame} · {techniques}"),
         format!("{task} · {frame} · {all}"),
         format!("{short} {frame} {all}"),
     ];
@@ -100,12 +102,14 @@ fn asked(model: &Model, width: u16) -> String {
         parts.map(|part| format!("{part} · ")).collect::<String>()
     });
     let mut forms: Vec<String> = Vec::new();
+    // Tools multiply the price: they are named beside it where the techniques are not.
+    let least = with_tools(task, model.tools);
     for begun in [&with_sum, &without_sum] {
         forms.extend(ways.iter().map(|way| format!("{begun}{way} · {priced} ")));
-        forms.push(format!("{begun}{task} · {priced} "));
+        forms.push(format!("{begun}{least} · {priced} "));
     }
     forms.push(format!("{without_sum}{} · {who} ", ways[2]));
-    forms.push(format!("{without_sum}{task} · {who} "));
+    forms.push(format!("{without_sum}{least} · {who} "));
     let opened = model.opened.as_deref();
     let variant = opened.and_then(|opened| opened.variant.as_ref());
     let own = opened.filter(|opened| has_own_ego(model, opened));

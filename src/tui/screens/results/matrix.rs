@@ -86,6 +86,7 @@ pub fn asked(way: &PromptConfig) -> [String; 3] {
         "ego+picture" => "ego+pic",
         "cartesian+picture" => "cart+pic",
         "metrics+picture" => "metr+pic",
+        "trajectory+picture" => "traj+pic",
         name => name,
     });
     let techniques = way.techniques.map_or("–".into(), |t| t.to_string());

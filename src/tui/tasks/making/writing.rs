@@ -20,7 +20,8 @@ impl Tasks {
     ) -> Result<Author, String> {
         Ok(Author {
             name: writer.name.clone(),
-            judge: self.judge(&writer.model)?,
+            // As `generate` asks.
+            judge: self.judge(&writer.model, None)?,
             store: self.store.clone(),
             library: writer.library.clone(),
             thresholds: Arc::clone(&self.thresholds),

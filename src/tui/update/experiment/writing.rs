@@ -8,7 +8,6 @@ use super::super::super::model::Model;
 use super::super::super::screens::experiments;
 use super::super::batch::batch_of;
 use super::open_file;
-use crate::description::Frame;
 use crate::verdict::Task;
 
 /// Writes the file that was chosen from what the workbench would ask, else asks for its name.
@@ -55,7 +54,7 @@ fn new_batch(model: &Model) -> Result<Batch, String> {
             model.task.name()
         ));
     }
-    if model.frame == Frame::Trajectory {
+    if model.frame.is_of_one_obstacle() {
         let key = model.look.key(Action::ToggleFrame);
         return Err(format!(
             "this frame needs one picked obstacle; {key} changes the frame"

@@ -269,21 +269,20 @@ impl<'a> Table<'a> {
     /// Frame and techniques, where answers differ in them.
     fn way(&mut self, how: &str) {
         let (frame, techniques, prompt) = parts(how);
-        let rows = [
-            (Row::Frame, frame),
-            (Row::How, techniques),
-            (Row::Prompt, prompt),
-        ];
-        for (row, words) in rows {
+        let all = [Row::Frame, Row::How, Row::Prompt];
+        for (row, words) in all.into_iter().zip([frame, techniques, prompt]) {
             let words = match words {
-                "" if row == Row::Prompt => "shipped",
-                "cartesian" => "cart",
-                "cp+cot+icl" => "all",
-                other => other,
+                "" if row == Row::Prompt => "shipped".into(),
+                "cartesian" => "cart".into(),
+                other => other.replace("cp+cot+icl", "all"),
+            };
+            let room = self.width.saturating_sub(1);
+            let words = match words.width() > room {
+                true => words.replace("+tools", "+t"),
+                false => words,
             };
             let style = Style::new().fg(self.model.theme.dim);
-            let words = fit_middle(words, self.width.saturating_sub(1));
-            self.cell(row, &words, style);
+            self.cell(row, &fit_middle(&words, room), style);
         }
     }
 
