@@ -68,6 +68,11 @@ fn a_failure_says_its_name_the_step_the_place_and_the_last_words() {
         }
         assert!(!table.stdout.contains("f64"), "{}", table.stdout);
     }
+    for command in ["plan", "generate"] {
+        home.run(&[command, CUT_IN, "--planner", "no-such-program fake.py"])
+            .status(2)
+            .says(&["--planner no-such-program fake.py: no such program: no-such-program"]);
+    }
     let attacked = ["generate", CUT_IN, "--planner", "sh fake.sh die"];
     let ended = home.run(&attacked).status(1);
     ended.says(&["died at step 3", "stderr: boom"]);

@@ -86,7 +86,7 @@ impl Generated {
 pub fn contacts(from_behind: usize, between: usize) -> String {
     let lines = [
         (from_behind, "hit from behind (no effect)"),
-        (between, "contact between two steps, at neither of them"),
+        (between, "contact only between two time steps"),
     ];
     let lines = lines.iter().filter(|(n, _)| *n > 0);
     let line = |(n, what): &(usize, &str)| format!("{what}: {}\n", output::counted(*n, "drive"));
@@ -113,7 +113,7 @@ fn contact_words(contact: &Collision) -> String {
 /// That the steps do not see all: the step before it, and the obstacle.
 fn between((step, with): (i64, i64)) -> String {
     format!(
-        "contact with {with} between steps {step} and {}, at neither of them",
+        "contact with {with} only between steps {step} and {}",
         step + 1
     )
 }
@@ -149,7 +149,7 @@ mod tests {
         );
         assert_eq!(
             between((79, 7)),
-            "contact with 7 between steps 79 and 80, at neither of them"
+            "contact with 7 only between steps 79 and 80"
         );
     }
 }

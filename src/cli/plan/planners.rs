@@ -128,6 +128,14 @@ impl PlannerOptions {
             Some((_, options)) => options.clone(),
             None => command(said, known.iter().map(|(name, _)| name.as_str()))?,
         };
+        if let Some(program) = options.command.first().filter(|p| !is_program(p)) {
+            let of = match found {
+                Some(_) => format!("`command` of [planner.{name}] in config.toml"),
+                None => format!("--planner {name}"),
+            };
+            let program = output::visible(program);
+            return Err(Failure::input(format!("{of}: no such program: {program}")));
+        }
         if let Some(seconds) = self.planner_timeout {
             options.cycle = Duration::from_secs_f64(seconds);
         }

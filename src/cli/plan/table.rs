@@ -22,7 +22,7 @@ pub const OUTCOMES: [&str; 6] = [
 ];
 
 /// The columns that drives have where a planner is named.
-const FIGURES: [&str; 4] = ["brake m/s²", "mean jerk", "goal s", "near miss"];
+const FIGURES: [&str; 4] = ["brake m/s²", "jerk m/s³", "goal s", "near miss"];
 
 /// What the columns behind the scenario's name are called.
 const HEADER: [&str; 7] = [

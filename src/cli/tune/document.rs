@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Tuned;
-use super::words::gain;
+use super::words::{can_find_gain, gain};
 use crate::cli::json;
 use crate::workflow::tune::{
     Candidate, DevPart, Refusal, RefusedBecause, TuneOutcome, TunePlan, template_diff,
@@ -249,6 +249,8 @@ pub struct TuneDryRunDocument {
     template_hash: String,
     /// Scenarios and questions of both parts of the dev split.
     parts: Vec<PartDocument>,
+    /// Whether a gain can be found: the selection part has enough scenarios to tell it from chance.
+    can_find_gain: bool,
     /// Scenarios of the test split, none of which is opened.
     test_scenarios: usize,
     /// Answers at most, those in the store included.
@@ -273,6 +275,7 @@ impl TuneDryRunDocument {
             template: plan.file.clone(),
             template_hash: plan.hash.clone(),
             parts: parts(plan),
+            can_find_gain: can_find_gain(plan),
             test_scenarios,
             answers: estimate.answers,
             reflections: estimate.reflections,

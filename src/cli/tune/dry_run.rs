@@ -41,7 +41,7 @@ pub fn write(
         Some(usd) => format!(
             "cost           at most ${usd:.4}; the tune ends when the budget of ${budget:.4} does not cover the next request\n"
         ),
-        None => "cost           unknown: a price or a limit of tokens is; nothing is sent without both\n".into(),
+        None => "cost           unknown, so nothing is sent: set a price of the model and `max_tokens`\n".into(),
     };
     output::text(&output::visible(&text))
 }

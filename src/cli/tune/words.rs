@@ -33,10 +33,9 @@ pub fn parts(plan: &TunePlan, test_scenarios: usize) -> Vec<String> {
             counted(test_scenarios, "scenario")
         ),
     ];
-    let (scenarios, _, _) = plan.counts(DevPart::Selection);
-    if scenarios < FEWEST as usize {
+    if !can_find_gain(plan) {
         lines.push(format!(
-            "no gain can be found: that takes at least {FEWEST} scenarios in the selection part"
+            "no gain can be found: the selection part needs at least {FEWEST} scenarios"
         ));
     }
     if !plan.division.by_map {
@@ -49,6 +48,12 @@ pub fn parts(plan: &TunePlan, test_scenarios: usize) -> Vec<String> {
         ));
     }
     lines
+}
+
+/// Whether the selection part has enough scenarios to tell a gain from chance.
+pub fn can_find_gain(plan: &TunePlan) -> bool {
+    let (scenarios, _, _) = plan.counts(DevPart::Selection);
+    scenarios >= FEWEST as usize
 }
 
 /// The table, the gain, and the difference of the templates.

@@ -88,6 +88,8 @@ pub struct Measured<'l> {
     along: Vec<f64>,
     /// Unit vectors; zero where two points are at the same place.
     directions: Vec<Vector>,
+    /// The length of the longest piece, metres.
+    longest: f64,
 }
 
 impl<'l> Measured<'l> {
@@ -97,16 +99,19 @@ impl<'l> Measured<'l> {
         }
         let mut along = vec![0.0];
         let mut directions = Vec::with_capacity(points.len() - 1);
+        let mut longest = f64::MIN_POSITIVE;
         for (pair, i) in points.windows(2).zip(0..) {
             let piece = pair[1] - pair[0];
             let length = piece.norm();
             along.push(along[i] + length);
+            longest = length.max(longest);
             directions.push(if length > 0.0 { piece / length } else { piece });
         }
         Some(Self {
             points,
             along,
             directions,
+            longest,
         })
     }
 
@@ -135,30 +140,27 @@ impl<'l> Measured<'l> {
                 *reach = here.sqrt().min(most) + ROUNDED;
             }
         };
+        // So many whole pieces are within a distance along the line; none within less than nothing.
+        let clear = |along: f64| (along / self.longest) as usize;
         let mut i = begin + 1;
         while i < pieces {
-            let clear = self.along[i] + (self.points[i] - p).norm() - reach;
-            if clear > self.along[i + 1] {
-                // The piece that ends beyond what is clear.
-                i += self.along[i + 1..].partition_point(|s| *s < clear);
-                if i == pieces {
-                    break;
+            match clear((self.points[i] - p).norm() - reach) {
+                0 => {
+                    look(i, &mut reach);
+                    i += 1;
                 }
+                far => i += far,
             }
-            look(i, &mut reach);
-            i += 1;
         }
         let mut end = begin;
         while end > 0 {
-            let clear = self.along[end] - (self.points[end] - p).norm() + reach;
-            if clear < self.along[end - 1] {
-                end = self.along[..end].partition_point(|s| *s <= clear);
-                if end == 0 {
-                    break;
+            match clear((self.points[end] - p).norm() - reach) {
+                0 => {
+                    look(end - 1, &mut reach);
+                    end -= 1;
                 }
+                far => end = end.saturating_sub(far),
             }
-            look(end - 1, &mut reach);
-            end -= 1;
         }
         let (a, b) = (&self.points[near.get()], &self.points[near.get() + 1]);
         let nearest = distance_to_segment(p, a, b);

@@ -236,7 +236,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         driver.touched_between_by(&effect.scenario, &effect.drive)
     });
     if let Some((step, with)) = touched {
-        let words = format!("{with} between steps {step} and {}, at neither", step + 1);
+        let words = format!("{with} between steps {step} and {} only", step + 1);
         lines.say("between", &words);
     }
     if let Some(distance) = effect.distance() {
