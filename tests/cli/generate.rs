@@ -180,6 +180,14 @@ fn a_wish_is_read_shown_and_held_to() {
         let ended = with(wish).status(2);
         assert!(ended.stderr.contains(said), "{wish}: {}", ended.stderr);
     }
+    let read = home.run(&["generate", CUT_IN, "--wish", "a van brakes", "--dry-run"]);
+    let read = read.status(0);
+    assert!(
+        read.stderr.contains("wish: car, hard-brake"),
+        "{}",
+        read.stderr
+    );
+    assert_eq!(read.stdout, "");
     let model = home.run(&["generate", CUT_IN, "--wish", "a car", "--model", "lab/x"]);
     assert!(model.status(2).stderr.contains("--wish is for the search"));
 }

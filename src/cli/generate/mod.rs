@@ -92,7 +92,8 @@ pub struct GenerateArguments {
     /// Ask the model even if the store has its answer.
     #[arg(long)]
     fresh: bool,
-    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost.
+    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost; with --wish,
+    /// only print what is understood.
     #[arg(long, conflicts_with_all = ["output", "report", "check", "json"])]
     dry_run: bool,
     /// Maximum total cost of all answers in US dollars.
