@@ -26,6 +26,8 @@ pub enum NoExample {
     NoVerdict,
     /// The messages that it answers are not known, as of answers recorded with the paper.
     NoMessages,
+    /// It was made with results of tools, which no example has.
+    Tools,
     /// It answers pictures, and only words are wanted.
     Picture,
     /// A picture that it answers is not in the store.
@@ -55,6 +57,7 @@ impl NoExample {
             Self::BuiltIn => "of the built-in judge",
             Self::NoVerdict => "without a whole answer or a verdict",
             Self::NoMessages => "without stored messages",
+            Self::Tools => "made with tools, whose results examples do not have",
             Self::Picture => "to pictures",
             Self::NoPicture => "to pictures that the store does not have",
             Self::PictureForm => "to pictures that training files cannot have",
@@ -75,6 +78,7 @@ impl NoExample {
             Self::BuiltIn => "built_in",
             Self::NoVerdict => "no_verdict",
             Self::NoMessages => "no_messages",
+            Self::Tools => "tools",
             Self::Picture => "picture",
             Self::NoPicture => "no_picture",
             Self::PictureForm => "picture_form",
@@ -224,6 +228,9 @@ impl ExampleRules {
         let asked = asked.map_err(|_| NoExample::NoMessages)?;
         if !asked.iter().any(|message| message.role == Role::User) {
             return Err(NoExample::NoMessages);
+        }
+        if run.tool_rounds.is_some() {
+            return Err(NoExample::Tools);
         }
         match asked.iter().map(|message| message.images.len()).sum() {
             0 => {}

@@ -32,7 +32,9 @@ fn bundled_scenarios_fit_the_schema_and_are_written_the_same() {
     let home = Home::new();
     for (name, _) in BUNDLED {
         let ended = home.run(&["convert", name, "--schema"]).status(0);
-        assert_eq!(ended.stderr, "", "nothing to mend in {name}");
+        let ego =
+            format!("{name}: the ego is left out; -o FILE.xml writes it beside the scenario\n");
+        assert_eq!(ended.stderr, ego, "nothing to mend in {name}");
         assert_eq!(ended.stdout, bundled_xml(name));
     }
 }
@@ -115,6 +117,39 @@ fn nothing_is_overwritten_unasked() {
         std::fs::read_to_string(&target).unwrap(),
         bundled_xml(CUT_IN)
     );
+}
+
+#[test]
+fn the_ego_goes_with_its_scenario_and_stays_what_it_is() {
+    let home = Home::new();
+    home.run(&["convert", CUT_IN, "-o", "own.xml"]).status(0);
+    let ego = |name: &str| std::fs::read(home.files().join(name)).unwrap();
+    let before = ego("own.ego_trajectory.csv");
+    home.run(&["convert", "own.xml", "-o", "copy.xml"])
+        .status(0);
+    assert_eq!(ego("copy.ego_trajectory.csv"), before);
+    // In its place: the ego is there already.
+    home.run(&[
+        "convert",
+        "own.xml",
+        "-o",
+        "own.xml",
+        "--schema",
+        "--overwrite",
+    ])
+    .status(0);
+    assert_eq!(ego("own.ego_trajectory.csv"), before);
+    home.write(
+        "own.ego_trajectory.csv",
+        "timestep,x_position,y_position\n0,?,1\n",
+    );
+    home.run(&["convert", "own.xml", "-o", "third.xml"])
+        .status(0)
+        .says(&["the ego is left out", "line 2"]);
+    assert!(!home.files().join("third.ego_trajectory.csv").exists());
+    home.run(&["convert", CUT_IN])
+        .status(0)
+        .says(&["the ego is left out; -o FILE.xml writes it beside"]);
 }
 
 #[test]

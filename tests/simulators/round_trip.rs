@@ -158,6 +158,33 @@ fn a_road_that_was_changed_holds() {
 }
 
 #[test]
+fn states_before_and_after_which_an_obstacle_is_away_are_kept() {
+    let state = |step: i64, x: f64| {
+        format!(
+            "<position><point><x>{x}</x><y>1.5</y></point></position><orientation><exact>0.25</exact></orientation><time><exact>{step}</exact></time><velocity><exact>{}</exact></velocity>",
+            x / 7.0
+        )
+    };
+    let later = [(3, 30.0), (4, 40.0), (7, 70.0)]
+        .map(|(step, x)| format!("<state>{}</state>", state(step, x)))
+        .concat();
+    let xml = format!(
+        r#"<commonRoad commonRoadVersion="2020a" benchmarkID="ZAM_Gaps-1_1_T-1" timeStepSize="0.1"><dynamicObstacle id="5"><type>car</type><shape><rectangle><length>4</length><width>2</width></rectangle></shape><initialState>{}</initialState><trajectory>{later}</trajectory></dynamicObstacle></commonRoad>"#,
+        state(0, 5_000_000.0 / 1e3)
+    );
+    let (before, back) = again(&xml, |roads| roads);
+    let [old, new] = [&before, &*back].map(|s| s.obstacle(5).unwrap());
+    assert_eq!(old.track().iter().count(), 4);
+    for (step, motion) in old.track().iter() {
+        let there = new.motion_at(step).unwrap_or_else(|| panic!("{step}"));
+        let away = (there.pose.position - motion.pose.position).norm();
+        assert!(away < 1e-3, "{step}: {away}");
+        assert_eq!(there.velocity, motion.velocity, "{step}");
+    }
+    assert_eq!(new.track().iter().count(), 4);
+}
+
+#[test]
 fn bodies_roles_and_ids_are_those_of_before() {
     let xml = small::scenario().replace("dynamicObstacle id=\"20\"", "dynamicObstacle id=\"0\"");
     let (before, back) = again(&xml, |roads| roads);

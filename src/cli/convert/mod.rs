@@ -1,5 +1,6 @@
 //! `nearmiss convert`: rewrites scenarios of any format as CommonRoad 2020a XML, or as OpenSCENARIO for simulators.
 
+mod ego;
 mod simulator;
 
 use std::collections::BTreeMap;
@@ -15,10 +16,11 @@ use super::open::{clash, found};
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
+use crate::formats::Entry;
 use crate::formats::commonroad::{conform, save, write};
-use crate::formats::{Entry, write_recording, write_sized_recording};
 use crate::planner::Cancel;
-use crate::scenario::{RecordedEgo, alike, in_short};
+use crate::scenario::{alike, in_short};
+use crate::workflow::VariantOrigin;
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
@@ -210,8 +212,11 @@ impl Job<'_> {
         if let (Some(finished), Some(known)) = (&self.finished, &known) {
             finished.make_room(known)?;
         }
+        let own_ego = self.target(Some(entry)).map(|path| ego::beside(&path));
         for (path, bytes) in &converted.files {
-            if self.arguments.many.resume && holds(path, bytes) {
+            // A scenario that is rewritten in its place has its ego already.
+            let may_hold = self.arguments.many.resume || Some(path) == own_ego.as_ref();
+            if may_hold && holds(path, bytes) {
                 continue;
             }
             save(path, bytes, self.arguments.overwrite).map_err(|e| {
@@ -245,16 +250,6 @@ impl Job<'_> {
     }
 }
 
-/// The ego of a recording as a file beside the scenario, with its size.
-fn write_ego(own: &RecordedEgo) -> Result<Vec<u8>, csv::Error> {
-    let obstacle = &own.obstacle;
-    let size = obstacle.footprint.as_ref().map(|f| f.shape().size());
-    match size {
-        Some(size) => write_sized_recording(obstacle.id, obstacle.track(), size),
-        None => write_recording(obstacle.id, obstacle.track()),
-    }
-}
-
 /// A scenario as CommonRoad XML.
 fn commonroad(
     entry: &Entry,
@@ -271,18 +266,20 @@ fn commonroad(
     };
     let bytes = write(written).map_err(Failure::input)?;
     let mut done = Converted::default();
-    match (&target, &scenario.recorded_ego) {
-        (Some(path), Some(own)) => {
-            let csv = path.with_extension("ego_trajectory.csv");
-            let recording = write_ego(own).map_err(Failure::input)?;
-            done.said
-                .push(format!("{name}: the ego is in {}", csv.display()));
-            done.files.push((csv, recording));
-        }
-        (None, Some(_)) => done.said.push(format!(
+    match (&target, ego::recording(entry, &scenario)) {
+        (_, Ok(None)) => {}
+        (Some(path), Ok(Some(recording))) => done.files.push((ego::beside(path), recording)),
+        (None, Ok(Some(_))) => done.said.push(format!(
             "{name}: the ego is left out; -o FILE.xml writes it beside the scenario"
         )),
-        (_, None) => {}
+        (_, Err(error)) => done
+            .said
+            .push(format!("{name}: the ego is left out: {error}")),
+    }
+    if VariantOrigin::of(entry).is_some() {
+        done.said.push(format!(
+            "{name}: its manifest and the drives of good drivers are of the original file, and not copied"
+        ));
     }
     match target {
         Some(path) => done.files.push((path, bytes)),

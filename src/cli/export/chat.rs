@@ -127,6 +127,8 @@ struct ChatFile {
     sha256: String,
     /// How many of its examples have a picture.
     with_pictures: usize,
+    /// In how many of them no claim was found to be checked.
+    without_claims: usize,
     /// The stored run of each line, in order.
     run_ids: Vec<i64>,
     /// Names of the scenarios.
@@ -145,6 +147,7 @@ struct Part {
     hash: Sha256,
     runs: Vec<RunId>,
     with_pictures: usize,
+    without_claims: usize,
     scenarios: BTreeSet<String>,
 }
 
@@ -352,6 +355,7 @@ impl Part {
             hash: Sha256::new(),
             runs: Vec::new(),
             with_pictures: 0,
+            without_claims: 0,
             scenarios: BTreeSet::new(),
         })
     }
@@ -361,6 +365,7 @@ impl Part {
         self.hash.update(&line);
         self.runs.push(outcome.run);
         self.scenarios.insert(outcome.scenario.clone());
+        self.without_claims += usize::from(outcome.claims.known() == Some([0; 3]));
         let done = self.file.write_all(line.as_bytes());
         done.map_err(|error| Failure::system(self.path.display(), &error))
     }
@@ -380,6 +385,7 @@ impl Part {
                 .map(|byte| format!("{byte:02x}"))
                 .collect(),
             with_pictures: self.with_pictures,
+            without_claims: self.without_claims,
             run_ids: self.runs.iter().map(|run| run.0).collect(),
             scenario_names: self.scenarios.into_iter().collect(),
         })

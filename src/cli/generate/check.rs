@@ -114,7 +114,10 @@ pub fn run(
     let (style, whence) = match (style, made) {
         (Some(style), _) => (style, "--style"),
         (None, Some(style)) => (style, "of the manifest beside it"),
-        (None, None) => (AttackStyle::Limit, "no manifest beside it"),
+        (None, None) => (
+            AttackStyle::Limit,
+            "no manifest beside it; --style human holds it to what people do",
+        ),
     };
     let judged = format!("held to the limits of style {style} ({whence})");
     let gate = gate

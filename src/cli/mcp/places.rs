@@ -57,8 +57,8 @@ enum NotOpened {
 impl NotOpened {
     fn words(self) -> String {
         match self {
-            Self::Outside => "the scenario reads a file outside the folders of this server: a link leads there, or it \
-                              names the file"
+            Self::Outside => "the scenario reads a file outside the folders of this server: its ego, map or table lies \
+                              there, a link leads there, or it names the file; start the server with the folder above"
                 .into(),
             Self::Unreadable(why) => why,
         }

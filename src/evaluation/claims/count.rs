@@ -7,7 +7,7 @@ use crate::verdict::{ReasonedAnswer, reasons_first};
 
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones
 /// are counted anew.
-pub const CHECK: u32 = 1;
+pub const CHECK: u32 = 2;
 
 /// The separator between reasoning and answer.
 const ANSWER: &str = "── answer ──";

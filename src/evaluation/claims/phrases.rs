@@ -230,6 +230,30 @@ pub fn clauses(lower: &str) -> Vec<(usize, &str)> {
         .collect()
 }
 
+/// Whether what follows a length makes it the distance from the ego: "away", "from the ego". "3 m away from the kerb" and
+/// "3 m from the front" are other lengths.
+pub fn away_from_the_ego(after: &str) -> bool {
+    let rest = after.strip_prefix("away").map(str::trim_start);
+    let of = rest.unwrap_or(after);
+    match of.strip_prefix("from ") {
+        Some(of) => {
+            let of = of.strip_prefix("the ").unwrap_or(of);
+            of.strip_prefix("ego")
+                .is_some_and(|more| !more.starts_with(['\'', '’']))
+        }
+        None => rest.is_some_and(|more| !more.starts_with(char::is_alphabetic) || is_end(more)),
+    }
+}
+
+/// Whether the words after "away" say when or what else, and not from what.
+fn is_end(more: &str) -> bool {
+    [
+        "at ", "and ", "with ", "but ", "in the ", "on the ", "while ",
+    ]
+    .iter()
+    .any(|word| more.starts_with(word))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

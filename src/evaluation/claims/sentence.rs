@@ -267,9 +267,8 @@ impl Sentence<'_> {
                 ]
                 .iter()
                 .any(|word| has_word(&near_or_above, word))
-                    || ["away from the ego", "away from ego", "distance"]
-                        .iter()
-                        .any(|words| after.starts_with(words));
+                    || after.starts_with("distance")
+                    || phrases::away_from_the_ego(after);
                 match axis.or_else(|| from_ego(after).filter(|_| !distance)) {
                     Some(true) => Some((GapLong, false)),
                     Some(false) => Some((GapLat, false)),

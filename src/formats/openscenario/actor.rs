@@ -2,7 +2,9 @@
 
 use super::body;
 use crate::geometry::{Point, Pose, Shape};
-use crate::scenario::{Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Scenario, StateField};
+use crate::scenario::{
+    Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Prediction, Scenario, StateField,
+};
 
 /// An entity.
 #[derive(Debug, Clone)]
@@ -134,7 +136,11 @@ fn of_ego(ego: &Ego, is_free: bool, scenario: &Scenario, notes: &mut Notes) -> A
     let mut properties = vec![("commonroad_ego".to_string(), ego.to_string())];
     let id = ego.id.to_string();
     properties.push(("commonroad_id".to_string(), id));
-    properties.extend(speeds(&motion));
+    let has_accelerations = match taken {
+        Some(obstacle) => obstacle.states().any(|s| s.acceleration.is_some()),
+        None => ego.recorded.is_empty() || ego.recorded.iter().any(|s| s.acceleration.is_some()),
+    };
+    properties.extend(speeds(&motion, has_accelerations));
     Actor {
         name: "ego".into(),
         kind: taken.map_or(ObstacleType::Car, |o| o.kind),
@@ -170,6 +176,9 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
     if obstacle.states().any(bends) {
         notes.trailers += 1;
     }
+    if matches!(obstacle.prediction, Prediction::Occupancies(_)) {
+        notes.regions += 1;
+    }
     let mut properties = vec![
         (
             "commonroad_type".to_string(),
@@ -188,7 +197,8 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
         let exact = body::written(&shape.plain());
         properties.extend(exact.map(|words| (body::BODY.to_string(), words)));
     }
-    properties.extend(speeds(&motion));
+    let has_accelerations = obstacle.states().any(|s| s.acceleration.is_some());
+    properties.extend(speeds(&motion, has_accelerations));
     Some(Actor {
         name: obstacle.id.to_string(),
         kind: obstacle.kind,
@@ -211,19 +221,38 @@ fn shape_name(shape: &Shape) -> &'static str {
     }
 }
 
-/// Recorded velocities and accelerations, which trajectories have no place for.
-fn speeds(stretches: &[Vec<(i64, Motion)>]) -> Vec<(String, String)> {
+/// The property with states before and after which the entity is away, which no trajectory has: step, x, y, heading of
+/// each.
+pub const SINGLE_STATES: &str = "commonroad_single_states";
+
+fn single_states(stretches: &[Vec<(i64, Motion)>]) -> Option<(String, String)> {
+    if stretches.len() < 2 {
+        return None;
+    }
+    let single = stretches.iter().filter_map(|stretch| match &stretch[..] {
+        [(step, motion)] => {
+            let Pose { position, heading } = motion.pose;
+            Some(format!("{step} {} {} {heading}", position.x, position.y))
+        }
+        _ => None,
+    });
+    let all: Vec<String> = single.collect();
+    (!all.is_empty()).then(|| (SINGLE_STATES.to_string(), all.join(" ")))
+}
+
+/// Velocities and recorded accelerations, which trajectories have no place for. Others follow from the velocities.
+fn speeds(stretches: &[Vec<(i64, Motion)>], has_accelerations: bool) -> Vec<(String, String)> {
     let list = |of: fn(&Motion) -> f64| {
         let all = stretches.iter().flatten().map(|(_, m)| of(m).to_string());
         all.collect::<Vec<_>>().join(" ")
     };
-    vec![
-        ("commonroad_velocity".to_string(), list(|m| m.velocity)),
-        (
-            "commonroad_acceleration".to_string(),
-            list(|m| m.acceleration),
-        ),
-    ]
+    let mut all = vec![("commonroad_velocity".to_string(), list(|m| m.velocity))];
+    if has_accelerations {
+        let accelerations = list(|m| m.acceleration);
+        all.push(("commonroad_acceleration".to_string(), accelerations));
+    }
+    all.extend(single_states(stretches));
+    all
 }
 
 fn stretches<'a>(motion: impl Iterator<Item = (i64, &'a Motion)>) -> Vec<Vec<(i64, Motion)>> {
@@ -248,6 +277,8 @@ pub struct Notes {
     pub signals: usize,
     /// Obstacles whose trailer turns.
     pub trailers: usize,
+    /// Obstacles whose future is told as regions.
+    pub regions: usize,
     /// Whether it ends with the ego's recording, in contact.
     pub ended: bool,
     /// Obstacles that are not written.
@@ -281,6 +312,12 @@ impl Notes {
             all.push(format!(
                 "signals of {} obstacles (indicators, brake lights) left out",
                 self.signals
+            ));
+        }
+        if self.regions > 0 {
+            all.push(format!(
+                "occupancy sets of {} obstacles left out",
+                self.regions
             ));
         }
         if self.ended {

@@ -14,6 +14,7 @@ use super::commonroad::{WriteError, write};
 use super::opendrive::{date, write_opendrive};
 use crate::scenario::{Ego, LaneletNetwork, Scenario, Scene};
 pub use actor::ExportedEgo;
+pub(super) use actor::SINGLE_STATES;
 use actor::{Actor, Notes, actors};
 use storyboard::Clock;
 

@@ -55,6 +55,37 @@ fn a_named_quantity_needs_no_unit_and_a_direction_no_word_relative() {
 }
 
 #[test]
+fn a_length_away_or_from_the_ego_is_the_distance() {
+    let (a, b) = ids();
+    for (text, claims) in [
+        (
+            format!("Obstacle {a} is 99.0 m away."),
+            vec![format!("{a} distance: 99.0 m")],
+        ),
+        (
+            format!("Obstacle {a} is 18.6 m from the ego at t = 0.00 s."),
+            vec![format!("{a} distance: 18.6 m @0")],
+        ),
+        (
+            format!("Obstacle {a} drives ahead, 9.00 m away and a little faster than the ego."),
+            vec![format!("{a} distance: 9.00 m")],
+        ),
+        (format!("Obstacle {a} is 3.0 m away from the kerb."), vec![]),
+        (format!("Obstacle {a} is 3.0 m away from {b}."), vec![]),
+        (
+            format!("Obstacle {a} stops 3.0 m from the ego's front."),
+            vec![],
+        ),
+    ] {
+        let distances: Vec<String> = brief(&text)
+            .into_iter()
+            .filter(|claim| claim.contains("distance"))
+            .collect();
+        assert_eq!(distances, claims, "{text}");
+    }
+}
+
+#[test]
 fn places_in_brackets_both_axes_and_lists_of_obstacles() {
     let (a, b) = ids();
     for (text, claims) in [

@@ -39,17 +39,22 @@ pub struct Table<'r> {
     report: &'r Report,
 }
 
-/// Whether a file that begins with `head` is a scenario of Argoverse 2.
+/// Whether a file that begins with `head` is a scenario of Argoverse 2, or a damaged table that may have been one.
 pub fn is_one(path: &Path, head: &[u8]) -> bool {
+    let opened = || {
+        let file = system::open_file(path).ok()?;
+        Some(SerializedFileReader::new(file))
+    };
     head.starts_with(b"PAR1")
-        && system::open_file(path)
-            .ok()
-            .and_then(|file| SerializedFileReader::new(file).ok())
-            .is_some_and(|file| {
+        && match opened() {
+            Some(Ok(file)) => {
                 let schema = file.metadata().file_metadata().schema_descr();
                 let has = |name: &&str| schema.columns().iter().any(|c| c.name() == *name);
                 TELLING.iter().all(has)
-            })
+            }
+            Some(Err(_)) => true,
+            None => false,
+        }
 }
 
 impl<'r> Table<'r> {

@@ -6,11 +6,13 @@ use super::STEP;
 use super::entities::Entity;
 use super::motion::Motions;
 use super::player_log::Seen;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::openscenario::SINGLE_STATES;
 use crate::formats::recordings::assembly::{RecordedTrack, TrackState};
 use crate::formats::recordings::ids::Ids;
 use crate::formats::recordings::report::Report;
-use crate::geometry::Pose;
-use crate::scenario::plausibility::limits::refused_time_step;
+use crate::geometry::{Point, Pose};
+use crate::scenario::plausibility::limits::{refused_coordinate, refused_time_step};
 
 /// Steps of a scenario at most.
 const MOST_STEPS: i64 = 100_000;
@@ -42,6 +44,23 @@ fn id_of(entity: &Entity, ids: &mut Ids) -> i64 {
         },
         (None, None) => ids.fresh(),
     }
+}
+
+/// States before and after which an entity is away, as exports tell them; steps count from time 0.
+fn single_states(entity: &Entity, origin: i64) -> Vec<(i64, Pose)> {
+    let words = entity.property(SINGLE_STATES).unwrap_or_default();
+    let words: Vec<&str> = words.split_whitespace().collect();
+    let state = |words: &[&str]| -> Option<(i64, Pose)> {
+        let number = |i: usize| words.get(i)?.parse::<f64>().ok().filter(|v| v.is_finite());
+        let place = |i: usize| number(i).filter(|v| refused_coordinate(*v).is_none());
+        let step = words.first()?.parse::<i64>().ok()?.checked_sub(origin)?;
+        let pose = Pose {
+            position: Point::new(place(1)?, place(2)?),
+            heading: number(3)?,
+        };
+        (0..=MOST_STEPS).contains(&step).then_some((step, pose))
+    };
+    words.chunks(4).filter_map(state).collect()
 }
 
 /// Tracks by the names of their entities.
@@ -97,9 +116,24 @@ pub fn followed(
             };
             poses.insert(step, pose);
         }
+        poses.extend(single_states(entity, origin));
         let speeds = entity.numbers("commonroad_velocity");
         let accelerations = entity.numbers("commonroad_acceleration");
         let stands = motion.followed.is_empty();
+        let values = |all: &Option<Vec<f64>>| all.as_ref().map_or(0, Vec::len);
+        for (name, count) in [
+            ("commonroad_velocity", values(&speeds)),
+            ("commonroad_acceleration", values(&accelerations)),
+        ] {
+            let is_one_for_all = stands && count == 1;
+            if entity.property(name).is_some() && count != poses.len() && !is_one_for_all {
+                let at = report.at(format!("entity `{}`", entity.name));
+                at.warn(format!(
+                    "`{name}` has {count} numbers for {} states; computed from the positions",
+                    poses.len()
+                ));
+            }
+        }
         let whole = |all: &Option<Vec<f64>>, i: usize| match all {
             Some(all) if all.len() == poses.len() => all.get(i).copied(),
             // One that stands has one state for all times.

@@ -30,8 +30,10 @@ use tfrecord::Records;
 pub struct Waymo;
 
 impl Format for Waymo {
-    fn recognises(&self, _: &Path, head: &[u8]) -> bool {
-        tfrecord::begins(head)
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        // A damaged file says by its name alone what it is.
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        tfrecord::begins(head) || name.contains(".tfrecord")
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
