@@ -4,6 +4,7 @@ mod ego;
 mod simulator;
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -17,7 +18,7 @@ use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::formats::Entry;
-use crate::formats::commonroad::{conform, save, write};
+use crate::formats::commonroad::{NewFile, conform, write};
 use crate::planner::Cancel;
 use crate::scenario::{alike, in_short};
 use crate::workflow::VariantOrigin;
@@ -213,16 +214,26 @@ impl Job<'_> {
             finished.make_room(known)?;
         }
         let own_ego = self.target(Some(entry)).map(|path| ego::beside(&path));
-        for (path, bytes) in &converted.files {
+        let refused = |path: &Path, error: &dyn std::fmt::Display| {
+            let hint = if path.exists() { " (--overwrite)" } else { "" };
+            Failure::input(format!("{error}{hint}"))
+        };
+        // All are begun before one is there, so that none is left without the others.
+        let mut begun = Vec::new();
+        for (path, bytes) in converted.files.iter().rev() {
             // A scenario that is rewritten in its place has its ego already.
             let may_hold = self.arguments.many.resume || Some(path) == own_ego.as_ref();
             if may_hold && holds(path, bytes) {
                 continue;
             }
-            save(path, bytes, self.arguments.overwrite).map_err(|e| {
-                let hint = if path.exists() { " (--overwrite)" } else { "" };
-                Failure::input(format!("{e}{hint}"))
-            })?;
+            let file = NewFile::begin(path, self.arguments.overwrite);
+            let mut file = file.map_err(|e| refused(path, &e))?;
+            file.write_all(bytes)
+                .map_err(|e| Failure::system(path.display(), &e))?;
+            begun.push((path, file));
+        }
+        for (path, file) in begun.into_iter().rev() {
+            file.finish().map_err(|e| refused(path, &e))?;
         }
         if let Some(text) = &converted.printed {
             output::text(text)?;
@@ -268,6 +279,7 @@ fn commonroad(
     let mut done = Converted::default();
     match (&target, ego::recording(entry, &scenario)) {
         (_, Ok(None)) => {}
+        // Before the scenario, so that it is never there without.
         (Some(path), Ok(Some(recording))) => done.files.push((ego::beside(path), recording)),
         (None, Ok(Some(_))) => done.said.push(format!(
             "{name}: the ego is left out; -o FILE.xml writes it beside the scenario"
