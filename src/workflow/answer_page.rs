@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::StoredQuestion;
 use crate::evaluation::claims::{self, TimeOrigin, shown_text};
-use crate::evaluation::{Answer, AnswerCase, AnswerPage, ShownClaim};
+use crate::evaluation::{Answer, AnswerCase, AnswerPage, ShownClaim, tool_rounds};
 use crate::formats::{EgoSelection, Entry};
 use crate::llm::{Message, Role};
 use crate::metrics::Thresholds;
@@ -118,6 +118,11 @@ fn add(page: &mut AnswerPage, place: usize, run: Run) -> Told {
     let messages: Vec<Message> = serde_json::from_str(&run.question.messages).unwrap_or_default();
     for message in &messages {
         page.add_message(place, role(message.role), &message.in_words());
+    }
+    let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
+    for (round, number) in rounds.iter().zip(1..) {
+        let lines = tool_rounds::lines(round).join("\n");
+        page.add_message(place, &format!("tools, round {number}"), &lines);
     }
     let text = shown_text(&run.reasoning, &run.answer, false);
     if !text.is_empty() {

@@ -277,6 +277,31 @@ async fn with_and_without_tools_are_an_axis() {
         [Some("tools off".to_string()), Some("tools on".to_string())]
     );
     assert_eq!(json!(settings).as_array().unwrap().len(), 2);
+    // The page of answers shows what a model was told.
+    home.run(&["report", "-o", "page.html"]).status(0);
+    let page = std::fs::read_to_string(home.files().join("page.html")).unwrap();
+    assert!(page.contains("tools, round 1") && page.contains("list_obstacles {}"));
+    // What nothing bounds is said not to be in the price.
+    home.write(home.config().join("config.toml"), PRICES);
+    let priced = |tools: &str| {
+        let all = [
+            "evaluate",
+            CUT_IN,
+            "--model",
+            "lab/tiny",
+            "--fresh",
+            "--dry-run",
+        ];
+        home.run(&[&all[..], &["--tools", tools]].concat())
+            .status(0)
+            .stdout
+    };
+    assert!(
+        priced("on").contains("without up to 8 rounds of tools each"),
+        "{}",
+        priced("on")
+    );
+    assert!(!priced("off").contains("rounds of tools"));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -16,6 +16,8 @@ pub struct Size {
     pub price: Price,
     /// What the bound counts beyond listed prices, in words.
     pub bound: Option<String>,
+    /// Rounds of tools that it may take at most; 0 without tools.
+    pub rounds: u32,
 }
 
 /// Price of one question, US dollars.
@@ -68,6 +70,10 @@ impl Size {
             stored: false,
             price,
             bound: pricing.and_then(|pricing| pricing.bound_words()),
+            rounds: match judge {
+                Judge::Model(model) => model.parameters.tools.map_or(0, |limits| limits.rounds),
+                Judge::Reference | Judge::Recorded(_) => 0,
+            },
         }
     }
 }
@@ -95,6 +101,8 @@ pub struct Estimate {
     pub unbounded: u64,
     /// The most that a million tokens of these answers cost, US dollars.
     pub million: f64,
+    /// Rounds of tools that one of these may take at most, which the dollars do not count; 0 without tools.
+    pub uncounted_rounds: u32,
     /// Requests without a known price.
     pub unpriced: u64,
     /// What the bounds count beyond listed prices, in words, each once.
@@ -140,6 +148,7 @@ impl Estimate {
                 self.usd += usd;
                 self.million = self.million.max(million);
                 self.unbounded += 1;
+                self.uncounted_rounds = self.uncounted_rounds.max(size.rounds);
             }
             Price::Unknown => self.unpriced += 1,
             Price::Free => {}
@@ -163,8 +172,12 @@ impl Estimate {
             0 => format!("at most ${:.4}", self.usd),
             n => {
                 let answers = self.million * (n * ASSUMED_ANSWER) as f64 / 1e6;
+                let rounds = match self.uncounted_rounds {
+                    0 => String::new(),
+                    n => format!(", without up to {n} rounds of tools each"),
+                };
                 format!(
-                    "${:.4} for the questions, ${:.4} in all if answers take {ASSUMED_ANSWER} tokens each; max_tokens sets a limit",
+                    "${:.4} for the questions, ${:.4} in all if answers take {ASSUMED_ANSWER} tokens each{rounds}; max_tokens sets a limit",
                     self.usd,
                     self.usd + answers
                 )
