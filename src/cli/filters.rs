@@ -27,7 +27,7 @@ pub struct Filters {
     /// Only runs of this origin: asked (here), recorded (published answers) or replayed (asked elsewhere, imported).
     #[arg(long, value_parser = origin)]
     origin: Option<Origin>,
-    /// Only runs of this batch.
+    /// Only runs of this batch, such as b7, or `last`.
     #[arg(long)]
     batch: Option<String>,
     /// Only runs with this verdict: dangerous, safe or none.
@@ -64,6 +64,22 @@ impl Filters {
             pinned: self.pinned,
             deleted: self.deleted,
         }
+    }
+}
+
+impl Filters {
+    /// The same for a store, which knows the last batch.
+    ///
+    /// # Errors
+    /// `--batch last`, and there is none yet.
+    pub fn in_store(&self, words: Option<String>, store: &Store) -> Result<Filter, Failure> {
+        let mut filter = self.filter(words);
+        if filter.batch.as_deref() == Some("last") {
+            let last = store.last_batch().map_err(Failure::input)?;
+            let none = || Failure::input("no batch yet; `nearmiss evaluate` begins one");
+            filter.batch = Some(last.ok_or_else(none)?.id.to_string());
+        }
+        Ok(filter)
     }
 }
 

@@ -197,7 +197,7 @@ fn known(store: &Store, id: RunId) -> Result<Run, Failure> {
 
 fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
     let searched = words.is_some();
-    let filter = wanted.filters.filter(words);
+    let filter = wanted.filters.in_store(words, store)?;
     let numbers = store.numbers(&filter).map_err(Failure::input)?;
     let locked = wanted.unlock.locked(store, numbers)?;
     // So many more that enough are left.

@@ -294,6 +294,11 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
     let again = run(&other, &["import", file, "--json"]).status(0).json();
     assert_eq!(again["imported"], 0, "each once");
     assert_eq!(tables(&other), tables(&home));
+    let listed = |batch: &str| run(&home, &["runs", "--batch", batch]).status(0).stdout;
+    assert_eq!(listed("last"), listed("b1"));
+    run(&Home::new(), &["runs", "--batch", "last"])
+        .status(2)
+        .says(&["no batch yet"]);
     // The batch alone is the same.
     let alone = home.files().join("b1.jsonl");
     let alone = alone.to_str().unwrap();

@@ -86,7 +86,9 @@ pub fn run(arguments: &Export) -> Outcome {
         true => store()?,
         false => store_to_read()?,
     };
-    let filter = arguments.filters.filter(arguments.words.clone());
+    let filter = arguments
+        .filters
+        .in_store(arguments.words.clone(), &store)?;
     let mut numbers = store.numbers(&filter).map_err(Failure::input)?;
     // Tables hold runs alone.
     let batches = match format {
@@ -192,7 +194,9 @@ fn chats(arguments: &Export) -> Outcome {
         true => store()?,
         false => store_to_read()?,
     };
-    let filter = arguments.filters.filter(arguments.words.clone());
+    let filter = arguments
+        .filters
+        .in_store(arguments.words.clone(), &store)?;
     let runs = match &filter.batch {
         None => store.outcomes(&filter).map_err(Failure::input)?,
         // With answers that were asked for elsewhere.
