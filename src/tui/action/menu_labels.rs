@@ -8,7 +8,7 @@ pub fn menu_label(entry: &Entry) -> &'static str {
     use Action::*;
     match entry.action {
         ToggleTask => "task",
-        ToggleFrame => "ego or cartesian frame",
+        ToggleFrame => "next frame",
         ToggleCp => "contextual prompting on/off",
         ToggleCot => "chain of thought on/off",
         ToggleIcl => "in-context examples on/off",

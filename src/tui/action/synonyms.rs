@@ -54,7 +54,7 @@ pub fn synonyms_of(action: Action) -> &'static str {
         ChooseTemplate => "prompt version library",
         PromptView => "description diff rendered tokens",
         ToggleTask => "question collision safety recording",
-        ToggleFrame => "cartesian ego coordinates",
+        ToggleFrame => "cartesian ego coordinates metrics picture",
         ToggleCp => "contextual prompting technique",
         ToggleCot => "chain of thought reasoning technique",
         ToggleIcl => "few-shot in-context examples technique",
