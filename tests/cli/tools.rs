@@ -284,15 +284,10 @@ async fn with_and_without_tools_are_an_axis() {
     // What nothing bounds is said not to be in the price.
     home.write(home.config().join("config.toml"), PRICES);
     let priced = |tools: &str| {
-        let all = [
-            "evaluate",
-            CUT_IN,
-            "--model",
-            "lab/tiny",
-            "--fresh",
-            "--dry-run",
-        ];
-        home.run(&[&all[..], &["--tools", tools]].concat())
+        // Another frame: nothing of it is stored.
+        let all = ["evaluate", CUT_IN, "--model", "lab/tiny", "--dry-run"];
+        let more = ["--frame", "metrics", "--base-url", server.base_url()];
+        home.run(&[&all[..], &more, &["--tools", tools]].concat())
             .status(0)
             .stdout
     };
