@@ -303,6 +303,9 @@ impl Sentence<'_> {
                             "moving slowly at",
                             "moving fast",
                             "driving at",
+                            "moves at",
+                            "drives at",
+                            "travels at",
                             "traveling at",
                             "travelling at",
                         ]

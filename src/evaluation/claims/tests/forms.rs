@@ -55,6 +55,24 @@ fn a_named_quantity_needs_no_unit_and_a_direction_no_word_relative() {
 }
 
 #[test]
+fn a_speed_at_which_it_drives_is_its_own() {
+    let (a, _) = ids();
+    for (text, claims) in [
+        (
+            format!("Obstacle {a} drives at 2.0 m/s."),
+            vec![format!("{a} speed: 2.0 m/s")],
+        ),
+        (format!("Obstacle {a} closes in at 2.0 m/s."), vec![]),
+        (
+            format!("Obstacle {a} drives towards the ego at 2.0 m/s."),
+            vec![],
+        ),
+    ] {
+        assert_eq!(brief(&text), claims, "{text}");
+    }
+}
+
+#[test]
 fn a_length_away_or_from_the_ego_is_the_distance() {
     let (a, b) = ids();
     for (text, claims) in [
