@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Failure, open};
-use crate::store::{Decision, Filter, Origin, StateFilter, Store, StoreError, moment};
+use crate::store::{BatchId, Decision, Filter, Origin, StateFilter, Store, StoreError, moment};
 use crate::system::unknown;
 use crate::verdict::Task;
 
@@ -74,13 +74,24 @@ impl Filters {
     /// `--batch last`, and there is none yet.
     pub fn in_store(&self, words: Option<String>, store: &Store) -> Result<Filter, Failure> {
         let mut filter = self.filter(words);
-        if filter.batch.as_deref() == Some("last") {
-            let last = store.last_batch().map_err(Failure::input)?;
-            let none = || Failure::input("no batch yet; `nearmiss evaluate` begins one");
-            filter.batch = Some(last.ok_or_else(none)?.id.to_string());
+        if filter.batch.as_deref() == Some(LAST) {
+            filter.batch = Some(last_batch(store)?.to_string());
         }
         Ok(filter)
     }
+}
+
+/// The word for the newest batch.
+pub const LAST: &str = "last";
+
+/// The newest batch.
+///
+/// # Errors
+/// There is none yet.
+pub fn last_batch(store: &Store) -> Result<BatchId, Failure> {
+    let last = store.last_batch().map_err(Failure::input)?;
+    let none = || Failure::input("no batch yet; `nearmiss evaluate` begins one");
+    Ok(last.ok_or_else(none)?.id)
 }
 
 /// The store of the user's data folder.

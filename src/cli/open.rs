@@ -12,6 +12,7 @@ use super::{Arguments, Failure, output};
 use crate::description::Frame;
 use crate::formats::{
     self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, not_standard_input,
+    only_part,
 };
 use crate::metrics::Thresholds;
 use crate::prompts::{Pack, Techniques};
@@ -100,29 +101,14 @@ impl ScenarioArguments {
 /// The entry that an argument means, if it is a file or the name of a bundled scenario.
 pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     not_standard_input(argument).map_err(Failure::input)?;
-    let entry = only_part(Entry::of_argument(&resolved(argument)?));
+    // Of one scenario in a file, the name is the one that lists and stored answers have.
+    let entry = Entry::of_argument(&only_part(&resolved(argument)?));
     match &entry.place {
         EntryLocation::File(path) if path.is_dir() => Err(Failure::input(format!(
             "{} is a folder; this command takes one scenario. `inspect`, `metrics` and `evaluate` take folders",
             path.display()
         ))),
         _ => Ok(entry),
-    }
-}
-
-/// The one scenario in a file that may have many, under the name that lists and stored answers have.
-fn only_part(entry: Entry) -> Entry {
-    let path = match &entry.place {
-        EntryLocation::File(path) if path.is_file() => path,
-        _ => return entry,
-    };
-    if path.extension().is_some_and(|ending| ending == "xml") {
-        return entry;
-    }
-    let found = find(std::slice::from_ref(path)).map(|found| found.entries);
-    match found.as_deref() {
-        Ok([only]) => only.clone(),
-        _ => entry,
     }
 }
 

@@ -125,3 +125,17 @@ pub(super) fn scenarios_in(path: &Path, ranking: Ranking<'_>) -> Result<Vec<Path
     let path = |part: &String| Address::path(&address.file, part);
     Ok(names.iter().map(path).collect())
 }
+
+/// The path of the scenario in a file that could have several and has one; any other path stays as it is, also of what
+/// cannot be read.
+pub fn only_part(path: &Path) -> PathBuf {
+    let address = Address::of(path);
+    let parts = match address.part {
+        Some(_) => None,
+        None => format_of(&address.file).parts(&address.file).ok(),
+    };
+    match parts {
+        Some(Parts::Named(names)) if names.len() == 1 => Address::path(&address.file, &names[0]),
+        _ => path.to_path_buf(),
+    }
+}

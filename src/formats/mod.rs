@@ -11,7 +11,7 @@ mod recordings;
 mod resolve;
 mod search;
 
-pub use dispatch::Ranking;
+pub use dispatch::{Ranking, only_part};
 pub use ego::{
     EgoError, EgoSelection, PlannerDrives, ego_of_solution, find_recording, read_ego,
     read_ego_file, write_recording, write_sized_recording,

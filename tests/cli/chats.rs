@@ -84,6 +84,7 @@ pub fn answer(n: i64) -> Run {
 /// Sixty right answers, and one of each kind that is no example.
 fn filled(home: &Home) -> PathBuf {
     let mut runs: Vec<Run> = (0..60).map(answer).collect();
+    runs[7].ending.claims.claims_right = Some(0);
     let mut add = |n: i64, change: &dyn Fn(&mut Run)| {
         let mut run = answer(n);
         change(&mut run);
@@ -103,12 +104,13 @@ fn filled(home: &Home) -> PathBuf {
     add(107, &|run| run.question.task = Task::Trajectory);
     add(108, &|run| run.question.model = "reference/geometry".into());
     add(109, &|run| run.question.messages = "[]".into());
+    add(110, &|run| run.tool_rounds = Some("[]".into()));
     // The same as one of the others, by another way of sampling.
     add(5, &|run| run.question.sample = 1);
     let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
     assert_eq!(store.add(&runs).unwrap(), runs.len());
     let mut labels = String::from("scenario,label,obstacle_id\n");
-    for n in (0..60).chain(103..110) {
+    for n in (0..60).chain(103..111) {
         labels.push_str(&format!("ZAM_Made-{n}_1_T-1,critical,7\n"));
     }
     labels.push_str("ZAM_Made-100_1_T-1,safe,\nZAM_Made-101_1_T-1,critical,8\n");
@@ -184,6 +186,10 @@ fn right_answers_become_chats_split_by_map_with_their_origin_beside_them() {
     }
     assert_eq!(all, (0..60).collect());
     assert_eq!(manifest["left_out"]["wrong_claims"], 1);
+    assert_eq!(manifest["left_out"]["tools"], 1);
+    let files = manifest["files"].as_array().unwrap().iter();
+    let without = files.map(|file| file["without_claims"].as_u64().unwrap());
+    assert_eq!(without.sum::<u64>(), 1);
     assert_eq!(manifest["truth"], "truth.csv");
     assert!(manifest["provenance"]["models"]["lab/x"].is_array());
     let schema = home.run(&["help", "json", "--schema", "export-chat"]);

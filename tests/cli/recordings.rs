@@ -88,6 +88,19 @@ fn a_part_that_is_not_there_is_named() {
 }
 
 #[test]
+fn damaged_files_are_named_as_what_they_are() {
+    let home = Home::new();
+    home.write("scenario_1.parquet", "PAR1 cut short");
+    home.write("shard.tfrecord-00000-of-00001", "no record of twelve bytes");
+    home.run(&["inspect", "scenario_1.parquet"])
+        .status(2)
+        .says(&["not a whole Parquet file"]);
+    home.run(&["inspect", "shard.tfrecord-00000-of-00001"])
+        .status(2)
+        .says(&["the checksum of its length"]);
+}
+
+#[test]
 fn maps_may_lie_elsewhere() {
     let home = Home::new();
     let folder = home.files().join("drone");

@@ -1,7 +1,7 @@
 //! Exported and opened again: lanelets, problems, bodies and ids are those of before, unless a road was changed since.
 
 use nearmiss::formats::commonroad;
-use nearmiss::scenario::{Lanelet, ObstacleRole};
+use nearmiss::scenario::{Lanelet, ObstacleRole, SignalColor};
 
 use super::*;
 
@@ -26,6 +26,15 @@ fn plain(scenario: &Scenario) -> Vec<Lanelet> {
 
 /// A document exported without an ego and opened again, with its roads changed by `change`.
 fn again(xml: &str, change: impl Fn(String) -> String) -> (Scenario, Arc<Scenario>) {
+    again_with(xml, change, |scenario| scenario)
+}
+
+/// The same, with the scenario file changed, too.
+fn again_with(
+    xml: &str,
+    change_roads: impl Fn(String) -> String,
+    change_scenario: impl Fn(String) -> String,
+) -> (Scenario, Arc<Scenario>) {
     let scenario = commonroad::read(xml.as_bytes(), "small").unwrap();
     let written = write_openscenario(&Export {
         scenario: &scenario,
@@ -35,7 +44,8 @@ fn again(xml: &str, change: impl Fn(String) -> String) -> (Scenario, Arc<Scenari
         about: &[],
     });
     let mut written = written.unwrap();
-    written.roads = change(String::from_utf8(written.roads).unwrap()).into_bytes();
+    written.roads = change_roads(String::from_utf8(written.roads).unwrap()).into_bytes();
+    written.scenario = change_scenario(String::from_utf8(written.scenario).unwrap()).into_bytes();
     let folder = tempfile::tempdir().unwrap();
     let path = write(folder.path(), "small", &written);
     (scenario, Entry::of_file(&path).read().unwrap())
@@ -182,6 +192,46 @@ fn states_before_and_after_which_an_obstacle_is_away_are_kept() {
         assert_eq!(there.velocity, motion.velocity, "{step}");
     }
     assert_eq!(new.track().iter().count(), 4);
+    // Velocities that cannot be told apart any more are computed, and that is said.
+    let (_, cut) = again_with(
+        &xml,
+        |roads| roads,
+        |scenario| {
+            let name = "name=\"commonroad_velocity\" value=\"";
+            assert!(scenario.contains(name), "{scenario}");
+            scenario.replace(name, &format!("{name}1 "))
+        },
+    );
+    let warned = cut.diagnostics.iter();
+    let warned = warned.filter(|d| d.message.contains("has 5 numbers for 4 states"));
+    assert_eq!(warned.count(), 1, "{:?}", cut.diagnostics);
+}
+
+#[test]
+fn lights_are_those_of_before_unless_the_controllers_tell_others() {
+    let bounds = r"<leftBound><point><x>0</x><y>2</y></point><point><x>50</x><y>2</y></point></leftBound><rightBound><point><x>0</x><y>-2</y></point><point><x>50</x><y>-2</y></point></rightBound>";
+    let phase = |steps: i64, color: &str| {
+        format!("<cycleElement><duration>{steps}</duration><color>{color}</color></cycleElement>")
+    };
+    let xml = format!(
+        r#"<commonRoad commonRoadVersion="2020a" benchmarkID="ZAM_Lights-1_1_T-1" timeStepSize="0.1"><lanelet id="9">{bounds}<trafficLightRef ref="4"/></lanelet><trafficLight id="4"><cycle>{}{}<timeOffset>3</timeOffset></cycle><position><point><x>49.5</x><y>-4.25</y></point></position><direction>straight</direction></trafficLight></commonRoad>"#,
+        phase(4, "red"),
+        phase(6, "green")
+    );
+    let (before, back) = again(&xml, |roads| roads);
+    assert_eq!(before.network.lights.len(), 1);
+    assert_eq!(back.network.lights, before.network.lights);
+    let (_, changed) = again_with(
+        &xml,
+        |roads| roads,
+        |scenario| {
+            assert!(scenario.contains("off;off;on"), "{scenario}");
+            scenario.replace("off;off;on", "off;on;off")
+        },
+    );
+    let shown = |s: &Scenario, step| s.network.lights[0].color_at(step);
+    assert_eq!(shown(&before, 7), SignalColor::Green);
+    assert_eq!(shown(&changed, 7), SignalColor::Yellow);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::super::filters::store_to_read;
+use super::super::filters::{LAST, last_batch, store_to_read};
 use super::super::open::{configuration, found, user_thresholds};
 use super::super::output::{self, Target};
 use super::super::{Failure, Outcome};
@@ -81,11 +81,8 @@ fn batch(
     library: &Library,
     thresholds: &Thresholds,
 ) -> Result<(BatchId, Option<f64>), Failure> {
-    if named == "last" {
-        let last = store.last_batch().map_err(Failure::input)?;
-        let last =
-            last.ok_or_else(|| Failure::input("no batch yet; `nearmiss evaluate` begins one"))?;
-        return Ok((last.id, None));
+    if named == LAST {
+        return Ok((last_batch(store)?, None));
     }
     let file = Path::new(named);
     if file.extension().is_none_or(|end| end != "toml") {

@@ -17,7 +17,7 @@ use serde_json::Value;
 
 use super::declared::Declared;
 use super::evaluate::part_of_split;
-use super::filters::{Filters, store_to_read};
+use super::filters::{Filters, LAST, last_batch, store_to_read};
 use super::gate::{Gate, both};
 use super::output::{self, Target, file_of};
 use super::{Failure, Outcome};
@@ -214,10 +214,7 @@ impl ReportArguments {
         }
         let store = store_to_read()?;
         let id = match self.filters.filter(None).batch.as_deref() {
-            Some("last") => store
-                .last_batch()
-                .map_err(Failure::input)?
-                .map(|batch| batch.id),
+            Some(LAST) => Some(last_batch(&store)?),
             named => named.and_then(|name| name.parse().ok()),
         };
         self.gate.check(reports, id.map(|id| (&*store, id)))

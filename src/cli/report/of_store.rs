@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use super::{AnyReport, Format, ReportArguments, answers, claims, of_batch, pivot, truth};
-use crate::cli::filters::store_to_read;
+use crate::cli::filters::{LAST, last_batch, store_to_read};
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
 use crate::evaluation::report::{self, Comparison, ReportSubject, Stored};
@@ -23,15 +23,14 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     };
     let filter = arguments.filters.filter(None);
     let last = match filter.batch.as_deref() {
-        Some("last") => {
-            let last = store_to_read()?.last_batch().map_err(Failure::input)?;
-            let none = || Failure::input("no batch yet; `nearmiss evaluate` begins one");
-            Some(last.ok_or_else(none)?)
+        Some(LAST) => {
+            let store = store_to_read()?;
+            Some(last_batch(&store)?)
         }
         _ => None,
     };
     let named = filter.batch.as_deref().and_then(|id| id.parse().ok());
-    if let Some(id) = last.map(|batch| batch.id).or(named) {
+    if let Some(id) = last.or(named) {
         let alone = Filter {
             batch: filter.batch.clone(),
             ..Filter::default()
