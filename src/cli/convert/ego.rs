@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::formats::{EgoError, Entry, EntryLocation, find_recording};
+use crate::formats::{EgoError, Entry, EntryLocation, USUAL_VEHICLE, find_recording};
 use crate::formats::{write_recording, write_sized_recording};
-use crate::scenario::{Ego, EgoSource, Scenario, VehicleType};
+use crate::scenario::{Ego, EgoSource, Scenario};
 use crate::system;
 
 /// The file beside a scenario, where its ego is looked for first.
@@ -23,7 +23,7 @@ pub fn recording(entry: &Entry, scenario: &Scenario) -> Result<Option<Vec<u8>>, 
         return Ok(None);
     };
     let size = ego.footprint.shape().size();
-    let is_usual = size == VehicleType::Bmw320i.footprint().shape().size();
+    let is_usual = size == USUAL_VEHICLE.footprint().shape().size();
     if is_usual && let Some(bytes) = as_it_is(entry, scenario, &ego) {
         return Ok(Some(bytes));
     }

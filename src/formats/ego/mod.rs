@@ -17,7 +17,7 @@ use checks::Lines;
 pub use error::EgoError;
 pub use find::find_recording;
 pub use planner_drives::PlannerDrives;
-pub use recording::{write_recording, write_sized_recording};
+pub use recording::{USUAL as USUAL_VEHICLE, write_recording, write_sized_recording};
 pub use selection::EgoSelection;
 pub use solution::ego_of_solution;
 pub(super) use vehicle_size::sized;

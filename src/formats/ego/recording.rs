@@ -12,7 +12,7 @@ use crate::scenario::track::forget_headings_at_standstill;
 use crate::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
 
 /// The vehicle whose size a recording gets that carries none: the one the paper's were made with.
-pub(super) const USUAL: VehicleType = VehicleType::Bmw320i;
+pub const USUAL: VehicleType = VehicleType::Bmw320i;
 
 /// Reads a recorded ego from CSV `bytes`, with the lines of its rows; `file` names it in errors. Where there are several
 /// egos, it reads that of a planning problem.
