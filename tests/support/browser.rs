@@ -69,6 +69,11 @@ impl Browser {
             .arg(format!("--user-data-dir={}", pipe("profile").display()))
             .arg("about:blank")
             .env("PIPES", folder.path())
+            // Crash reports and settings go to the user's folders, whatever the profile is.
+            .env("HOME", folder.path())
+            .env("XDG_CONFIG_HOME", pipe("config"))
+            .env("XDG_CACHE_HOME", pipe("cache"))
+            .env("XDG_DATA_HOME", pipe("data"))
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
