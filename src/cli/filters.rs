@@ -68,14 +68,16 @@ impl Filters {
 }
 
 impl Filters {
-    /// The same for a store, which knows the last batch.
+    /// The same for a store, which knows its batches.
     ///
     /// # Errors
-    /// `--batch last`, and there is none yet.
+    /// There is no such batch, or none yet with `--batch last`.
     pub fn in_store(&self, words: Option<String>, store: &Store) -> Result<Filter, Failure> {
         let mut filter = self.filter(words);
-        if filter.batch.as_deref() == Some(LAST) {
-            filter.batch = Some(last_batch(store)?.to_string());
+        match filter.batch.as_deref() {
+            Some(LAST) => filter.batch = Some(last_batch(store)?.to_string()),
+            Some(word) => known_batch(word, store)?,
+            None => {}
         }
         Ok(filter)
     }
@@ -92,6 +94,27 @@ pub fn last_batch(store: &Store) -> Result<BatchId, Failure> {
     let last = store.last_batch().map_err(Failure::input)?;
     let none = || Failure::input("no batch yet; `nearmiss evaluate` begins one");
     Ok(last.ok_or_else(none)?.id)
+}
+
+/// Refuses a word that names no batch and that no run has: imported runs may have words of their own.
+fn known_batch(word: &str, store: &Store) -> Result<(), Failure> {
+    let of_batch = || {
+        store.numbers(&Filter {
+            batch: Some(word.into()),
+            ..Filter::default()
+        })
+    };
+    let known = match word.parse().map(|id| store.batch(id)) {
+        Ok(Ok(Some(_))) => true,
+        Ok(Err(error)) => return Err(Failure::input(error)),
+        _ => !of_batch().map_err(Failure::input)?.is_empty(),
+    };
+    let unknown = || {
+        Failure::input(format!(
+            "no batch {word}; `nearmiss evaluate --list` lists batches"
+        ))
+    };
+    known.then_some(()).ok_or_else(unknown)
 }
 
 /// The store of the user's data folder.

@@ -48,9 +48,7 @@ pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
         .scenario
         .obstacles
         .iter()
-        .filter(|o| {
-            o.role == ObstacleRole::Dynamic && Capability::for_obstacle(o, stage.style).is_some()
-        })
+        .filter(|obstacle| moves(stage, obstacle))
         .filter_map(|obstacle| candidate(stage, obstacle))
         .collect();
     found.sort_by(|a, b| {
@@ -58,6 +56,31 @@ pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
         order.then(a.acceleration.total_cmp(&b.acceleration))
     });
     found
+}
+
+/// Why none of some obstacles, or of all where none is named, can reach the ego; `None` where one can.
+#[must_use]
+pub fn why_none(stage: &AttackContext<'_>, among: &[i64]) -> Option<&'static str> {
+    if stage.ego.iter().all(|(_, ego)| ego.velocity < MOVING) {
+        return Some("the ego drives slower than 2 m/s at every step");
+    }
+    let may = |id: i64| among.is_empty() || among.contains(&id);
+    let ranked = rank(stage).into_iter().filter(|c| may(c.obstacle));
+    let reach: Vec<bool> = ranked.map(|c| c.reaches).collect();
+    let obstacles = &stage.scenario.obstacles;
+    match reach.contains(&true) {
+        true => None,
+        false if !reach.is_empty() => Some("only by reversing would it reach the ego"),
+        false if obstacles.iter().any(|o| may(o.id) && moves(stage, o)) => {
+            Some("none is there for 0.5 s before the ego drives 2 m/s or faster")
+        }
+        false => Some("none moves by itself"),
+    }
+}
+
+fn moves(stage: &AttackContext<'_>, obstacle: &Obstacle) -> bool {
+    obstacle.role == ObstacleRole::Dynamic
+        && Capability::for_obstacle(obstacle, stage.style).is_some()
 }
 
 fn candidate(stage: &AttackContext<'_>, obstacle: &Obstacle) -> Option<Candidate> {

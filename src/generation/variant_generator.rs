@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::attack::AttackSetup;
+use super::attacker;
 use super::closed_loop_screening::NEAR_MISS;
 use super::staging;
 use super::{
@@ -117,6 +118,22 @@ impl VariantGenerator {
             gate: &gate,
             closed_loop: &self.closed,
         }))
+    }
+
+    /// Why no motion was tried, with the obstacles that alone might attack, where some are named, and the wish for them.
+    #[must_use]
+    pub fn why_untried(&self, among: &[i64], wish: Option<&str>) -> String {
+        let why = self.on(|ground| attacker::why_none(ground.stage, among));
+        match (why, wish) {
+            (Err(error), _) => error.to_string(),
+            (Ok(Some(why)), _) if among.is_empty() => format!("no obstacle can attack: {why}"),
+            (Ok(Some(why)), _) => {
+                let ids: Vec<String> = among.iter().map(i64::to_string).collect();
+                format!("{} cannot attack: {why}", ids.join(" and "))
+            }
+            (Ok(None), Some(wish)) => format!("no obstacle fits the wish: {wish}"),
+            (Ok(None), None) => "no manoeuvre brings an obstacle to the ego".into(),
+        }
     }
 
     /// How plausible a change is beside the recorded motions of the scenario; `None` where no obstacle moves in those.

@@ -42,6 +42,8 @@ pub struct Outcome {
     pub model: String,
     /// Which of several answers to the same request.
     pub sample: u32,
+    /// Whether the model could call tools.
+    pub with_tools: bool,
     /// Where it stands.
     pub state: RunState,
     /// Why the model stopped, where it said so.
@@ -73,7 +75,8 @@ impl Store {
         let (condition, values) = (found.sql, found.values);
         let sql = format!(
             "SELECT runs.id AS run, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
-                 template, template_version, template_hash, window_first, window_last, model, sample, state, finish, verdict, reading, error, most_usd, input_tokens, output_tokens,
+                 template, template_version, template_hash, window_first, window_last, model, sample,
+                 json_valid(parameters) AND json_extract(parameters, '$.tools') IS NOT NULL AS with_tools, state, finish, verdict, reading, error, most_usd, input_tokens, output_tokens,
                  reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key,
                  claims_right, claims_wrong, claims_open, claims_check
              FROM {condition} ORDER BY created_ms, runs.id"

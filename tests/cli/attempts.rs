@@ -299,6 +299,11 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
     run(&Home::new(), &["runs", "--batch", "last"])
         .status(2)
         .says(&["no batch yet"]);
+    for command in ["runs", "export"] {
+        run(&home, &[command, "--batch", "b9"])
+            .status(2)
+            .says(&["no batch b9;"]);
+    }
     // The batch alone is the same.
     let alone = home.files().join("b1.jsonl");
     let alone = alone.to_str().unwrap();

@@ -131,6 +131,20 @@ fn a_session_lists_calls_reads_and_prompts() {
         "{:.0} calls a second",
         200.0 / begun.elapsed().as_secs_f64()
     );
+    let other = json!({"scenario": CUT_IN, "at": 20, "ego": id});
+    let of_other = client.call("list_obstacles", other.clone());
+    let obstacles = &of_other["structuredContent"]["obstacles"];
+    let ids: Vec<i64> = { obstacles.as_array().unwrap().iter() }
+        .map(|one| one["id"].as_i64().unwrap())
+        .collect();
+    assert!(!ids.is_empty() && !ids.contains(&id), "{of_other}");
+    let again = client.call("list_obstacles", json!({"scenario": CUT_IN, "at": 20}));
+    assert_eq!(again, near, "one ego does not stand for another");
+    for wrong in [json!(987_654), json!("../ego.csv")] {
+        let mut other = other.clone();
+        other["ego"] = wrong;
+        assert_eq!(client.call("list_obstacles", other)["isError"], true);
+    }
     let late = client.call(
         "distance",
         json!({"scenario": CUT_IN, "at": 20, "obstacle": id, "t": 1}),
@@ -158,7 +172,7 @@ fn a_session_lists_calls_reads_and_prompts() {
             .is_some_and(|all| all.len() >= 2),
         "{prompt}"
     );
-    let svg = client.call("render", json!({"scenario": CUT_IN, "at": 10}));
+    let svg = client.call("render", json!({"scenario": CUT_IN, "at": 10, "ego": id}));
     assert!(
         svg["content"][0]["text"].as_str().unwrap().contains("<svg"),
         "{svg}"

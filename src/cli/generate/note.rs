@@ -5,6 +5,7 @@ use super::variant::Generated;
 use crate::cli::output;
 use crate::generation::{Consequence, Effect};
 use crate::simulation::{Collision, CollisionKind};
+use serde_json::Value;
 
 impl Generated {
     /// Why nothing was tried, where nothing was, that the original is not safe, where it is not, and contacts that do
@@ -17,10 +18,12 @@ impl Generated {
         let made = &self.made;
         if made.found.candidates == 0 && made.chosen.is_none() {
             let stopped = self.authored.as_ref().is_some_and(|a| a.stopped.is_some());
-            let why = match (stopped, self.settings["wish"].as_str()) {
-                (true, _) => "the model gave no motion".into(),
-                (false, Some(wish)) => format!("no obstacle fits the wish: {wish}"),
-                (false, None) => "no obstacle can attack".into(),
+            let named = self.settings["attacker"].as_array().into_iter().flatten();
+            let named: Vec<i64> = named.filter_map(Value::as_i64).collect();
+            let wish = self.settings["wish"].as_str();
+            let why = match stopped {
+                true => "the model gave no motion".into(),
+                false => self.workshop.why_untried(&named, wish),
             };
             notes.push(why);
         }

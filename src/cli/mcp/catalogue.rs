@@ -39,7 +39,7 @@ pub const JOBS: &[Job] = &[
                 "candidates",
                 "--candidates",
                 "integer",
-                "Most motions that are tried; 3000 where it is left out.",
+                "Most motions that are tried.",
             ),
             ("seed", "--seed", "integer", "Seed of the search."),
         ],
@@ -49,12 +49,15 @@ pub const JOBS: &[Job] = &[
         name: "render",
         about: "Draws the map with all participants at a step, as an SVG text.",
         command: "render",
-        options: &[(
-            "at",
-            "--at",
-            "integer",
-            "Time step; the most telling one where it is left out.",
-        )],
+        options: &[
+            (
+                "at",
+                "--at",
+                "integer",
+                "Time step; the most telling one where it is left out.",
+            ),
+            EGO_OPTION,
+        ],
         paid: false,
     },
     Job {
@@ -69,6 +72,7 @@ pub const JOBS: &[Job] = &[
                 "string",
                 "collision or safety; collision where it is left out.",
             ),
+            EGO_OPTION,
             (
                 "budget",
                 "--budget",
@@ -131,8 +135,18 @@ pub fn tools(oracles: bool, paid: bool) -> Value {
     table.chain(jobs).collect()
 }
 
+/// The argument that chooses the ego. Files are not taken: they may lie outside the folders.
+const EGO: (&str, &str, &str) = (
+    "ego",
+    "integer",
+    "Id of the obstacle that is the ego; the recorded ego where it is left out.",
+);
+
+/// The same as an option of a job.
+const EGO_OPTION: (&str, &str, &str, &str) = (EGO.0, "--ego", EGO.1, EGO.2);
+
 /// Where a tool of the table looks: argument, type, meaning.
-pub const PLACE: [(&str, &str, &str); 3] = [
+pub const PLACE: [(&str, &str, &str); 4] = [
     (
         "scenario",
         "string",
@@ -148,4 +162,5 @@ pub const PLACE: [(&str, &str, &str); 3] = [
         "integer",
         "Steps in the window; 10 where it is left out.",
     ),
+    EGO,
 ];

@@ -20,8 +20,8 @@ pub struct Places {
     scenes: Mutex<Scenes>,
 }
 
-/// Scenes by where they are.
-type Scenes = HashMap<String, Kept>;
+/// Scenes by where they are, and by the obstacle that is the ego, where one was chosen.
+type Scenes = HashMap<(String, Option<i64>), Kept>;
 
 /// A scene with the files that it was read from.
 #[derive(Debug)]
@@ -189,24 +189,25 @@ impl Places {
     /// # Errors
     /// In words: it reads a file outside.
     pub fn check(&self, entry: &Entry) -> Result<(), String> {
-        match self.opened(entry) {
+        match self.opened(entry, None) {
             Err(NotOpened::Outside) => Err(NotOpened::Outside.words()),
             // Why it cannot be opened is better said by the command that needs it.
             Ok(_) | Err(NotOpened::Unreadable(_)) => Ok(()),
         }
     }
 
-    /// The scene of a scenario, with the ego recorded beside it.
+    /// The scene of a scenario, with an obstacle as its ego, else the ego recorded beside it.
     ///
     /// # Errors
     /// In words: it cannot be opened, or has no ego.
-    pub fn scene(&self, name: &str) -> Result<Arc<Scene>, String> {
+    pub fn scene(&self, name: &str, ego: Option<i64>) -> Result<Arc<Scene>, String> {
         let entry = self.entry(name)?;
-        self.opened(&entry).map_err(NotOpened::words)
+        self.opened(&entry, ego).map_err(NotOpened::words)
     }
 
-    fn opened(&self, entry: &Entry) -> Result<Arc<Scene>, NotOpened> {
-        let key = entry.display();
+    fn opened(&self, entry: &Entry, obstacle: Option<i64>) -> Result<Arc<Scene>, NotOpened> {
+        let key = (entry.display(), obstacle);
+        let selection = obstacle.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
         let lock = || self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
         // One that was recorded since counts, too.
         let ego = entry.file().as_deref().and_then(find_recording);
@@ -218,7 +219,7 @@ impl Places {
         let (opened, files) = files_opened_by(|| {
             open(&OpenRequest {
                 entry,
-                ego: &EgoSelection::Beside,
+                ego: &selection,
                 transform: None,
                 strict: true,
             })

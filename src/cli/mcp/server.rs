@@ -190,7 +190,7 @@ impl Server {
             Value::Null => serde_json::Map::new(),
             _ => return Err("the arguments are no JSON object".into()),
         };
-        let [scenario, at, history] = PLACE.map(|(name, ..)| own.remove(name));
+        let [scenario, at, history, ego] = PLACE.map(|(name, ..)| own.remove(name));
         let scenario = scenario.as_ref().and_then(Value::as_str);
         let scenario =
             scenario.ok_or("argument `scenario` is missing: the path or name of a scenario")?;
@@ -202,7 +202,7 @@ impl Server {
             },
         };
         let (at, history) = (whole("at", at)?, whole("history", history)?);
-        let scene = self.places.scene(scenario)?;
+        let scene = self.places.scene(scenario, whole("ego", ego)?)?;
         let last = at.unwrap_or_else(|| scene.last_step());
         if !scene.steps().contains(&last) {
             let steps = scene.steps();

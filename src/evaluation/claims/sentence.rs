@@ -193,7 +193,14 @@ impl Sentence<'_> {
         let near = &self.lower[from..number.span.start];
         let before = &self.lower[..number.span.start];
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        let bounds = near.replace("over time", "");
+        let mut bounds = near.replace("over time", "");
+        // "The distance between the ego and car 301 is 3 m" has ends and no bounds.
+        if bounds
+            .split_once("between")
+            .is_some_and(|(_, ends)| has_word(ends, "ego"))
+        {
+            bounds = bounds.replacen("between", "", 1);
+        }
         if self.counted(near, after) || BOUNDS.iter().any(|word| has_word(&bounds, word)) {
             return None;
         }

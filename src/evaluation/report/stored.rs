@@ -95,6 +95,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         .into_iter()
         .map(|one| ((one.counts, one.way), one.superseded))
         .unzip();
+    let counted = tools_told_apart(counted);
     stored.several_windows = several_windows(&counted);
     let statuses: Vec<AnswerStatus> = counted
         .par_iter()
@@ -283,6 +284,18 @@ fn way(outcome: &Outcome, settings: Option<&String>) -> Option<PromptConfig> {
         settings: settings.unwrap_or_default(),
         template: TemplateVersion::of(&outcome.template).filter(|_| !is_judge),
     })
+}
+
+/// Where some answers were given with tools, all ways say whether theirs were: batches whose questions all had tools, or
+/// none, do not say it.
+fn tools_told_apart(mut counted: Vec<(&Outcome, PromptConfig)>) -> Vec<(&Outcome, PromptConfig)> {
+    if counted.iter().any(|(outcome, _)| outcome.with_tools) {
+        let asked = counted.iter_mut().filter(|(_, way)| way.frame.is_some());
+        for (outcome, way) in asked {
+            way.settings.tools.get_or_insert(outcome.with_tools);
+        }
+    }
+    counted
 }
 
 fn status(outcome: &Outcome) -> AnswerStatus {

@@ -7,7 +7,7 @@ use crate::generation::surrogate::{Trial, between};
 use crate::generation::{AttackContext, AttackPlace, ClosedLoop, Wish};
 use crate::geometry::Vector;
 use crate::planner::Forecast;
-use crate::scenario::{Ego, ObstacleType, Scenario, State};
+use crate::scenario::{Ego, Motion, ObstacleType, Scenario, State};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn ego(closed: &ClosedLoop) -> Ego {
@@ -37,6 +37,37 @@ fn a_car_in_front_reaches_the_ego_by_braking_only_where_it_drives() {
     standing.obstacles = vec![car(&states, scenario.dt())];
     let stands = the_car(&standing, &ego);
     assert!(!stands.reaches && !stands.behind);
+
+    let why = |scenario: &Scenario, among: &[i64]| {
+        let stage = AttackContext::new(scenario, &ego.footprint, &ego.track).unwrap();
+        attacker::why_none(&stage, among)
+    };
+    assert_eq!(why(scenario, &[]), None);
+    assert_eq!(why(scenario, &[CAR]), None);
+    assert_eq!(
+        why(&standing, &[]),
+        Some("only by reversing would it reach the ego")
+    );
+    assert_eq!(why(scenario, &[CAR + 1]), Some("none moves by itself"));
+    let mut short = Scenario::clone(scenario);
+    short.obstacles = vec![car(&states[..2], scenario.dt())];
+    assert_eq!(
+        why(&short, &[]),
+        Some("none is there for 0.5 s before the ego drives 2 m/s or faster")
+    );
+    let slow = ego.track.iter().map(|(step, motion)| {
+        let motion = Motion {
+            velocity: 1.9,
+            ..*motion
+        };
+        state(step, &motion)
+    });
+    let slow = car(&slow.collect::<Vec<_>>(), scenario.dt());
+    let stage = AttackContext::new(scenario, &ego.footprint, slow.track()).unwrap();
+    assert_eq!(
+        attacker::why_none(&stage, &[]),
+        Some("the ego drives slower than 2 m/s at every step")
+    );
 }
 
 #[test]

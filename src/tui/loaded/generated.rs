@@ -116,12 +116,8 @@ impl Opened {
             }
         });
         if made.found.candidates == 0 && authorship.is_none() {
-            return Err(match wanted.only {
-                Some(id) => format!(
-                    "{id} cannot attack: it does not move by itself, or never comes near enough to the ego"
-                ),
-                None => "no moving obstacle could come near the ego".into(),
-            });
+            let wish = wanted.wish.as_ref().map(ToString::to_string);
+            return Err(workshop.why_untried(wanted.only.as_slice(), wish.as_deref()));
         }
         let effective = |c: &SelectedAttack| c.attack.has_effect();
         let Some(chosen) = made.chosen.filter(effective) else {

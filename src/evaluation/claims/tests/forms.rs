@@ -88,6 +88,22 @@ fn a_length_away_or_from_the_ego_is_the_distance() {
             format!("Obstacle {a} drives ahead, 9.00 m away and a little faster than the ego."),
             vec![format!("{a} distance: 9.00 m")],
         ),
+        (
+            format!("The distance between the ego and car {a} is 18.6 m."),
+            vec![format!("{a} distance: 18.6 m")],
+        ),
+        (
+            format!("The gap between car {a} and the ego is 18.6 m at t = 0.00 s."),
+            vec![format!("{a} distance: 18.6 m @0")],
+        ),
+        (
+            format!("The distance between the ego and car {a} is between 3.0 and 5.0 m."),
+            vec![],
+        ),
+        (
+            format!("The distance between {b} and {a} is 3.0 m."),
+            vec![],
+        ),
         (format!("Obstacle {a} is 3.0 m away from the kerb."), vec![]),
         (format!("Obstacle {a} is 3.0 m away from {b}."), vec![]),
         (

@@ -24,6 +24,7 @@ fn outcome(run: i64, model: &str, state: RunState, collision: Option<bool>) -> O
         window: None,
         model: model.into(),
         sample: 0,
+        with_tools: false,
         state,
         verdict: collision.map(verdict),
         reading: None,
@@ -252,4 +253,36 @@ fn labels_of_people_count_before_the_judge() {
     );
     let unlabelled = stored(&runs, &Truth::default(), &SecondaryRuns::default());
     assert_eq!(unlabelled.unlabelled, ["a"]);
+}
+
+#[test]
+fn answers_with_tools_are_a_way_of_their_own_whatever_their_batches_say() {
+    let with_tools = Outcome {
+        with_tools: true,
+        key: Some(Key::digest(&"b".into())),
+        ..outcome(2, "lab/x", RunState::Answered, Some(true))
+    };
+    let runs = [
+        outcome(1, "lab/x", RunState::Answered, Some(true)),
+        with_tools,
+        outcome(3, "lab/y", RunState::Answered, Some(true)),
+        outcome(4, judge::MODEL, RunState::Answered, Some(true)),
+    ];
+    let tools = |runs: &[Outcome], of_axes: &[(i64, &str)]| -> Vec<Option<bool>> {
+        let settings = of_axes
+            .iter()
+            .map(|(run, said)| (RunId(*run), (*said).into()));
+        let asides = SecondaryRuns {
+            settings: settings.collect(),
+            ..SecondaryRuns::default()
+        };
+        let found = stored(runs, &Truth::default(), &asides);
+        let each = found.scored.iter().map(|one| one.way.settings.tools);
+        each.collect()
+    };
+    let apart = [Some(false), Some(true), Some(false), None];
+    assert_eq!(tools(&runs, &[]), apart);
+    assert_eq!(tools(&runs, &[(2, "tools on"), (3, "tools off")]), apart);
+    let without = [runs[0].clone(), runs[2].clone(), runs[3].clone()];
+    assert_eq!(tools(&without, &[]), [None; 3]);
 }
