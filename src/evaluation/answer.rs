@@ -206,20 +206,23 @@ impl Answer {
         (self.finish.as_deref() == Some(TOO_LONG)).then(too_long)
     }
 
-    /// Ids in the verdict that no obstacle of the scenario has.
+    /// Ids in the verdict that no obstacle of the scenario has, each once.
     #[must_use]
     pub fn unknown_obstacles(&self, scenario: &Scenario) -> Vec<i64> {
-        let named = match &self.judged {
-            JudgeOutcome::Verdict(parsed) => {
-                parsed.verdict.obstacles.iter().map(|o| o.id).collect()
+        let mut named: Vec<i64> = match &self.judged {
+            JudgeOutcome::Verdict(Parsed { verdict, .. }) => {
+                let critical = verdict.critical.iter().flatten().map(|o| o.id);
+                critical
+                    .chain(verdict.obstacles.iter().map(|o| o.id))
+                    .collect()
             }
             JudgeOutcome::Other(reading) => reading.said.named(),
             JudgeOutcome::Missing(_) => Vec::new(),
         };
+        named.retain(|id| scenario.obstacle(*id).is_none());
+        named.sort_unstable();
+        named.dedup();
         named
-            .into_iter()
-            .filter(|id| scenario.obstacle(*id).is_none())
-            .collect()
     }
 
     /// Its claims about the obstacles of the scene that it is about.

@@ -117,3 +117,19 @@ fn the_built_in_judge_says_what_it_does_not_answer() {
         .status(2)
         .says(&["collision, safety, recording, attacker, trajectory"]);
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn obstacles_that_are_not_there_are_told_wherever_the_verdict_names_them() {
+    let home = Home::new();
+    let answer = json!({
+        "collision": true,
+        "obstacles": [{"id": 8_888, "risk_score": 0, "reason": ""}, {"id": 301, "risk_score": 1, "reason": ""}],
+        "critical_obstacles": [{"id": 9_999, "probability": 0.9}, {"id": 8_888, "probability": 0.8}],
+        "probability": 0.9,
+        "justification": "",
+    });
+    let server = Server::start(vec![streamed(&answer.to_string())]).await;
+    ask(&home, server.base_url(), &[])
+        .status(0)
+        .says(&["unknown obstacles: [8888, 9999]"]);
+}
