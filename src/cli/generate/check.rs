@@ -172,11 +172,16 @@ pub fn run(
             match &one.verdict {
                 Ok(passed) => {
                     words.push_str(&format!(
-                        "obstacle {id}, changed after step {}: passes; {} checked, {} left as recorded, at most {:.0} % of the friction circle\n",
+                        "obstacle {id}, changed after step {}: passes; {} checked, {} left as recorded, at most {:.0} % of the friction circle{}\n",
                         one.from - 1,
                         output::counted(passed.steps, "step"),
                         passed.exempt,
                         100.0 * passed.friction,
+                        match passed.friction >= 1.005 {
+                            // The check solves for the inputs of the vehicle, which rounded states say roughly.
+                            true => ", as estimated from rounded states; the drivability check passes",
+                            false => "",
+                        },
                     ));
                     if let Some(gone) = Gone::of(one, &original) {
                         words.push_str(&format!("  NOTE: obstacle {id} {gone}\n"));
