@@ -59,6 +59,13 @@ pub fn split(screen: Rect, model: &Model) -> Option<ScreenAreas> {
             _ => arranged.narrow(body, sizes.narrow, model.focus),
         }
     }
+    let at_right = model
+        .screens
+        .iter()
+        .filter_map(|s| s.columns_at_right(screen));
+    if let Some(columns) = at_right.max() {
+        arranged.end_at(screen.right().saturating_sub(columns));
+    }
     Some(ScreenAreas {
         header,
         panes: arranged.panes,

@@ -65,16 +65,8 @@ impl Screen for DetailsScreen {
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let width = self.columns_at_right(screen).unwrap_or(screen.width);
-        let area = Rect {
-            x: screen.right() - width,
-            y: screen.y + 1.min(screen.height),
-            width,
-            height: screen.height.saturating_sub(2),
-        };
-        window::margin(frame, screen, area, model);
-        let inner = window::window_at(frame, area, model, "details");
-        let text = text(model, usize::from(inner.width));
-        window::text_in(frame, inner, model, text, self.scroll);
+        let text = text(model, usize::from(width.saturating_sub(2)));
+        window::at_right(frame, screen, model, "details", text, (width, self.scroll));
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {

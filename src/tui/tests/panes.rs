@@ -6,6 +6,20 @@ use super::bench::Bench;
 use crate::tui::layout::split;
 use crate::tui::message::{Mouse, Msg};
 use crate::tui::model::{Model, Pane, Sizes};
+use crate::tui::screens::details::DetailsScreen;
+
+/// Terminals of every arrangement.
+const SIZES: [(u16, u16); 9] = [
+    (60, 18),
+    (60, 22),
+    (79, 36),
+    (79, 60),
+    (80, 24),
+    (100, 50),
+    (110, 32),
+    (140, 40),
+    (220, 70),
+];
 
 fn area(model: &Model, size: (u16, u16), pane: Pane) -> Rect {
     let parts = split(Rect::new(0, 0, size.0, size.1), model).unwrap();
@@ -66,17 +80,6 @@ fn the_pane_with_the_keys_grows_and_shrinks() {
 
 #[test]
 fn nothing_vanishes_whatever_is_pressed_and_in_whatever_terminal() {
-    let sizes = [
-        (60, 18),
-        (60, 22),
-        (79, 36),
-        (79, 60),
-        (80, 24),
-        (100, 50),
-        (110, 32),
-        (140, 40),
-        (220, 70),
-    ];
     for pane in Pane::ALL {
         for keys in ["> +", "< -", "> -", "< +"] {
             let mut bench = Bench::bundled();
@@ -90,7 +93,7 @@ fn nothing_vanishes_whatever_is_pressed_and_in_whatever_terminal() {
             }
             for focus in Pane::ALL {
                 bench.model.focus = focus;
-                for (columns, rows) in sizes {
+                for (columns, rows) in SIZES {
                     let screen = Rect::new(0, 0, columns, rows);
                     let parts = split(screen, &bench.model).unwrap();
                     let cells: u32 = parts.panes.iter().map(|(_, a)| a.area()).sum();
@@ -102,6 +105,40 @@ fn nothing_vanishes_whatever_is_pressed_and_in_whatever_terminal() {
                 }
             }
             bench.frame(80, 24);
+        }
+    }
+}
+
+#[test]
+fn beside_a_panel_the_panes_fill_what_is_left_and_the_map_stays() {
+    for keys in ["", "> +", "< -"] {
+        let mut bench = Bench::bundled();
+        for pane in Pane::ALL {
+            bench.model.focus = pane;
+            for _ in 0..40 {
+                for key in keys.split(' ').filter(|key| !key.is_empty()) {
+                    chord(&mut bench, (200, 60), key);
+                }
+            }
+        }
+        for focus in Pane::ALL {
+            bench.model.focus = focus;
+            for (columns, rows) in SIZES {
+                let screen = Rect::new(0, 0, columns, rows);
+                let shows = |model: &Model| split(screen, model).unwrap().panes;
+                let shown = |panes: &[(Pane, Rect)]| panes.iter().any(|(p, _)| *p == Pane::Map);
+                let map = shown(&shows(&bench.model));
+                bench.model.screens.open(DetailsScreen::default());
+                let top = bench.model.screens.top().unwrap();
+                let panel = top.columns_at_right(screen).unwrap();
+                let panes = shows(&bench.model);
+                bench.model.screens.pop();
+                let cells: u32 = panes.iter().map(|(_, a)| a.area()).sum();
+                let left = u32::from(columns - panel) * u32::from(rows - 2);
+                assert_eq!(cells, left, "{screen} {focus:?} {panes:?}");
+                assert!(panes.iter().all(|(_, a)| a.right() <= columns - panel));
+                assert_eq!(shown(&panes), map, "{screen} {focus:?}");
+            }
         }
     }
 }

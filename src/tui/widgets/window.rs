@@ -116,7 +116,7 @@ pub fn more_lines(lines: usize) -> String {
     }
 }
 
-/// Text in a window at the right, below the header and no higher than the text; the map stays in sight beside it.
+/// Text in a window at the right, between header and footer; the panes end beside it.
 pub fn at_right(
     frame: &mut Frame<'_>,
     screen: Rect,
@@ -125,15 +125,12 @@ pub fn at_right(
     text: Text<'static>,
     (columns, scroll): (u16, usize),
 ) {
-    let lines = u16::try_from(text.lines.len()).unwrap_or(u16::MAX);
-    let height = screen.height.saturating_sub(2);
     let area = Rect {
         x: screen.right() - columns,
         y: screen.y + 1.min(screen.height),
         width: columns,
-        height: height.min(lines.saturating_add(2).max(6)),
+        height: screen.height.saturating_sub(2),
     };
-    margin(frame, screen, area, model);
     let inner = window_at(frame, area, model, title);
     text_in(frame, inner, model, text, scroll);
 }
@@ -167,7 +164,7 @@ pub fn margin(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
         height: screen.height.saturating_sub(2),
         ..screen
     };
-    // A panel at the right edge leaves the border of the pane beside it.
+    // A window at the right edge leaves the border of the pane beside it.
     let columns = match area.right() == screen.right() {
         true => 1,
         false => 2,
