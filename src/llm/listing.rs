@@ -177,11 +177,7 @@ impl Registry {
     pub fn models(&self, environment: &Environment, today: Date) -> Vec<ModelListing> {
         let mut listed = Vec::new();
         for (name, provider) in &self.providers {
-            let names = provider.models.iter().flatten();
-            let mut names: Vec<&str> = names
-                .filter(|entry| entry.listed)
-                .map(|entry| entry.name.as_str())
-                .collect();
+            let mut names = provider.listed();
             if names.is_empty() {
                 names.push("…");
             }
@@ -230,13 +226,13 @@ impl Registry {
                 KeyState::Command(command) => Some((command, true)),
                 KeyState::Missing(names) => Some((names, false)),
             };
-            let models = provider.models.iter().flatten().filter(|m| m.listed);
+            let models = provider.listed().into_iter();
             offers.extend(models.map(|model| {
                 ModelOffer {
-                    id: format!("{name}/{}", model.name),
+                    id: format!("{name}/{model}"),
                     key: key.clone(),
                     warning: provider
-                        .entries(&model.name)
+                        .entries(model)
                         .find_map(ModelEntry::retirement)
                         .and_then(|retirement| retirement.warning(today)),
                 }

@@ -318,6 +318,17 @@ impl Provider {
         }
     }
 
+    /// The models on offer, each once: several entries may speak of one.
+    pub fn listed(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for entry in self.models.iter().flatten().filter(|entry| entry.listed) {
+            if !names.contains(&entry.name.as_str()) {
+                names.push(&entry.name);
+            }
+        }
+        names
+    }
+
     /// The entries that speak of a model, the most telling first.
     pub fn entries<'a>(&'a self, model: &'a str) -> impl Iterator<Item = &'a ModelEntry> {
         let entries = self.models.iter().flatten();

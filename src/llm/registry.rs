@@ -67,8 +67,8 @@ impl Registry {
     /// The models in the table of providers, as `provider/model`.
     fn listed(&self) -> Vec<String> {
         let of = |(name, provider): (&String, &Provider)| {
-            let models = provider.models.iter().flatten().filter(|m| m.listed);
-            let ids: Vec<String> = models.map(|m| format!("{name}/{}", m.name)).collect();
+            let models = provider.listed().into_iter();
+            let ids: Vec<String> = models.map(|model| format!("{name}/{model}")).collect();
             ids
         };
         self.providers.iter().flat_map(of).collect()

@@ -247,6 +247,15 @@ fn keys_go_unencrypted_only_where_that_is_allowed() {
 }
 
 #[test]
+fn known_models_are_listed_once() {
+    let registry = registry("").unwrap();
+    let listed = registry.models(&nothing(), "2026-11-20".parse().unwrap());
+    let ids: Vec<&str> = listed.iter().map(|l| l.id.as_str()).collect();
+    let once: std::collections::BTreeSet<&str> = ids.iter().copied().collect();
+    assert_eq!(once.len(), ids.len(), "{ids:?}");
+}
+
+#[test]
 fn whether_a_key_is_there_is_told() {
     let registry = registry("[lab]\nbase_url = \"http://h\"\nkey_command = \"pass lab\"").unwrap();
     let listed = registry.models(
