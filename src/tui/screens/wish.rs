@@ -8,6 +8,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
 use crate::description::visible;
+use crate::scenario::ContentHash;
 use crate::tui::keymap::{Code, Key, edit_line, first_line};
 use crate::tui::loaded::VariantRequest;
 use crate::tui::message::{Effect, JobId};
@@ -25,14 +26,17 @@ pub struct WishScreen {
     request: Option<Box<VariantRequest>>,
     /// The scenario's place in the list.
     place: usize,
+    /// The scenario's hash.
+    hash: ContentHash,
 }
 
 /// Opens the line for a search in the scenario at a place of the list.
-pub fn open(model: &mut Model, place: usize, request: Box<VariantRequest>) {
+pub fn open(model: &mut Model, place: usize, hash: ContentHash, request: Box<VariantRequest>) {
     model.screens.open(WishScreen {
         typed: String::new(),
         request: Some(request),
         place,
+        hash,
     });
 }
 
@@ -103,6 +107,7 @@ impl WishScreen {
         let id = JobId(model.new_id());
         model.say(format!("searching for an attack: {wish}…"));
         request.wish = Some(wish);
+        request.seed = model.maker.next_seed(self.hash, None);
         Step::Close(vec![model.maker.begin(id, self.place, request)])
     }
 }

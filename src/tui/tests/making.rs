@@ -248,6 +248,8 @@ fn the_picked_obstacle_attacks_if_it_can() {
 fn words_describe_an_attack() {
     let mut bench = open("rightturn");
     bench.press("space g d");
+    bench.press("esc");
+    bench.press("space g d");
     bench.press("enter");
     assert!(asked(&bench).is_empty() && said(&bench).contains("none of the words"));
     bench.type_text("giraffe");
@@ -261,6 +263,7 @@ fn words_describe_an_attack() {
     assert!(bench.frame(100, 30).contains("understood: car, cut-in"));
     bench.press("enter");
     let (_, request) = asked(&bench).pop().unwrap();
+    assert_eq!(request.seed, 1, "the closed line used none up");
     let wish = request.wish.unwrap();
     assert_eq!(wish.to_string(), "car, cut-in");
     assert!(said(&bench).contains("searching for an attack: car, cut-in"));

@@ -12,8 +12,8 @@ pub fn ask(model: &mut Model) {
     let Some((hash, change)) = ready(model) else {
         return;
     };
-    let seed = model.maker.next_seed(hash, None);
-    if let Some((place, request)) = request(model, change, None, seed, None) {
-        wish::open(model, place, request);
+    // The seed is chosen when the search begins: a line that is closed uses none up.
+    if let Some((place, request)) = request(model, change, None, 0, None) {
+        wish::open(model, place, hash, request);
     }
 }
