@@ -196,14 +196,29 @@ impl Text {
         // Checked where it was read.
         self.0.as_utf8().unwrap_or_default()
     }
+
+    /// Whether both are the same bytes in memory, which tells without looking at them that they are equal.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.shares(&other.0)
+    }
+
+    fn shares(&self, bytes: &ByteArray) -> bool {
+        std::ptr::eq(self.0.data(), bytes.data())
+    }
 }
 
 fn append_texts(reader: ColumnReader, rows: usize, into: &mut Vec<Text>) -> Result<(), String> {
     let ColumnReader::ByteArrayColumnReader(reader) = reader else {
         return Err("no texts in it".into());
     };
-    for value in values::<ByteArrayType>(reader, rows)? {
-        value.as_utf8().map_err(|_| "not UTF-8 text")?;
+    let found = values::<ByteArrayType>(reader, rows)?;
+    into.reserve(found.len());
+    for value in found {
+        // Rows of one track follow each other, and share the bytes of a dictionary.
+        let checked = into.last().is_some_and(|last| last.shares(&value));
+        if !checked {
+            value.as_utf8().map_err(|_| "not UTF-8 text")?;
+        }
         into.push(Text(value));
     }
     Ok(())
@@ -211,6 +226,9 @@ fn append_texts(reader: ColumnReader, rows: usize, into: &mut Vec<Text>) -> Resu
 
 fn append_numbers(reader: ColumnReader, rows: usize, into: &mut Vec<f64>) -> Result<(), String> {
     match reader {
+        ColumnReader::DoubleColumnReader(r) if into.is_empty() => {
+            *into = values::<DoubleType>(r, rows)?;
+        }
         ColumnReader::DoubleColumnReader(r) => into.extend(values::<DoubleType>(r, rows)?),
         ColumnReader::FloatColumnReader(r) => {
             into.extend(values::<FloatType>(r, rows)?.into_iter().map(f64::from));
@@ -232,8 +250,9 @@ fn append_numbers(reader: ColumnReader, rows: usize, into: &mut Vec<f64>) -> Res
 
 /// The values of a column in a row group; rows without one are passed over.
 fn values<T: DataType>(mut reader: ColumnReaderImpl<T>, rows: usize) -> Result<Vec<T::T>, String> {
-    let mut values = Vec::new();
-    let (mut levels, mut done) = (Vec::new(), 0);
+    let room = rows.min(MOST_PARTS);
+    let (mut values, mut levels) = (Vec::with_capacity(room), Vec::with_capacity(room));
+    let mut done = 0;
     while done < rows {
         levels.clear();
         let read = reader.read_records(rows - done, Some(&mut levels), None, &mut values);

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::table::Table;
+use super::table::{Table, Text};
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along};
@@ -70,6 +70,7 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
     let (scenario, focal) = (first("scenario_id")?, first("focal_track_id")?);
     let mut places: HashMap<&str, usize> = HashMap::new();
     let mut tracks: Vec<NamedTrack> = Vec::new();
+    let mut last: Option<(&Text, usize)> = None;
     for (row, name) in names.iter().enumerate() {
         // Rows are counted from 1 in messages, as other tables do.
         let at = || report.at(format!("row {}", row + 1));
@@ -87,14 +88,18 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
             _ => None,
         };
         let (x, y) = (plain(x[row])?, plain(y[row])?);
-        let place = *places.entry(name.as_str()).or_insert_with(|| {
-            tracks.push(NamedTrack {
-                name: name.as_str().to_string(),
-                kind: kind(kinds[row].as_str()),
-                states: Vec::new(),
-            });
-            tracks.len() - 1
-        });
+        let place = match last.filter(|(before, _)| before.is_same(name)) {
+            Some((_, place)) => place,
+            None => *places.entry(name.as_str()).or_insert_with(|| {
+                tracks.push(NamedTrack {
+                    name: name.as_str().to_string(),
+                    kind: kind(kinds[row].as_str()),
+                    states: Vec::new(),
+                });
+                tracks.len() - 1
+            }),
+        };
+        last = Some((name, place));
         tracks[place].states.push(TrackState {
             step: step as i64,
             position: at_point(x, y, at)?,
