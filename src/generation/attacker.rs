@@ -70,9 +70,9 @@ pub fn why_none(stage: &AttackContext<'_>, among: &[i64]) -> Option<&'static str
     let obstacles = &stage.scenario.obstacles;
     match reach.contains(&true) {
         true => None,
-        false if !reach.is_empty() => Some("only by reversing would it reach the ego"),
+        false if !reach.is_empty() => Some("the ego is reached only in reverse"),
         false if obstacles.iter().any(|o| may(o.id) && moves(stage, o)) => {
-            Some("none is there for 0.5 s before the ego drives 2 m/s or faster")
+            Some("none has been there for 0.5 s when the ego drives 2 m/s or faster")
         }
         false => Some("none moves by itself"),
     }

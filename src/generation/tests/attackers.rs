@@ -46,14 +46,14 @@ fn a_car_in_front_reaches_the_ego_by_braking_only_where_it_drives() {
     assert_eq!(why(scenario, &[CAR]), None);
     assert_eq!(
         why(&standing, &[]),
-        Some("only by reversing would it reach the ego")
+        Some("the ego is reached only in reverse")
     );
     assert_eq!(why(scenario, &[CAR + 1]), Some("none moves by itself"));
     let mut short = Scenario::clone(scenario);
     short.obstacles = vec![car(&states[..2], scenario.dt())];
     assert_eq!(
         why(&short, &[]),
-        Some("none is there for 0.5 s before the ego drives 2 m/s or faster")
+        Some("none has been there for 0.5 s when the ego drives 2 m/s or faster")
     );
     let slow = ego.track.iter().map(|(step, motion)| {
         let motion = Motion {
