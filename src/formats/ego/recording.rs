@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::checks::{self, Lines};
 use super::table::{Table, finite, shown};
 use super::{EgoError, assumed};
-use crate::geometry::{Footprint, Point, Shape};
+use crate::geometry::{Footprint, Point, Shape, angle_between};
 use crate::scenario::EgoSource;
 use crate::scenario::plausibility::limits::LATEST_STEP;
 use crate::scenario::track::forget_headings_at_standstill;
@@ -17,8 +17,8 @@ pub const USUAL: VehicleType = VehicleType::Bmw320i;
 /// Reads a recorded ego from CSV `bytes`, with the lines of its rows; `file` names it in errors. Where there are several
 /// egos, it reads that of a planning problem.
 ///
-/// The heading is held at standstill, where recorders write 0 or noise; before the first movement it is
-/// the planning problem's. The size is that of the columns `length` and `width`, else of the vehicle the paper recorded
+/// Headings that are the directions of the displacements are held at standstill, where they are 0 or noise; before the
+/// first movement they are the planning problem's. The size is that of the columns `length` and `width`, else of the vehicle the paper recorded
 /// with.
 ///
 /// # Errors
@@ -74,16 +74,31 @@ pub(super) fn read_chosen(
     if footprint.is_none() {
         diagnostics.push(usual_size());
     }
+    let track = Track::new(samples, scenario.dt(), resting);
+    let replaced = recorded.iter().filter(|sample| {
+        let used = track.at(sample.step).map(|motion| motion.pose.heading);
+        let (used, written) = (used.unwrap_or_default(), sample.heading);
+        written.is_some_and(|written| angle_between(used, written).abs() > OTHER_HEADING)
+    });
+    if let steps @ 1.. = replaced.count() {
+        let message = format!(
+            "`orientation` is the direction of movement, which standstill has none of; held there (rows: {steps})"
+        );
+        diagnostics.push(assumed(Severity::Note, message));
+    }
     let ego = Ego {
         id: id.or(problem.map(|p| p.id)).unwrap_or(0),
         source: EgoSource::Recording(file.to_string()),
         footprint: footprint.unwrap_or_else(|| USUAL.footprint()),
-        track: Track::new(samples, scenario.dt(), resting),
+        track,
         recorded,
         diagnostics,
     };
     Ok((ego, lines))
 }
+
+/// Headings that differ by less are told as the same, radians.
+const OTHER_HEADING: f64 = 0.01;
 
 /// A diagnostic that the default vehicle size is assumed.
 pub(super) fn usual_size() -> Diagnostic {
