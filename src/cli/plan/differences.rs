@@ -56,10 +56,12 @@ pub fn all(pairs: &[Pair]) -> Vec<Difference> {
             driven.rules.broken().any(|broken| broken == rule)
         })
     }));
-    all.push(count(
-        "undrivable_drives",
-        "drives beyond the vehicle",
-        &|driven| driven.is_beyond_vehicle(),
+    let beyond = |driven: &DrivenScenario| Some(f64::from(u8::from(driven.is_beyond_vehicle()?)));
+    all.push(of(
+        pairs,
+        ("undrivable_drives", "drives beyond the vehicle", 0),
+        true,
+        &beyond,
     ));
     all.extend(FIGURES.iter().map(|(key, words, decimals, figure)| {
         // What a drive would have come to is not known where its planner failed.
@@ -69,15 +71,15 @@ pub fn all(pairs: &[Pair]) -> Vec<Difference> {
         };
         of(pairs, (key, words, *decimals), false, &whole)
     }));
-    let share = |driven: &DrivenScenario| Some(f64::from(u8::from(driven.is_beyond_vehicle())));
     all.push(Difference {
         is_share: true,
-        ..of(pairs, ("undrivable_share", "", 2), false, &share)
+        ..of(pairs, ("undrivable_share", "", 2), false, &beyond)
     });
     all
 }
 
-/// The difference of a figure over the scenarios in which both drives have it; sums of counts, means of others.
+/// The difference of a figure over the scenarios in which both drives have it; means over these, and sums of counts over
+/// all drives that have them.
 fn of(
     pairs: &[Pair],
     (key, words, decimals): (&'static str, &'static str, usize),
@@ -87,10 +89,13 @@ fn of(
     let both = pairs.iter();
     let both = both.filter_map(|(one, two)| Some((figure(one)?, figure(two)?)));
     let both: Vec<(f64, f64)> = both.collect();
-    let whole = |sum: f64| match (summed, both.len()) {
-        (true, _) => Some(sum),
-        (false, 0) => None,
-        (false, n) => Some(sum / n as f64),
+    let whole = |own: &dyn Fn(&Pair) -> Option<f64>, of_both: &dyn Fn(&(f64, f64)) -> f64| {
+        let counts: Vec<f64> = pairs.iter().filter_map(own).collect();
+        match (summed, both.len()) {
+            (true, _) => (!counts.is_empty()).then(|| counts.iter().sum()),
+            (false, 0) => None,
+            (false, n) => Some(both.iter().map(of_both).sum::<f64>() / n as f64),
+        }
     };
     let differences: Vec<f64> = both.iter().map(|(one, two)| one - two).collect();
     Difference {
@@ -98,8 +103,8 @@ fn of(
         words,
         decimals,
         scenarios: both.len(),
-        first: whole(both.iter().map(|pair| pair.0).sum()),
-        second: whole(both.iter().map(|pair| pair.1).sum()),
+        first: whole(&|pair| figure(&pair.0), &|both| both.0),
+        second: whole(&|pair| figure(&pair.1), &|both| both.1),
         // One scenario says nothing about how much they differ.
         test: (differences.len() > 1)
             .then(|| PairedTest::of_differences(&differences))

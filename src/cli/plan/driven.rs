@@ -234,9 +234,9 @@ impl DrivenScenario {
         Some(output::visible(&words))
     }
 
-    /// Whether it has steps that the vehicle cannot do. Recordings have them all over, being of other vehicles.
-    pub fn is_beyond_vehicle(&self) -> bool {
-        !self.is_recorded && !self.drive.undrivable().is_empty()
+    /// Whether it has steps that the vehicle cannot do; not looked at in recordings, which are of other vehicles.
+    pub fn is_beyond_vehicle(&self) -> Option<bool> {
+        (!self.is_recorded).then(|| !self.drive.undrivable().is_empty())
     }
 
     /// That it has such steps, in a few words.
