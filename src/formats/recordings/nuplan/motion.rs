@@ -1,0 +1,353 @@
+//! Where everyone is at the sweeps of a log: the vehicle that records by its poses, the others by their boxes.
+
+use std::collections::BTreeMap;
+
+use super::log::{EGO, Log, id_of, kind};
+use super::sqlite::{Database, Record};
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along, median};
+use crate::formats::recordings::report::Report;
+use crate::formats::recordings::sizes::{self, LONG};
+use crate::geometry::{Point, Vector};
+use crate::scenario::ObstacleType;
+
+/// Length and width of the vehicle that records, metres: a Chrysler Pacifica, by the data set's devkit.
+const VEHICLE: (f64, f64) = (4.049 + 1.127, 2.297);
+
+/// Its middle ahead of its rear axle, which poses are of, metres.
+const AXLE_TO_MIDDLE: f64 = (4.049 - 1.127) / 2.0;
+
+/// An object that is farther from its middle place than this moves, metres.
+const MOVES: f64 = 1.0;
+
+/// Sweeps with the steps that they are at.
+pub struct Clock<'l> {
+    pub log: &'l Log,
+    /// Places in the log, and steps; each step once.
+    pub sweeps: Vec<(usize, i64)>,
+    /// Sweeps of which the step had one already.
+    pub twice: usize,
+    /// Sweeps that are more than a quarter of a step off.
+    pub off: usize,
+}
+
+impl<'l> Clock<'l> {
+    /// Of sweeps in order; the first one is at step 0, and one takes so many seconds.
+    pub fn new(log: &'l Log, sweeps: &[usize], time_step: f64) -> Self {
+        let start = sweeps.first().map_or(0.0, |first| log.seconds(*first));
+        let mut clock = Self {
+            log,
+            sweeps: Vec::with_capacity(sweeps.len()),
+            twice: 0,
+            off: 0,
+        };
+        for sweep in sweeps {
+            let at = (log.seconds(*sweep) - start) / time_step;
+            let step = at.round();
+            if clock
+                .sweeps
+                .last()
+                .is_some_and(|(_, last)| step as i64 <= *last)
+            {
+                clock.twice += 1;
+                continue;
+            }
+            clock.off += usize::from((at - step).abs() > 0.25);
+            clock.sweeps.push((*sweep, step as i64));
+        }
+        clock
+    }
+
+    /// The last step.
+    pub fn last(&self) -> i64 {
+        self.sweeps.last().map_or(0, |(_, step)| *step)
+    }
+
+    /// Says what is odd about it.
+    pub fn tell(&self, report: &Report) {
+        let missing = usize::try_from(self.last() + 1).unwrap_or(0);
+        let missing = missing.saturating_sub(self.sweeps.len());
+        let at = report.at("table lidar_pc");
+        if self.off > 0 {
+            at.warn(format!(
+                "{} sweeps are not on a grid of {} s; taken as at the nearest step",
+                self.off, self.log.time_step
+            ));
+        }
+        if self.twice + missing > 0 {
+            at.warn(format!(
+                "{missing} steps of {} s have no sweep, and {} have two, of which the first is used",
+                self.log.time_step, self.twice
+            ));
+        }
+    }
+}
+
+/// The place of a point in a scenario.
+fn place(log: &Log, (x, y): (f64, f64), row: &Record<'_>) -> Result<Point, ReadError> {
+    let (x, y) = (x - log.origin.0, y - log.origin.1);
+    match x.abs() < 1e6 && y.abs() < 1e6 {
+        true => Ok(Point::new(x, y)),
+        false => row.at(1).point(x, y),
+    }
+}
+
+/// The states of the vehicle that records.
+///
+/// # Errors
+/// A pose is missing or damaged.
+pub fn recorder(database: &Database, clock: &Clock<'_>) -> Result<RecordedTrack, ReadError> {
+    let log = clock.log;
+    let columns = [
+        "token",
+        "x",
+        "y",
+        "qw",
+        "qx",
+        "qy",
+        "qz",
+        "?vx",
+        "?vy",
+        "?angular_rate_z",
+    ];
+    let query = database.query("ego_pose", &columns, "WHERE token = ?1")?;
+    let mut states = Vec::with_capacity(clock.sweeps.len());
+    for (sweep, step) in &clock.sweeps {
+        let sweep = &log.sweeps[*sweep];
+        let mut found = None;
+        query.each([sweep.pose.to_be_bytes()], &mut |row| {
+            let heading = heading(row)?;
+            let (sin, cos) = heading.sin_cos();
+            let x = row.number(1)? + AXLE_TO_MIDDLE * cos;
+            let y = row.number(2)? + AXLE_TO_MIDDLE * sin;
+            let velocity = match (row.optional_number(7)?, row.optional_number(8)?) {
+                (Some(ahead), Some(left)) => {
+                    // In the vehicle's frame; the middle turns around the axle.
+                    let turn = row.optional_number(9)?.unwrap_or(0.0);
+                    Some(along(0.0, ahead, left + turn * AXLE_TO_MIDDLE))
+                }
+                _ => None,
+            };
+            found = Some(TrackState {
+                step: *step,
+                position: place(log, (x, y), row)?,
+                heading,
+                velocity,
+                acceleration: None,
+            });
+            Ok(())
+        })?;
+        states.push(found.ok_or_else(|| {
+            database.fail(format!(
+                "table lidar_pc, row {:016x}: its ego_pose {:016x} is missing",
+                sweep.token, sweep.pose
+            ))
+        })?);
+    }
+    Ok(RecordedTrack {
+        id: EGO,
+        kind: ObstacleType::Car,
+        length: VEHICLE.0,
+        width: VEHICLE.1,
+        shape: None,
+        is_static: false,
+        states,
+    })
+}
+
+/// Where the vehicle's front is turned to, seen from above.
+fn heading(row: &Record<'_>) -> Result<f64, ReadError> {
+    let [w, x, y, z] = [3, 4, 5, 6].map(|column| row.number(column));
+    let (w, x, y, z) = (w?, x?, y?, z?);
+    let (along, across) = (w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z));
+    if along.hypot(across) < 0.1 {
+        let message = "the quaternion (qw, qx, qy, qz) is no heading";
+        return Err(row.at(3).fail(message));
+    }
+    Ok(across.atan2(along))
+}
+
+/// A box of a track.
+struct Seen {
+    step: i64,
+    position: Point,
+    heading: f64,
+    velocity: Option<f64>,
+    size: (f64, f64),
+}
+
+const BOX: [&str; 10] = [
+    "token",
+    "x",
+    "y",
+    "yaw",
+    "?vx",
+    "?vy",
+    "?length",
+    "?width",
+    "track_token",
+    "lidar_pc_token",
+];
+
+/// Everyone else, by the places of their tracks in the log.
+///
+/// # Errors
+/// A box is damaged.
+pub fn others(
+    database: &Database,
+    clock: &Clock<'_>,
+    report: &Report,
+) -> Result<Vec<RecordedTrack>, ReadError> {
+    let log = clock.log;
+    let mut seen: BTreeMap<usize, Vec<Seen>> = BTreeMap::new();
+    let mut unknown = 0;
+    each_of(
+        database,
+        ("lidar_box", &BOX, 9),
+        clock,
+        log.indexed[0],
+        &mut |row, step| {
+            let Some(track) = log.by_track.get(&row.token(8)?) else {
+                unknown += 1;
+                return Ok(());
+            };
+            let heading = row.number(3)?;
+            let velocity = match (row.optional_number(4)?, row.optional_number(5)?) {
+                (Some(x), Some(y)) => Some(along(heading, x, y)),
+                _ => None,
+            };
+            let size = |column| row.optional_number(column).map(Option::unwrap_or_default);
+            seen.entry(*track).or_default().push(Seen {
+                step,
+                position: place(log, (row.number(1)?, row.number(2)?), row)?,
+                heading,
+                velocity,
+                size: (size(6)?, size(7)?),
+            });
+            Ok(())
+        },
+    )?;
+    if unknown > 0 {
+        let message = format!("{unknown} boxes of no row in table track left out");
+        report.at("table lidar_box").warn(message);
+    }
+    let mut assumed = Vec::new();
+    let mut long = 0;
+    let tracks = seen.into_iter().map(|(place, boxes)| {
+        let track = track(log, place, boxes, &mut assumed);
+        long += usize::from(track.kind == ObstacleType::Truck);
+        track
+    });
+    let tracks = tracks.collect();
+    report.note_count(long, |n| {
+        format!(
+            "vehicles longer than {LONG} m are taken as trucks, as the data set does not tell: {n}"
+        )
+    });
+    if !assumed.is_empty() {
+        report.note(format!(
+            "tracks without a size: {}; assumed by class: {}",
+            assumed.len(),
+            sizes::in_words(assumed)
+        ));
+    }
+    Ok(tracks)
+}
+
+/// Gives the rows of the sweeps to `take`, with their steps; `sweep` is the column that names the sweep.
+///
+/// # Errors
+/// The table is missing or damaged, or `take` refuses a row.
+pub fn each_of(
+    database: &Database,
+    (table, columns, sweep): (&str, &[&str], usize),
+    clock: &Clock<'_>,
+    indexed: bool,
+    take: &mut dyn FnMut(&Record<'_>, i64) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
+    if indexed {
+        let rest = format!("WHERE \"{}\" = ?1", columns[sweep]);
+        let query = database.query(table, columns, &rest)?;
+        for (place, step) in &clock.sweeps {
+            let token = clock.log.sweeps[*place].token.to_be_bytes();
+            query.each([token], &mut |row| take(row, *step))?;
+        }
+        return Ok(());
+    }
+    let steps: BTreeMap<usize, i64> = clock.sweeps.iter().copied().collect();
+    database.each(table, columns, &mut |row| {
+        let place = clock.log.by_sweep.get(&row.token(sweep)?);
+        match place.and_then(|place| steps.get(place)) {
+            Some(step) => take(row, *step),
+            None => Ok(()),
+        }
+    })
+}
+
+fn track(
+    log: &Log,
+    place: usize,
+    mut boxes: Vec<Seen>,
+    assumed: &mut Vec<ObstacleType>,
+) -> RecordedTrack {
+    boxes.sort_by_key(|seen| seen.step);
+    boxes.dedup_by_key(|seen| seen.step);
+    let said = &log.tracks[place];
+    let mut kind = kind(&said.category);
+    let of_boxes = |each: fn(&Seen) -> f64| median(boxes.iter().map(each).collect());
+    let usable = |size: Option<f64>| size.filter(|size| *size > 0.0);
+    let length = usable(said.size.0).or_else(|| usable(Some(of_boxes(|seen| seen.size.0))));
+    let width = usable(said.size.1).or_else(|| usable(Some(of_boxes(|seen| seen.size.1))));
+    let (length, width) = match (length, width) {
+        (Some(length), Some(width)) => (length, width),
+        _ => {
+            assumed.push(kind);
+            sizes::usual(kind)
+        }
+    };
+    if kind == ObstacleType::Car && length > LONG {
+        kind = ObstacleType::Truck;
+    }
+    let middle = Point::new(
+        of_boxes(|seen| seen.position.x),
+        of_boxes(|seen| seen.position.y),
+    );
+    let moves = |seen: &Seen| -> bool {
+        let off: Vector = seen.position - middle;
+        off.norm() > MOVES
+    };
+    let is_static = match kind {
+        ObstacleType::ConstructionZone | ObstacleType::RoadBoundary => true,
+        ObstacleType::Unknown => !boxes.iter().any(moves),
+        _ => false,
+    };
+    let states = match (is_static, boxes.get(boxes.len() / 2)) {
+        (true, Some(seen)) => vec![TrackState {
+            step: 0,
+            position: middle,
+            heading: seen.heading,
+            velocity: Some(0.0),
+            acceleration: None,
+        }],
+        _ => {
+            let states = boxes.iter().map(|seen| TrackState {
+                step: seen.step,
+                position: seen.position,
+                heading: seen.heading,
+                velocity: seen.velocity,
+                acceleration: None,
+            });
+            states.collect()
+        }
+    };
+    RecordedTrack {
+        id: id_of(place),
+        kind,
+        length,
+        width,
+        shape: None,
+        is_static,
+        states,
+    }
+}
