@@ -476,6 +476,17 @@ fn errors_name_table_row_and_column() {
             vec!["1 sweeps", "at least 2"],
         ),
         (
+            "a.db: UPDATE lidar_pc SET timestamp = 7".into(),
+            vec![
+                "table lidar_pc",
+                "the time step `0` is not a positive number",
+            ],
+        ),
+        (
+            "a.db: UPDATE lidar_pc SET timestamp = 9000000000000000 WHERE rowid = 1".into(),
+            vec!["table lidar_pc", "in steps of 0.05 s are too many"],
+        ),
+        (
             "a.db: UPDATE ego_pose SET qw = 0, qz = 0".into(),
             vec!["column qw", "is no heading"],
         ),

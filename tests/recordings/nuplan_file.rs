@@ -286,8 +286,11 @@ INSERT INTO gpkg_contents VALUES ('lanes_polygons', 'features', 'lanes_polygons'
 INSERT INTO meta (key, value) VALUES ('geographicCoordSystem', 'epsg:4326'), ('projectedCoordSystem', 'epsg:32611');
 ";
 
+/// The ends of a line.
+type Ends = [(f64, f64); 2];
+
 /// Lanes: id, group and index, its middle, its half width, left and right border.
-type Lane = (i64, (i64, i64), [(f64, f64); 2], (i64, i64));
+type Lane = (i64, (i64, i64), Ends, (i64, i64));
 
 const LANES: [Lane; 6] = [
     (10, (100, 0), [(0.0, 1.75), (100.0, 1.75)], (1, 2)),
@@ -341,7 +344,7 @@ const CONNECTORS: [Connector; 3] = [
 ];
 
 /// Borders: id, kind, points; the second and third are drawn against the driving direction.
-const BORDERS: [(i64, i64, [(f64, f64); 2]); 11] = [
+const BORDERS: [(i64, i64, Ends); 11] = [
     (1, 2, [(0.0, 3.5), (100.0, 3.5)]),
     (2, 0, [(100.0, 0.0), (0.0, 0.0)]),
     (3, 2, [(100.0, -3.5), (0.0, -3.5)]),

@@ -137,11 +137,15 @@ impl<'m> Cut<'m> {
             heights: Vec::new(),
             marking,
         };
+        let (kind, user) = match lane.is_for_bicycles {
+            true => (LaneletType::BicycleLane, RoadUser::Bicycle),
+            false => (LaneletType::Urban, RoadUser::Vehicle),
+        };
         let lanelet = Lanelet {
             left: bound(left_points, left.1),
             right: bound(right_points, right.1),
-            types: vec![LaneletType::Urban],
-            users_one_way: vec![RoadUser::Vehicle],
+            types: vec![kind],
+            users_one_way: vec![user],
             ..Lanelet::default()
         };
         let placed = Placed {

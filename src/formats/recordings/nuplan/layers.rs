@@ -4,14 +4,12 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::geopackage;
-use super::sqlite::{Database, Record, named};
+use super::projection::{DEGREES, projected, shape};
+use super::record::Record;
+use super::sqlite::{Database, named};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::utm;
 use crate::geometry::{Bounds, Point};
 use crate::scenario::LineMarking;
-use crate::scenario::plausibility::limits::MOST_PARTS;
 use crate::system::FileCache;
 
 /// Maps that are kept for other windows, bytes.
@@ -30,6 +28,8 @@ pub struct Lane {
     pub limit: Option<f64>,
     /// Lanes that are driven side by side, and its place among them, counted from the left.
     pub group: Option<(i64, i64)>,
+    /// Whether it is for bicycles.
+    pub is_for_bicycles: bool,
     /// What only a connector has.
     pub connector: Option<Connector>,
     /// Around its outline or middle.
@@ -90,25 +90,8 @@ pub fn of(path: &Path) -> Result<Arc<Layers>, ReadError> {
     })
 }
 
-/// Degrees on WGS 84.
-const DEGREES: i64 = 4326;
-
-/// The systems of UTM on WGS 84, northern and southern half, are these and the zone.
-const NORTH: i64 = 32_600;
-const SOUTH: i64 = 32_700;
-
-/// What a system of the southern half adds to north, metres.
-const FALSE_NORTHING: f64 = 10_000_000.0;
-
-/// The zone of a reference system.
-pub fn zone(system: i64) -> Option<(i64, bool)> {
-    [(NORTH, false), (SOUTH, true)]
-        .into_iter()
-        .find_map(|(base, south)| {
-            let zone = system - base;
-            (1..=60).contains(&zone).then_some((zone, south))
-        })
-}
+/// The type of lanes for bicycles.
+const BICYCLES: i64 = 1;
 
 struct Reader<'d> {
     database: &'d Database,
@@ -244,18 +227,22 @@ impl<'d> Reader<'d> {
             "?speed_limit_mps",
             "?lane_group_fid",
             "?lane_index",
+            "?lane_type_fid",
         ];
         self.shapes("lanes_polygons", &columns, &mut |layers, row, parts| {
             let (group, index) = (row.optional_whole(6)?, row.optional_whole(7)?);
             let id = row.optional_whole(2)?;
+            let id = id.map_or_else(|| row.whole(0), Ok)?;
+            let middle = layers.middles[0].get(&id);
             let lane = Lane {
-                id: id.map_or_else(|| row.whole(0), Ok)?,
+                id,
                 left: row.optional_whole(3)?,
                 right: row.optional_whole(4)?,
                 limit: row.optional_number(5)?,
                 group: group.zip(index),
+                is_for_bicycles: row.optional_whole(8)? == Some(BICYCLES),
                 connector: None,
-                bounds: bounds(&parts),
+                bounds: bounds(&parts).or_else(|| Bounds::from_points(middle?)),
             };
             layers.lanes.push(lane);
             Ok(())
@@ -298,6 +285,7 @@ impl<'d> Reader<'d> {
                 right,
                 limit: row.optional_number(7)?,
                 group: None,
+                is_for_bicycles: false,
                 connector: Some(Connector {
                     from: row.optional_whole(2)?,
                     to: row.optional_whole(3)?,
@@ -335,64 +323,6 @@ impl<'d> Reader<'d> {
             Ok(())
         })
     }
-}
-
-/// The system in which the map is in metres, by its table `meta`.
-fn projected(database: &Database) -> Result<(i64, (i64, bool)), ReadError> {
-    let mut said = None;
-    database.each("meta", &["key", "value"], &mut |row| {
-        if row.text(0) == "projectedCoordSystem" {
-            said = Some(row.text(1));
-        }
-        Ok(())
-    })?;
-    let said = said.ok_or_else(|| database.fail("table meta has no projectedCoordSystem"))?;
-    let number = said.rsplit(':').next().and_then(|n| n.trim().parse().ok());
-    let found = number.and_then(|system| Some((system, zone(system)?)));
-    found.ok_or_else(|| {
-        let said: String = said.chars().take(40).collect();
-        database.fail(format!(
-            "table meta, row projectedCoordSystem: `{said}` is not a zone of UTM on WGS 84, such as epsg:32611"
-        ))
-    })
-}
-
-/// The parts of a geometry, metres in UTM.
-fn shape(
-    row: &Record<'_>,
-    systems: &HashMap<i64, i64>,
-    projected: i64,
-    (zone, south): (i64, bool),
-) -> Result<Vec<Vec<Point>>, ReadError> {
-    let read = geopackage::geometry(row.bytes(1)?).map_err(|why| row.at(1).fail(why))?;
-    let number = i64::from(read.system);
-    let system = systems.get(&number).copied().unwrap_or(number);
-    if system != DEGREES && system != projected {
-        let message = format!(
-            "the reference system {system} is neither longitude and latitude (4326) nor that of the map ({projected})"
-        );
-        return Err(row.at(1).fail(message));
-    }
-    let point = |(x, y): &(f64, f64)| -> Result<Point, ReadError> {
-        if system == projected {
-            return row.at(1).point(*x, *y);
-        }
-        let middle = zone as f64 * 6.0 - 183.0;
-        if y.abs() > 84.0 || (x - middle).abs() > 9.0 {
-            let message =
-                format!("longitude {x}, latitude {y} is not in or beside UTM zone {zone}");
-            return Err(row.at(1).fail(message));
-        }
-        let (east, north) = utm::forward(*y, *x, zone);
-        let north = if south { north + FALSE_NORTHING } else { north };
-        Ok(Point::new(east, north))
-    };
-    let count: usize = read.parts.iter().map(Vec::len).sum();
-    if count > MOST_PARTS {
-        return Err(row.at(1).fail(format!("more than {MOST_PARTS} points")));
-    }
-    let parts = read.parts.iter();
-    parts.map(|part| part.iter().map(point).collect()).collect()
 }
 
 /// The ids in a text such as `17, 18`.

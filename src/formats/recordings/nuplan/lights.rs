@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::motion::{Clock, each_of};
+use super::clock::{Clock, each_of};
 use super::sqlite::Database;
 use crate::formats::commonroad::ReadError;
 use crate::scenario::{LightPhase, SignalColor};

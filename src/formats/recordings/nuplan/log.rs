@@ -5,10 +5,12 @@ use std::mem::size_of;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::sqlite::{Database, Token};
+use super::record::Token;
+use super::sqlite::Database;
 use crate::formats::commonroad::ReadError;
 use crate::formats::recordings::assembly::median;
 use crate::scenario::ObstacleType;
+use crate::scenario::plausibility::limits::{LATEST_STEP, refused_time_step};
 use crate::system::FileCache;
 
 /// Logs that are kept for other windows of them, bytes.
@@ -110,6 +112,18 @@ impl Log {
         };
         let between = sweeps.windows(2);
         let between = between.map(|pair| (pair[1].time - pair[0].time) as f64 / 1e6);
+        // Clocks of recorders are off by microseconds, and steps are milliseconds.
+        let time_step = (median(between.collect()) * 1e3).round() / 1e3;
+        let span = (sweeps[sweeps.len() - 1].time - first.time) as f64 / 1e6;
+        if let Some(why) = refused_time_step(time_step) {
+            let message = format!("table lidar_pc: the time step `{time_step}` {why}");
+            return Err(database.fail(message));
+        }
+        if span / time_step > LATEST_STEP as f64 {
+            let message =
+                format!("table lidar_pc: {span} s in steps of {time_step} s are too many");
+            return Err(database.fail(message));
+        }
         let (tracks, scenes) = (tracks(database)?, scenes(database)?);
         let (origin, system) = origin(database, &first)?;
         Ok(Self {
@@ -117,8 +131,7 @@ impl Log {
             location,
             by_sweep: sweeps.iter().map(|sweep| sweep.token).zip(0..).collect(),
             by_track: tracks.iter().map(|track| track.token).zip(0..).collect(),
-            // Clocks of recorders are off by microseconds, and steps are milliseconds.
-            time_step: (median(between.collect()) * 1e3).round() / 1e3,
+            time_step,
             sweeps,
             tracks,
             scenes,
@@ -180,7 +193,9 @@ fn tracks(database: &Database) -> Result<Vec<Track>, ReadError> {
     })?;
     let mut tracks = Vec::new();
     let columns = ["token", "category_token", "?length", "?width"];
-    database.each("track", &columns, &mut |row| {
+    // Their numbers are those of their rows; an index has another order.
+    let query = database.query("track", &columns, "ORDER BY rowid")?;
+    query.each([], &mut |row| {
         let category = row.optional_token(1)?;
         let category = category.and_then(|token| categories.get(&token));
         tracks.push(Track {

@@ -2,8 +2,10 @@
 //!
 //! A log takes minutes and is opened in windows, of which only the rows are read. Its ego is the vehicle that recorded it.
 
+mod clock;
 mod evidence;
 mod geopackage;
+mod junctions;
 mod lanes;
 mod layers;
 mod lights;
@@ -11,7 +13,9 @@ mod log;
 mod motion;
 mod parts;
 mod places;
-mod road_rules;
+mod projection;
+mod record;
+mod signs;
 mod sqlite;
 
 use std::collections::HashMap;
@@ -27,13 +31,13 @@ use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::dispatch::{Format, Parts};
 use crate::geometry::{Bounds, Vector};
 use crate::scenario::{ContentHash, Scenario};
+use clock::Clock;
 use evidence::Evidence;
 use lanes::Cut;
 use lights::Lights;
 use log::{EGO, Log};
-use motion::Clock;
 use parts::{Part, RECORDER};
-use road_rules::Signs;
+use signs::Signs;
 use sqlite::{Database, MAGIC};
 
 /// The format.
@@ -143,7 +147,7 @@ fn scenario(
         let message = format!("track {} is not there in that window", part.ego);
         return Err(report.fail(message));
     }
-    tell(&report, log);
+    tell(&report, path, log);
     let lights = lights::read(database, &clock)?;
     let mut ids = Ids::beyond([]);
     (EGO..log::id_of(log.tracks.len())).for_each(|id| {
@@ -172,12 +176,25 @@ fn scenario(
 }
 
 /// Says what holds of the whole log.
-fn tell(report: &Report, log: &Log) {
+fn tell(report: &Report, path: &Path, log: &Log) {
+    let mut beside = path.as_os_str().to_os_string();
+    beside.push("-wal");
+    let beside = Path::new(&beside);
+    if beside.metadata().is_ok_and(|found| found.len() > 0) {
+        report.at("").warn(format!(
+            "{} holds newer rows, which are not read; open the log with SQLite once, to write them into it",
+            beside.display()
+        ));
+    }
     report.note(format!(
         "steps are the sweeps of the lidar, {} s; the ego is the vehicle that recorded, a Chrysler Pacifica of 5.176 m × 2.297 m, 1.461 m ahead of its rear axle, which the log tells the places of",
         log.time_step
     ));
-    let zone = log.system.and_then(layers::zone);
+    report.note(format!(
+        "tracks are numbered from {} by the rows of table track; the ego is {EGO}",
+        EGO + 1
+    ));
+    let zone = log.system.and_then(projection::zone);
     let zone = zone.map_or_else(String::new, |(zone, south)| {
         format!(" in UTM zone {zone}{}", if south { "S" } else { "N" })
     });
@@ -197,7 +214,7 @@ fn map(
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
     let layers = layers::of(file)?;
-    if let Some(zone) = log.system.and_then(layers::zone)
+    if let Some(zone) = log.system.and_then(projection::zone)
         && zone != layers.zone
     {
         let message = format!(
@@ -221,15 +238,15 @@ fn map(
             file.display()
         ));
     }
-    let signs = Signs::of(&log.map);
+    let country = Signs::of(&log.map);
     let mut map = Map {
-        signs: road_rules::speed_limits(&mut cut, &signs, ids),
+        signs: signs::speed_limits(&mut cut, &country, ids),
         ..Map::default()
     };
-    let stops = road_rules::stop_signs(report, &mut cut, &signs, ids);
+    let stops = signs::stop_signs(report, &mut cut, &country, ids);
     map.signs.extend(stops);
-    map.lights = road_rules::lights(report, &mut cut, lights, ids);
-    map.intersections = road_rules::intersections(&mut cut, ids);
+    map.lights = junctions::lights(report, &mut cut, lights, ids);
+    map.intersections = junctions::intersections(&mut cut, ids);
     let crossings = cut.crossings(report, &around, ids);
     let lanes = cut.all.into_iter().map(|placed| placed.lanelet);
     map.lanelets = lanes.chain(crossings).collect();

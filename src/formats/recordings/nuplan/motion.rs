@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::clock::{Clock, each_of};
 use super::log::{EGO, Log, id_of, kind};
-use super::sqlite::{Database, Record};
+use super::record::Record;
+use super::sqlite::Database;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along, median};
@@ -20,69 +22,6 @@ const AXLE_TO_MIDDLE: f64 = (4.049 - 1.127) / 2.0;
 
 /// An object that is farther from its middle place than this moves, metres.
 const MOVES: f64 = 1.0;
-
-/// Sweeps with the steps that they are at.
-pub struct Clock<'l> {
-    pub log: &'l Log,
-    /// Places in the log, and steps; each step once.
-    pub sweeps: Vec<(usize, i64)>,
-    /// Sweeps of which the step had one already.
-    pub twice: usize,
-    /// Sweeps that are more than a quarter of a step off.
-    pub off: usize,
-}
-
-impl<'l> Clock<'l> {
-    /// Of sweeps in order; the first one is at step 0, and one takes so many seconds.
-    pub fn new(log: &'l Log, sweeps: &[usize], time_step: f64) -> Self {
-        let start = sweeps.first().map_or(0.0, |first| log.seconds(*first));
-        let mut clock = Self {
-            log,
-            sweeps: Vec::with_capacity(sweeps.len()),
-            twice: 0,
-            off: 0,
-        };
-        for sweep in sweeps {
-            let at = (log.seconds(*sweep) - start) / time_step;
-            let step = at.round();
-            if clock
-                .sweeps
-                .last()
-                .is_some_and(|(_, last)| step as i64 <= *last)
-            {
-                clock.twice += 1;
-                continue;
-            }
-            clock.off += usize::from((at - step).abs() > 0.25);
-            clock.sweeps.push((*sweep, step as i64));
-        }
-        clock
-    }
-
-    /// The last step.
-    pub fn last(&self) -> i64 {
-        self.sweeps.last().map_or(0, |(_, step)| *step)
-    }
-
-    /// Says what is odd about it.
-    pub fn tell(&self, report: &Report) {
-        let missing = usize::try_from(self.last() + 1).unwrap_or(0);
-        let missing = missing.saturating_sub(self.sweeps.len());
-        let at = report.at("table lidar_pc");
-        if self.off > 0 {
-            at.warn(format!(
-                "{} sweeps are not on a grid of {} s; taken as at the nearest step",
-                self.off, self.log.time_step
-            ));
-        }
-        if self.twice + missing > 0 {
-            at.warn(format!(
-                "{missing} steps of {} s have no sweep, and {} have two, of which the first is used",
-                self.log.time_step, self.twice
-            ));
-        }
-    }
-}
 
 /// The place of a point in a scenario.
 fn place(log: &Log, (x, y): (f64, f64), row: &Record<'_>) -> Result<Point, ReadError> {
@@ -253,36 +192,6 @@ pub fn others(
         ));
     }
     Ok(tracks)
-}
-
-/// Gives the rows of the sweeps to `take`, with their steps; `sweep` is the column that names the sweep.
-///
-/// # Errors
-/// The table is missing or damaged, or `take` refuses a row.
-pub fn each_of(
-    database: &Database,
-    (table, columns, sweep): (&str, &[&str], usize),
-    clock: &Clock<'_>,
-    indexed: bool,
-    take: &mut dyn FnMut(&Record<'_>, i64) -> Result<(), ReadError>,
-) -> Result<(), ReadError> {
-    if indexed {
-        let rest = format!("WHERE \"{}\" = ?1", columns[sweep]);
-        let query = database.query(table, columns, &rest)?;
-        for (place, step) in &clock.sweeps {
-            let token = clock.log.sweeps[*place].token.to_be_bytes();
-            query.each([token], &mut |row| take(row, *step))?;
-        }
-        return Ok(());
-    }
-    let steps: BTreeMap<usize, i64> = clock.sweeps.iter().copied().collect();
-    database.each(table, columns, &mut |row| {
-        let place = clock.log.by_sweep.get(&row.token(sweep)?);
-        match place.and_then(|place| steps.get(place)) {
-            Some(step) => take(row, *step),
-            None => Ok(()),
-        }
-    })
 }
 
 fn track(

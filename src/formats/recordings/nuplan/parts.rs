@@ -1,7 +1,8 @@
 //! Which part of a log is meant: ten seconds around a track, a scene, or what is around one of its tokens.
 
 use super::log::{EGO, Log, id_of};
-use super::sqlite::{Database, Token};
+use super::record::Token;
+use super::sqlite::Database;
 use crate::formats::commonroad::ReadError;
 use crate::formats::recordings::report::Report;
 use crate::formats::recordings::windows::{self, Wanted};

@@ -25,7 +25,7 @@ pub fn find(path: &Path, log: &Log) -> Option<PathBuf> {
 pub fn nowhere(log: &Log) -> String {
     let name = if is_plain(&log.map) { &log.map } else { "?" };
     format!(
-        "no map: no {name}/VERSION/{FILE} in `maps` beside one of the folders of the log, beside the log{}; the scenario has no lanes and no lights (unpack nuPlan's maps there, or set `maps` in config.toml)",
+        "no map: no {name}/VERSION/{FILE} beside the log, in `maps` of a folder above it{}; the scenario has no lanes and no lights; unpack nuPlan's maps there, or set `maps` in config.toml",
         user_maps::in_words()
     )
 }
