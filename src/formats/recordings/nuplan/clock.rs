@@ -1,11 +1,6 @@
-//! Steps of a scenario: sweeps of the lidar, and the rows of tables that belong to them.
-
-use std::collections::BTreeMap;
+//! Steps of a scenario: the sweeps of the lidar.
 
 use super::log::Log;
-use super::record::Record;
-use super::sqlite::Database;
-use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::report::Report;
 
@@ -70,34 +65,4 @@ impl<'l> Clock<'l> {
             ));
         }
     }
-}
-
-/// Gives the rows of the sweeps to `take`, with their steps; `sweep` is the column that names the sweep.
-///
-/// # Errors
-/// The table is missing or damaged, or `take` refuses a row.
-pub fn each_of(
-    database: &Database,
-    (table, columns, sweep): (&str, &[&str], usize),
-    clock: &Clock<'_>,
-    indexed: bool,
-    take: &mut dyn FnMut(&Record<'_>, i64) -> Result<(), ReadError>,
-) -> Result<(), ReadError> {
-    if indexed {
-        let rest = format!("WHERE \"{}\" = ?1", columns[sweep]);
-        let query = database.query(table, columns, &rest)?;
-        for (place, step) in &clock.sweeps {
-            let token = clock.log.sweeps[*place].token.to_be_bytes();
-            query.each([token], &mut |row| take(row, *step))?;
-        }
-        return Ok(());
-    }
-    let steps: BTreeMap<usize, i64> = clock.sweeps.iter().copied().collect();
-    database.each(table, columns, &mut |row| {
-        let place = clock.log.by_sweep.get(&row.token(sweep)?);
-        match place.and_then(|place| steps.get(place)) {
-            Some(step) => take(row, *step),
-            None => Ok(()),
-        }
-    })
 }

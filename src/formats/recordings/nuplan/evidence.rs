@@ -38,21 +38,19 @@ pub fn is_named_or_begins_so(path: &Path, head: &[u8]) -> bool {
 
 /// What a SQLite file is.
 pub fn of(path: &Path) -> Evidence {
-    let tables = Database::open(path).and_then(|database| database.tables());
-    let tables = match tables {
-        Ok(tables) => tables,
+    let database = match Database::open(path) {
+        Ok(database) => database,
         Err(error) => return Evidence::Damaged(error),
     };
-    let has = |name: &str| tables.iter().any(|table| table == name);
-    if TABLES.iter().all(|table| has(table)) {
+    if TABLES.iter().all(|table| database.has(table)) {
         return Evidence::Log;
     }
-    if has("gpkg_contents") {
+    if database.has("gpkg_contents") {
         Evidence::Map
-    } else if OWN.iter().all(|table| has(table)) {
+    } else if OWN.iter().all(|table| database.has(table)) {
         Evidence::Store
     } else {
-        Evidence::Other(tables)
+        Evidence::Other(database.tables().to_vec())
     }
 }
 

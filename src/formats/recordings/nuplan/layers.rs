@@ -107,12 +107,12 @@ type TakeShape<'t> =
 
 impl<'d> Reader<'d> {
     fn read(database: &'d Database) -> Result<Layers, ReadError> {
-        let tables = database.tables()?;
-        let has = |name: &str| tables.iter().any(|table| table == name);
+        let has = |name: &str| database.has(name);
+        let tables = database.tables();
         if !has("lanes_polygons") || !has("meta") {
             let message = match tables.is_empty() {
                 true => "not a map of nuPlan: a file without tables".into(),
-                false => format!("not a map of nuPlan: its tables are {}", named(&tables)),
+                false => format!("not a map of nuPlan: its tables are {}", named(tables)),
             };
             return Err(database.fail(message));
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::clock::{Clock, each_of};
+use super::clock::Clock;
 use super::sqlite::Database;
 use crate::formats::commonroad::ReadError;
 use crate::scenario::{LightPhase, SignalColor};
@@ -10,7 +10,7 @@ use crate::scenario::{LightPhase, SignalColor};
 /// What connectors are shown, by their ids in the map.
 pub type Lights = BTreeMap<i64, Vec<LightPhase>>;
 
-const COLUMNS: [&str; 4] = ["token", "lane_connector_id", "status", "lidar_pc_token"];
+const COLUMNS: [&str; 3] = ["token", "lane_connector_id", "status"];
 
 fn color(status: &str) -> SignalColor {
     match status {
@@ -28,21 +28,15 @@ fn color(status: &str) -> SignalColor {
 pub fn read(database: &Database, clock: &Clock<'_>) -> Result<Lights, ReadError> {
     let table = "traffic_light_status";
     let mut said: BTreeMap<i64, BTreeMap<i64, SignalColor>> = BTreeMap::new();
-    if !database.tables()?.iter().any(|name| name == table) {
+    if !database.has(table) {
         return Ok(Lights::new());
     }
-    let rows = (table, &COLUMNS[..], 3);
-    each_of(
-        database,
-        rows,
-        clock,
-        clock.log.indexed[1],
-        &mut |row, step| {
-            let colors = said.entry(row.whole(1)?).or_default();
-            colors.insert(step, color(&row.text(2)));
-            Ok(())
-        },
-    )?;
+    let lights = &clock.log.lights;
+    lights.each(database, (table, &COLUMNS), clock, &mut |row, step| {
+        let colors = said.entry(row.whole(1)?).or_default();
+        colors.insert(step, color(&row.text(2)));
+        Ok(())
+    })?;
     let lights = said.into_iter().map(|(connector, colors)| {
         let mut cycle: Vec<LightPhase> = Vec::new();
         for (n, (_, step)) in clock.sweeps.iter().enumerate() {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::record::Token;
 use super::sqlite::Database;
+use super::sweep_rows::SweepRows;
 use crate::formats::commonroad::ReadError;
 use crate::formats::recordings::assembly::median;
 use crate::scenario::ObstacleType;
@@ -64,8 +65,10 @@ pub struct Log {
     pub origin: (f64, f64),
     /// The reference system of its coordinates.
     pub system: Option<i64>,
-    /// Whether the boxes and lights of a sweep are found without looking at all.
-    pub indexed: [bool; 2],
+    /// The rows of `lidar_box`.
+    pub boxes: SweepRows,
+    /// The rows of `traffic_light_status`.
+    pub lights: SweepRows,
 }
 
 /// A log, read anew if it changed.
@@ -126,10 +129,13 @@ impl Log {
         }
         let (tracks, scenes) = (tracks(database)?, scenes(database)?);
         let (origin, system) = origin(database, &first)?;
+        let by_sweep = sweeps.iter().map(|sweep| sweep.token).zip(0..).collect();
         Ok(Self {
             map,
             location,
-            by_sweep: sweeps.iter().map(|sweep| sweep.token).zip(0..).collect(),
+            boxes: SweepRows::find(database, "lidar_box", &by_sweep)?,
+            lights: SweepRows::find(database, "traffic_light_status", &by_sweep)?,
+            by_sweep,
             by_track: tracks.iter().map(|track| track.token).zip(0..).collect(),
             time_step,
             sweeps,
@@ -137,8 +143,6 @@ impl Log {
             scenes,
             origin,
             system,
-            indexed: ["lidar_box", "traffic_light_status"]
-                .map(|table| database.has_index(table, "lidar_pc_token")),
         })
     }
 
@@ -146,6 +150,8 @@ impl Log {
     fn size(&self) -> usize {
         let keys = size_of::<(Token, usize)>();
         self.sweeps.len() * (size_of::<Sweep>() + keys)
+            + self.boxes.size()
+            + self.lights.size()
             + self.tracks.len() * (size_of::<Track>() + keys + 16)
     }
 
@@ -210,7 +216,7 @@ fn tracks(database: &Database) -> Result<Vec<Track>, ReadError> {
 
 fn scenes(database: &Database) -> Result<Vec<(Token, String)>, ReadError> {
     let mut scenes = Vec::new();
-    if database.tables()?.iter().any(|table| table == "scene") {
+    if database.has("scene") {
         database.each("scene", &["token", "?name"], &mut |row| {
             scenes.push((row.token(0)?, row.text(1)));
             Ok(())

@@ -17,6 +17,7 @@ mod projection;
 mod record;
 mod signs;
 mod sqlite;
+mod sweep_rows;
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::clock::{Clock, each_of};
+use super::clock::Clock;
 use super::log::{EGO, Log, id_of, kind};
 use super::record::Record;
 use super::sqlite::Database;
@@ -116,7 +116,7 @@ struct Seen {
     size: (f64, f64),
 }
 
-const BOX: [&str; 10] = [
+const BOX: [&str; 9] = [
     "token",
     "x",
     "y",
@@ -126,7 +126,6 @@ const BOX: [&str; 10] = [
     "?length",
     "?width",
     "track_token",
-    "lidar_pc_token",
 ];
 
 /// Everyone else, by the places of their tracks in the log.
@@ -141,12 +140,8 @@ pub fn others(
     let log = clock.log;
     let mut seen: BTreeMap<usize, Vec<Seen>> = BTreeMap::new();
     let mut unknown = 0;
-    each_of(
-        database,
-        ("lidar_box", &BOX, 9),
-        clock,
-        log.indexed[0],
-        &mut |row, step| {
+    log.boxes
+        .each(database, ("lidar_box", &BOX), clock, &mut |row, step| {
             let Some(track) = log.by_track.get(&row.token(8)?) else {
                 unknown += 1;
                 return Ok(());
@@ -165,8 +160,7 @@ pub fn others(
                 size: (size(6)?, size(7)?),
             });
             Ok(())
-        },
-    )?;
+        })?;
     if unknown > 0 {
         let message = format!("{unknown} boxes of no row in table track left out");
         report.at("table lidar_box").warn(message);

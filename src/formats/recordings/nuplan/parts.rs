@@ -145,8 +145,7 @@ fn around(
         return Ok(scene);
     }
     let mut sweep = log.by_sweep.get(&id).copied();
-    let tables = database.tables()?;
-    if sweep.is_none() && tables.iter().any(|table| table == "scenario_tag") {
+    if sweep.is_none() && database.has("scenario_tag") {
         let columns = ("scenario_tag", &["token", "lidar_pc_token"][..]);
         database.with_token(columns, ("token", id), &mut |row| {
             sweep = log.by_sweep.get(&row.token(1)?).copied();

@@ -17,13 +17,21 @@ pub const MAGIC: &[u8] = b"SQLite format 3\0";
 /// No table that is read has more rows.
 const MOST_ROWS: usize = 20_000_000;
 
+/// Tables of a file that are looked at.
+const MOST_TABLES: usize = 10_000;
+
 /// So many tables of a file are named in a message.
 const NAMED: usize = 6;
+
+/// No row takes fewer bytes.
+const SMALLEST_ROW: u64 = 4;
 
 /// A file that is only read.
 pub struct Database {
     connection: Connection,
     report: Report,
+    tables: Vec<String>,
+    most_rows: usize,
 }
 
 /// What is done with a row.
@@ -41,11 +49,12 @@ impl Database {
     /// Opens a file as one that does not change: SQLite makes neither locks nor files beside it.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// It cannot be opened, or is damaged.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let report = Report::about(path.display().to_string());
         let io = |error| ReadError::io(report.file(), &error);
         system::check_file(path).map_err(io)?;
+        let bytes = path.metadata().map_err(io)?.len();
         let whole = std::path::absolute(path).map_err(io)?;
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
             | OpenFlags::SQLITE_OPEN_NO_MUTEX
@@ -54,26 +63,28 @@ impl Database {
         let opened = opened.and_then(|connection| {
             // Nothing in the file is run: no functions in its views, triggers and indexes.
             connection.execute_batch("PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON")?;
-            Ok(connection)
+            let tables = tables(&connection)?;
+            Ok((connection, tables))
         });
-        match opened {
-            Ok(connection) => Ok(Self { connection, report }),
-            Err(error) => Err(report.fail(words(&error))),
-        }
+        let (connection, tables) = opened.map_err(|error| report.fail(words(&error)))?;
+        Ok(Self {
+            connection,
+            report,
+            tables,
+            // Pages of a damaged file may lead in circles.
+            most_rows: usize::try_from(bytes / SMALLEST_ROW)
+                .map_or(MOST_ROWS, |n| n.min(MOST_ROWS)),
+        })
     }
 
     /// The names of its tables; views and virtual tables are none.
-    ///
-    /// # Errors
-    /// The file is damaged.
-    pub fn tables(&self) -> Result<Vec<String>, ReadError> {
-        let sql =
-            "SELECT name FROM sqlite_schema WHERE type = 'table' AND sql LIKE 'CREATE TABLE%'";
-        let names = self.connection.prepare(sql).and_then(|mut found| {
-            let names = found.query_map([], |row| row.get::<_, String>(0))?;
-            names.take(10_000).collect::<Result<Vec<_>, _>>()
-        });
-        names.map_err(|error| self.report.fail(words(&error)))
+    pub fn tables(&self) -> &[String] {
+        &self.tables
+    }
+
+    /// Whether it has a table.
+    pub fn has(&self, table: &str) -> bool {
+        self.tables.iter().any(|name| name == table)
     }
 
     /// Whether rows are found by a column without looking at all.
@@ -96,27 +107,30 @@ impl Database {
         columns: &'q [&'q str],
         rest: &str,
     ) -> Result<Query<'q>, ReadError> {
+        if !self.has(table) {
+            return Err(self.table(table).fail("the table is missing"));
+        }
         let sql = "SELECT name FROM pragma_table_info(?1)";
         let known = self.connection.prepare_cached(sql).and_then(|mut found| {
             let names = found.query_map([table], |row| row.get::<_, String>(0))?;
             names.collect::<Result<Vec<_>, _>>()
         });
         let known = known.map_err(|error| self.table(table).fail(words(&error)))?;
-        if known.is_empty() {
-            return Err(self.table(table).fail("the table is missing"));
-        }
         let mut parts = Vec::with_capacity(columns.len());
         for column in columns {
             let name = column.trim_start_matches('?');
             // Names of columns are those of this program.
-            parts.push(match known.iter().any(|n| n.eq_ignore_ascii_case(name)) {
-                true => format!("\"{name}\""),
-                false if name.len() < column.len() => "NULL".into(),
-                false => {
-                    let message = format!("no column `{name}`; it has {}", named(&known));
-                    return Err(self.table(table).fail(message));
-                }
-            });
+            // `rowid` is one that every table has.
+            parts.push(
+                match name == "rowid" || known.iter().any(|n| n.eq_ignore_ascii_case(name)) {
+                    true => format!("\"{name}\""),
+                    false if name.len() < column.len() => "NULL".into(),
+                    false => {
+                        let message = format!("no column `{name}`; it has {}", named(&known));
+                        return Err(self.table(table).fail(message));
+                    }
+                },
+            );
         }
         Ok(Query {
             sql: format!("SELECT {} FROM \"{table}\" {rest}", parts.join(", ")),
@@ -172,8 +186,9 @@ impl Query<'_> {
         let mut count = 0;
         while let Some(row) = rows.next().map_err(fail)? {
             count += 1;
-            if count > MOST_ROWS {
-                return Err(at().fail(format!("more than {MOST_ROWS} rows")));
+            let most = self.database.most_rows;
+            if count > most {
+                return Err(at().fail(format!("more than {most} rows; is the file damaged?")));
             }
             take(&Record {
                 row,
@@ -184,6 +199,13 @@ impl Query<'_> {
         }
         Ok(())
     }
+}
+
+fn tables(connection: &Connection) -> rusqlite::Result<Vec<String>> {
+    let sql = "SELECT name FROM sqlite_schema WHERE type = 'table' AND sql LIKE 'CREATE TABLE%'";
+    let mut found = connection.prepare(sql)?;
+    let names = found.query_map([], |row| row.get(0))?;
+    names.take(MOST_TABLES).collect()
 }
 
 /// The first ones of some names.
