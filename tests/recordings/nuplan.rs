@@ -301,6 +301,10 @@ fn a_long_log_is_listed_as_windows_of_its_ego() {
             "no track `9`; it has ego, and tracks 2 to 8",
         ),
         (
+            "track=5@1.0s",
+            "track 5 stands, and is no ego: a constructionZone",
+        ),
+        (
             "track=ego@900.0s",
             "no sweep in that window; the log takes 60.0 s",
         ),

@@ -181,6 +181,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn of_a_recorder_each_moment_is_in_one_window() {
+        let scenario = crate::formats::bundled()[0].read().unwrap();
+        let ids: Vec<i64> = scenario.possible_egos();
+        let dt = scenario.dt();
+        let names = ids.iter().map(|id| (*id, "ego".to_string())).collect();
+        let scenario = Arc::try_unwrap(scenario).unwrap();
+        let steps = 0..(60.0 / dt) as i64 + 1;
+        let recording = LongRecording::of_recorder(scenario, names, 5.0, steps);
+        assert_eq!(recording.egos(), ids);
+        let at = |seconds: f64| (ids[0], ((seconds - 5.0) / dt).round() as i64);
+        // Seconds of the recording, the most dangerous first.
+        let windows = recording.windows([30.0, 31.0, 22.0, 6.0, 64.0].map(at));
+        let starts = ["23.0", "15.0", "5.0", "55.0"];
+        assert_eq!(windows, starts.map(|start| format!("track=ego@{start}s")));
+        let none = (i64::MAX, 0);
+        assert!(recording.windows([none]).is_empty());
+    }
+
+    #[test]
     fn a_window_is_a_track_and_perhaps_a_time() {
         let report = Report::about("x.csv");
         let parse = |part: &str| {

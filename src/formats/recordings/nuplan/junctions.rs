@@ -97,6 +97,9 @@ pub fn lights(
             cycle: told.cycle,
         }));
     }
+    report.note_count(made.len(), |n| {
+        format!("traffic lights, which the data set derives from the traffic: {n}")
+    });
     made
 }
 

@@ -144,9 +144,16 @@ fn scenario(
     tracks.extend(motion::others(database, &clock, &report)?);
     // In the order in which CommonRoad has them, so that they are the same when written and read again.
     tracks.sort_by_key(|track| (!track.is_static, track.id));
-    if !tracks.iter().any(|track| track.id == part.ego) {
-        let message = format!("track {} is not there in that window", part.ego);
-        return Err(report.fail(message));
+    match tracks.iter().find(|track| track.id == part.ego) {
+        Some(ego) if ego.is_static => {
+            let message = format!("track {} stands, and is no ego: a {}", ego.id, ego.kind);
+            return Err(report.fail(message));
+        }
+        Some(_) => {}
+        None => {
+            let message = format!("track {} is not there in that window", part.ego);
+            return Err(report.fail(message));
+        }
     }
     tell(&report, path, log);
     let lights = lights::read(database, &clock)?;
