@@ -7,6 +7,10 @@ mod argoverse;
 mod damaged;
 #[path = "recordings/levelx.rs"]
 mod levelx;
+#[path = "recordings/nuplan.rs"]
+mod nuplan;
+#[path = "recordings/nuplan_file.rs"]
+mod nuplan_file;
 #[path = "recordings/one_entry.rs"]
 mod one_entry;
 #[path = "recordings/parquet_file.rs"]

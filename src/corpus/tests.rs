@@ -115,7 +115,12 @@ fn worst_moments_are_those_of_the_index() {
     for name in ["CutIn", "HardBraking", "Overtaking", "Merge", "JamTail"] {
         let entry = bundled().into_iter().find(|e| e.name.contains(name));
         let scenario = entry.unwrap().read().unwrap();
-        let moments = worst_moments(&scenario, 50.0, Thresholds::shipped());
+        let moments = worst_moments(
+            &scenario,
+            &scenario.possible_egos(),
+            50.0,
+            Thresholds::shipped(),
+        );
         assert!(!moments.is_empty(), "{name}");
         assert!(
             moments.is_sorted_by_key(|m| m.severity),

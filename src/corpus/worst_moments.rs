@@ -33,20 +33,20 @@ const STANDING: f64 = 0.5;
 /// Moments of the same two nearer to each other than this are one, seconds.
 const SAME: f64 = 10.0;
 
-/// The worst moment of each road user that moves, the most dangerous first; each pair is there once, with the one behind
+/// The worst moment of each of these road users that moves, the most dangerous first; each pair is there once, with the one behind
 /// as the ego. Pairs whose centres are farther apart than `radius` metres are not measured.
 ///
 /// Moments without any risk are left out if there are others.
 #[must_use]
 pub fn worst_moments(
     scenario: &Arc<Scenario>,
+    egos: &[i64],
     radius: f64,
     thresholds: &Thresholds,
 ) -> Vec<WorstMoment> {
     let Some(measures) = Measures::find() else {
         return Vec::new();
     };
-    let egos = scenario.possible_egos();
     let worst = egos.par_iter().filter_map(|id| {
         let scene = Scene::with_obstacle_as_ego(Arc::clone(scenario), *id).ok()?;
         let mut moving = scene.ego.track.iter();

@@ -27,6 +27,12 @@ pub(super) trait Format: Sync {
     /// Whether a file begins as those of this format do; `head` is its first [`HEAD`] bytes or all of it.
     fn recognises(&self, path: &Path, head: &[u8]) -> bool;
 
+    /// Whether a search of a folder takes a file of this format; some say what is wrong with files of others, too, when
+    /// these are named.
+    fn is_found(&self, path: &Path, head: &[u8]) -> bool {
+        self.recognises(path, head)
+    }
+
     /// The scenarios in a file, without reading each.
     ///
     /// # Errors
@@ -41,12 +47,13 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 6] = [
+const FORMATS: [&dyn Format; 7] = [
     &recordings::Waymo,
     &recordings::Argoverse,
     &recordings::LevelX,
     &recordings::Sumo,
     &recordings::OpenScenario,
+    &recordings::NuPlan,
     &CommonRoad,
 ];
 
@@ -89,7 +96,7 @@ pub(super) fn is_recording(file: &Path) -> bool {
         return false;
     };
     let others = &FORMATS[..FORMATS.len() - 1];
-    others.iter().any(|format| format.recognises(file, &head))
+    others.iter().any(|format| format.is_found(file, &head))
 }
 
 /// Whether a file's name is one that recordings have; their contents decide.
@@ -100,7 +107,7 @@ pub(super) fn is_recording_name(path: &Path) -> bool {
     // Shards are called `x.tfrecord-00000-of-00150`.
     name.is_some_and(|name| {
         name.contains(".tfrecord")
-            || [".parquet", ".csv", ".xosc"]
+            || [".parquet", ".csv", ".xosc", ".db"]
                 .iter()
                 .any(|ending| name.ends_with(ending))
     })

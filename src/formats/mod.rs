@@ -18,7 +18,7 @@ pub use ego::{
 };
 pub use library::{Entry, EntryLocation, bundled};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
-pub use recordings::{LongRecording, MOST_WINDOWS, look_for_maps_in};
+pub use recordings::{LongRecording, look_for_maps_in};
 pub use resolve::resolved;
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,

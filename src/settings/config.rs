@@ -62,8 +62,8 @@ pub struct Config {
     pub pictures: Option<PathBuf>,
     /// Folder of the index that the workbench opens with; none where it is not set.
     pub index: Option<PathBuf>,
-    /// A Lanelet2 map, or a folder of them, for drone recordings whose map does not lie with them; none where it is not
-    /// set.
+    /// A map (Lanelet2 of drone recordings, GeoPackage of nuPlan), or a folder of them, for recordings whose map does not lie
+    /// with them; none where it is not set.
     pub maps: Option<PathBuf>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]

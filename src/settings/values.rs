@@ -156,7 +156,7 @@ pub(super) const KEYS: [Key; 26] = [
     ),
     key(
         "maps",
-        "expected a folder of Lanelet2 maps, or one map",
+        "expected a folder of maps of recordings, or one map",
         "only those beside recordings",
         |config| Some(config.maps.as_ref()?.display().to_string().into()),
     ),

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use crate::corpus::worst_moments;
-use crate::formats::{
-    self, Entry, LibraryError, LongRecording, MOST_WINDOWS, PassedOver, SearchResults,
-};
+use crate::formats::{self, Entry, LibraryError, LongRecording, PassedOver, SearchResults};
 use crate::metrics::Thresholds;
 
 /// Pairs farther apart are not measured, metres: as far as `nearmiss index` looks where nothing else is said.
@@ -34,11 +32,13 @@ pub fn find_in_pieces(
 /// The windows of a long recording that are listed. They are the same for all users: their own thresholds grade windows
 /// that are open, and do not change what can be named.
 fn worst_windows(recording: &LongRecording) -> Vec<String> {
-    let moments = worst_moments(&recording.scenario, INDEX_RADIUS, Thresholds::shipped());
-    let windows = moments
-        .iter()
-        .filter_map(|m| recording.window(m.ego, m.step));
-    let windows: Vec<String> = windows.take(MOST_WINDOWS).collect();
+    let moments = worst_moments(
+        &recording.scenario,
+        &recording.egos(),
+        INDEX_RADIUS,
+        Thresholds::shipped(),
+    );
+    let windows = recording.windows(moments.iter().map(|m| (m.ego, m.step)));
     match windows.is_empty() {
         true => recording.beginnings(),
         false => windows,

@@ -102,7 +102,7 @@ const HOMES: [(&str, &[&str]); 23] = [
         "prost",
         &["formats/commonroad/protobuf/", "formats/recordings/waymo/"],
     ),
-    ("rusqlite", &["store/"]),
+    ("rusqlite", &["store/", "formats/recordings/nuplan/"]),
     ("minijinja", &["prompts/"]),
     ("parry", &["geometry/"]),
     ("rstar", &["geometry/", "scenario/road/"]),

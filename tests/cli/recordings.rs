@@ -6,6 +6,10 @@ use std::process::Command;
 
 use super::support::program::Home;
 
+#[path = "../recordings/nuplan_file.rs"]
+#[allow(dead_code, clippy::unwrap_used)]
+mod nuplan_file;
+
 /// Floating car data of 40 s: `7` comes up behind `8`, which stands, and stops short of it.
 fn written(home: &Home) -> PathBuf {
     let folder = home.files().join("recorded");
@@ -69,6 +73,56 @@ fn windows_are_found_inspected_measured_and_converted() {
     home.run(&["convert", files[0]])
         .status(0)
         .says(&["the ego is left out", "-o FILE.xml"]);
+}
+
+/// nuPlan: a log among the folders of its data set is found, and what is written of it measures the same.
+#[test]
+fn what_is_written_of_a_log_measures_the_same() {
+    let home = Home::new();
+    let logs = home.files().join("data/nuplan-v1.1/splits/mini");
+    let maps = home
+        .files()
+        .join("data/maps/us-nv-las-vegas-strip/9.15.1915");
+    for folder in [&logs, &maps] {
+        std::fs::create_dir_all(folder).expect("made");
+    }
+    let log = nuplan_file::Log {
+        seconds: 40.0,
+        starts: 20.0,
+        ..nuplan_file::Log::default()
+    };
+    nuplan_file::write_log(&logs.join("a.db"), &log);
+    nuplan_file::write_map(&maps.join("map.gpkg"));
+    let data = home.files().join("data").display().to_string();
+    let lines = home
+        .run(&["inspect", &data, "--json"])
+        .status(0)
+        .json_lines();
+    let files: Vec<&str> = lines.iter().filter_map(|l| l["file"].as_str()).collect();
+    assert!(files[0].contains("a.db#track=ego@"), "{files:?}");
+    let ended = home.run(&["inspect", files[0]]).status(0);
+    for said in ["nuPlan, 0.05 s per step", "9 lanelets", "map.gpkg"] {
+        assert!(ended.stdout.contains(said), "{}", ended.stdout);
+    }
+    home.run(&["inspect", &logs.join("a.db").display().to_string()])
+        .status(2)
+        .says(&["longer than 30 s", "a.db#track=ego@0.0s"]);
+    let into = home.files().join("written.xml").display().to_string();
+    home.run(&["convert", files[0], "-o", &into]).status(0);
+    let measures = |path: &str| -> Vec<String> {
+        let ended = home.run(&["metrics", path]).status(0);
+        let lines = ended.stdout.lines();
+        let values = lines.map(|line| line.split_once(',').expect("columns").1.to_string());
+        values.collect()
+    };
+    let (before, after) = (measures(files[0]), measures(&into));
+    assert!(before.len() > 1000, "{}", before.len());
+    assert_eq!(before, after);
+    let scenario = home.files().join("written.xosc").display().to_string();
+    home.run(&["convert", files[0], "-o", &scenario]).status(0);
+    for ending in ["-wal", "-shm", "-journal"] {
+        assert!(!logs.join(format!("a.db{ending}")).exists());
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::time::Instant;
 use fastrand::Rng;
 use nearmiss::formats::{Entry, Export, ExportedEgo, bundled, write_openscenario};
 
-use super::{argoverse, levelx, one_entry, sumo, tfrecord_file, waymo};
+use super::{argoverse, levelx, nuplan_file, one_entry, sumo, tfrecord_file, waymo};
 
 /// Files that are damaged one at a time, the first of which is opened.
 fn damage(files: &[(&str, Vec<u8>)], open: &[&str], mend: impl Fn(usize, Vec<u8>) -> Vec<u8>) {
@@ -126,6 +126,26 @@ fn sumo_files() {
     damage(&files, &["fcd.xml", "fcd.xml#track=4@5.2s"], as_it_is);
 }
 
+/// A log of so many seconds, and its map.
+fn nuplan(seconds: f64) -> [Vec<u8>; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let log = nuplan_file::Log {
+        seconds,
+        ..nuplan_file::Log::default()
+    };
+    nuplan_file::write_log(&path("x.db"), &log);
+    nuplan_file::write_map(&path("map.gpkg"));
+    ["x.db", "map.gpkg"].map(|name| std::fs::read(path(name)).unwrap())
+}
+
+#[test]
+fn nuplan_files() {
+    let [log, map] = nuplan(1.0);
+    let files = [("x.db", log), ("map.gpkg", map)];
+    damage(&files, &["x.db", "x.db#track=3@0.2s"], as_it_is);
+}
+
 /// Each kind of the one entry as it should be, packed.
 fn seeds() -> Vec<Vec<u8>> {
     let texts = |all: &[&str]| all.iter().map(|t| t.as_bytes().to_vec()).collect();
@@ -142,7 +162,7 @@ fn seeds() -> Vec<Vec<u8>> {
         about: &[],
     });
     let exported = exported.unwrap();
-    let files: [Vec<Vec<u8>>; 7] = [
+    let files: [Vec<Vec<u8>>; 8] = [
         vec![tfrecord_file::file(&[
             waymo::scenario("a1"),
             waymo::scenario("b2"),
@@ -153,6 +173,7 @@ fn seeds() -> Vec<Vec<u8>> {
         texts(&[&sumo::fcd(8), sumo::NET, sumo::ROUTES]),
         vec![exported.scenario, exported.roads.clone()],
         vec![exported.roads],
+        nuplan(0.5).to_vec(),
     ];
     let kinds = (0..).zip(&files);
     kinds

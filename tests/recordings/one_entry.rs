@@ -21,6 +21,7 @@ pub const KINDS: &[&[&str]] = &[
     &["fcd.xml", "cross.net.xml", "cross.rou.xml"],
     &["x.xosc", "x.xodr", "x.csv"],
     &["x.xodr"],
+    &["x.db", "map.gpkg"],
 ];
 
 /// What is between two files.

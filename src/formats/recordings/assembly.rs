@@ -9,9 +9,9 @@ use crate::geometry::{Footprint, Point, Shape};
 use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::plausibility::{self, ElementRef};
 use crate::scenario::{
-    ContentHash, Goal, Header, Lanelet, LaneletNetwork, Location, Obstacle, ObstacleParts,
-    ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity, RecordedEgo,
-    Scenario, Sign, State, StateField, Steps, TrafficLight,
+    ContentHash, Goal, Header, Intersection, Lanelet, LaneletNetwork, Location, Obstacle,
+    ObstacleParts, ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity,
+    RecordedEgo, Scenario, Sign, State, StateField, Steps, TrafficLight,
 };
 
 /// The map of a recording.
@@ -20,6 +20,7 @@ pub struct Map {
     pub lanelets: Vec<Lanelet>,
     pub signs: Vec<Sign>,
     pub lights: Vec<TrafficLight>,
+    pub intersections: Vec<Intersection>,
 }
 
 /// A road user of a recording.
@@ -92,6 +93,10 @@ pub fn assemble(
     for light in map.lights {
         let at = report.at(format!("light {}", light.id));
         builder.light(&at, light);
+    }
+    for intersection in map.intersections {
+        let at = report.at(format!("intersection {}", intersection.id));
+        builder.intersection(&at, intersection);
     }
     let mut own = None;
     for track in tracks {

@@ -1,5 +1,5 @@
-//! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, levelXdata, SUMO
-//! and OpenSCENARIO.
+//! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, nuPlan, levelXdata,
+//! SUMO and OpenSCENARIO.
 //!
 //! Each reader translates a file into a [`assembly::Map`] and [`assembly::RecordedTrack`]s; [`assembly::assemble`]
 //! makes the scenario of them, with the recording's own ego, a planning problem and the checks that every format gets.
@@ -11,11 +11,13 @@ mod ids;
 mod lane_shape;
 mod lanelet2;
 mod levelx;
+mod nuplan;
 mod opendrive;
 mod openscenario;
 mod report;
 mod sizes;
 mod sumo;
+mod user_maps;
 mod utm;
 mod waymo;
 mod windows;
@@ -26,11 +28,12 @@ use super::address::Address;
 use super::commonroad::ReadError;
 pub(super) use argoverse::Argoverse;
 pub(super) use levelx::LevelX;
-pub use levelx::look_for_maps_in;
+pub(super) use nuplan::NuPlan;
 pub(super) use openscenario::OpenScenario;
 pub(super) use sumo::Sumo;
+pub use user_maps::look_for_maps_in;
 pub(super) use waymo::Waymo;
-pub use windows::{LongRecording, MOST as MOST_WINDOWS};
+pub use windows::LongRecording;
 
 /// The file of a format in which each file is one scenario.
 ///

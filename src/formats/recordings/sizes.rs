@@ -2,6 +2,9 @@
 
 use crate::scenario::ObstacleType;
 
+/// Vehicles longer than this are trucks, metres, in data sets that have one class for all.
+pub const LONG: f64 = 7.5;
+
 /// Length and width that are assumed, metres.
 pub fn usual(kind: ObstacleType) -> (f64, f64) {
     match kind {

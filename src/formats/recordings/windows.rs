@@ -3,6 +3,7 @@
 //! Which of them are worth looking at is measured by those who list them: this module knows no measures.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -20,7 +21,7 @@ const AFTER: f64 = 3.0;
 pub const SHORT: f64 = 30.0;
 
 /// Windows of a recording that are listed.
-pub const MOST: usize = 50;
+const MOST: usize = 50;
 
 /// A track shorter than this is no ego, seconds.
 const SHORTEST: f64 = 2.0;
@@ -74,6 +75,8 @@ pub struct LongRecording {
     names: HashMap<i64, String>,
     /// When the first step is, seconds.
     start: f64,
+    /// The steps of the vehicle that recorded, where windows are around it alone.
+    recorder: Option<Range<i64>>,
 }
 
 impl LongRecording {
@@ -83,30 +86,84 @@ impl LongRecording {
             scenario: Arc::new(scenario),
             names,
             start,
+            recorder: None,
         }
     }
 
-    /// The address of ten seconds around a track in which a step, its worst, is not far from the end; nothing of a track
-    /// that is not there or is hardly there.
+    /// The same of a recording that a vehicle made, which sees all around itself and little of others. `steps` are its; the
+    /// scenario has it in stretches, each a track with a name, and the others have none.
+    pub fn of_recorder(
+        scenario: Scenario,
+        stretches: HashMap<i64, String>,
+        start: f64,
+        steps: Range<i64>,
+    ) -> Self {
+        Self {
+            recorder: Some(steps),
+            ..Self::new(scenario, stretches, start)
+        }
+    }
+
+    /// The tracks that windows are around.
     #[must_use]
-    pub fn window(&self, track: i64, worst: i64) -> Option<String> {
+    pub fn egos(&self) -> Vec<i64> {
+        let mut egos = self.scenario.possible_egos();
+        egos.retain(|id| self.recorder.is_none() || self.names.contains_key(id));
+        egos
+    }
+
+    /// The name of a track, and when ten seconds around it begin in which a step, its worst, is not far from the end;
+    /// nothing of a track that is not there or is hardly there.
+    fn beginning(&self, track: i64, worst: i64) -> Option<(&str, f64)> {
         let name = self.names.get(&track)?;
-        let steps = self.scenario.obstacle(track)?.track().steps();
-        let seconds = |step: i64| self.start + step as f64 * self.scenario.dt();
-        let (from, to) = (seconds(steps.start), seconds(steps.end - 1));
+        let steps = match &self.recorder {
+            Some(steps) => steps.clone(),
+            None => self.scenario.obstacle(track)?.track().steps(),
+        };
+        let (from, to) = (self.seconds(steps.start), self.seconds(steps.end - 1));
         if to - from < SHORTEST {
             return None;
         }
-        let start = (seconds(worst) + AFTER - LENGTH).clamp(from, (to - LENGTH).max(from));
-        Some(format!("track={name}@{start:.1}s"))
+        let start = (self.seconds(worst) + AFTER - LENGTH).clamp(from, (to - LENGTH).max(from));
+        Some((name, start))
+    }
+
+    fn seconds(&self, step: i64) -> f64 {
+        self.start + step as f64 * self.scenario.dt()
+    }
+
+    /// The addresses around the worst moments of tracks, in their order; of those of the same name, a moment that is in a
+    /// window before it has none of its own.
+    #[must_use]
+    pub fn windows(&self, moments: impl IntoIterator<Item = (i64, i64)>) -> Vec<String> {
+        let mut taken: HashMap<&str, Vec<f64>> = HashMap::new();
+        let mut windows = Vec::new();
+        for (track, worst) in moments {
+            let Some((name, start)) = self.beginning(track, worst) else {
+                continue;
+            };
+            let at = self.seconds(worst);
+            let before = taken.entry(name).or_default();
+            if before
+                .iter()
+                .any(|start| (*start..=start + LENGTH).contains(&at))
+            {
+                continue;
+            }
+            before.push(start);
+            windows.push(format!("track={name}@{start:.1}s"));
+            if windows.len() == MOST {
+                break;
+            }
+        }
+        windows
     }
 
     /// The beginnings of its tracks, in their order, which says nothing about what happens in them.
     #[must_use]
     pub fn beginnings(&self) -> Vec<String> {
         let tracks = self.scenario.obstacles.iter();
-        let windows = tracks.filter_map(|track| self.window(track.id, track.track().steps().start));
-        windows.take(MOST).collect()
+        self.windows(tracks.map(|track| (track.id, track.track().steps().start)))
     }
 }
 
@@ -122,6 +179,25 @@ pub fn too_long(report: &Report, file: &Path, track: &str, start: f64) -> ReadEr
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_a_recorder_each_moment_is_in_one_window() {
+        let scenario = crate::formats::bundled()[0].read().unwrap();
+        let ids: Vec<i64> = scenario.possible_egos();
+        let dt = scenario.dt();
+        let names = ids.iter().map(|id| (*id, "ego".to_string())).collect();
+        let scenario = Arc::try_unwrap(scenario).unwrap();
+        let steps = 0..(60.0 / dt) as i64 + 1;
+        let recording = LongRecording::of_recorder(scenario, names, 5.0, steps);
+        assert_eq!(recording.egos(), ids);
+        let at = |seconds: f64| (ids[0], ((seconds - 5.0) / dt).round() as i64);
+        // Seconds of the recording, the most dangerous first.
+        let windows = recording.windows([30.0, 31.0, 22.0, 6.0, 64.0].map(at));
+        let starts = ["23.0", "15.0", "5.0", "55.0"];
+        assert_eq!(windows, starts.map(|start| format!("track=ego@{start}s")));
+        let none = (i64::MAX, 0);
+        assert!(recording.windows([none]).is_empty());
+    }
 
     #[test]
     fn a_window_is_a_track_and_perhaps_a_time() {

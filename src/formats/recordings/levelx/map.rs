@@ -2,7 +2,6 @@
 //! where the user says.
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 
 use super::meta::Recording;
 use crate::formats::commonroad::ReadError;
@@ -11,19 +10,10 @@ use crate::formats::recordings::assembly::Map;
 use crate::formats::recordings::ids::Ids;
 use crate::formats::recordings::lanelet2;
 use crate::formats::recordings::report::Report;
+use crate::formats::recordings::user_maps::{self, has_extension, users_maps};
 
 /// Folders of the data sets with their maps, from the folder of the recordings.
 const FOLDERS: [&str; 4] = [".", "../lanelets", "../maps/lanelets", "../maps"];
-
-/// Where the user's maps are.
-static MAPS: OnceLock<PathBuf> = OnceLock::new();
-
-/// Says where maps are that do not lie with their recordings: a Lanelet2 file, or a folder of them. Said once, before the
-/// first recording is read, so that all readings of a recording have the same map.
-pub fn look_for_maps_in(place: PathBuf) {
-    // What is said again is what is said already: there is one configuration.
-    let _ = MAPS.set(place);
-}
 
 /// Reads the map, if there is one.
 pub fn beside(
@@ -32,22 +22,16 @@ pub fn beside(
     recording: &Recording,
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
-    match find(
-        recording_file,
-        recording.location,
-        MAPS.get().map(PathBuf::as_path),
-    ) {
+    match find(recording_file, recording.location, users_maps()) {
         Some(file) => {
             report.note(format!("map {}", file.display()));
             lanelet2::read(report, &file, recording.origin, ids)
         }
         None => {
-            let elsewhere = MAPS.get().map_or_else(String::new, |maps| {
-                format!(" or in {} (`maps` in config.toml)", maps.display())
-            });
             report.at("").warn(format!(
-                "no map: no Lanelet2 file (.osm) of place {} beside it, in ../lanelets{elsewhere}; the scenario has no lanes",
-                recording.location.map_or_else(|| "?".into(), |place| place.to_string())
+                "no map: no Lanelet2 file (.osm) of place {} beside it, in ../lanelets{}; the scenario has no lanes",
+                recording.location.map_or_else(|| "?".into(), |place| place.to_string()),
+                user_maps::in_words()
             ));
             Ok(Map::default())
         }
@@ -63,7 +47,8 @@ fn find(recording: &Path, location: Option<i64>, users: Option<&Path>) -> Option
     let mut folders = folders.chain(users.map(Path::to_path_buf));
     folders.find_map(|folder| {
         if folder.is_file() {
-            return Some(folder);
+            // The user's map may be one of another data set.
+            return (!has_extension(&folder, "gpkg")).then_some(folder);
         }
         let mut maps = Vec::new();
         collect(&folder, 1, &mut maps);
@@ -88,10 +73,7 @@ const MOST: usize = 1000;
 fn collect(folder: &Path, deeper: usize, maps: &mut Vec<PathBuf>) {
     let files = folder.read_dir().into_iter().flatten().flatten().take(MOST);
     for path in files.map(|file| file.path()) {
-        if path
-            .extension()
-            .is_some_and(|x| x.eq_ignore_ascii_case("osm"))
-        {
+        if has_extension(&path, "osm") {
             maps.push(path);
         } else if deeper > 0 && path.is_dir() {
             collect(&path, deeper - 1, maps);

@@ -22,7 +22,6 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::dispatch::{Format, Parts};
 use crate::scenario::{ContentHash, ObstacleType, Scenario};
-pub use map::look_for_maps_in;
 use meta::TrackMeta;
 use recorded::Recorded;
 use rows::{Kind, Row};

@@ -138,6 +138,7 @@ pub fn read(
         lanelets: map.lanelets,
         signs: map.signs,
         lights: map.lights,
+        ..Map::default()
     };
     Ok((map, *hash))
 }

@@ -7,10 +7,8 @@ use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along, median};
 use crate::formats::recordings::ids::Ids;
 use crate::formats::recordings::report::{At, Report};
+use crate::formats::recordings::sizes::LONG;
 use crate::scenario::ObstacleType;
-
-/// Vehicles longer than this are trucks, metres: the data set has one class for all.
-const LONG: f64 = 7.5;
 
 /// Sizes that vary by more than this over a track are noted, metres.
 const VARIES: f64 = 0.05;

@@ -1,0 +1,342 @@
+//! The layers of a map that are read: lanes, connectors of lanes, their lines, stop polygons and crossings, in metres.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::projection::{DEGREES, projected, shape};
+use super::record::Record;
+use super::sqlite::{Database, named};
+use crate::formats::commonroad::ReadError;
+use crate::geometry::{Bounds, Point};
+use crate::scenario::LineMarking;
+use crate::system::FileCache;
+
+/// Maps that are kept for other windows, bytes.
+const KEPT: usize = 512 << 20;
+
+static MAPS: FileCache<Layers> = FileCache::new(KEPT);
+
+/// A lane, or a connector: a way over an intersection from one lane to another.
+#[derive(Debug, Clone, Default)]
+pub struct Lane {
+    pub id: i64,
+    /// Its borders, among [`Layers::borders`].
+    pub left: Option<i64>,
+    pub right: Option<i64>,
+    /// m/s.
+    pub limit: Option<f64>,
+    /// Lanes that are driven side by side, and its place among them, counted from the left.
+    pub group: Option<(i64, i64)>,
+    /// Whether it is for bicycles.
+    pub is_for_bicycles: bool,
+    /// What only a connector has.
+    pub connector: Option<Connector>,
+    /// Around its outline or middle.
+    pub bounds: Option<Bounds>,
+}
+
+/// What a connector connects.
+#[derive(Debug, Clone, Default)]
+pub struct Connector {
+    pub from: Option<i64>,
+    pub to: Option<i64>,
+    pub intersection: Option<i64>,
+    /// 0 straight, 1 left, 2 right, 3 back.
+    pub turn: Option<i64>,
+    /// Stop polygons of its traffic lights.
+    pub stops: Vec<i64>,
+}
+
+/// Where to stop.
+#[derive(Debug, Clone)]
+pub struct Stop {
+    pub id: i64,
+    /// 1 stop sign, 2 traffic light, 4 yield; others are of no sign.
+    pub kind: i64,
+    pub ring: Vec<Point>,
+    /// Lanes that it is for.
+    pub lanes: Vec<i64>,
+    /// Connectors that it is for.
+    pub connectors: Vec<i64>,
+}
+
+/// A map.
+#[derive(Debug, Default)]
+pub struct Layers {
+    pub lanes: Vec<Lane>,
+    pub connectors: Vec<Lane>,
+    pub borders: HashMap<i64, (Vec<Point>, LineMarking)>,
+    /// The middles of lanes, and of connectors.
+    pub middles: [HashMap<i64, Vec<Point>>; 2],
+    pub stops: Vec<Stop>,
+    pub crossings: Vec<(i64, Vec<Point>)>,
+    /// Intersections at which ways only branch, merge or go on.
+    pub without_traffic: HashSet<i64>,
+    /// Its zone of UTM, and whether it is in the southern half.
+    pub zone: (i64, bool),
+    size: usize,
+}
+
+/// A map, read anew if it changed.
+///
+/// # Errors
+/// It is none of nuPlan, or damaged: with table, row and column.
+pub fn of(path: &Path) -> Result<Arc<Layers>, ReadError> {
+    MAPS.get(&[path], || {
+        let layers = Reader::read(&Database::open(path)?)?;
+        let size = layers.size;
+        Ok((layers, size))
+    })
+}
+
+/// The type of lanes for bicycles.
+const BICYCLES: i64 = 1;
+
+struct Reader<'d> {
+    database: &'d Database,
+    /// EPSG's numbers of the systems in the file.
+    systems: HashMap<i64, i64>,
+    projected: i64,
+    layers: Layers,
+}
+
+/// Takes a row and the parts of its geometry.
+type TakeShape<'t> =
+    &'t mut dyn FnMut(&mut Layers, &Record<'_>, Vec<Vec<Point>>) -> Result<(), ReadError>;
+
+impl<'d> Reader<'d> {
+    fn read(database: &'d Database) -> Result<Layers, ReadError> {
+        let has = |name: &str| database.has(name);
+        let tables = database.tables();
+        if !has("lanes_polygons") || !has("meta") {
+            let message = match tables.is_empty() {
+                true => "not a map of nuPlan: a file without tables".into(),
+                false => format!("not a map of nuPlan: its tables are {}", named(tables)),
+            };
+            return Err(database.fail(message));
+        }
+        let (projected, zone) = projected(database)?;
+        let mut systems = HashMap::from([(DEGREES, DEGREES), (projected, projected)]);
+        if has("gpkg_spatial_ref_sys") {
+            let columns = ["srs_id", "organization_coordsys_id"];
+            database.each("gpkg_spatial_ref_sys", &columns, &mut |row| {
+                systems.insert(row.whole(0)?, row.whole(1)?);
+                Ok(())
+            })?;
+        }
+        let mut reader = Self {
+            database,
+            systems,
+            projected,
+            layers: Layers {
+                zone,
+                ..Layers::default()
+            },
+        };
+        reader.borders()?;
+        reader.middles()?;
+        reader.lanes()?;
+        if has("lane_connectors") {
+            reader.connectors(has("gen_lane_connectors_scaled_width_polygons"))?;
+        }
+        if has("intersections") {
+            let columns = ["fid", "?intersection_type_fid"];
+            database.each("intersections", &columns, &mut |row| {
+                if matches!(row.optional_whole(1)?, Some(3..=5)) {
+                    reader.layers.without_traffic.insert(row.whole(0)?);
+                }
+                Ok(())
+            })?;
+        }
+        if has("stop_polygons") {
+            reader.stops()?;
+        }
+        if has("crosswalks") {
+            reader.shapes("crosswalks", &["fid", "geom"], &mut |layers, row, parts| {
+                let fid = row.whole(0)?;
+                layers
+                    .crossings
+                    .extend(parts.into_iter().map(|ring| (fid, ring)));
+                Ok(())
+            })?;
+        }
+        Ok(reader.layers)
+    }
+
+    /// Gives the rows of a layer to `take`; its second column is the geometry.
+    fn shapes(
+        &mut self,
+        table: &str,
+        columns: &[&str],
+        take: TakeShape<'_>,
+    ) -> Result<(), ReadError> {
+        let Self {
+            database,
+            systems,
+            projected,
+            layers,
+        } = self;
+        database.each(table, columns, &mut |row| {
+            let parts = match row.is_empty(1) {
+                true => Vec::new(),
+                false => shape(row, systems, *projected, layers.zone)?,
+            };
+            layers.size += 64 + parts.iter().map(|part| 16 * part.len()).sum::<usize>();
+            take(layers, row, parts)
+        })
+    }
+
+    fn borders(&mut self) -> Result<(), ReadError> {
+        let columns = ["fid", "geom", "?boundary_type_fid"];
+        self.shapes("boundaries", &columns, &mut |layers, row, parts| {
+            let marking = match row.optional_whole(2)? {
+                Some(0) => LineMarking::Dashed,
+                Some(2) => LineMarking::Solid,
+                _ => LineMarking::Unknown,
+            };
+            if let Some(line) = longest(parts) {
+                layers.borders.insert(row.whole(0)?, (line, marking));
+            }
+            Ok(())
+        })
+    }
+
+    fn middles(&mut self) -> Result<(), ReadError> {
+        let columns = ["fid", "geom", "lane_fid", "lane_connector_fid"];
+        self.shapes("baseline_paths", &columns, &mut |layers, row, parts| {
+            let Some(line) = longest(parts) else {
+                return Ok(());
+            };
+            for (of, column) in [2, 3].into_iter().enumerate() {
+                if let Some(id) = row.optional_whole(column)? {
+                    layers.middles[of].insert(id, line.clone());
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn lanes(&mut self) -> Result<(), ReadError> {
+        let columns = [
+            "fid",
+            "geom",
+            "?lane_fid",
+            "?left_boundary_fid",
+            "?right_boundary_fid",
+            "?speed_limit_mps",
+            "?lane_group_fid",
+            "?lane_index",
+            "?lane_type_fid",
+        ];
+        self.shapes("lanes_polygons", &columns, &mut |layers, row, parts| {
+            let (group, index) = (row.optional_whole(6)?, row.optional_whole(7)?);
+            let id = row.optional_whole(2)?;
+            let id = id.map_or_else(|| row.whole(0), Ok)?;
+            let middle = layers.middles[0].get(&id);
+            let lane = Lane {
+                id,
+                left: row.optional_whole(3)?,
+                right: row.optional_whole(4)?,
+                limit: row.optional_number(5)?,
+                group: group.zip(index),
+                is_for_bicycles: row.optional_whole(8)? == Some(BICYCLES),
+                connector: None,
+                bounds: bounds(&parts).or_else(|| Bounds::from_points(middle?)),
+            };
+            layers.lanes.push(lane);
+            Ok(())
+        })
+    }
+
+    fn connectors(&mut self, have_borders: bool) -> Result<(), ReadError> {
+        let mut borders = HashMap::new();
+        if have_borders {
+            let columns = [
+                "fid",
+                "lane_connector_fid",
+                "?left_boundary_fid",
+                "?right_boundary_fid",
+            ];
+            let table = "gen_lane_connectors_scaled_width_polygons";
+            self.database.each(table, &columns, &mut |row| {
+                let both = (row.optional_whole(2)?, row.optional_whole(3)?);
+                borders.insert(row.optional_whole(1)?, both);
+                Ok(())
+            })?;
+        }
+        let columns = [
+            "fid",
+            "geom",
+            "exit_lane_fid",
+            "entry_lane_fid",
+            "?intersection_fid",
+            "?turn_type_fid",
+            "?traffic_light_stop_line_fids",
+            "?speed_limit_mps",
+        ];
+        self.shapes("lane_connectors", &columns, &mut |layers, row, parts| {
+            let id = row.whole(0)?;
+            let (left, right) = borders.get(&Some(id)).copied().unwrap_or_default();
+            let middle = layers.middles[1].get(&id);
+            let lane = Lane {
+                id,
+                left,
+                right,
+                limit: row.optional_number(7)?,
+                group: None,
+                is_for_bicycles: false,
+                connector: Some(Connector {
+                    from: row.optional_whole(2)?,
+                    to: row.optional_whole(3)?,
+                    intersection: row.optional_whole(4)?,
+                    turn: row.optional_whole(5)?,
+                    stops: ids(&row.text(6)),
+                }),
+                bounds: middle
+                    .and_then(Bounds::from_points)
+                    .or_else(|| bounds(&parts)),
+            };
+            layers.connectors.push(lane);
+            Ok(())
+        })
+    }
+
+    fn stops(&mut self) -> Result<(), ReadError> {
+        let columns = [
+            "fid",
+            "geom",
+            "stop_polygon_type_fid",
+            "?lane_fids",
+            "?lane_connector_fids",
+        ];
+        self.shapes("stop_polygons", &columns, &mut |layers, row, parts| {
+            let (id, kind) = (row.whole(0)?, row.optional_whole(2)?.unwrap_or(-1));
+            let (lanes, connectors) = (ids(&row.text(3)), ids(&row.text(4)));
+            layers.stops.extend(parts.into_iter().map(|ring| Stop {
+                id,
+                kind,
+                ring,
+                lanes: lanes.clone(),
+                connectors: connectors.clone(),
+            }));
+            Ok(())
+        })
+    }
+}
+
+/// The ids in a text such as `17, 18`.
+fn ids(text: &str) -> Vec<i64> {
+    let each = text.split(',').map(str::trim);
+    each.filter_map(|id| id.parse().ok()).collect()
+}
+
+/// The part with most points, if it is a line.
+fn longest(parts: Vec<Vec<Point>>) -> Option<Vec<Point>> {
+    let longest = parts.into_iter().max_by_key(Vec::len);
+    longest.filter(|line| line.len() > 1)
+}
+
+fn bounds(parts: &[Vec<Point>]) -> Option<Bounds> {
+    Bounds::from_points(parts.iter().flatten())
+}

@@ -1,0 +1,312 @@
+//! nuPlan: logs in SQLite files (`*.db`), with their maps in GeoPackages (`map.gpkg`).
+//!
+//! A log takes minutes and is opened in windows, of which only the rows are read. Its ego is the vehicle that recorded it.
+
+mod clock;
+mod evidence;
+mod geopackage;
+mod junctions;
+mod lanes;
+mod layers;
+mod lights;
+mod log;
+mod motion;
+mod parts;
+mod places;
+mod projection;
+mod record;
+mod signs;
+mod sqlite;
+mod sweep_rows;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::assembly::{About, Map, RecordedTrack, assemble};
+use super::ids::Ids;
+use super::report::Report;
+use super::windows::{self, LongRecording};
+use crate::formats::address::Address;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::dispatch::{Format, Parts};
+use crate::geometry::{Bounds, Vector};
+use crate::scenario::{ContentHash, Scenario};
+use clock::Clock;
+use evidence::Evidence;
+use lanes::Cut;
+use lights::Lights;
+use log::{EGO, Log};
+use parts::{Part, RECORDER};
+use signs::Signs;
+use sqlite::{Database, MAGIC};
+
+/// The format.
+pub struct NuPlan;
+
+const SOURCE: &str = "nuPlan";
+
+/// So far around the traffic the map is cut out, metres.
+const AROUND: f64 = 50.0;
+
+impl Format for NuPlan {
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        evidence::is_named_or_begins_so(path, head)
+    }
+
+    fn is_found(&self, path: &Path, head: &[u8]) -> bool {
+        head.starts_with(MAGIC)
+            && matches!(evidence::of(path), Evidence::Log | Evidence::Damaged(_))
+    }
+
+    fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
+        evidence::check(path)?;
+        let log = log::of(path)?;
+        if log.duration() <= windows::SHORT {
+            return Ok(Parts::One);
+        }
+        let report = Report::about(path.display().to_string());
+        Ok(Parts::Long(Box::new(whole(path, &log, report)?)))
+    }
+
+    fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
+        let Address { file, part } = address;
+        evidence::check(file)?;
+        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
+        let report = Report::about(format!("{}{shown}", file.display()));
+        let log = log::of(file)?;
+        let database = Database::open(file)?;
+        let part = match part {
+            Some(part) => parts::part(part, &log, &database, &report)?,
+            None if log.duration() > windows::SHORT => {
+                return Err(windows::too_long(&report, file, RECORDER, 0.0));
+            }
+            None => Part {
+                sweeps: (0..log.sweeps.len()).collect(),
+                ego: EGO,
+            },
+        };
+        scenario(file, report, &log, &database, &part)
+    }
+}
+
+/// Everyone in a long log, a few times a second; the vehicle that records in stretches as long as windows.
+fn whole(path: &Path, log: &Log, report: Report) -> Result<LongRecording, ReadError> {
+    let database = Database::open(path)?;
+    let every = (1.0 / windows::MOMENTS / log.time_step).round().max(1.0);
+    let time_step = log.time_step * every;
+    let sweeps: Vec<usize> = (0..log.sweeps.len()).step_by(every as usize).collect();
+    let clock = Clock::new(log, &sweeps, time_step);
+    let mut tracks = motion::others(&database, &clock, &report)?;
+    let whole = motion::recorder(&database, &clock)?;
+    let mut free = Ids::beyond(tracks.iter().map(|track| track.id));
+    let steps = (windows::LENGTH / time_step).round().max(1.0) as i64;
+    let mut stretches: HashMap<i64, RecordedTrack> = HashMap::new();
+    let mut names = HashMap::new();
+    for state in whole.states {
+        let stretch = stretches.entry(state.step / steps).or_insert_with(|| {
+            let id = free.fresh();
+            names.insert(id, RECORDER.to_string());
+            RecordedTrack {
+                id,
+                states: Vec::new(),
+                shape: None,
+                ..whole
+            }
+        });
+        stretch.states.push(state);
+    }
+    tracks.extend(stretches.into_values());
+    tracks.sort_by_key(|track| track.id);
+    let about = About {
+        source: SOURCE,
+        benchmark_id: "ZAM_Nuplan".into(),
+        time_step_size: time_step,
+        tags: Vec::new(),
+        ego: None,
+        hash: ContentHash::digest(b""),
+    };
+    let steps = 0..clock.last() + 1;
+    let scenario = assemble(report, about, Map::default(), tracks)?;
+    Ok(LongRecording::of_recorder(scenario, names, 0.0, steps))
+}
+
+fn scenario(
+    path: &Path,
+    report: Report,
+    log: &Log,
+    database: &Database,
+    part: &Part,
+) -> Result<Scenario, ReadError> {
+    let clock = Clock::new(log, &part.sweeps, log.time_step);
+    clock.tell(&report);
+    let mut tracks = vec![motion::recorder(database, &clock)?];
+    tracks.extend(motion::others(database, &clock, &report)?);
+    // In the order in which CommonRoad has them, so that they are the same when written and read again.
+    tracks.sort_by_key(|track| (!track.is_static, track.id));
+    match tracks.iter().find(|track| track.id == part.ego) {
+        Some(ego) if ego.is_static => {
+            let message = format!("track {} stands, and is no ego: a {}", ego.id, ego.kind);
+            return Err(report.fail(message));
+        }
+        Some(_) => {}
+        None => {
+            let message = format!("track {} is not there in that window", part.ego);
+            return Err(report.fail(message));
+        }
+    }
+    tell(&report, path, log);
+    let lights = lights::read(database, &clock)?;
+    let mut ids = Ids::beyond([]);
+    (EGO..log::id_of(log.tracks.len())).for_each(|id| {
+        ids.take(id);
+    });
+    let map = match places::find(path, log) {
+        Some(file) => {
+            report.note(format!("map {}", file.display()));
+            map(&report, &file, log, &lights, &tracks, &mut ids)?
+        }
+        None => {
+            report.at("").warn(places::nowhere(log));
+            Map::default()
+        }
+    };
+    let first = part.sweeps.first().copied().unwrap_or(0);
+    let about = About {
+        source: SOURCE,
+        benchmark_id: benchmark_id(log, part.ego, first),
+        time_step_size: log.time_step,
+        tags: vec!["urban".into()],
+        ego: Some(part.ego),
+        hash: hash(log, part, &tracks, &map),
+    };
+    assemble(report, about, map, tracks)
+}
+
+/// Says what holds of the whole log.
+fn tell(report: &Report, path: &Path, log: &Log) {
+    let mut beside = path.as_os_str().to_os_string();
+    beside.push("-wal");
+    let beside = Path::new(&beside);
+    if beside.metadata().is_ok_and(|found| found.len() > 0) {
+        report.at("").warn(format!(
+            "{} holds newer rows, which are not read; open the log with SQLite once, to write them into it",
+            beside.display()
+        ));
+    }
+    report.note(format!(
+        "steps are the sweeps of the lidar, {} s; the ego is the vehicle that recorded, a Chrysler Pacifica of 5.176 m × 2.297 m, 1.461 m ahead of its rear axle, which the log tells the places of",
+        log.time_step
+    ));
+    report.note(format!(
+        "tracks are numbered from {} by the rows of table track; the ego is {EGO}",
+        EGO + 1
+    ));
+    let zone = log.system.and_then(projection::zone);
+    let zone = zone.map_or_else(String::new, |(zone, south)| {
+        format!(" in UTM zone {zone}{}", if south { "S" } else { "N" })
+    });
+    let (east, north) = log.origin;
+    report.note(format!(
+        "coordinates are relative to east {east}, north {north}{zone}"
+    ));
+}
+
+/// The map around the traffic.
+fn map(
+    report: &Report,
+    file: &Path,
+    log: &Log,
+    lights: &Lights,
+    tracks: &[RecordedTrack],
+    ids: &mut Ids,
+) -> Result<Map, ReadError> {
+    let layers = layers::of(file)?;
+    if let Some(zone) = log.system.and_then(projection::zone)
+        && zone != layers.zone
+    {
+        let message = format!(
+            "the log is in UTM zone {}, its map {} in zone {}; is it the map of another place?",
+            zone.0,
+            file.display(),
+            layers.zone.0
+        );
+        return Err(report.fail(message));
+    }
+    let states = tracks.iter().flat_map(|track| &track.states);
+    let Some(mut around) = Bounds::from_points(states.map(|state| &state.position)) else {
+        return Ok(Map::default());
+    };
+    let room = Vector::new(AROUND, AROUND);
+    (around.min, around.max) = (around.min - room, around.max + room);
+    let mut cut = Cut::around(report, &layers, &around, log.origin, ids);
+    if cut.all.is_empty() {
+        report.at("").warn(format!(
+            "no lane of the map {} is within {AROUND} m of the traffic; is it the map of another place?",
+            file.display()
+        ));
+    }
+    let country = Signs::of(&log.map);
+    let mut map = Map {
+        signs: signs::speed_limits(&mut cut, &country, ids),
+        ..Map::default()
+    };
+    let stops = signs::stop_signs(report, &mut cut, &country, ids);
+    map.signs.extend(stops);
+    map.lights = junctions::lights(report, &mut cut, lights, ids);
+    map.intersections = junctions::intersections(&mut cut, ids);
+    let crossings = cut.crossings(report, &around, ids);
+    let lanes = cut.all.into_iter().map(|placed| placed.lanelet);
+    map.lanelets = lanes.chain(crossings).collect();
+    Ok(map)
+}
+
+/// A name such as `USA_NuplanLasVegas1633000000-1_1_T-681`: place, log, ego, and the first sweep.
+fn benchmark_id(log: &Log, ego: i64, first: usize) -> String {
+    let mut words = log.map.split(|c: char| !c.is_ascii_alphanumeric());
+    let country = match words.next() {
+        Some("us") => "USA",
+        Some("sg") => "SGP",
+        _ => "ZAM",
+    };
+    // `us-nv-…` begins with the state.
+    let skipped = usize::from(country == "USA");
+    let place = words.skip(skipped).map(|word| {
+        let (first, rest) = word.split_at(word.len().min(1));
+        first.to_uppercase() + rest
+    });
+    let place: String = place.collect::<String>().chars().take(32).collect();
+    let began = log.sweeps[0].time / 1_000_000;
+    format!(
+        "{country}_Nuplan{place}{}-1_{ego}_T-{}",
+        began.max(0),
+        first + 1
+    )
+}
+
+/// Of everything that is read.
+fn hash(log: &Log, part: &Part, tracks: &[RecordedTrack], map: &Map) -> ContentHash {
+    let mut bytes = Vec::new();
+    let mut add = |values: &[f64]| bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    for track in tracks {
+        add(&[track.id as f64, track.length, track.width]);
+        for state in &track.states {
+            let velocity = state.velocity.unwrap_or(f64::NAN);
+            let (x, y) = (state.position.x, state.position.y);
+            add(&[state.step as f64, x, y, state.heading, velocity]);
+        }
+    }
+    let kinds: Vec<_> = tracks.iter().map(|track| track.kind).collect();
+    let around = format!(
+        "{} {} {} {:?} {kinds:?} {:?} {:?} {:?} {:?}",
+        log.map,
+        log.time_step,
+        part.ego,
+        part.sweeps.first(),
+        map.lanelets,
+        map.signs,
+        map.lights,
+        map.intersections
+    );
+    ContentHash::of_parts([&bytes[..], around.as_bytes()])
+}

@@ -1,0 +1,248 @@
+//! SQLite files of others: their tables, without writing to them or beside them.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use rusqlite::{Connection, OpenFlags, Params};
+
+use super::record::{Record, Token};
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::report::{At, Report};
+use crate::system;
+
+/// How SQLite files begin.
+pub const MAGIC: &[u8] = b"SQLite format 3\0";
+
+/// No table that is read has more rows.
+const MOST_ROWS: usize = 20_000_000;
+
+/// Tables of a file that are looked at.
+const MOST_TABLES: usize = 10_000;
+
+/// So many tables of a file are named in a message.
+const NAMED: usize = 6;
+
+/// No row takes fewer bytes.
+const SMALLEST_ROW: u64 = 4;
+
+/// A file that is only read.
+pub struct Database {
+    connection: Connection,
+    report: Report,
+    tables: Vec<String>,
+    most_rows: usize,
+}
+
+/// What is done with a row.
+pub type Take<'t> = &'t mut dyn FnMut(&Record<'_>) -> Result<(), ReadError>;
+
+/// A query that is asked once or often.
+pub struct Query<'q> {
+    sql: String,
+    database: &'q Database,
+    table: &'q str,
+    columns: &'q [&'q str],
+}
+
+impl Database {
+    /// Opens a file as one that does not change: SQLite makes neither locks nor files beside it.
+    ///
+    /// # Errors
+    /// It cannot be opened, or is damaged.
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let report = Report::about(path.display().to_string());
+        let io = |error| ReadError::io(report.file(), &error);
+        system::check_file(path).map_err(io)?;
+        let bytes = path.metadata().map_err(io)?.len();
+        let whole = std::path::absolute(path).map_err(io)?;
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
+            | OpenFlags::SQLITE_OPEN_NO_MUTEX
+            | OpenFlags::SQLITE_OPEN_URI;
+        let opened = Connection::open_with_flags(address(&whole), flags);
+        let opened = opened.and_then(|connection| {
+            // Nothing in the file is run: no functions in its views, triggers and indexes.
+            connection.execute_batch("PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON")?;
+            let tables = tables(&connection)?;
+            Ok((connection, tables))
+        });
+        let (connection, tables) = opened.map_err(|error| report.fail(words(&error)))?;
+        Ok(Self {
+            connection,
+            report,
+            tables,
+            // Pages of a damaged file may lead in circles.
+            most_rows: usize::try_from(bytes / SMALLEST_ROW)
+                .map_or(MOST_ROWS, |n| n.min(MOST_ROWS)),
+        })
+    }
+
+    /// The names of its tables; views and virtual tables are none.
+    pub fn tables(&self) -> &[String] {
+        &self.tables
+    }
+
+    /// Whether it has a table.
+    pub fn has(&self, table: &str) -> bool {
+        self.tables.iter().any(|name| name == table)
+    }
+
+    /// Whether rows are found by a column without looking at all.
+    pub fn has_index(&self, table: &str, column: &str) -> bool {
+        let sql = "SELECT count(*) FROM pragma_index_list(?1) AS list, pragma_index_info(list.name) AS info WHERE info.seqno = 0 AND info.name = ?2";
+        let count = self
+            .connection
+            .query_row(sql, [table, column], |row| row.get::<_, i64>(0));
+        count.is_ok_and(|count| count > 0)
+    }
+
+    /// A query of columns of a table; one that begins with `?` may be missing, and is empty then. The first one is the key
+    /// of a row; `rest` follows the name of the table.
+    ///
+    /// # Errors
+    /// The table or a column is missing.
+    pub fn query<'q>(
+        &'q self,
+        table: &'q str,
+        columns: &'q [&'q str],
+        rest: &str,
+    ) -> Result<Query<'q>, ReadError> {
+        if !self.has(table) {
+            return Err(self.table(table).fail("the table is missing"));
+        }
+        let sql = "SELECT name FROM pragma_table_info(?1)";
+        let known = self.connection.prepare_cached(sql).and_then(|mut found| {
+            let names = found.query_map([table], |row| row.get::<_, String>(0))?;
+            names.collect::<Result<Vec<_>, _>>()
+        });
+        let known = known.map_err(|error| self.table(table).fail(words(&error)))?;
+        let mut parts = Vec::with_capacity(columns.len());
+        for column in columns {
+            let name = column.trim_start_matches('?');
+            // Names of columns are those of this program.
+            // `rowid` is one that every table has.
+            parts.push(
+                match name == "rowid" || known.iter().any(|n| n.eq_ignore_ascii_case(name)) {
+                    true => format!("\"{name}\""),
+                    false if name.len() < column.len() => "NULL".into(),
+                    false => {
+                        let message = format!("no column `{name}`; it has {}", named(&known));
+                        return Err(self.table(table).fail(message));
+                    }
+                },
+            );
+        }
+        Ok(Query {
+            sql: format!("SELECT {} FROM \"{table}\" {rest}", parts.join(", ")),
+            database: self,
+            table,
+            columns,
+        })
+    }
+
+    /// Gives all rows of a table to `take`.
+    ///
+    /// # Errors
+    /// The table is missing or damaged, or `take` refuses a row.
+    pub fn each(&self, table: &str, columns: &[&str], take: Take<'_>) -> Result<(), ReadError> {
+        self.query(table, columns, "")?.each([], take)
+    }
+
+    /// Gives the rows with a token in a column to `take`.
+    ///
+    /// # Errors
+    /// As [`each`](Self::each).
+    pub fn with_token(
+        &self,
+        (table, columns): (&str, &[&str]),
+        (column, token): (&str, Token),
+        take: Take<'_>,
+    ) -> Result<(), ReadError> {
+        let rest = format!("WHERE \"{column}\" = ?1");
+        let query = self.query(table, columns, &rest)?;
+        query.each([token.to_be_bytes()], take)
+    }
+
+    fn table(&self, table: &str) -> At<'_> {
+        self.report.at(format!("table {table}"))
+    }
+
+    /// An error about the whole file.
+    pub fn fail(&self, message: impl Into<String>) -> ReadError {
+        self.report.fail(message)
+    }
+}
+
+impl Query<'_> {
+    /// Gives its rows to `take`.
+    ///
+    /// # Errors
+    /// The table is damaged, or `take` refuses a row.
+    pub fn each(&self, parameters: impl Params, take: Take<'_>) -> Result<(), ReadError> {
+        let at = || self.database.table(self.table);
+        let fail = |error: rusqlite::Error| at().fail(words(&error));
+        let mut prepared = { self.database.connection.prepare_cached(&self.sql) }.map_err(fail)?;
+        let mut rows = prepared.query(parameters).map_err(fail)?;
+        let mut count = 0;
+        while let Some(row) = rows.next().map_err(fail)? {
+            count += 1;
+            let most = self.database.most_rows;
+            if count > most {
+                return Err(at().fail(format!("more than {most} rows; is the file damaged?")));
+            }
+            take(&Record {
+                row,
+                report: &self.database.report,
+                table: self.table,
+                columns: self.columns,
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn tables(connection: &Connection) -> rusqlite::Result<Vec<String>> {
+    let sql = "SELECT name FROM sqlite_schema WHERE type = 'table' AND sql LIKE 'CREATE TABLE%'";
+    let mut found = connection.prepare(sql)?;
+    let names = found.query_map([], |row| row.get(0))?;
+    names.take(MOST_TABLES).collect()
+}
+
+/// The first ones of some names.
+pub fn named(names: &[String]) -> String {
+    let more = match names.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let first = &names[..names.len().min(NAMED)];
+    format!("{}{more}", first.join(", "))
+}
+
+/// What SQLite says, and what that means for a file that is only read.
+fn words(error: &rusqlite::Error) -> String {
+    use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
+    match error.sqlite_error_code() {
+        Some(DatabaseCorrupt | NotADatabase) => {
+            "the file is damaged or cut short; get it again".into()
+        }
+        _ => format!("SQLite: {error}"),
+    }
+}
+
+/// The address of a file that does not change.
+fn address(path: &Path) -> String {
+    let mut address = String::from("file:");
+    for byte in path.as_os_str().as_encoded_bytes() {
+        // `/C:/…` on Windows.
+        match byte {
+            b'\\' if cfg!(windows) => address.push('/'),
+            b'/' | b'.' | b'-' | b'_' | b':' => address.push(char::from(*byte)),
+            _ if byte.is_ascii_alphanumeric() => address.push(char::from(*byte)),
+            _ => {
+                let _ = write!(address, "%{byte:02x}");
+            }
+        }
+    }
+    address.push_str("?immutable=1");
+    address
+}
