@@ -50,6 +50,20 @@ impl Confusion {
         ratio(self.true_negatives, self.negatives())
     }
 
+    /// The one answer to all cases, though some are positive and some are not: such answers tell nothing of a case,
+    /// whatever their F1 is.
+    #[must_use]
+    pub fn always(&self) -> Option<bool> {
+        let yes = self.true_positives + self.false_positives;
+        let mixed = self.positives() > 0 && self.negatives() > 0;
+        match yes {
+            _ if !mixed => None,
+            0 => Some(false),
+            _ if yes == self.answered() => Some(true),
+            _ => None,
+        }
+    }
+
     /// Cases that are positive in truth.
     #[must_use]
     pub fn positives(&self) -> u32 {
@@ -116,5 +130,25 @@ mod tests {
         let mut c = Confusion::default();
         c.count(false, true);
         assert_eq!((c.precision(), c.f1()), (None, Some(0.0)));
+    }
+
+    #[test]
+    fn one_answer_to_all_is_told_where_both_truths_are_there() {
+        let of = |counts: [u32; 4]| Confusion {
+            true_positives: counts[0],
+            false_positives: counts[1],
+            false_negatives: counts[2],
+            true_negatives: counts[3],
+        };
+        for (counts, always) in [
+            ([3, 2, 0, 0], Some(true)),
+            ([0, 0, 3, 2], Some(false)),
+            ([3, 2, 1, 0], None),
+            ([3, 0, 0, 0], None),
+            ([0, 0, 0, 2], None),
+            ([0; 4], None),
+        ] {
+            assert_eq!(of(counts).always(), always, "{counts:?}");
+        }
     }
 }

@@ -341,6 +341,41 @@ fn fits_its_schema(home: &Home, output: &str, document: &Value) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_template_that_says_yes_to_every_window_is_no_gain() {
+    let server = Server::answering(|_, request| {
+        if is_reflection(request) {
+            return Some(proposed(request));
+        }
+        let [system, user] = messages(request);
+        let said = number(&user).unwrap_or(1) % 8 == 4 || system.contains(HINT);
+        let answer = json!({ "collision": said, "obstacles": [], "justification": "so" });
+        Some(telling(request, &answer.to_string()))
+    })
+    .await;
+    let home = home(server.base_url());
+    let document = run(&home, &TUNE).status(1).json();
+    let templates = document["templates"].as_array().unwrap();
+    let always: Vec<&Value> = { templates.iter() }
+        .filter(|one| one["always"] == "yes")
+        .collect();
+    let f1 = |one: &Value| one["f1"].as_f64().unwrap();
+    let better = always.iter().any(|one| f1(one) > f1(&templates[0]));
+    assert!(better, "it has the larger F1: {document}");
+    assert!(always.iter().all(|one| one["specificity"] == 0.0));
+    assert_eq!(
+        (&document["best"], &document["found"]),
+        (&Value::Null, &json!(false))
+    );
+    let table = run(&home, &TUNE[..6]).status(1).stdout;
+    for words in [
+        "Closing speed. (always yes)",
+        "no proposal that tells windows apart",
+    ] {
+        assert!(table.contains(words), "{table}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn tune_finds_nothing_where_no_template_helps() {
     // First the same model without an ear for hints, then one that answers by chance, another one for each template.
     let by_chance = Arc::new(AtomicBool::new(false));

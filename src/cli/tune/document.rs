@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Tuned;
-use super::words::{can_find_gain, gain};
+use super::words::{can_find_gain, gain, yes_or_no};
 use crate::cli::json;
 use crate::workflow::tune::{
     Candidate, DevPart, Refusal, RefusedBecause, TuneOutcome, TunePlan, template_diff,
@@ -95,6 +95,9 @@ struct CandidateDocument {
     tn: u32,
     f1: Option<f64>,
     accuracy: Option<f64>,
+    specificity: Option<f64>,
+    /// The one answer to every question, yes or no, which is never a gain; null if they differ.
+    always: Option<&'static str>,
     /// Answers that cannot be read, which count as wrong.
     unreadable: usize,
     /// Questions without an answer.
@@ -209,6 +212,8 @@ fn candidate(plan: &TunePlan, one: &Candidate) -> CandidateDocument {
         tn: counts.true_negatives,
         f1: counts.f1(),
         accuracy: counts.accuracy(),
+        specificity: counts.specificity(),
+        always: counts.always().map(yes_or_no),
         unreadable: one.score.unreadable,
         missing: one.score.missing,
         mean_usd: one.score.usd,

@@ -83,6 +83,7 @@ fn table(outcome: &TuneOutcome) -> String {
         "",
         "from",
         outcome.measure.title(),
+        "specificity",
         "gain",
         "95 %",
         "USD/answer",
@@ -100,6 +101,7 @@ fn table(outcome: &TuneOutcome) -> String {
                 n => n.to_string(),
             }),
             share(one.score.value(outcome.measure)),
+            share(one.score.counts.specificity()),
             gain.map_or_else(String::new, |gain| format!("{:+.3}", gain.difference)),
             gain.map_or_else(String::new, |gain| {
                 format!("{:+.3} … {:+.3}", gain.interval.low, gain.interval.high)
@@ -111,7 +113,7 @@ fn table(outcome: &TuneOutcome) -> String {
                 .tokens
                 .map_or_else(|| "–".into(), |tokens| format!("{tokens:.0}")),
             if one.on_front { "yes" } else { "" }.into(),
-            one.change.clone(),
+            change(one),
         ]
     }));
     let cost = match outcome.cost {
@@ -119,7 +121,7 @@ fn table(outcome: &TuneOutcome) -> String {
         CostMeasure::Tokens => "tokens of question and answer",
         CostMeasure::Unknown => "cost, which the server does not tell",
     };
-    let lines: String = table_lines(&rows, &[2, 3, 5, 6]).collect();
+    let lines: String = table_lines(&rows, &[2, 3, 4, 6, 7]).collect();
     let asked = outcome.candidates[0].score.asked;
     format!(
         "{lines}Selection part: {}, {}. Front: {} against {cost}.\n",
@@ -127,6 +129,18 @@ fn table(outcome: &TuneOutcome) -> String {
         counted(asked, "question"),
         outcome.measure.title()
     )
+}
+
+/// What a candidate changes, and whether its answers judge anything.
+fn change(candidate: &Candidate) -> String {
+    match candidate.score.counts.always() {
+        Some(said) => format!("{} (always {})", candidate.change, yes_or_no(said)),
+        None => candidate.change.clone(),
+    }
+}
+
+pub fn yes_or_no(said: bool) -> &'static str {
+    if said { "yes" } else { "no" }
 }
 
 fn name(candidate: &Candidate) -> String {
@@ -139,7 +153,15 @@ fn name(candidate: &Candidate) -> String {
 /// What was found, in a sentence.
 pub fn gain(outcome: &TuneOutcome) -> String {
     let Some((best, gain)) = outcome.best() else {
-        return "No gain found: no proposal is better than the base.".into();
+        let alike = outcome.candidates[1..].iter();
+        return match alike
+            .filter(|one| one.score.counts.always().is_some())
+            .count()
+        {
+            0 => "No gain found: no proposal is better than the base.".into(),
+            _ => "No gain found: no proposal that tells windows apart is better than the base."
+                .into(),
+        };
     };
     let (title, compared) = (outcome.measure.title(), outcome.candidates.len() - 1);
     let of = match compared {

@@ -103,7 +103,8 @@ impl TuneOutcome {
     }
 }
 
-/// Gains of all candidates over the base, the best of them, and whether that is no chance.
+/// Gains of all candidates over the base, and the best of them. One that answers alike to every question is none: its F1
+/// may be larger, and it judges nothing.
 pub(super) fn conclude(
     plan: &TunePlan,
     selection: &[usize],
@@ -121,7 +122,9 @@ pub(super) fn conclude(
     let gain = |one: &Candidate| one.gain.map_or(0.0, |gain| gain.difference);
     // Of equally good ones the cheapest, of these the first.
     let key = |one: &Candidate| (gain(one), -cost.of_score(&one.score));
-    let better = candidates[1..].iter().filter(|one| gain(one) > 0.0);
+    let judges = |one: &&Candidate| one.score.counts.always().is_none();
+    let better = candidates[1..].iter().filter(judges);
+    let better = better.filter(|one| gain(one) > 0.0);
     let best = better.reduce(|best, one| if key(one) > key(best) { one } else { best });
     best.map(|one| one.number)
 }
