@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::context::{Above, LineKind};
-use super::mentions::{Mention, begins_with, mentions};
+use super::mentions::{Mention, begins_with, is_distance_to, mentions};
 use super::number::{Unit, name_units, numbers};
 use super::place::has_word;
 use super::sentence::Sentence;
@@ -148,6 +148,10 @@ fn sentence(
             }
             one.id.map(|id| (id, whole))
         }
+        // An aside in a text about another obstacle, which the next sentence goes on about.
+        [one] if before.is_some() && fixed.is_none() && is_distance_to(&lower, one) => {
+            one.id.map(|id| (id, whole))
+        }
         // "The distance to obstacle 7 is 3 m": its subject is the obstacle unless it has another.
         [one] => {
             above.open = before.is_some() && fixed.is_none();
@@ -155,9 +159,11 @@ fn sentence(
                 above.sentence = one.id;
             }
             let alone = before.is_none() && above.names_no_obstacle() || above.fixed() == one.id;
-            one.id
-                .filter(|_| alone)
-                .map(|id| (id, one.span.end..text.len()))
+            let part = match is_distance_to(&lower, one) {
+                true => whole,
+                false => one.span.end..text.len(),
+            };
+            one.id.filter(|_| alone).map(|id| (id, part))
         }
         _ => {
             above.sentence = None;

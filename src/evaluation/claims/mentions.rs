@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::find::{MentionContext, ends_with_word};
 use super::number::Number;
+use super::place::has_word;
 
 /// An obstacle that is named.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -139,22 +140,40 @@ pub fn mentions(lower: &str, all: &[Number], world: &MentionContext<'_>) -> Vec<
 
 /// Whether the words before a name only compare.
 fn is_compared(before: &str) -> bool {
+    let words = without_noun(before);
+    COMPARED.iter().any(|word| ends_with_word(words, word))
+}
+
+/// The words before a name without what the obstacle is called.
+fn without_noun(before: &str) -> &str {
     let mut words = before;
-    while let Some(rest) = [
-        "obstacle",
-        "obstacles",
-        "id",
-        "vehicle",
-        "car",
-        "truck",
-        "the",
-    ]
-    .iter()
-    .find_map(|word| ends_with_word(words, word).then(|| &words[..words.len() - word.len()]))
+    while let Some(rest) = CALLED
+        .iter()
+        .chain(&["the"])
+        .find_map(|word| ends_with_word(words, word).then(|| &words[..words.len() - word.len()]))
     {
         words = rest.trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_']);
     }
-    COMPARED.iter().any(|word| ends_with_word(words, word))
+    words
+}
+
+/// Whether words begin with what an obstacle is called: "3 m to car 7" is no range.
+pub fn begins_with_noun(words: &str) -> bool {
+    let words = words.strip_prefix("the ").unwrap_or(words);
+    let first = words.split(|c: char| !c.is_alphabetic()).next();
+    first.is_some_and(|word| CALLED.contains(&word))
+}
+
+/// Whether a sentence tells the distance of the ego to what it names: "the distance to car 7 is 3 m", "the smallest distance
+/// is 3 m to car 7". "Its distance to car 7" is that of another obstacle.
+pub fn is_distance_to(lower: &str, mention: &Mention) -> bool {
+    let before = without_noun(lower[..mention.span.start].trim_end_matches(['*', ' ', '`', '#']));
+    let measured = ["distance", "gap", "clearance", "separation"];
+    let others = [
+        "its", "it", "their", "they", "this", "that", "whose", "obstacle",
+    ];
+    let says = |words: &[&str]| words.iter().any(|word| has_word(before, word));
+    ends_with_word(before, "to") && says(&measured) && !says(&others)
 }
 
 /// Whether a sentence begins with a name: nothing but what obstacles are called, a label, or a time stands before it.

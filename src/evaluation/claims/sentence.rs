@@ -2,6 +2,7 @@
 
 use super::axis::{axis, axis_of, from_ego, from_number, only_axis, without_reference};
 use super::find::ends_with_word;
+use super::mentions;
 use super::number::{Number, Unit};
 use super::phrases;
 use super::place::{has_word, side_in, touches_before};
@@ -363,7 +364,9 @@ impl Sentence<'_> {
             .is_some_and(|c| ['/', '÷', '×', '–', '-', '+', '→', '<', '>', '≤', '≥'].contains(&c));
         operand
             || goes_on
-            || after.starts_with("to ")
+            || after
+                .strip_prefix("to ")
+                .is_some_and(|end| !mentions::begins_with_noun(end))
             || after.starts_with("or ")
             || near.ends_with("\\times")
             || near.ends_with("\\frac{")

@@ -104,6 +104,17 @@ fn a_length_away_or_from_the_ego_is_the_distance() {
             format!("The distance between {b} and {a} is 3.0 m."),
             vec![],
         ),
+        (
+            format!("Car {a} is 5.98 m away from the ego. The distance to car {b} is 2.43 m."),
+            vec![
+                format!("{a} distance: 5.98 m"),
+                format!("{b} distance: 2.43 m"),
+            ],
+        ),
+        (
+            format!("The smallest distance is 2.43 m to car {b}."),
+            vec![format!("{b} distance: 2.43 m")],
+        ),
         (format!("Obstacle {a} is 3.0 m away from the kerb."), vec![]),
         (format!("Obstacle {a} is 3.0 m away from {b}."), vec![]),
         (
