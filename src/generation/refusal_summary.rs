@@ -59,6 +59,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn why_nothing_passed_is_the_most_frequent_reason() {
+        let jerk = |step, value| Refusal::at(step, Reason::Jerk).with(value, 30.0);
+        let refused = vec![
+            Refusal::at(9, Reason::Overlap(7)),
+            jerk(3, 40.0),
+            jerk(4, 90.0),
+        ];
+        let mut found = super::super::SearchResult {
+            candidates: refused.len(),
+            refused,
+            ..Default::default()
+        };
+        let why = found.all_refused().map(|why| (why.count, why.worst.step));
+        assert_eq!(why, Some((2, Some(4))));
+        found.candidates += 1;
+        assert_eq!(found.all_refused(), None, "one passed");
+    }
+
+    #[test]
     fn of_each_reason_the_worst_is_told() {
         let jerk = |step, value| Refusal::at(step, Reason::Jerk).with(value, 30.0);
         let overlap = Refusal::at(9, Reason::Overlap(7));

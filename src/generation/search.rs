@@ -307,6 +307,11 @@ impl Search<'_> {
         let attempt = || {
             let obstacle = ground.obstacle(arm.obstacle)?;
             let change = motion::of_manoeuvre(ground.stage, obstacle, &manoeuvre, arm.way)?;
+            let begin = change.motions.first().map_or(0, |(step, _)| *step);
+            let allowed = self.wanted.allowed;
+            if !allowed.allow_begin(ground.stage, arm.obstacle, begin) {
+                return Err(Refusal::answer("its attack begins elsewhere than wished"));
+            }
             ground.attack(Motion::Manoeuvre(manoeuvre), change)
         };
         attempt().map_err(|refusal: Refusal| refusal.about(arm.obstacle, Some(kind)))

@@ -1,5 +1,6 @@
 //! What a search for attacks has found, and how far it is.
 
+use super::refusal_summary::{RefusalSummary, summarize};
 use super::{Attack, Consequence, Refusal};
 use crate::simulation::Outcome;
 
@@ -42,6 +43,18 @@ impl SearchResult {
         self.candidates += other.candidates;
         self.work += other.work;
         self.sort();
+    }
+
+    /// Why no motion passed the gate: the most frequent reason, with the worst case of it; nothing where one passed.
+    #[must_use]
+    pub fn all_refused(&self) -> Option<RefusalSummary> {
+        let none = self.candidates > 0 && self.refused.len() == self.candidates;
+        let reasons = summarize(&self.refused).into_iter();
+        // Of equally frequent ones the first.
+        reasons
+            .filter(|_| none)
+            .rev()
+            .max_by_key(|reason| reason.count)
     }
 
     /// Drives that an error of the planner's process ended, and the first error; nothing without one.

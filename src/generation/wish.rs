@@ -100,6 +100,13 @@ impl Wish {
                 .all(|place| comes(stage, candidate, *place))
     }
 
+    /// Whether an obstacle is where it is wished at the step at which its attack begins.
+    #[must_use]
+    pub fn allows_begin(&self, stage: &AttackContext<'_>, obstacle: i64, step: i64) -> bool {
+        let mut places = self.places.iter();
+        places.all(|place| is_at(stage, obstacle, *place, step))
+    }
+
     /// Whether a manoeuvre may be used.
     #[must_use]
     pub fn allows_manoeuvre(&self, kind: ManoeuvreKind) -> bool {
@@ -121,6 +128,12 @@ impl AllowedAttacks<'_> {
     pub(super) fn allow(&self, stage: &AttackContext<'_>, candidate: &Candidate) -> bool {
         let is_named = self.among.is_empty() || self.among.contains(&candidate.obstacle);
         is_named && self.wish.is_none_or(|wish| wish.allows(stage, candidate))
+    }
+
+    /// Whether an attack of an obstacle may begin at a step.
+    pub(super) fn allow_begin(&self, stage: &AttackContext<'_>, obstacle: i64, step: i64) -> bool {
+        let wish = self.wish;
+        wish.is_none_or(|wish| wish.allows_begin(stage, obstacle, step))
     }
 
     /// Whether a manoeuvre may be used.
@@ -154,11 +167,11 @@ impl std::fmt::Display for Wish {
 fn comes(stage: &AttackContext<'_>, candidate: &Candidate, place: AttackPlace) -> bool {
     let from = candidate.step - stage.step_at(LOOKAHEAD);
     (from.max(*stage.steps.start())..=candidate.step)
-        .any(|step| is_at(stage, candidate, place, step))
+        .any(|step| is_at(stage, candidate.obstacle, place, step))
 }
 
-fn is_at(stage: &AttackContext<'_>, candidate: &Candidate, place: AttackPlace, step: i64) -> bool {
-    let obstacle = stage.scenario.obstacle(candidate.obstacle);
+fn is_at(stage: &AttackContext<'_>, id: i64, place: AttackPlace, step: i64) -> bool {
+    let obstacle = stage.scenario.obstacle(id);
     let both = stage
         .ego_at(step)
         .zip(obstacle.and_then(|o| o.motion_at(step)));
@@ -179,12 +192,7 @@ fn is_at(stage: &AttackContext<'_>, candidate: &Candidate, place: AttackPlace, s
         AttackPlace::Behind => same && there.x < -half,
         AttackPlace::LeftLane => same && there.y > BESIDE,
         AttackPlace::RightLane => same && there.y < -BESIDE,
-        AttackPlace::Hidden => is_hidden(
-            stage,
-            candidate.obstacle,
-            (ego.pose.position, other.pose.position),
-            step,
-        ),
+        AttackPlace::Hidden => is_hidden(stage, id, (ego.pose.position, other.pose.position), step),
     }
 }
 

@@ -27,6 +27,14 @@ impl Generated {
             };
             notes.push(why);
         }
+        if let Some(reason) = made.found.all_refused() {
+            notes.push(format!(
+                "all {} were rejected, {} of them: {}",
+                output::counted(made.found.candidates, "motion"),
+                reason.count,
+                output::visible(&reason.worst.to_string())
+            ));
+        }
         let lowest = self.workshop.closed.baseline().lowest();
         if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
             notes.push(format!(

@@ -114,6 +114,18 @@ fn a_wish_allows_who_is_where_it_says() {
         of_place(&changed(-4.0, 0.0)),
         [AttackPlace::Ahead, AttackPlace::RightLane]
     );
+    // A car that changes from the right to the left while nothing is changed attacks from where it is then.
+    let (right, left) = (changed(-4.0, 0.0), changed(4.0, 0.0));
+    let (early, late) = (track.steps().start, track.steps().end - 1);
+    let motions = (early..=late).map(|step| {
+        let on = if step < 20 { &right } else { &left };
+        state(step, on.obstacle(CAR).unwrap().track().at(step).unwrap())
+    });
+    let mut crossing = Scenario::clone(scenario);
+    crossing.obstacles = vec![car(&motions.collect::<Vec<_>>(), scenario.dt())];
+    let stage = AttackContext::new(&crossing, &ego.footprint, &ego.track).unwrap();
+    let from_left = wish(&[AttackPlace::LeftLane]);
+    assert!(!from_left.allows_begin(&stage, CAR, 10) && from_left.allows_begin(&stage, CAR, 25));
     assert_eq!(of_place(&changed(0.0, FRAC_PI_2)), [AttackPlace::FromRight]);
     assert_eq!(of_place(&changed(0.0, -FRAC_PI_2)), [AttackPlace::FromLeft]);
     assert_eq!(of_place(&changed(0.0, PI)), [AttackPlace::Oncoming]);
