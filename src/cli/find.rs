@@ -149,7 +149,15 @@ pub fn run(arguments: &Find) -> Outcome {
     document.found = found.windows.iter().map(|one| line(one, &found)).collect();
     write(arguments, &document, &table(&document, &found))?;
     match found.count {
-        0 => Err(Failure::finding(format!("none of {} windows", found.of))),
+        0 => {
+            for measure in &found.nowhere {
+                output::say(&format!(
+                    "nearmiss: no window of this kind has the measure {}; `nearmiss help measures` says what has it",
+                    measure.id
+                ));
+            }
+            Err(Failure::finding(format!("none of {} windows", found.of)))
+        }
         count => {
             output::say(&format!(
                 "nearmiss: {count} of {} windows, in {}",

@@ -52,6 +52,8 @@ pub struct FoundWindow {
 pub struct FoundWindows {
     /// The measures of the filter.
     pub measures: Vec<&'static Measure>,
+    /// Of these, those that no window of the manoeuvres, roads and road users in the filter has.
+    pub nowhere: Vec<&'static Measure>,
     /// Windows in the index.
     pub of: u64,
     /// How many were found.
@@ -132,6 +134,7 @@ pub fn search_index(
         most: search.most,
         found: FoundWindows {
             measures: measures.clone(),
+            nowhere: measures.clone(),
             ..FoundWindows::default()
         },
         in_scenarios: BTreeSet::new(),
@@ -221,6 +224,11 @@ impl Searching<'_> {
                 at.and_then(|at| values[at])
             }
         };
+        if !self.found.nowhere.is_empty() && self.filter.is_of_kind(&window) {
+            self.found
+                .nowhere
+                .retain(|measure| value(measure).is_none());
+        }
         if !self.filter.holds_of_window(&window, value) {
             return;
         }

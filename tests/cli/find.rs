@@ -61,6 +61,16 @@ fn numbers_are_those_of_the_window_and_terms_about_scenarios_read_them() {
         ];
         home.run(&run).json()
     };
+    let tailgating = [
+        "find",
+        "--filter",
+        "manoeuvre:followed time_gap<9",
+        "--index",
+        "index",
+    ];
+    home.run(&tailgating)
+        .status(1)
+        .says(&["no window of this kind has the measure time_gap", "none of"]);
     let close = find("ttc<1.5");
     for window in close["found"].as_array().unwrap() {
         assert!(window["values"]["ttc"].as_f64().unwrap() < 1.5, "{window}");

@@ -163,7 +163,12 @@ impl Filter {
             }
             _ => true,
         });
-        measured && some_window_holds(&self.windows, std::slice::from_ref(window))
+        measured && self.is_of_kind(window)
+    }
+
+    /// Whether a window satisfies the terms about windows, whatever its measures are.
+    pub fn is_of_kind(&self, window: &CellWindows) -> bool {
+        some_window_holds(&self.windows, std::slice::from_ref(window))
     }
 
     /// Whether it has terms or words that ask for more than [`Self::holds_of_window`].
