@@ -325,9 +325,8 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     }
     if !answer.tool_rounds.is_empty() {
         text.push_str(&format!(
-            "tool calls    {} in {} rounds\n",
-            tool_rounds::calls(&answer.tool_rounds),
-            answer.tool_rounds.len()
+            "tool calls    {}\n",
+            tool_rounds::words(&answer.tool_rounds, "")
         ));
     }
     let consumed = &answer.consumed;

@@ -11,9 +11,7 @@ const ENDINGS: [&str; 3] = [".ego_trajectory.csv", ".solution.xml", ".json"];
 /// The paths without side files of scenarios that are named with them, which are said. A file that is named without its
 /// scenario stays.
 pub fn without_side_files(paths: &[PathBuf]) -> Vec<PathBuf> {
-    let named: HashSet<&Path> = paths.iter().map(PathBuf::as_path).collect();
-    let (aside, kept): (Vec<&PathBuf>, Vec<&PathBuf>) =
-        paths.iter().partition(|path| is_aside(path, &named));
+    let (aside, kept) = partition(paths);
     if let Some(first) = aside.first() {
         let more = match aside.len() {
             1 => String::new(),
@@ -25,6 +23,12 @@ pub fn without_side_files(paths: &[PathBuf]) -> Vec<PathBuf> {
         ));
     }
     kept.into_iter().cloned().collect()
+}
+
+/// Side files of scenarios that are named with them, and the other paths.
+pub fn partition(paths: &[PathBuf]) -> (Vec<&PathBuf>, Vec<&PathBuf>) {
+    let named: HashSet<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    paths.iter().partition(|path| is_aside(path, &named))
 }
 
 fn is_aside(path: &Path, named: &HashSet<&Path>) -> bool {

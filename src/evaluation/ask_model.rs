@@ -136,9 +136,8 @@ impl Asking {
         on_event(Event::Tools(Box::new(round)));
         if !tool_rounds::may_call(&self.answer.tool_rounds, limits) {
             let note = format!(
-                "{} rounds and {} calls of tools are made, the most allowed; the model answers without tools",
-                self.answer.tool_rounds.len(),
-                tool_rounds::calls(&self.answer.tool_rounds),
+                "{}, the most allowed; the model answers without tools",
+                tool_rounds::words(&self.answer.tool_rounds, "tool call"),
             );
             on_event(Event::Chunk(Chunk::Note(note)));
         }

@@ -288,8 +288,11 @@ fn continued_rounds(
     if !rounds.is_empty() {
         store.keep_rounds(id, &json)?;
         on_event(Event::Chunk(Chunk::Note(format!(
-            "continuing after {} rounds of tool calls of run {earlier}; they are not asked again",
-            rounds.len()
+            "continuing after {} of tool calls of run {earlier}; they are not asked again",
+            match rounds.len() {
+                1 => "1 round".to_string(),
+                all => format!("{all} rounds"),
+            }
         ))));
         for round in &rounds {
             on_event(Event::Tools(Box::new(round.clone())));

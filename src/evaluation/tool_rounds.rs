@@ -62,9 +62,39 @@ pub fn answered(question: &Question, turn: ToolTurn, made: u32, limits: &ToolLim
 /// The result of a call beyond the limit.
 fn over_limit(limits: &ToolLimits) -> String {
     let most = limits.calls;
-    error(&format!(
-        "the limit of {most} tool calls is reached; answer now"
-    ))
+    error(&format!("{BEFORE_LIMIT}{most}{AFTER_LIMIT}"))
+}
+
+/// The error of a call beyond the limit, around the number.
+const BEFORE_LIMIT: &str = "the limit of ";
+
+/// See [`BEFORE_LIMIT`].
+const AFTER_LIMIT: &str = " tool calls is reached; answer now";
+
+/// Whether a result is that of [`over_limit`].
+fn is_over_limit(result: &str) -> bool {
+    let document: Value = serde_json::from_str(result).unwrap_or_default();
+    let message = document["error"].as_str().unwrap_or_default();
+    { message.strip_prefix(BEFORE_LIMIT) }.is_some_and(|rest| rest.ends_with(AFTER_LIMIT))
+}
+
+/// How many calls were answered in how many rounds: ``4 {noun}s in 2 rounds, 2 more refused``.
+#[must_use]
+pub fn words(rounds: &[ToolRound], noun: &str) -> String {
+    let results = rounds.iter().flat_map(|round| &round.results);
+    let refused = results.filter(|result| is_over_limit(result)).count();
+    let made = (calls(rounds) as usize).saturating_sub(refused);
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
+    let noun = match noun {
+        "" => String::new(),
+        noun => format!(" {noun}{}", plural(made)),
+    };
+    let refused = match refused {
+        0 => String::new(),
+        n => format!(", {n} more refused"),
+    };
+    let all = rounds.len();
+    format!("{made}{noun} in {all} round{}{refused}", plural(all))
 }
 
 /// The result of a call as the model gets it.
@@ -190,6 +220,33 @@ mod tests {
             schema: None,
             tools: Some(tools),
         }
+    }
+
+    #[test]
+    fn refused_calls_are_counted_apart() {
+        let limits = ToolLimits {
+            calls: 1,
+            ..ToolLimits::default()
+        };
+        let call = ToolCall {
+            id: "call".into(),
+            name: "distance".into(),
+            arguments: "{}".into(),
+        };
+        let round = |count: usize, results: Vec<String>| ToolRound {
+            turn: ToolTurn {
+                calls: vec![call.clone(); count],
+                ..ToolTurn::default()
+            },
+            results,
+        };
+        let one = round(1, vec!["{}".into()]);
+        assert_eq!(
+            words(std::slice::from_ref(&one), "tool call"),
+            "1 tool call in 1 round"
+        );
+        let more = round(2, vec![over_limit(&limits); 2]);
+        assert_eq!(words(&[one, more], ""), "1 in 2 rounds, 2 more refused");
     }
 
     /// Rounds as long as they can be: turns of many bytes a token, told again as the server wants them.

@@ -55,6 +55,19 @@ pub struct BeyondVehicle {
     pub worst: Broken,
 }
 
+impl std::fmt::Display for BeyondVehicle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (steps, worst) = (self.steps, &self.worst);
+        let plural = if steps == 1 { "" } else { "s" };
+        let (name, unit) = (worst.bound.name(), worst.bound.unit());
+        write!(
+            f,
+            "{steps} step{plural} beyond the vehicle, worst: {name} {:.2} {unit} at step {}, at most {:.2}",
+            worst.value, worst.step, worst.most
+        )
+    }
+}
+
 /// Risk scores at which an obstacle counts as a near miss: 1, or 0 without a contact at a step.
 const NEAR_MISS: u8 = 1;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{OpenError, OpenRequest, PlannerFailure, open};
+use super::{MissingEgo, OpenError, OpenRequest, PlannerFailure, open};
 use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
 use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
@@ -62,6 +62,8 @@ pub struct PreparedPlan {
     pub scenario: Arc<Scenario>,
     /// The scene with the ego that the scenario has otherwise.
     pub recorded: Option<Arc<Scene>>,
+    /// Why there is none.
+    missing: Option<MissingEgo>,
     /// How is planned.
     pub settings: Settings,
     /// The planner; the built-in one where none is named.
@@ -99,13 +101,17 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         OpenError::Scenario(error) => PlanError::Unreadable(error.to_string()),
         error => PlanError::Unreadable(format!("{}: {error}", entry.display())),
     })?;
-    let recorded = opened.scene.ok();
+    let (recorded, missing) = match opened.scene {
+        Ok(scene) => (Some(scene), None),
+        Err(why) => (None, Some(why)),
+    };
     let scenario = opened.scenario;
     let problem = chosen(entry, &scenario, recorded.as_deref(), request.problem)?;
     within_horizon(entry, &scenario, request.settings)?;
     let prepared = PreparedPlan {
         scenario,
         recorded,
+        missing,
         settings: *request.settings,
         planner: None,
         name: entry.name.clone(),
@@ -256,7 +262,11 @@ impl PreparedPlan {
     /// [`PlanError::NothingToPlan`]: the scenario has no recorded ego of the problem, or that of [`Self::run`].
     pub fn recorded_drive(self, cancel: &Cancel) -> Result<PlanOutcome, PlanError> {
         let Some(scene) = self.recorded_ego().cloned() else {
-            return Err(self.nothing(&"no recorded ego to compare with"));
+            let why = match &self.missing {
+                Some(MissingEgo::Unusable(why)) => format!(": {why}"),
+                Some(MissingEgo::NotRecorded) | None => String::new(),
+            };
+            return Err(self.nothing(&format!("no recorded ego to compare with{why}")));
         };
         let driver = self.driver(&self.scenario, cancel);
         let driver = driver.map_err(|error| self.nothing(&error))?;

@@ -114,3 +114,97 @@ fn resources_of_two_folders_are_told_apart_and_measured_before_they_are_read() {
     }
     client.end();
 }
+
+#[test]
+fn without_a_recorded_ego_clients_choose_one() {
+    let home = Home::new();
+    std::fs::create_dir(home.files().join("in")).unwrap();
+    home.write("in/a.xml", bundled("ZAM_CutIn-1_1_T-1.xml"));
+    let mut client = Client::start(&home, &["in"]);
+    let prompt = |client: &mut Client, ego: Value| {
+        let arguments = json!({"scenario": "a.xml", "at": "20", "ego": ego});
+        let asked = json!({"name": "collision-ego", "arguments": arguments});
+        client.ask("prompts/get", asked)
+    };
+    let prompted = prompt(&mut client, Value::Null)["error"]["message"].clone();
+    let said = client.call("list_obstacles", json!({"scenario": "a.xml"}));
+    let wanted = "the scenario has no recorded ego; give `ego`, the id of an obstacle: 301";
+    for why in [prompted, said["content"][0]["text"].clone()] {
+        let why = why.as_str().unwrap();
+        assert!(why.starts_with(wanted) && !why.contains("--"), "{why}");
+    }
+    let of = |ego: &str, client: &mut Client| {
+        let said = prompt(client, json!(ego));
+        assert!(said["result"]["messages"].is_array(), "{said}");
+        said["result"]["messages"].to_string()
+    };
+    assert_ne!(of("301", &mut client), of("302", &mut client));
+    assert_eq!(prompt(&mut client, json!("near"))["error"]["code"], -32602);
+    // What is wrong with a file beside it is said, with the same way out.
+    home.write("in/a.ego_trajectory.csv", "no,table\n");
+    let said = client.call("list_obstacles", json!({"scenario": "a.xml"}));
+    let why = said["content"][0]["text"].as_str().unwrap();
+    assert!(
+        why.contains("a.ego_trajectory.csv") && why.contains("give `ego`"),
+        "{why}"
+    );
+    client.end();
+}
+
+#[test]
+fn wrong_arguments_are_told_in_words_of_the_protocol() {
+    let home = Home::new();
+    std::fs::create_dir(home.files().join("in")).unwrap();
+    let mut client = Client::start(&home, &["in"]);
+    let mut why = |tool: &str, arguments: Value| {
+        let said = client.call(tool, arguments);
+        assert_eq!(said["isError"], true, "{said}");
+        said["content"][0]["text"].as_str().unwrap().to_string()
+    };
+    for tool in ["list_obstacles", "plan"] {
+        let said = why(tool, json!({"scenario": 5}));
+        assert!(
+            said.starts_with("argument `scenario` is 5, no string"),
+            "{said}"
+        );
+    }
+    let said = why("distance", json!({"scenario": CUT_IN, "zzz": 1}));
+    for name in ["scenario", "at", "history", "ego", "obstacle"] {
+        assert!(said.contains(name), "{name}: {said}");
+    }
+    for (tool, arguments, wanted) in [
+        (
+            "generate",
+            json!({"candidates": -1}),
+            "`candidates` is -1; expected a whole number from 1 to 100000",
+        ),
+        (
+            "generate",
+            json!({"seed": -1}),
+            "`seed` is -1; expected a whole number, 0 or more",
+        ),
+        (
+            "generate",
+            json!({"zzz": 1}),
+            "available: scenario, candidates, seed",
+        ),
+        (
+            "render",
+            json!({"at": 9999}),
+            "`at` 9999: the recording has steps",
+        ),
+    ] {
+        let mut arguments = arguments;
+        arguments["scenario"] = json!(CUT_IN);
+        let said = why(tool, arguments);
+        assert!(said.contains(wanted) && !said.contains("--"), "{said}");
+    }
+    // Bundled scenarios open beside folders, and no text says that only files of folders do.
+    let said = client.call("list_obstacles", json!({"scenario": CUT_IN}));
+    assert_eq!(said["isError"], false, "{said}");
+    let said = client
+        .call("list_obstacles", json!({"scenario": "zzz.xml"}))
+        .to_string();
+    assert!(!said.contains("can be opened"), "{said}");
+    client.end();
+}

@@ -186,6 +186,13 @@ fn prompts_are_filled_aside() {
         json!({"name": "safety-ego", "arguments": {"scenario": CUT_IN, "at": 9999}}),
     );
     assert_eq!(missing["error"]["code"], -32602, "{missing}");
+    let other = client.ask(
+        "prompts/get",
+        json!({"name": "safety-ego", "arguments": {"scenario": CUT_IN, "egoo": "7"}}),
+    );
+    assert_eq!(other["error"]["code"], -32602, "{other}");
+    let why = other["error"]["message"].as_str().unwrap();
+    assert!(why.contains("`egoo`") && why.contains("`ego`"), "{why}");
     let unknown = client.ask(
         "prompts/get",
         json!({"name": "no", "arguments": {"scenario": CUT_IN}}),
@@ -233,4 +240,33 @@ async fn models_are_asked_within_the_budget_of_the_session() {
         assert_eq!(again["isError"], false, "{again}");
         client.end();
     });
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_model_is_asked_with_the_limit_of_the_call_where_the_configuration_has_none() {
+    let dialect = nearmiss::llm::Dialect::OpenAiChat;
+    let home = Home::new();
+    let verdict = r#"{"collision": false, "obstacles": [], "justification": "Far."}"#;
+    let server =
+        Server::answering(move |_, _| Some(script(dialect).send(saying(dialect, verdict)))).await;
+    let url = server.base_url();
+    let config = format!(
+        "[provider.lab]\nbase_url = \"{url}\"\n[[provider.lab.prices]]\nmodel = \"tiny\"\ninput = 1\noutput = 1\n"
+    );
+    home.write(home.config().join("config.toml"), config);
+    tokio::task::block_in_place(|| {
+        let mut client = Client::start(&home, &["--allow-models", "--budget", "0.02"]);
+        let asked = |client: &mut Client, limit: Value| {
+            let arguments = json!({"scenario": CUT_IN, "model": "lab/tiny", "max_tokens": limit});
+            client.call("ask_model", arguments)
+        };
+        let unlimited = asked(&mut client, Value::Null);
+        assert!(unlimited.to_string().contains("max_tokens"), "{unlimited}");
+        let none = asked(&mut client, json!(0)).to_string();
+        assert!(none.contains("a whole number from 1 to"), "{none}");
+        let answer = asked(&mut client, json!(200));
+        assert_eq!(answer["structuredContent"]["collision"], false, "{answer}");
+        client.end();
+    });
+    assert_eq!(server.requests().len(), 1);
 }

@@ -224,6 +224,12 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
     };
     assert_eq!(of("mean_jerk")["scenarios"], 0);
     assert_eq!(of("planner_error")["scenarios"], 1);
+    // Why a recorded ego cannot be read is said.
+    let ego = super::bundled_ego(CUT_IN);
+    let twice = format!("{ego}{}\n", ego.trim_end().lines().last().unwrap());
+    home.write(format!("{CUT_IN}.ego_trajectory.csv"), twice);
+    let unread = home.run(&told).status(2);
+    unread.says(&["no recorded ego to compare with", "given twice"]);
     home.run(&["plan", CUT_IN, "--planner", "recorded"])
         .status(2)
         .says(&["no planner of this name"]);

@@ -126,12 +126,14 @@ async fn endless_calls_end_at_the_limits() {
     let home = Home::new();
     let server = played(dialect, endless()).await;
     let limited = ask(&home, server.base_url(), dialect, &["--tool-rounds", "3"]).status(0);
-    limited.says(&["the most allowed; the model answers without tools"]);
+    limited.says(&["9 tool calls in 3 rounds, the most allowed; the model answers without tools"]);
     assert_eq!(server.requests().len(), 4);
     assert!(!may_call(&server.requests()[3].json()));
     let home = Home::new();
     let server = played(dialect, endless()).await;
-    ask(&home, server.base_url(), dialect, &["--tool-calls", "4"]).status(0);
+    let few = ask(&home, server.base_url(), dialect, &["--tool-calls", "4"]).status(0);
+    // Calls that were refused are not made.
+    few.says(&["4 tool calls in 2 rounds, 2 more refused, the most allowed"]);
     assert_eq!(server.requests().len(), 3);
     assert!(
         rounds(&home)[1]["results"][2]
@@ -204,7 +206,7 @@ async fn a_killed_run_goes_on_after_its_paid_rounds() {
     assert_eq!(server.requests().len(), 2);
     let ended = ask(&home, &url, dialect, &[]).status(0);
     let document = ended.json();
-    ended.says(&["continuing after 1 rounds of tool calls"]);
+    ended.says(&["continuing after 1 round of tool calls"]);
     assert_eq!(document["dangerous"], false);
     // The first request was not sent again.
     let bodies = server.requests().into_iter().map(|r| r.json());
@@ -236,7 +238,7 @@ async fn rounds_that_the_server_refuses_are_left_out() {
         .says(&["no such call"]);
     assert_eq!(server.requests().len(), 2);
     let ended = ask(&home, url, dialect, &[]).status(0);
-    let ended = ended.says(&["continuing after 1 rounds", "asking from the beginning"]);
+    let ended = ended.says(&["continuing after 1 round ", "asking from the beginning"]);
     assert_eq!(ended.json()["dangerous"], false);
     assert_eq!(server.requests().len(), 4);
 }

@@ -1,6 +1,7 @@
 //! Lists stored batches with their progress and contents.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,6 +9,7 @@ use serde_json::Value;
 
 use super::{number, some};
 use crate::cli::filters::store_to_read;
+use crate::cli::side_files::partition;
 use crate::cli::{Failure, Outcome, json, output, time};
 use crate::evaluation::Protocol;
 use crate::evaluation::batch::{Matrix, Spec};
@@ -63,14 +65,9 @@ pub fn list(as_json: bool) -> Outcome {
             if let Some(title) = &spec.title {
                 text.push_str(&format!("      {title}\n"));
             }
-            let paths: Vec<String> = spec.paths.iter().map(|p| p.display().to_string()).collect();
             text.push_str(&format!(
-                "      {}: {} · truth: {}{}\n",
-                number(
-                    usize::try_from(progress.scenarios).unwrap_or(usize::MAX),
-                    "scenario"
-                ),
-                some(&paths),
+                "      {} · truth: {}{}\n",
+                scenarios(progress.scenarios, &spec.paths),
                 spec.truth.words(),
                 spec.ego.planner().map_or(String::new(), |drives| format!(
                     " · egos {}",
@@ -83,6 +80,20 @@ pub fn list(as_json: bool) -> Outcome {
         output::say("nearmiss: no batches yet; `nearmiss evaluate FOLDER --model …` starts one");
     }
     output::text(&output::visible(&text))
+}
+
+/// How many scenarios a batch asks about, and the paths that were named for it: folders, or files of which some may not be
+/// asked about.
+fn scenarios(asked: u64, paths: &[PathBuf]) -> String {
+    let (_, named) = partition(paths);
+    let asked = usize::try_from(asked).unwrap_or(usize::MAX);
+    let of = match named.len() {
+        0 | 1 => String::new(),
+        all if all == asked => String::new(),
+        all => format!(" of {}", number(all, "path")),
+    };
+    let named: Vec<String> = named.iter().map(|p| p.display().to_string()).collect();
+    format!("{}{of}: {}", number(asked, "scenario"), some(&named))
 }
 
 /// A batch for programs: its progress, and what it asks; `problem` where that cannot be read.
@@ -221,4 +232,26 @@ fn varied(matrix: &Matrix) -> String {
 
 fn joined<T>(values: &[T], word: impl Fn(&T) -> String) -> String {
     values.iter().map(word).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_and_scenarios_are_counted_apart() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let all =
+            ["A", "B", "C", "D"].map(|n| [format!("{n}.xml"), format!("{n}.ego_trajectory.csv")]);
+        let all: Vec<&str> = all.iter().flatten().map(String::as_str).collect();
+        assert_eq!(
+            scenarios(4, &paths(&all)),
+            "4 scenarios: A.xml, B.xml, C.xml and 1 more"
+        );
+        assert_eq!(
+            scenarios(1, &paths(&["A.xml", "B.xml"])),
+            "1 scenario of 2 paths: A.xml, B.xml"
+        );
+        assert_eq!(scenarios(9, &paths(&["folder"])), "9 scenarios: folder");
+    }
 }

@@ -13,10 +13,74 @@ pub struct Job {
     pub about: &'static str,
     /// The command.
     pub command: &'static str,
-    /// Its options: name of the argument, option, kind (`string`, `integer`, `number`), what it means.
-    pub options: &'static [(&'static str, &'static str, &'static str, &'static str)],
+    /// Its options.
+    pub options: &'static [JobOption],
+    /// Whether it is about the ego, the recorded one where the arguments choose none.
+    pub needs_ego: bool,
     /// Whether it may cost money.
     pub paid: bool,
+}
+
+/// What the value of an option is.
+#[derive(Debug, Clone, Copy)]
+pub enum JobValue {
+    /// Text that does not begin with `-`.
+    Text,
+    /// One of some words.
+    Word(&'static [&'static str]),
+    /// A whole number from the first to the second, ends included; without bounds where there is none.
+    Whole(Option<u64>, Option<u64>),
+    /// A number.
+    Number,
+}
+
+/// An option of a job's command as an argument of its tool.
+#[derive(Debug)]
+pub struct JobOption {
+    /// The argument.
+    pub name: &'static str,
+    /// The option.
+    pub option: &'static str,
+    /// What its value is.
+    pub value: JobValue,
+    /// What it means.
+    pub about: &'static str,
+}
+
+const fn option(
+    name: &'static str,
+    option: &'static str,
+    value: JobValue,
+    about: &'static str,
+) -> JobOption {
+    JobOption {
+        name,
+        option,
+        value,
+        about,
+    }
+}
+
+impl JobOption {
+    /// What clients are told of it.
+    pub fn schema(&self) -> Value {
+        let mut schema = match self.value {
+            JobValue::Text => json!({"type": "string"}),
+            JobValue::Word(words) => json!({"type": "string", "enum": words}),
+            JobValue::Whole(least, most) => {
+                let mut schema = json!({"type": "integer"});
+                for (name, bound) in [("minimum", least), ("maximum", most)] {
+                    if let Some(bound) = bound {
+                        schema[name] = bound.into();
+                    }
+                }
+                schema
+            }
+            JobValue::Number => json!({"type": "number"}),
+        };
+        schema["description"] = self.about.into();
+        schema
+    }
 }
 
 /// The jobs.
@@ -27,6 +91,7 @@ pub const JOBS: &[Job] = &[
                 limits, times. Reports progress; takes seconds.",
         command: "plan",
         options: &[],
+        needs_ego: false,
         paid: false,
     },
     Job {
@@ -35,14 +100,20 @@ pub const JOBS: &[Job] = &[
                 manoeuvre, outcome, who could have avoided it. Writes nothing. Reports progress; takes seconds to minutes.",
         command: "generate",
         options: &[
-            (
+            option(
                 "candidates",
                 "--candidates",
-                "integer",
+                JobValue::Whole(Some(1), Some(100_000)),
                 "Most motions that are tried.",
             ),
-            ("seed", "--seed", "integer", "Seed of the search."),
+            option(
+                "seed",
+                "--seed",
+                JobValue::Whole(Some(0), None),
+                "Seed of the search.",
+            ),
         ],
+        needs_ego: false,
         paid: false,
     },
     Job {
@@ -50,41 +121,56 @@ pub const JOBS: &[Job] = &[
         about: "Draws the map with all participants at a step, as an SVG text.",
         command: "render",
         options: &[
-            (
+            option(
                 "at",
                 "--at",
-                "integer",
+                JobValue::Whole(None, None),
                 "Time step; the most telling one where it is left out.",
             ),
             EGO_OPTION,
         ],
+        needs_ego: false,
         paid: false,
     },
     Job {
         name: "ask_model",
-        about: "Asks a language model about the scenario; costs what its provider charges. The answer is stored.",
+        about: "Asks a language model about the scenario; costs what its provider charges. The answer is stored. Needs \
+                `max_tokens` where the server's configuration sets no limit of tokens.",
         command: "ask",
         options: &[
-            ("model", "--model", "string", "provider/model."),
-            (
+            option("model", "--model", JobValue::Text, "provider/model."),
+            option(
                 "task",
                 "--task",
-                "string",
+                JobValue::Word(&["collision", "safety"]),
                 "collision or safety; collision where it is left out.",
             ),
             EGO_OPTION,
-            (
+            option(
                 "budget",
                 "--budget",
-                "number",
-                "Most that it may cost, US dollars.",
+                JobValue::Number,
+                "Most that it may cost, US dollars; what is left of the session's budget where it is left out.",
+            ),
+            option(
+                "max_tokens",
+                "--max-tokens",
+                JobValue::Whole(Some(1), Some(u32::MAX as u64)),
+                "Most tokens of the answer, which bound its cost; `max_tokens` of the server's config.toml where it is left \
+                 out.",
             ),
         ],
+        needs_ego: true,
         paid: true,
     },
 ];
 
 impl Job {
+    /// Whether it needs the ego recorded beside the scenario: the arguments choose none.
+    pub fn needs_recorded_ego(&self, arguments: &Value) -> bool {
+        self.needs_ego && arguments[EGO.0].is_null()
+    }
+
     /// Whether clients call it as a tool.
     pub fn is_tool(&self) -> bool {
         JOBS.iter().any(|job| job.name == self.name)
@@ -122,8 +208,8 @@ pub fn tools(oracles: bool, paid: bool) -> Value {
             "required": ["scenario"],
             "additionalProperties": false,
         });
-        for (name, _, kind, about) in job.options {
-            schema["properties"][name] = json!({"type": kind, "description": about});
+        for option in job.options {
+            schema["properties"][option.name] = option.schema();
         }
         json!({
             "name": job.name,
@@ -143,14 +229,15 @@ const EGO: (&str, &str, &str) = (
 );
 
 /// The same as an option of a job.
-const EGO_OPTION: (&str, &str, &str, &str) = (EGO.0, "--ego", EGO.1, EGO.2);
+pub const EGO_OPTION: JobOption = option(EGO.0, "--ego", JobValue::Whole(None, None), EGO.2);
 
 /// Where a tool of the table looks: argument, type, meaning.
 pub const PLACE: [(&str, &str, &str); 4] = [
     (
         "scenario",
         "string",
-        "Path of the scenario below the server's folders, or the name of a bundled one; resources/list has all.",
+        "Path of a scenario below the server's folders, or the name of a bundled one; resources/list has those of the \
+         folders, or the bundled ones where the server has no folders.",
     ),
     (
         "at",
@@ -164,3 +251,19 @@ pub const PLACE: [(&str, &str, &str); 4] = [
     ),
     EGO,
 ];
+
+/// The argument `scenario` of a call.
+///
+/// # Errors
+/// In words: it is missing, or no string.
+pub fn scenario(arguments: &Value) -> Result<&str, String> {
+    let shown = |value: &Value| value.to_string().chars().take(80).collect::<String>();
+    match &arguments["scenario"] {
+        Value::String(name) => Ok(name),
+        Value::Null => Err("argument `scenario` is missing: the path or name of a scenario".into()),
+        other => Err(format!(
+            "argument `scenario` is {}, no string; expected the path or name of a scenario",
+            shown(other)
+        )),
+    }
+}

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::catalogue::Job;
+use super::catalogue::{Job, JobOption, JobValue};
 use crate::system::ProcessGroup;
 
 /// How often a job is looked at.
@@ -44,23 +44,65 @@ pub enum JobEnd {
 pub fn arguments(job: &Job, scenario: &str, given: &Value) -> Result<Vec<String>, String> {
     let mut words = vec![job.command.to_string(), scenario.to_string()];
     for (name, value) in given.as_object().into_iter().flatten() {
-        if name == "scenario" {
+        // Some models write null for what they leave out.
+        if name == "scenario" || value.is_null() {
             continue;
         }
-        let known = job.options.iter().find(|(known, ..)| known == name);
-        let Some((_, option, kind, _)) = known else {
-            let options = job.options.iter().map(|(known, ..)| *known);
-            return Err(crate::system::unknown("argument", name, options));
+        let known = job.options.iter().find(|known| known.name == name);
+        let Some(known) = known else {
+            let options = job.options.iter().map(|known| known.name);
+            let all = std::iter::once("scenario").chain(options);
+            let name: String = name.chars().take(64).collect();
+            return Err(crate::system::unknown("argument", &name, all));
         };
-        let word = match (*kind, value) {
-            ("string", Value::String(text)) if !text.starts_with('-') => text.clone(),
-            ("integer", Value::Number(n)) if n.is_i64() || n.is_u64() => n.to_string(),
-            ("number", Value::Number(n)) => n.to_string(),
-            _ => return Err(format!("argument `{name}` is no {kind}")),
-        };
-        words.push(format!("{option}={word}"));
+        words.push(format!("{}={}", known.option, word(known, value)?));
     }
     Ok(words)
+}
+
+/// A value as a word of the command line.
+fn word(option: &JobOption, value: &Value) -> Result<String, String> {
+    let (word, expected) = match (option.value, value) {
+        (JobValue::Text, Value::String(text)) if !text.starts_with('-') => {
+            (Some(text.clone()), String::new())
+        }
+        (JobValue::Text, _) => (None, "text that does not begin with `-`".into()),
+        (JobValue::Word(words), value) => {
+            let given = value.as_str().filter(|given| words.contains(given));
+            (given.map(str::to_string), words.join(" or "))
+        }
+        (JobValue::Whole(least, most), value) => {
+            let whole = value.as_i64().map(i128::from);
+            let whole = whole.or_else(|| value.as_u64().map(i128::from));
+            let holds = |n: &i128| {
+                least.is_none_or(|least| *n >= least.into())
+                    && most.is_none_or(|most| *n <= most.into())
+            };
+            let range = match (least, most) {
+                (Some(least), Some(most)) => format!("a whole number from {least} to {most}"),
+                (Some(least), None) => format!("a whole number, {least} or more"),
+                (None, Some(most)) => format!("a whole number, at most {most}"),
+                (None, None) => "a whole number".into(),
+            };
+            (whole.filter(holds).map(|n| n.to_string()), range)
+        }
+        (JobValue::Number, Value::Number(n)) => (Some(n.to_string()), String::new()),
+        (JobValue::Number, _) => (None, "a number".into()),
+    };
+    word.ok_or_else(|| {
+        let got: String = value.to_string().chars().take(80).collect();
+        format!("argument `{}` is {got}; expected {expected}", option.name)
+    })
+}
+
+/// An error of a job's command in the words of its arguments: clients have no options.
+pub fn told(job: &Job, why: &str) -> String {
+    // What clap adds leads to a text that clients do not see.
+    let why = why.replace("For more information, try '--help'.", "");
+    let told = job.options.iter().fold(why, |why, option| {
+        why.replace(option.option, &format!("`{}`", option.name))
+    });
+    told.trim_end().to_string()
 }
 
 /// Runs a job; `tell` is given the seconds it has taken so far.

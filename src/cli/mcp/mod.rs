@@ -32,8 +32,8 @@ use token::Token;
 /// Arguments of `mcp`.
 #[derive(Debug, clap::Args)]
 pub struct Mcp {
-    /// Folders whose scenarios clients may open; nothing outside them is read, and nothing is written [default: none, the
-    /// bundled scenarios alone].
+    /// Folders whose scenarios clients may open, besides the bundled ones; no scenario outside them is read, and nothing is
+    /// written [default: none, the bundled scenarios alone].
     folders: Vec<PathBuf>,
     /// Also offer the oracles: the recorded future, contacts, and the built-in judge's verdict. Without them, clients can
     /// still read whole recordings; models that are being judged belong to `ask --tools`.

@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
 use crate::scenario::Scene;
 use crate::system::{files_opened_by, shown_path};
-use crate::workflow::{OpenRequest, open};
+use crate::workflow::{OpenError, OpenRequest, open};
 
 /// The folders, and the scenes opened so far.
 #[derive(Debug)]
@@ -50,6 +50,8 @@ impl Kept {
 enum NotOpened {
     /// It reads what clients may not see.
     Outside,
+    /// No ego was chosen and none recorded beside it can be used: why, and which obstacles may be it.
+    NoEgo(String, Vec<i64>),
     /// In words.
     Unreadable(String),
 }
@@ -60,10 +62,22 @@ impl NotOpened {
             Self::Outside => "the scenario reads a file outside the folders of this server: its ego, map or table lies \
                               there, a link leads there, or it names the file; start the server with the folder above"
                 .into(),
+            Self::NoEgo(why, possible) => {
+                let some: Vec<String> = possible.iter().take(SHOWN).map(i64::to_string).collect();
+                let more = if possible.len() > SHOWN { ", …" } else { "" };
+                let ids = match some.is_empty() {
+                    true => String::new(),
+                    false => format!(": {}{more}", some.join(", ")),
+                };
+                format!("{why}; give `ego`, the id of an obstacle{ids}")
+            }
             Self::Unreadable(why) => why,
         }
     }
 }
+
+/// Possible egos that an error names.
+const SHOWN: usize = 8;
 
 /// Scenes that are kept open.
 const KEPT: usize = 64;
@@ -98,7 +112,10 @@ impl Places {
         let roots: Vec<String> = roots.collect();
         match roots.is_empty() {
             true => "clients may open the bundled scenarios".into(),
-            false => format!("clients may open scenarios below {}", roots.join(", ")),
+            false => format!(
+                "clients may open scenarios below {} and the bundled ones",
+                roots.join(", ")
+            ),
         }
     }
 
@@ -150,9 +167,7 @@ impl Places {
             return Ok(entry);
         }
         if name.is_empty() || name.contains('\0') || name.len() > 4096 {
-            return Err(
-                "`scenario` is no path; resources/list has those that can be opened".into(),
-            );
+            return Err("`scenario` is no path; resources/list has the names of scenarios".into());
         }
         for root in &self.roots {
             let candidate = root.join(name);
@@ -169,7 +184,7 @@ impl Places {
             return Ok(entry);
         }
         Err(format!(
-            "no scenario `{shown}` in the folders of this server; resources/list has those that can be opened"
+            "no scenario `{shown}` in the folders of this server; resources/list has the names of scenarios"
         ))
     }
 
@@ -184,15 +199,16 @@ impl Places {
     }
 
     /// Whether nothing outside the folders is read to open a scenario: maps, tables and egos that lie beside it, and what
-    /// it names.
+    /// it names. With `recorded_ego` also whether an ego was recorded beside it.
     ///
     /// # Errors
-    /// In words: it reads a file outside.
-    pub fn check(&self, entry: &Entry) -> Result<(), String> {
+    /// In words: it reads a file outside, or the ego is missing.
+    pub fn check(&self, entry: &Entry, recorded_ego: bool) -> Result<(), String> {
         match self.opened(entry, None) {
             Err(NotOpened::Outside) => Err(NotOpened::Outside.words()),
+            Err(why @ NotOpened::NoEgo(..)) if recorded_ego => Err(why.words()),
             // Why it cannot be opened is better said by the command that needs it.
-            Ok(_) | Err(NotOpened::Unreadable(_)) => Ok(()),
+            Ok(_) | Err(NotOpened::NoEgo(..) | NotOpened::Unreadable(_)) => Ok(()),
         }
     }
 
@@ -232,8 +248,16 @@ impl Places {
             return Err(NotOpened::Outside);
         }
         let unreadable = |why: String| NotOpened::Unreadable(self.told(&why));
-        let scene = opened.map_err(|why| unreadable(why.to_string()))?.scene;
-        let scene = scene.map_err(|why| unreadable(why.to_string()))?;
+        let opened = opened.map_err(|why| match why {
+            OpenError::Ego(why) if obstacle.is_none() => {
+                NotOpened::NoEgo(self.told(&why.to_string()), Vec::new())
+            }
+            other => unreadable(other.to_string()),
+        })?;
+        let scene = opened.scene.map_err(|_| {
+            let why = "the scenario has no recorded ego".to_string();
+            NotOpened::NoEgo(why, opened.scenario.possible_egos())
+        })?;
         let files = files.into_iter().map(|file| (version(&file), file));
         let kept = Kept {
             files: files.collect(),

@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::catalogue::Job;
+use super::catalogue::{EGO_OPTION, Job, JobOption, JobValue, scenario};
+use super::jobs;
 use super::lines::RpcError;
 use super::places::Places;
 use super::session::Work;
@@ -14,7 +15,16 @@ static PROMPT: Job = Job {
     name: "prompt",
     about: "",
     command: "prompt",
-    options: &[],
+    options: &[
+        JobOption {
+            name: "at",
+            option: "--at",
+            value: JobValue::Whole(None, None),
+            about: "Time step at which the window ends.",
+        },
+        EGO_OPTION,
+    ],
+    needs_ego: true,
     paid: false,
 };
 
@@ -26,16 +36,20 @@ const TASKS: [Task; 2] = [Task::Collision, Task::Safety];
 
 /// The list of prompts.
 pub fn list() -> Value {
+    let scenario = json!({"name": "scenario", "description": "Path or name of the scenario.", "required": true});
+    let options = PROMPT
+        .options
+        .iter()
+        .map(|option| json!({"name": option.name, "description": option.about, "required": false}));
+    let arguments: Value = std::iter::once(scenario).chain(options).collect();
+    let arguments = &arguments;
     let all = TASKS.into_iter().flat_map(|task| {
         FRAMES.into_iter().map(move |frame| {
             let (task, frame) = (task.name(), frame.name());
             json!({
                 "name": format!("{task}-{frame}"),
                 "description": format!("The {task} question about a scenario, described in the {frame} frame."),
-                "arguments": [
-                    {"name": "scenario", "description": "Path or name of the scenario.", "required": true},
-                    {"name": "at", "description": "Time step at which the window ends.", "required": false},
-                ],
+                "arguments": arguments,
             })
         })
     });
@@ -45,7 +59,7 @@ pub fn list() -> Value {
 /// What has to be run for a prompt.
 ///
 /// # Errors
-/// There is no such prompt or scenario.
+/// There is no such prompt or scenario, or an argument is unknown or no number.
 pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
     let name = parameters["name"].as_str().unwrap_or_default();
     let known = TASKS
@@ -60,27 +74,23 @@ pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
             "no prompt `{name}`; prompts/list has all"
         )));
     };
-    let arguments = &parameters["arguments"];
-    let scenario = arguments["scenario"].as_str();
-    let scenario =
-        scenario.ok_or_else(|| RpcError::parameters("argument `scenario` is missing"))?;
-    let entry = places.entry(scenario).map_err(RpcError::parameters)?;
-    let mut words = vec![
-        PROMPT.command.to_string(),
-        Places::argument(&entry),
-        format!("--task={}", task.name()),
-        format!("--frame={}", frame.name()),
-    ];
-    match &arguments["at"] {
-        Value::Null => {}
-        at => {
-            let step = at.as_i64().or_else(|| at.as_str()?.parse().ok());
-            let step = step.ok_or_else(|| RpcError::parameters("argument `at` is no time step"))?;
-            words.push(format!("--at={step}"));
+    let mut arguments = parameters["arguments"].clone();
+    let name = scenario(&arguments).map_err(RpcError::parameters)?;
+    let entry = places.entry(name).map_err(RpcError::parameters)?;
+    // Arguments of prompts are strings.
+    for option in PROMPT.options {
+        let number = arguments[option.name].as_str().map(str::parse::<i64>);
+        if let Some(Ok(number)) = number {
+            arguments[option.name] = number.into();
         }
     }
+    let words = jobs::arguments(&PROMPT, &Places::argument(&entry), &arguments);
+    let mut words = words.map_err(RpcError::parameters)?;
+    words.push(format!("--task={}", task.name()));
+    words.push(format!("--frame={}", frame.name()));
     Ok(Work {
         entry,
+        recorded_ego: PROMPT.needs_recorded_ego(&arguments),
         job: &PROMPT,
         words,
         becomes: messages,

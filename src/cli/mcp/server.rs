@@ -190,10 +190,14 @@ impl Server {
             Value::Null => serde_json::Map::new(),
             _ => return Err("the arguments are no JSON object".into()),
         };
-        let [scenario, at, history, ego] = PLACE.map(|(name, ..)| own.remove(name));
-        let scenario = scenario.as_ref().and_then(Value::as_str);
-        let scenario =
-            scenario.ok_or("argument `scenario` is missing: the path or name of a scenario")?;
+        let places = PLACE.iter().map(|(name, ..)| *name);
+        let known = places.chain(tool.arguments.iter().map(|argument| argument.name));
+        if let Some(name) = own.keys().find(|name| !known.clone().any(|k| k == *name)) {
+            let name: String = name.chars().take(64).collect();
+            return Err(crate::system::unknown("argument", &name, known));
+        }
+        let scenario = catalogue::scenario(arguments)?;
+        let [_, at, history, ego] = PLACE.map(|(name, ..)| own.remove(name));
         let whole = |name: &str, value: Option<Value>| match value {
             None | Some(Value::Null) => Ok(None),
             Some(value) => match value.as_i64() {
@@ -259,10 +263,7 @@ impl Server {
     /// The work of a job that is called as a tool, with what it may cost taken out of the budget.
     fn work(&self, job: &'static Job, parameters: &Value) -> Result<Work, Refused> {
         let arguments = &parameters["arguments"];
-        let entry = match arguments["scenario"].as_str() {
-            Some(name) => self.places.entry(name),
-            None => Err("argument `scenario` is missing: the path or name of a scenario".into()),
-        };
+        let entry = catalogue::scenario(arguments).and_then(|name| self.places.entry(name));
         let entry = entry.map_err(Refused::Result)?;
         let words = jobs::arguments(job, &Places::argument(&entry), arguments);
         let mut words = words.map_err(Refused::Result)?;
@@ -274,6 +275,7 @@ impl Server {
         }
         Ok(Work {
             entry,
+            recorded_ego: job.needs_recorded_ego(arguments),
             job,
             words,
             becomes: jobs::result,

@@ -43,6 +43,8 @@ impl Session {
 pub struct Work {
     /// What it is about.
     pub entry: Entry,
+    /// Whether it needs the ego recorded beside that.
+    pub recorded_ego: bool,
     /// The command.
     pub job: &'static Job,
     /// Its arguments.
@@ -149,7 +151,7 @@ pub fn launch(
                 }));
             }
         };
-        let seen = of.places.check(&work.entry);
+        let seen = of.places.check(&work.entry, work.recorded_ego);
         let is_seen = seen.is_ok();
         let end = match seen {
             Ok(()) => jobs::run(work.job, work.words.clone(), &cancel, tell),
@@ -170,7 +172,7 @@ pub fn launch(
                 {
                     purse.put_back(usd);
                 }
-                let why = of.places.told(&why);
+                let why = jobs::told(work.job, &of.places.told(&why));
                 match work.job.is_tool() {
                     true => wire.result(&id, &failed(&why)),
                     false => wire.error(&id, &RpcError::parameters(why)),

@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use super::{CycleShown, Opened};
+use crate::description::visible;
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast, Limits};
 use crate::scenario::{Ego, Scenario, Scene, VehicleType};
-use crate::simulation::{ExternalPlanner, ExternalReport, Outcome, Rollout};
+use crate::simulation::{BeyondVehicle, ExternalPlanner, ExternalReport, Outcome, Rollout};
 use crate::traffic_rules::RuleReport;
 use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
 /// The record of a planned ego.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PlannedEgo {
     /// The forecast given to the planner.
     pub forecast: Forecast,
@@ -25,6 +26,8 @@ pub struct PlannedEgo {
     pub problem: i64,
     /// How the drive ended.
     pub outcome: Outcome,
+    /// What of the drive the vehicle cannot do.
+    pub beyond: Option<BeyondVehicle>,
     /// What became of the rules of the road.
     pub rules: RuleReport,
     /// Every cycle, in the order of time.
@@ -34,6 +37,20 @@ pub struct PlannedEgo {
 }
 
 impl PlannedEgo {
+    /// How the drive ended; which planner failed, where its process did.
+    #[must_use]
+    pub fn ended(&self) -> String {
+        match (&self.outcome, &self.process) {
+            (Outcome::PlannerError(error), Some(process)) => {
+                format!(
+                    "{} failed: {error}, where the drive ends",
+                    visible(&process.planner)
+                )
+            }
+            (outcome, _) => outcome.to_string(),
+        }
+    }
+
     /// The width of a map with the ego in its middle that shows all that was chosen, metres.
     #[must_use]
     pub fn reach(&self) -> f64 {
@@ -123,6 +140,7 @@ impl PlannedEgo {
             vehicle: prepared.settings.planner.vehicle,
             problem: prepared.problem().id,
             outcome: drive.outcome,
+            beyond: drive.beyond_vehicle(),
             cycles,
             recorded: prepared.recorded.clone(),
         };

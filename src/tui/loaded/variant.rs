@@ -203,6 +203,7 @@ impl GeneratedVariant {
             vehicle: driver.settings().planner.vehicle,
             problem: driver.problem().id,
             outcome: self.effect.drive.outcome,
+            beyond: self.effect.drive.beyond_vehicle(),
             cycles,
             recorded: None,
         };

@@ -90,11 +90,18 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     let theme = &model.theme;
     let mut lines = Lines::new(theme, width);
     lines.title("the drive");
-    lines.say("ended", &planned.outcome.to_string());
+    lines.say("ended", &planned.ended());
     let forecast = forecast_words(planned.forecast);
     lines.say("prediction", forecast.trim_start_matches("predictions "));
     lines.say("cycles", &planned.cycles.len().to_string());
     rules(&mut lines, planned, model);
+    if let Some(beyond) = &planned.beyond {
+        lines.say_in(
+            "vehicle",
+            &beyond.to_string(),
+            Style::new().fg(theme.warning),
+        );
+    }
     if let Some(process) = &planned.process {
         external(&mut lines, process, theme);
     }

@@ -114,6 +114,20 @@ fn opened(batch: Option<BatchId>) -> Bench {
 }
 
 #[test]
+fn one_of_a_kind_is_said_in_the_singular() {
+    let mut bench = opened(None);
+    let mut one = counted(None);
+    (one.progress.scenarios, one.progress.windows) = (1, 1);
+    one.progress.ways.truncate(1);
+    tell(&mut bench, Update::Ended(Ok(Box::new(one))));
+    let frame = bench.frame(200, 60);
+    assert!(
+        frame.contains("1 scenario · 1 window · 1 way of asking "),
+        "{frame}"
+    );
+}
+
+#[test]
 fn everything_is_seen_at_every_size() {
     for size in SIZES {
         let mut bench = opened(Some(BatchId(3)));

@@ -1,12 +1,17 @@
 //! Planned egos that are restored, exported and listed; and messages if nothing is planned.
 
+use std::sync::Arc;
+
 use super::bench::Bench;
 use super::drive_fixtures::planned;
 use crate::formats::bundled;
 use crate::formats::commonroad::read_solution;
-use crate::planner::Forecast;
+use crate::planner::{Bound, Broken, Forecast};
 use crate::scenario::Prediction;
-use crate::tui::loaded::{DriveFiles, DriveKey, Opened};
+use crate::simulation::{
+    BeyondVehicle, Clock, ExternalReport, Outcome, PlannerError, PlannerFault,
+};
+use crate::tui::loaded::{DriveFiles, DriveKey, Opened, PlannedEgo};
 use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
 use crate::tui::screens::cycle::CycleScreen;
 use crate::tui::tasks::drives;
@@ -28,6 +33,88 @@ fn arrive(bench: &mut Bench) {
     let (id, entry, forecast) = last.expect("planning was asked for");
     let ended = planned(&entry, forecast).map(Box::new);
     bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(ended))));
+}
+
+/// The last drive that was asked for ends as that of a process that died, with steps that no vehicle can do.
+fn arrive_failed(bench: &mut Bench) {
+    let last = bench.effects.iter().rev().find_map(|effect| match effect {
+        Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
+            Some((*id, entry.clone(), *forecast))
+        }
+        _ => None,
+    });
+    let (id, entry, forecast) = last.expect("planning was asked for");
+    let mut opened = planned(&entry, forecast).unwrap();
+    let mut of = PlannedEgo::clone(opened.planned.as_deref().unwrap());
+    let broken = Broken {
+        step: 3,
+        bound: Bound::Slip,
+        value: 0.04,
+        most: 0.02,
+    };
+    of.beyond = Some(BeyondVehicle {
+        steps: 8,
+        first: broken,
+        worst: broken,
+    });
+    of.outcome = Outcome::PlannerError(PlannerError {
+        fault: PlannerFault::Died,
+        step: 11,
+    });
+    of.process = Some(Box::new(ExternalReport {
+        planner: "lab".into(),
+        name: "minimal".into(),
+        version: "1".into(),
+        clock: Clock::default(),
+        predictions: false,
+        history: 0,
+        fault: Some(PlannerFault::Died),
+        fault_step: Some(11),
+        message: None,
+        stderr: Vec::new(),
+        started_in: None,
+        overhead_ms: Vec::new(),
+        late_steps: 0,
+        largest_offset: 0.0,
+    }));
+    opened.planned = Some(Arc::new(of));
+    let ended = Ok(Box::new(opened));
+    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(ended))));
+}
+
+#[test]
+fn a_planner_that_died_is_named_and_what_no_vehicle_can_do_is_shown() {
+    let mut bench = Bench::bundled();
+    bench.press("space e p");
+    arrive_failed(&mut bench);
+    let message = said(&bench);
+    assert!(
+        message.starts_with(
+            "ego planned: lab failed: the planner ended at step 11, where the drive ends; "
+        ),
+        "{message}"
+    );
+    let scene = bench.model.scene().unwrap();
+    let until = format!(
+        "ego planned until {:.1} s",
+        scene.time_of(scene.last_step())
+    );
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let header = bench.frame(columns, rows);
+        let header = header.lines().next().unwrap();
+        assert!(header.contains(&until), "{header}");
+    }
+    bench.press("space e w");
+    let panel = bench.frame(200, 60);
+    for words in [
+        "predictions not asked for",
+        "vehicle    8 steps beyond the vehicle, worst: slip",
+        "lab failed: the planner ended",
+    ] {
+        assert!(panel.contains(words), "{words}\n{panel}");
+    }
+    // A name that fills its column keeps its distance.
+    assert!(bench.frame(80, 24).contains("predictions not asked"));
 }
 
 /// The first bundled scenario, its ego planned.

@@ -272,7 +272,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         };
         let unavoided = unavoided(&opened.scenario);
         let but = unavoided.map_or(String::new(), |words| format!("; but {words}"));
-        format!("ego planned: {}; {way}{but}", planned.outcome)
+        format!("ego planned: {}; {way}{but}", planned.ended())
     });
     let without = model.opened.as_ref().is_some_and(|o| o.scene.is_none());
     let id = OpenId(model.new_id());

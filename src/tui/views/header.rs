@@ -247,6 +247,16 @@ fn ego(opened: &Opened, width: u16) -> String {
         Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
         Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
         Some(EgoSource::Planned { .. }) => match opened.planned.as_ref().map(|p| p.outcome) {
+            Some(Outcome::PlannerError(error)) => {
+                let until = opened
+                    .scene
+                    .as_ref()
+                    .map_or(0.0, |s| s.time_of(s.last_step()));
+                match width >= NARROW {
+                    true => format!("ego planned until {until:.1} s, {error}"),
+                    false => format!("ego planned until {until:.1} s"),
+                }
+            }
             Some(outcome) if width >= NARROW => {
                 format!("ego planned, {}", led_to(opened, &outcome))
             }

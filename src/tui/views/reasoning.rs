@@ -202,15 +202,7 @@ fn tool_calls<'a>(model: &Model, column: &Column) -> Vec<PageSection<'a>> {
         return Vec::new();
     }
     let dim = Style::new().fg(model.theme.dim);
-    let calls = tool_rounds::calls(rounds);
-    let calls = match calls {
-        1 => "1 tool call".to_string(),
-        several => format!("{several} tool calls"),
-    };
-    let in_rounds = match rounds.len() {
-        1 => String::new(),
-        several => format!(" in {several} rounds"),
-    };
+    let calls = tool_rounds::words(rounds, "tool call");
     let mode = model.reading_mode();
     let line = |words: String| {
         let words = crate::description::visible(&words).into_owned();
@@ -218,13 +210,13 @@ fn tool_calls<'a>(model: &Model, column: &Column) -> Vec<PageSection<'a>> {
     };
     let mut parts = Vec::new();
     if mode.unfold || mode.raw {
-        parts.push(line(format!("▾ {calls}{in_rounds}")));
+        parts.push(line(format!("▾ {calls}")));
         for (number, round) in rounds.iter().enumerate() {
             let lines = tool_rounds::lines(round).into_iter();
             parts.extend(lines.map(|words| line(format!("  {}  {words}", number + 1))));
         }
     } else {
-        parts.push(line(format!("▸ {calls}{in_rounds}{}", mode.hint)));
+        parts.push(line(format!("▸ {calls}{}", mode.hint)));
     }
     parts.push(PageSection::Line(Line::default()));
     parts

@@ -4,6 +4,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
+use unicode_width::UnicodeWidthStr;
+
 use super::words::pad;
 use crate::tui::theme::Theme;
 
@@ -62,14 +64,16 @@ impl Lines {
 
     /// The same in a style.
     pub fn say_in(&mut self, name: &str, said: &str, style: Style) {
-        let room = self.width.saturating_sub(INDENT).max(8);
+        // A long name has a blank after it, too.
+        let indent = INDENT.max(name.width() + 1);
+        let room = self.width.saturating_sub(indent).max(8);
         let mut lines = textwrap::wrap(said, room).into_iter();
         self.text.push_line(Line::from(vec![
-            Span::styled(pad(name, INDENT), self.word),
+            Span::styled(pad(name, indent), self.word),
             Span::styled(lines.next().unwrap_or_default().into_owned(), style),
         ]));
         for more in lines {
-            let line = format!("{:INDENT$}{more}", "");
+            let line = format!("{:indent$}{more}", "");
             self.text.push_line(Line::styled(line, style));
         }
     }

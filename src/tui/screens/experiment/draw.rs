@@ -247,11 +247,15 @@ impl<'a> Page<'a> {
         for (why, count) in counted.reasons.iter().take(REASONS) {
             self.row("", &format!("{count} × {why}"), self.warning());
         }
+        let count = |count: usize, one: &str, more: &str| match count {
+            1 => format!("1 {one}"),
+            n => format!("{n} {more}"),
+        };
         let size = format!(
-            "{} scenarios · {} windows · {} ways of asking",
-            view.progress.scenarios,
-            view.progress.windows,
-            view.progress.ways.len()
+            "{} · {} · {}",
+            count(view.progress.scenarios, "scenario", "scenarios"),
+            count(view.progress.windows, "window", "windows"),
+            count(view.progress.ways.len(), "way of asking", "ways of asking")
         );
         self.row("size", &size, plain);
         self.spent();

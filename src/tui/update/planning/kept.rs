@@ -83,7 +83,7 @@ pub fn told(model: &mut Model) {
     let Some(planned) = model.planned() else {
         return;
     };
-    let (reach, outcome) = (planned.reach(), planned.outcome);
+    let (reach, outcome) = (planned.reach(), planned.ended());
     show_reach(model, reach);
     let back = model.look.key(Action::RecordedEgo);
     model.tell(format!(
