@@ -1,6 +1,9 @@
 //! The motion of one participant, step by step, with the gaps of the file filled and counted.
 
-use crate::geometry::{Point, Pose, Vector, angle_between};
+mod standstill;
+
+use crate::geometry::{Point, Pose, Vector};
+pub(crate) use standstill::forget_headings_at_standstill;
 
 /// What a file says about one step; what it does not say is filled by [`Track::new`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -254,56 +257,6 @@ fn velocities(
     filled.collect()
 }
 
-/// Forgets headings that a recorder could not know: those at steps that hardly moved, where headings are nothing but the
-/// direction of the last displacement, which is 0 or noise at standstill. Measured headings are kept.
-pub(crate) fn forget_headings_at_standstill(samples: &mut [Sample]) {
-    if !follow_displacements(samples) {
-        return;
-    }
-    for i in (1..samples.len()).rev() {
-        let moved = (samples[i].position - samples[i - 1].position).norm();
-        if moved < STANDSTILL {
-            samples[i].heading = None;
-        }
-    }
-    // The first step copies the second one's direction.
-    if let [first, second, ..] = samples
-        && second.heading.is_none()
-    {
-        first.heading = None;
-    }
-}
-
-/// A heading that differs by less from a displacement's direction is that direction: radians, and the error of rounded
-/// positions, metres.
-const SAME_DIRECTION: (f64, f64) = (1e-3, 2e-4);
-
-/// Whether headings are the directions of the displacements before them: nine of ten where it moved, or, where it never
-/// did, all.
-fn follow_displacements(samples: &[Sample]) -> bool {
-    let (mut moving, mut along, mut resting) = (0, 0, true);
-    for pair in samples.windows(2) {
-        let Some(heading) = pair[1].heading else {
-            continue;
-        };
-        let moved = pair[1].position - pair[0].position;
-        let direction = moved.y.atan2(moved.x);
-        let (angle, rounding) = SAME_DIRECTION;
-        let length = moved.norm();
-        if length < STANDSTILL {
-            resting &= angle_between(direction, heading).abs() <= angle;
-        } else {
-            moving += 1;
-            let most = angle + rounding / length;
-            along += usize::from(angle_between(direction, heading).abs() <= most);
-        }
-    }
-    match moving {
-        0 => resting,
-        _ => along * 10 >= moving * 9,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -332,42 +285,6 @@ mod tests {
         assert!((last.velocity - 20.0).abs() < 1e-9);
         assert!((last.acceleration - 100.0).abs() < 1e-9);
         assert!(track.at(2).is_none() && track.at(6).is_none());
-    }
-
-    #[test]
-    fn holds_the_heading_at_standstill() {
-        let mut samples: Vec<_> = (0..4).map(|i| sample(i, 0.0, Some(0.0))).collect();
-        samples[0].position.y = -1.0;
-        samples[1].heading = Some(std::f64::consts::FRAC_PI_2);
-        forget_headings_at_standstill(&mut samples);
-        let heading = |samples: &[Sample], step| {
-            let track = Track::new(samples.to_vec(), 0.1, None);
-            track.at(step).map_or(f64::NAN, |m| m.pose.heading)
-        };
-        let turned = heading(&samples, 3) - std::f64::consts::FRAC_PI_2;
-        assert!(turned.abs() < 1e-12);
-        // Who measures headings knows them at standstill, too.
-        let mut measured: Vec<_> = (0..4).map(|i| sample(i, 0.0, Some(1.52))).collect();
-        measured[0].position.y = -1.0;
-        measured[3].heading = Some(1.49);
-        let mut resting = measured[1..].to_vec();
-        for all in [&mut measured, &mut resting] {
-            forget_headings_at_standstill(all);
-            assert_eq!(heading(all, 2).to_bits(), 1.52_f64.to_bits());
-            assert_eq!(heading(all, 3).to_bits(), 1.49_f64.to_bits());
-        }
-    }
-
-    #[test]
-    fn rests_along_the_planned_heading() {
-        let mut samples: Vec<_> = (0..3).map(|i| sample(i, 0.0, Some(0.0))).collect();
-        forget_headings_at_standstill(&mut samples);
-        let track = Track::new(samples, 0.1, Some(2.0));
-        assert!(
-            track
-                .at(0)
-                .is_some_and(|m| (m.pose.heading - 2.0).abs() < 1e-12)
-        );
     }
 
     #[test]

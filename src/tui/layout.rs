@@ -2,6 +2,7 @@
 //! the pane that has the keys is always there.
 
 mod arranged;
+mod beside_panel;
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
