@@ -223,3 +223,35 @@ fn attacks_are_not_searched_in_traffic_that_reacts() {
         .status(2);
     told.says(&["--traffic reactive is not for `generate`"]);
 }
+
+#[test]
+fn a_drive_of_a_planner_is_converted_for_simulators() {
+    let Some(command) = minimal() else { return };
+    let home = Home::new();
+    let planner = format!("planner:{command}");
+    let written = |ego: &str, file: &str| {
+        let asked = ["convert", CUT_IN, "-o", file, "--ego", ego];
+        home.run(&asked).status(0);
+        std::fs::read_to_string(home.files().join(file)).unwrap()
+    };
+    let (own, built_in) = (written(&planner, "own.xosc"), written("planner", "in.xosc"));
+    assert_eq!(
+        built_in,
+        written("planned", "in2.xosc").replace("in2.xodr", "in.xodr")
+    );
+    assert_ne!(own.replace("own.xodr", "in.xodr"), built_in);
+    // Where the drive leads is what a player is given.
+    let metrics = |file: &str, ego: &[&str]| {
+        let asked = [&["metrics", file, "--format", "csv"], ego].concat();
+        let table = home.run(&asked).status(0).stdout;
+        // The first column is the scenario's name.
+        let rows = table
+            .lines()
+            .map(|row| row.split_once(',').unwrap().1.to_string());
+        rows.collect::<Vec<_>>()
+    };
+    assert_eq!(
+        metrics("own.xosc", &[]),
+        metrics(CUT_IN, &["--ego", &planner])
+    );
+}

@@ -21,7 +21,7 @@ use crate::formats::Entry;
 use crate::formats::commonroad::{NewFile, conform, write};
 use crate::planner::Cancel;
 use crate::scenario::{alike, in_short};
-use crate::workflow::VariantOrigin;
+use crate::workflow::{SimulatedEgo, VariantOrigin};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
@@ -77,11 +77,15 @@ pub fn run(arguments: &Convert) -> Outcome {
     let finished = arguments
         .many
         .finished_files("convert", folder, (settings, BTreeMap::new()))?;
+    let ego = match for_simulators {
+        true => Some(arguments.simulator.ego(&entries)?),
+        false => None,
+    };
     // Before anything is written, so that no file is left half written.
     let stop = interrupted(true);
     let job = Job {
         arguments,
-        for_simulators,
+        ego,
         folder,
         finished,
         cancel: Cancel::from_flag(&stop),
@@ -141,7 +145,8 @@ pub fn run(arguments: &Convert) -> Outcome {
 /// What holds for all scenarios of a call.
 struct Job<'a> {
     arguments: &'a Convert,
-    for_simulators: bool,
+    /// The ego for simulators; `None` where CommonRoad is written.
+    ego: Option<SimulatedEgo>,
     folder: Option<&'a Path>,
     finished: Option<FinishedFiles>,
     cancel: Cancel,
@@ -172,7 +177,7 @@ impl Job<'_> {
     /// The file of a scenario; nothing where it is printed.
     fn target(&self, entry: Option<&Entry>) -> Option<PathBuf> {
         let named = |folder: &Path| match entry {
-            Some(entry) if self.for_simulators => simulator::target(folder, entry),
+            Some(entry) if self.ego.is_some() => simulator::target(folder, entry),
             Some(entry) => folder.join(format!("{}.xml", entry.name)),
             None => folder.to_path_buf(),
         };
@@ -197,9 +202,9 @@ impl Job<'_> {
         if let Some(notes) = known.as_ref().and_then(|k| k.finished.as_ref()) {
             return Ok(Step::Kept(notes["fits"] == true));
         }
-        let converted = match self.for_simulators {
-            true => simulator::convert(entry, target, self.arguments, &self.cancel)?,
-            false => commonroad(entry, target, self.arguments)?,
+        let converted = match &self.ego {
+            Some(ego) => simulator::convert(entry, target, ego, &self.cancel)?,
+            None => commonroad(entry, target, self.arguments)?,
         };
         Ok(Step::Write(converted, known))
     }

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Convert, Converted};
+use super::Converted;
 use crate::cli::Failure;
 use crate::cli::open::configuration;
+use crate::cli::plan::as_ego;
 use crate::evaluation::default_planning;
 use crate::formats::{EgoSelection, Entry, not_standard_input};
 use crate::planner::Cancel;
@@ -28,11 +29,12 @@ pub struct SimulatorOptions {
     /// commonroad].
     #[arg(long, value_name = "FORMAT", value_parser = ["commonroad", "openscenario"])]
     to: Option<String>,
-    /// OpenSCENARIO: the ego: free (placed at its start, for a driver under test), planned (by the built-in planner), id
-    /// of an obstacle, or file with a trajectory [default: the recording beside the scenario].
+    /// OpenSCENARIO: the ego: free (placed at its start, for a driver under test), planner (the built-in planner drives),
+    /// `planner:NAME` with a [planner.NAME] of config.toml or a command, id of an obstacle, or file with a trajectory
+    /// [default: the recording beside the scenario].
     #[arg(
         long,
-        value_name = "free|planned|ID|FILE",
+        value_name = "free|planner|ID|FILE",
         allow_negative_numbers = true
     )]
     ego: Option<PathBuf>,
@@ -73,15 +75,23 @@ impl SimulatorOptions {
         Ok(for_simulators)
     }
 
-    fn ego(&self) -> Result<SimulatedEgo, Failure> {
+    /// The ego of these scenarios; a planner that is a process drives in them first.
+    ///
+    /// # Errors
+    /// It is read from standard input, or the planner drives in none of the scenarios.
+    pub fn ego(&self, entries: &[Entry]) -> Result<SimulatedEgo, Failure> {
         let Some(wanted) = &self.ego else {
             return Ok(SimulatedEgo::Follows(EgoSelection::Beside));
         };
         // Files of these names are meant by `./free`.
         match wanted.to_str() {
             Some("free") => return Ok(SimulatedEgo::Free),
-            Some("planned") => return Ok(SimulatedEgo::Planned),
+            // The second is its earlier name.
+            Some("planner" | "planned") => return Ok(SimulatedEgo::Planned),
             _ => {}
+        }
+        if let Some(planner) = wanted.to_str().and_then(as_ego::named) {
+            return as_ego::drive(planner, None, entries).map(SimulatedEgo::Follows);
         }
         if let Some(id) = wanted.to_str().and_then(|text| text.parse().ok()) {
             return Ok(SimulatedEgo::Follows(EgoSelection::Obstacle(id)));
@@ -138,7 +148,7 @@ fn planning() -> Result<Settings, Failure> {
 pub fn convert(
     entry: &Entry,
     target: Option<PathBuf>,
-    arguments: &Convert,
+    ego: &SimulatedEgo,
     cancel: &Cancel,
 ) -> Result<Converted, Failure> {
     let Some(path) = target else {
@@ -150,7 +160,7 @@ pub fn convert(
     let road_file = roads.file_name().unwrap_or_default().to_string_lossy();
     let request = ExportRequest {
         entry,
-        ego: &arguments.simulator.ego()?,
+        ego,
         road_file: &road_file,
         settings: &planning()?,
     };
