@@ -261,7 +261,7 @@ fn velocities(
 mod tests {
     use super::*;
 
-    fn sample(step: i64, x: f64, heading: Option<f64>) -> Sample {
+    pub(super) fn sample(step: i64, x: f64, heading: Option<f64>) -> Sample {
         Sample {
             step,
             position: Point::new(x, 0.0),

@@ -56,18 +56,8 @@ fn follow_displacements(samples: &[Sample]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::Track;
+    use super::super::tests::sample;
     use super::*;
-    use crate::geometry::Point;
-
-    fn sample(step: i64, x: f64, heading: Option<f64>) -> Sample {
-        Sample {
-            step,
-            position: Point::new(x, 0.0),
-            heading,
-            velocity: None,
-            acceleration: None,
-        }
-    }
 
     #[test]
     fn holds_the_heading_at_standstill() {
