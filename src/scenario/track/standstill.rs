@@ -3,15 +3,16 @@
 use super::{STANDSTILL, Sample};
 use crate::geometry::angle_between;
 
-/// Forgets headings that a recorder could not know: those at steps that hardly moved, where headings are nothing but the
+/// Forgets headings that a recorder could not know: those at steps that hardly moved, where they are nothing but the
 /// direction of the last displacement, which is 0 or noise at standstill. Measured headings are kept.
 pub(crate) fn forget_headings_at_standstill(samples: &mut [Sample]) {
-    if !follow_displacements(samples) {
-        return;
-    }
+    let follow = follow_displacements(samples);
     for i in (1..samples.len()).rev() {
-        let moved = (samples[i].position - samples[i - 1].position).norm();
-        if moved < STANDSTILL {
+        let moved = samples[i].position - samples[i - 1].position;
+        let direction = moved.y.atan2(moved.x);
+        let says_nothing =
+            |heading: f64| follow || angle_between(direction, heading).abs() <= NO_DIRECTION;
+        if moved.norm() < STANDSTILL && samples[i].heading.is_some_and(says_nothing) {
             samples[i].heading = None;
         }
     }
@@ -23,34 +24,27 @@ pub(crate) fn forget_headings_at_standstill(samples: &mut [Sample]) {
     }
 }
 
+/// At standstill a heading this near to the direction of noise, or to 0 where there is none, is that direction, radians.
+const NO_DIRECTION: f64 = 1e-6;
+
 /// A heading that differs by less from a displacement's direction is that direction: radians, and the error of rounded
 /// positions, metres.
 const SAME_DIRECTION: (f64, f64) = (1e-3, 2e-4);
 
-/// Whether headings are the directions of the displacements before them: nine of ten where it moved, or, where it never
-/// did, all.
+/// Whether nine of ten headings where it moved are the directions of the displacements.
 fn follow_displacements(samples: &[Sample]) -> bool {
-    let (mut moving, mut along, mut resting) = (0, 0, true);
+    let (mut moving, mut along) = (0, 0);
     for pair in samples.windows(2) {
-        let Some(heading) = pair[1].heading else {
+        let moved = pair[1].position - pair[0].position;
+        let Some(heading) = pair[1].heading.filter(|_| moved.norm() >= STANDSTILL) else {
             continue;
         };
-        let moved = pair[1].position - pair[0].position;
-        let direction = moved.y.atan2(moved.x);
         let (angle, rounding) = SAME_DIRECTION;
-        let length = moved.norm();
-        if length < STANDSTILL {
-            resting &= angle_between(direction, heading).abs() <= angle;
-        } else {
-            moving += 1;
-            let most = angle + rounding / length;
-            along += usize::from(angle_between(direction, heading).abs() <= most);
-        }
+        let most = angle + rounding / moved.norm();
+        moving += 1;
+        along += usize::from(angle_between(moved.y.atan2(moved.x), heading).abs() <= most);
     }
-    match moving {
-        0 => resting,
-        _ => along * 10 >= moving * 9,
-    }
+    moving > 0 && along * 10 >= moving * 9
 }
 
 #[cfg(test)]
