@@ -78,7 +78,7 @@ fn is_over_limit(result: &str) -> bool {
     { message.strip_prefix(BEFORE_LIMIT) }.is_some_and(|rest| rest.ends_with(AFTER_LIMIT))
 }
 
-/// How many calls were answered in how many rounds: ``4 {noun}s in 2 rounds, 2 more refused``.
+/// How many calls were answered in how many rounds: `4 calls in 2 rounds, 2 more refused`, with `noun` for calls.
 #[must_use]
 pub fn words(rounds: &[ToolRound], noun: &str) -> String {
     let results = rounds.iter().flat_map(|round| &round.results);

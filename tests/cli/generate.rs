@@ -2,7 +2,7 @@
 
 use nearmiss::formats::commonroad;
 use nearmiss::generation::Gate;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::plan::{NO_PROBLEM, lines};
 use super::support::program::Home;
@@ -162,6 +162,18 @@ fn a_wish_is_read_shown_and_held_to() {
     let line = &lines(&made)[0];
     assert_eq!(line["manoeuvre"], "cut-in", "{line}");
     assert!(line["by"].as_str().unwrap().contains("wish: car, cut-in"));
+    // Car 301 drives on the right, and comes to the left only later.
+    let from_left = with("a car comes from the left lane");
+    let line = &lines(&from_left)[0];
+    let elsewhere = |one: &Value| {
+        let words = one["words"].as_str().unwrap_or_default();
+        one["attacker"] == 301 && words.contains("begins elsewhere than wished")
+    };
+    assert!(
+        line["rejected"].as_array().unwrap().iter().any(elsewhere),
+        "{line}"
+    );
+    assert_ne!(line["attacker"], 301, "{line}");
     let none = with("a cyclist from the left").status(1);
     let line = &lines(&none)[0];
     assert_eq!(
