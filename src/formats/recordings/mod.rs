@@ -6,6 +6,7 @@
 
 mod argoverse;
 mod assembly;
+mod columns;
 mod crossing;
 mod ids;
 mod lane_shape;
@@ -14,8 +15,10 @@ mod levelx;
 mod nuplan;
 mod opendrive;
 mod openscenario;
+mod repeated;
 mod report;
 mod sizes;
+mod steps;
 mod sumo;
 mod user_maps;
 mod utm;

@@ -7,7 +7,7 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along};
 use crate::formats::recordings::report::Report;
-use crate::formats::recordings::sizes;
+use crate::formats::recordings::{repeated, sizes};
 use crate::scenario::ObstacleType;
 use crate::scenario::plausibility::limits::LATEST_STEP;
 
@@ -109,15 +109,8 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
         });
     }
     for track in &mut tracks {
-        track.states.sort_by_key(|s| s.step);
-        let before = track.states.len();
-        track.states.dedup_by_key(|s| s.step);
-        match before - track.states.len() {
-            0 => {}
-            twice => report.at(format!("track {}", track.name)).warn(format!(
-                "{twice} steps are there twice; the first row is used"
-            )),
-        }
+        let name = || format!("track {}", track.name);
+        repeated::once(report, name, &mut track.states, |s| s.step, |s| s.position);
     }
     Ok(Rows {
         scenario,

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::rows::Kind;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::columns;
 use crate::formats::recordings::report::{At, Report};
 use crate::scenario::ObstacleType;
 use crate::system;
@@ -43,9 +44,13 @@ pub struct TrackMeta {
 /// No such table is larger, bytes.
 const LARGEST: u64 = 64 << 20;
 
+/// Lines of a road in one direction.
+const MOST_LINES: usize = 64;
+
 /// A row by the names of its columns.
 struct Fields<'r> {
     report: &'r Report,
+    separator: u8,
     header: Vec<String>,
     record: csv::StringRecord,
 }
@@ -67,9 +72,10 @@ impl<'r> Fields<'r> {
             return Ok(None);
         };
         let shown = || text.chars().take(40).collect::<String>();
-        let value = text.parse::<f64>();
-        let value = value.map_err(|_| self.at(name).fail(format!("`{}` is not a number", shown())));
-        self.at(name).number(value?).map(Some)
+        let value = columns::number(text, self.separator);
+        let value =
+            value.ok_or_else(|| self.at(name).fail(format!("`{}` is not a number", shown())));
+        self.at(name).number(value?.0).map(Some)
     }
 
     fn number(&self, name: &str) -> Result<f64, ReadError> {
@@ -96,17 +102,24 @@ fn rows(
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(report.file(), &e))?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.trim_start_matches('\u{feff}');
+    let (separator, header) = columns::of(text.as_bytes());
     let mut table = csv::ReaderBuilder::new()
+        .delimiter(separator)
         .flexible(true)
         .from_reader(text.as_bytes());
     let fail = |error: csv::Error| report.fail(error.to_string());
-    let header = table.headers().map_err(fail)?;
     let mut fields = Fields {
         report,
-        header: header.iter().map(|n| n.trim().to_string()).collect(),
+        separator,
+        header,
         record: csv::StringRecord::new(),
     };
     while table.read_record(&mut fields.record).map_err(fail)? {
+        let all = fields.record.iter().map(str::as_bytes);
+        if let Some(why) = columns::too_long(all, fields.header.len()) {
+            let line = fields.record.position().map_or(0, csv::Position::line);
+            return Err(report.row(usize::try_from(line).unwrap_or(0), "").fail(why));
+        }
         take(&fields)?;
     }
     Ok(())
@@ -121,10 +134,18 @@ pub fn recording(path: &Path) -> Result<Recording, ReadError> {
         let lines = |name: &str| -> Result<Vec<f64>, ReadError> {
             let text = row.text(name).unwrap_or_default();
             let pieces = text.split([';', ' ']).filter(|t| !t.trim().is_empty());
+            let count = pieces.clone().count();
+            if count > MOST_LINES {
+                let message = format!("{count} lines; a road has at most {MOST_LINES}");
+                return Err(row.at(name).fail(message));
+            }
             let numbers = pieces.map(|t| {
-                let value = t.trim().parse::<f64>();
-                let value = value.map_err(|_| row.at(name).fail(format!("`{t}` is not a number")));
-                row.at(name).number(value?)
+                let value = columns::number(t, row.separator);
+                let value = value.ok_or_else(|| {
+                    let shown: String = t.chars().take(40).collect();
+                    row.at(name).fail(format!("`{shown}` is not a number"))
+                });
+                row.at(name).number(value?.0)
             });
             let mut numbers = numbers.collect::<Result<Vec<_>, _>>()?;
             numbers.sort_by(f64::total_cmp);
@@ -185,8 +206,10 @@ pub fn tracks(path: &Path, recording: &Recording) -> Result<BTreeMap<i64, TrackM
             frames: (row.whole("initialFrame")?, row.whole("finalFrame")?),
             heading,
         };
-        tracks.insert(id, meta);
-        Ok(())
+        match tracks.insert(id, meta) {
+            None => Ok(()),
+            Some(_) => Err(row.at("id").fail(format!("track {id} is there twice"))),
+        }
     })?;
     Ok(tracks)
 }

@@ -15,8 +15,8 @@ use std::path::Path;
 use super::assembly::{About, Map, RecordedTrack, assemble};
 use super::ids::Ids;
 use super::report::Report;
-use super::sizes;
 use super::windows::{self, LongRecording, Wanted};
+use super::{repeated, sizes};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
@@ -87,6 +87,7 @@ fn whole(recorded: &Recorded, report: Report) -> Result<LongRecording, ReadError
         };
         names.insert(own.id(id), id.to_string());
         tracks.push(track(
+            &report,
             own.id(id),
             meta,
             &rows,
@@ -162,6 +163,9 @@ fn scenario(
             None => (track.frames.0, track.frames.1),
         };
     }
+    report.note_count(recorded.commas, |n| {
+        format!("numbers with a decimal comma in the recording: {n}; read as with a point")
+    });
     let mut found: BTreeMap<i64, Vec<&Row>> = BTreeMap::new();
     let mut hash = Vec::new();
     for row in recorded.rows(frames) {
@@ -186,6 +190,18 @@ fn scenario(
     if found.contains_key(&0) {
         report.note(format!("track 0 is numbered {}", own.zero));
     }
+    let here = |track: &TrackMeta| track.frames.0 <= frames.1 && track.frames.1 >= frames.0;
+    let absent = tracks
+        .iter()
+        .filter(|(id, track)| here(track) && !found.contains_key(*id));
+    let absent: Vec<String> = absent.map(|(id, _)| id.to_string()).collect();
+    if !absent.is_empty() {
+        report.at("").warn(format!(
+            "{} tracks of its _tracksMeta.csv have no row in their frames, such as {}",
+            absent.len(),
+            absent[0]
+        ));
+    }
     let mut moving = Vec::with_capacity(found.len());
     let mut assumed = Vec::new();
     for (id, rows) in found {
@@ -196,6 +212,7 @@ fn scenario(
             continue;
         };
         moving.push(self::track(
+            &report,
             own.id(id),
             track,
             &rows,
@@ -241,6 +258,7 @@ fn scenario(
 }
 
 fn track(
+    report: &Report,
     id: i64,
     meta: &TrackMeta,
     rows: &[&Row],
@@ -253,8 +271,8 @@ fn track(
         assumed.push(meta.kind);
     }
     let mut states: Vec<_> = rows.iter().map(|row| row.state(meta, steps)).collect();
-    states.sort_by_key(|s| s.step);
-    states.dedup_by_key(|s| s.step);
+    let name = || format!("track {id}");
+    repeated::once(report, name, &mut states, |s| s.step, |s| s.position);
     RecordedTrack {
         shape: None,
         is_static: false,

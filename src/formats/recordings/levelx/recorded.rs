@@ -37,6 +37,8 @@ pub struct Recorded {
     chunks: Vec<(i64, i64)>,
     /// From where to where there is traffic, metres.
     pub extent: Option<(f64, f64)>,
+    /// Numbers of the rows with a decimal comma.
+    pub commas: usize,
 }
 
 /// A recording, with the files beside it.
@@ -78,7 +80,7 @@ impl Recorded {
     ) -> Result<Self, ReadError> {
         let mut rows = Vec::new();
         let mut extent: Option<(f64, f64)> = None;
-        rows::each(path, report, &mut |row: &Row| {
+        let commas = rows::each(path, report, &mut |row: &Row| {
             if rows.len() == MOST_ROWS {
                 return Err(report.fail(format!("more than {MOST_ROWS} rows")));
             }
@@ -99,6 +101,7 @@ impl Recorded {
             tracks,
             rows,
             extent,
+            commas,
         })
     }
 

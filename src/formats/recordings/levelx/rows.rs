@@ -1,7 +1,7 @@
 //! Rows of `XX_tracks.csv`, one after the other.
 
-use std::fs::File;
-use std::io::BufReader;
+use std::cell::Cell;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use csv::ByteRecord;
@@ -10,6 +10,7 @@ use super::meta::TrackMeta;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{TrackState, along};
+use crate::formats::recordings::columns;
 use crate::formats::recordings::report::Report;
 use crate::geometry::{Point, Vector};
 use crate::system;
@@ -51,14 +52,15 @@ const IND: [&str; 9] = [
 impl Kind {
     /// That of a file that begins with `head`.
     pub fn of(head: &[u8]) -> Option<Self> {
-        let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
-        let line = String::from_utf8_lossy(line);
-        let names: Vec<&str> = line
-            .trim_start_matches('\u{feff}')
-            .split(',')
-            .map(str::trim)
-            .collect();
-        let has = |all: &[&str]| all.iter().all(|n| n.is_empty() || names.contains(n));
+        Self::among(&columns::of(head).1)
+    }
+
+    /// That of a table with these columns.
+    fn among(names: &[String]) -> Option<Self> {
+        let has = |all: &[&str]| {
+            all.iter()
+                .all(|n| n.is_empty() || names.iter().any(|name| name == n))
+        };
         match () {
             () if has(&HIGHD) => Some(Self::HighD),
             () if has(&IND) => Some(Self::InD),
@@ -140,7 +142,7 @@ impl Row {
     }
 }
 
-/// Gives every row of a file to `take`, in the order of the file.
+/// Gives every row of a file to `take`, in the order of the file, and says how many numbers have a decimal comma.
 ///
 /// # Errors
 /// A column is missing, a value is no number, or `take` refuses a row: with the line.
@@ -148,13 +150,20 @@ pub fn each(
     path: &Path,
     report: &Report,
     take: &mut dyn FnMut(&Row) -> Result<(), ReadError>,
-) -> Result<(), ReadError> {
-    let file = system::open_file(path).map_err(|e| ReadError::io(report.file(), &e))?;
+) -> Result<usize, ReadError> {
+    let io = |error| ReadError::io(report.file(), &error);
+    let mut file = BufReader::new(system::open_file(path).map_err(io)?);
+    let (separator, names) = columns::of(file.fill_buf().map_err(io)?);
+    let kind = Kind::among(&names);
+    let kind = kind.ok_or_else(|| report.row(1, "").fail("not the columns of levelXdata"))?;
+    let place = |name: &&str| names.iter().position(|n| n == name).unwrap_or(usize::MAX);
+    let places: Vec<usize> = kind_columns(kind).iter().map(place).collect();
     let mut table = csv::ReaderBuilder::new()
+        .delimiter(separator)
         .flexible(true)
-        .from_reader(BufReader::new(file));
-    let (kind, places) = columns(&mut table, report)?;
+        .from_reader(file);
     let mut record = ByteRecord::new();
+    let commas = Cell::new(0);
     loop {
         let more = table.read_byte_record(&mut record);
         let line = || {
@@ -164,8 +173,13 @@ pub fn each(
         };
         match more {
             Ok(true) => {}
-            Ok(false) => return Ok(()),
+            Ok(false) => return Ok(commas.get()),
             Err(error) => return Err(report.row(line(), "").fail(error.to_string())),
+        }
+        if record.len() > names.len()
+            && let Some(why) = columns::too_long(record.iter(), names.len())
+        {
+            return Err(report.row(line(), "").fail(why));
         }
         let number = |i: usize| -> Result<f64, ReadError> {
             let at = |name: &str| report.row(line(), format!("column {name}"));
@@ -173,11 +187,16 @@ pub fn each(
             let Some(field) = record.get(places[i]) else {
                 return Err(at(name).fail("the row ends before it; is the file truncated?"));
             };
-            let text = std::str::from_utf8(field).unwrap_or("").trim();
-            match text.parse::<f64>() {
-                Ok(value) if value.abs() < 1e6 => Ok(value),
-                Ok(value) => at(name).number(value),
-                Err(_) => Err(at(name).fail(format!(
+            let text = std::str::from_utf8(field).unwrap_or("");
+            match columns::number(text, separator) {
+                Some((value, comma)) => {
+                    commas.set(commas.get() + usize::from(comma));
+                    match value.abs() < 1e6 {
+                        true => Ok(value),
+                        false => at(name).number(value),
+                    }
+                }
+                None => Err(at(name).fail(format!(
                     "`{}` is not a number",
                     String::from_utf8_lossy(field)
                         .chars()
@@ -224,27 +243,4 @@ fn kind_columns(kind: Kind) -> &'static [&'static str] {
         Kind::HighD => &HIGHD,
         Kind::InD => &IND,
     }
-}
-
-/// The kind of a table, and where its columns are.
-fn columns(
-    table: &mut csv::Reader<BufReader<File>>,
-    report: &Report,
-) -> Result<(Kind, Vec<usize>), ReadError> {
-    let header = table
-        .byte_headers()
-        .map_err(|e| report.row(1, "").fail(e.to_string()))?;
-    let text: Vec<u8> = header.iter().collect::<Vec<_>>().join(&b","[..]);
-    let kind = Kind::of(&text);
-    let kind = kind.ok_or_else(|| report.row(1, "").fail("not the columns of levelXdata"))?;
-    let place = |name: &&str| {
-        let mut names = header.iter().map(|n| {
-            String::from_utf8_lossy(n)
-                .trim_start_matches('\u{feff}')
-                .trim()
-                .to_string()
-        });
-        names.position(|n| n == **name).unwrap_or(usize::MAX)
-    };
-    Ok((kind, kind_columns(kind).iter().map(place).collect()))
 }

@@ -9,6 +9,7 @@ use super::sqlite::Database;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along, median};
+use crate::formats::recordings::repeated;
 use crate::formats::recordings::report::Report;
 use crate::formats::recordings::sizes::{self, LONG};
 use crate::geometry::{Point, Vector};
@@ -168,7 +169,7 @@ pub fn others(
     let mut assumed = Vec::new();
     let mut long = 0;
     let tracks = seen.into_iter().map(|(place, boxes)| {
-        let track = track(log, place, boxes, &mut assumed);
+        let track = track(report, log, place, boxes, &mut assumed);
         long += usize::from(track.kind == ObstacleType::Truck);
         track
     });
@@ -189,13 +190,14 @@ pub fn others(
 }
 
 fn track(
+    report: &Report,
     log: &Log,
     place: usize,
     mut boxes: Vec<Seen>,
     assumed: &mut Vec<ObstacleType>,
 ) -> RecordedTrack {
-    boxes.sort_by_key(|seen| seen.step);
-    boxes.dedup_by_key(|seen| seen.step);
+    let name = || format!("track {}", id_of(place));
+    repeated::once(report, name, &mut boxes, |s| s.step, |s| s.position);
     let said = &log.tracks[place];
     let mut kind = kind(&said.category);
     let of_boxes = |each: fn(&Seen) -> f64| median(boxes.iter().map(each).collect());

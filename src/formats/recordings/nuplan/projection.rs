@@ -7,7 +7,7 @@ use super::record::Record;
 use super::sqlite::Database;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::utm;
+use crate::formats::recordings::utm::TransverseMercator;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::MOST_PARTS;
 
@@ -17,9 +17,6 @@ pub const DEGREES: i64 = 4326;
 /// The systems of UTM on WGS 84, northern and southern half, are these and the zone.
 const NORTH: i64 = 32_600;
 const SOUTH: i64 = 32_700;
-
-/// What a system of the southern half adds to north, metres.
-const FALSE_NORTHING: f64 = 10_000_000.0;
 
 /// The zone of a reference system.
 pub fn zone(system: i64) -> Option<(i64, bool)> {
@@ -77,8 +74,7 @@ pub fn shape(
                 format!("longitude {x}, latitude {y} is not in or beside UTM zone {zone}");
             return Err(row.at(1).fail(message));
         }
-        let (east, north) = utm::forward(*y, *x, zone);
-        let north = if south { north + FALSE_NORTHING } else { north };
+        let (east, north) = TransverseMercator::utm(zone, south).forward(*y, *x);
         Ok(Point::new(east, north))
     };
     let count: usize = read.parts.iter().map(Vec::len).sum();

@@ -1,12 +1,11 @@
-//! The file that SUMO writes with `--fcd-output`: who is where at each time step.
+//! Floating car data, as SUMO writes it with `--fcd-output`: who is where at each time step.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
-use crate::formats::recordings::assembly::median;
-use crate::geometry::Point;
-use crate::scenario::plausibility::limits::{LATEST_STEP, MOST_PARTS, refused_coordinate};
+use super::geo;
+use crate::formats::recordings::steps::Steps;
+use crate::geometry::{Point, normalize_angle};
+use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 
 /// What is in a file.
 pub struct Recorded {
@@ -14,12 +13,14 @@ pub struct Recorded {
     pub comment: String,
     /// Seconds.
     pub times: Vec<f64>,
-    /// The first of them, seconds.
-    pub start: f64,
-    /// Seconds between two.
-    pub time_step: f64,
+    /// The steps of these times.
+    pub steps: Steps,
     /// In the order in which they first appear.
     pub vehicles: Vec<Vehicle>,
+    /// The edges of the lanes that vehicles are on.
+    pub edges: BTreeSet<String>,
+    /// Whether places are in degrees, as far as the file tells it.
+    pub degrees: Option<bool>,
 }
 
 /// A vehicle or a person.
@@ -32,9 +33,10 @@ pub struct Vehicle {
 }
 
 /// A vehicle at a step.
+#[derive(Debug, Clone, Copy)]
 pub struct Seen {
     pub step: i64,
-    /// The middle of its front.
+    /// The middle of its front: metres, or longitude and latitude in degrees.
     pub front: Point,
     /// Radians, counterclockwise from the x-axis.
     pub heading: f64,
@@ -45,13 +47,24 @@ pub struct Seen {
 }
 
 impl Recorded {
+    /// When the first step is, seconds.
+    pub fn start(&self) -> f64 {
+        self.steps.start
+    }
+
+    /// Seconds between two steps.
+    pub fn time_step(&self) -> f64 {
+        self.steps.time_step
+    }
+
     /// Bytes, about.
     pub fn size(&self) -> usize {
         let states: usize = self.vehicles.iter().map(|v| v.seen.capacity()).sum();
         let each = size_of::<Vehicle>() + 64;
         self.comment.len()
-            + self.times.len() * size_of::<f64>()
+            + self.times.len() * (size_of::<f64>() + size_of::<i64>())
             + self.vehicles.len() * each
+            + self.edges.len() * 64
             + states * size_of::<Seen>()
     }
 }
@@ -64,179 +77,170 @@ impl Vehicle {
     }
 }
 
-/// Whether a file that begins so has floating car data.
-pub fn begins(head: &[u8]) -> bool {
-    let head = String::from_utf8_lossy(head);
-    let text = head.trim_start_matches('\u{feff}').trim_start();
-    text.starts_with('<') && text.contains("<fcd-export")
-}
-
 /// Most states of a file.
 const MOST_STATES: usize = 20 * MOST_PARTS;
 
-/// Reads a file; `file` names it in errors.
-pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
-    let mut xml = Xml::new(bytes, file)?;
-    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]);
-    let comment = head
-        .split("<fcd-export")
-        .next()
-        .unwrap_or_default()
-        .to_string();
-    let Some(root) = xml.next()?.filter(|root| root.name == "fcd-export") else {
-        return Err(xml.fail(
-            0,
-            "not floating car data: its root is not <fcd-export>".into(),
-        ));
-    };
-    let mut times = Vec::new();
-    let mut places: HashMap<String, usize> = HashMap::new();
-    let mut vehicles: Vec<Vehicle> = Vec::new();
-    let mut count = 0;
-    while let Some(element) = xml.next()? {
-        if element.name != "timestep" {
-            xml.skip_unknown(element)?;
-            continue;
-        }
-        let time = number(&xml, element, "time")?;
-        let time =
-            time.ok_or_else(|| xml.fail(element.at, "<timestep> has no attribute `time`".into()))?;
-        if times.last().is_some_and(|last| *last >= time) {
-            return Err(xml.fail(
-                element.at,
-                format!("time {time} s does not follow the one before"),
-            ));
-        }
-        let step = i64::try_from(times.len()).unwrap_or(i64::MAX);
-        times.push(time);
-        xml.check_count(element, times.len(), "time steps")?;
-        while let Some(child) = xml.next()? {
-            if !matches!(child.name, "vehicle" | "person") {
-                xml.skip_unknown(child)?;
-                continue;
-            }
-            count += 1;
-            if count > MOST_STATES {
-                return Err(xml.fail(
-                    child.at,
-                    format!("more than {MOST_STATES} vehicles and steps"),
-                ));
-            }
-            let Some(name) = xml.attribute(child, "id") else {
-                return Err(xml.fail(child.at, format!("<{}> has no attribute `id`", child.name)));
-            };
-            let place = match places.get(name.as_ref()) {
-                Some(place) => *place,
-                None => {
-                    let default =
-                        ["DEFAULT_VEHTYPE", "DEFAULT_PEDTYPE"][usize::from(child.name == "person")];
-                    let kind = xml.attribute(child, "type").filter(|k| !k.is_empty());
-                    vehicles.push(Vehicle {
-                        name: name.to_string(),
-                        kind: kind.map_or_else(|| default.into(), |k| k.to_string()),
-                        seen: Vec::new(),
-                    });
-                    places.insert(name.to_string(), vehicles.len() - 1);
-                    vehicles.len() - 1
-                }
-            };
-            let seen = seen(&xml, child, step)?;
-            let all = &mut vehicles[place].seen;
-            if all.last().is_none_or(|last| last.step < step) {
-                all.push(seen);
-            }
-            xml.skip()?;
-        }
-    }
-    if times.len() < 2 {
-        let message = format!("{} time steps; at least 2 are needed", times.len());
-        return Err(xml.fail_in(root, message));
-    }
-    let start = times[0];
-    let between = times.windows(2).map(|pair| pair[1] - pair[0]);
-    let time_step = (median(between.collect()) * 1e4).round() / 1e4;
-    if time_step <= 0.0 {
-        return Err(xml.fail_in(root, "time steps of less than 0.1 ms".into()));
-    }
-    // Steps are counted by time, so that times that are not written are gaps.
-    let mut by_time = Vec::with_capacity(times.len());
-    for time in &times {
-        let step = ((time - start) / time_step).round();
-        if step.abs() > LATEST_STEP as f64 {
-            return Err(xml.fail_in(root, format!("time {time} s is implausible")));
-        }
-        by_time.push(step as i64);
-    }
-    for vehicle in &mut vehicles {
-        for seen in &mut vehicle.seen {
-            seen.step = by_time[usize::try_from(seen.step).unwrap_or(0)];
-        }
-        vehicle.seen.dedup_by_key(|s| s.step);
-    }
-    Ok(Recorded {
-        comment,
-        times,
-        start,
-        time_step,
-        vehicles,
-    })
+/// What a file says of a vehicle at a time.
+pub struct Row<'r> {
+    pub name: &'r str,
+    /// The name of its type; empty where the file has none.
+    pub kind: &'r str,
+    pub is_person: bool,
+    /// The lane that it is on; empty where the file has none.
+    pub lane: &'r str,
+    /// As in the file.
+    pub front: (f64, f64),
+    /// Degrees, clockwise from north.
+    pub angle: f64,
+    /// m/s.
+    pub speed: f64,
+    /// m/s².
+    pub acceleration: Option<f64>,
 }
 
-fn number(xml: &Xml<'_>, element: Element<'_>, name: &str) -> Result<Option<f64>, ReadError> {
-    let Some(text) = xml.attribute(element, name) else {
-        return Ok(None);
-    };
-    let value = text
-        .parse::<f64>()
-        .ok()
-        .filter(|v| v.is_finite() && v.abs() <= 1e9);
-    value.map(Some).ok_or_else(|| {
-        let shown: String = text.chars().take(40).collect();
-        xml.fail(element.at, format!("{name}=\"{shown}\" is not a number"))
-    })
+/// Puts the rows of a file together, in the order of the file.
+#[derive(Default)]
+pub struct Collector {
+    times: Vec<f64>,
+    places: HashMap<String, usize>,
+    vehicles: Vec<Vehicle>,
+    edges: BTreeSet<String>,
+    count: usize,
 }
 
-fn seen(xml: &Xml<'_>, element: Element<'_>, step: i64) -> Result<Seen, ReadError> {
-    let need = |name: &str| {
-        number(xml, element, name)?.ok_or_else(|| {
-            xml.fail(
-                element.at,
-                format!("<{}> has no attribute `{name}`", element.name),
-            )
+impl Collector {
+    /// The next time, seconds.
+    ///
+    /// # Errors
+    /// It is not after the one before, or they are too many.
+    pub fn time(&mut self, time: f64) -> Result<(), String> {
+        if self.times.last().is_some_and(|last| *last >= time) {
+            return Err(format!("time {time} s does not follow the one before"));
+        }
+        if self.times.len() == MOST_PARTS {
+            return Err(format!("more than {MOST_PARTS} time steps"));
+        }
+        self.times.push(time);
+        Ok(())
+    }
+
+    /// The time of the rows that came last; `None` before the first one.
+    pub fn last_time(&self) -> Option<f64> {
+        self.times.last().copied()
+    }
+
+    /// A vehicle at the last time.
+    ///
+    /// # Errors
+    /// Its place is implausible, or there are too many.
+    pub fn row(&mut self, row: &Row<'_>) -> Result<(), String> {
+        self.count += 1;
+        if self.count > MOST_STATES {
+            return Err(format!("more than {MOST_STATES} vehicles and steps"));
+        }
+        let (x, y) = row.front;
+        if let Some(why) = refused_coordinate(x).or_else(|| refused_coordinate(y)) {
+            return Err(why);
+        }
+        if let Some((edge, _)) = row.lane.rsplit_once('_')
+            && !self.edges.contains(edge)
+        {
+            self.edges.insert(edge.to_string());
+        }
+        let place = match self.places.get(row.name) {
+            Some(place) => *place,
+            None => {
+                let default = ["DEFAULT_VEHTYPE", "DEFAULT_PEDTYPE"][usize::from(row.is_person)];
+                self.vehicles.push(Vehicle {
+                    name: row.name.to_string(),
+                    kind: if row.kind.is_empty() {
+                        default
+                    } else {
+                        row.kind
+                    }
+                    .to_string(),
+                    seen: Vec::new(),
+                });
+                let place = self.vehicles.len() - 1;
+                self.places.insert(row.name.to_string(), place);
+                place
+            }
+        };
+        self.vehicles[place].seen.push(Seen {
+            // The place of its time, until steps are known.
+            step: i64::try_from(self.times.len()).unwrap_or(i64::MAX) - 1,
+            front: Point::new(x, y),
+            heading: normalize_angle((90.0 - row.angle).to_radians()),
+            speed: row.speed,
+            acceleration: row.acceleration,
+        });
+        Ok(())
+    }
+
+    /// Everything, with the comment at the beginning of the file.
+    ///
+    /// # Errors
+    /// Its times are no steps.
+    pub fn finish(mut self, comment: String) -> Result<Recorded, String> {
+        let steps = Steps::of(&self.times)?;
+        for vehicle in &mut self.vehicles {
+            for seen in &mut vehicle.seen {
+                let place = usize::try_from(seen.step).unwrap_or(0);
+                seen.step = steps.steps[place];
+            }
+        }
+        Ok(Recorded {
+            degrees: geo::degrees(&self.vehicles, steps.time_step, &comment),
+            comment,
+            times: self.times,
+            steps,
+            vehicles: self.vehicles,
+            edges: self.edges,
         })
-    };
-    let (x, y) = (need("x")?, need("y")?);
-    if let Some(why) = refused_coordinate(x).or_else(|| refused_coordinate(y)) {
-        return Err(xml.fail(element.at, why));
     }
-    Ok(Seen {
-        step,
-        front: Point::new(x, y),
-        // Degrees clockwise from north.
-        heading: crate::geometry::normalize_angle((90.0 - need("angle")?).to_radians()),
-        speed: need("speed")?,
-        acceleration: number(xml, element, "acceleration")?,
-    })
+}
+
+/// A time, seconds: `12.50`, or as `--human-readable-time` writes it, `0:00:12.50` and with days `1:00:00:12.50`.
+pub fn seconds(text: &str) -> Option<f64> {
+    let (sign, rest) = match text.trim().strip_prefix('-') {
+        Some(rest) => (-1.0, rest),
+        None => (1.0, text.trim()),
+    };
+    let pieces: Vec<&str> = rest.split(':').collect();
+    let (last, before) = pieces.split_last()?;
+    let factors: &[f64] = match before.len() {
+        0 => &[],
+        2 => &[3600.0, 60.0],
+        3 => &[86_400.0, 3600.0, 60.0],
+        _ => return None,
+    };
+    let mut sum = last.parse::<f64>().ok().filter(|s| *s >= 0.0)?;
+    for (piece, factor) in before.iter().zip(factors) {
+        sum += f64::from(piece.parse::<u32>().ok()?) * factor;
+    }
+    Some(sign * sum).filter(|s| s.is_finite() && s.abs() <= 1e9)
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
     #[test]
-    fn angles_are_clockwise_from_north() {
-        let vehicle = |angle| format!("<vehicle id='a' x='1' y='2' angle='{angle}' speed='3'/>");
-        for (angle, degrees) in [(0, 90.0), (90, 0.0), (180, -90.0), (270, 180.0_f64)] {
-            let text = format!(
-                "<fcd-export><timestep time='5'>{0}</timestep><timestep time='5.5'>{0}</timestep></fcd-export>",
-                vehicle(angle)
-            );
-            let read = read(text.as_bytes(), "x").unwrap();
-            let seen = &read.vehicles[0].seen[1];
-            assert_eq!((read.time_step, seen.step), (0.5, 1));
-            assert!((seen.heading.cos() - degrees.to_radians().cos()).abs() < 1e-12);
-            assert!((seen.heading.sin() - degrees.to_radians().sin()).abs() < 1e-12);
+    fn times_are_seconds_or_a_clock() {
+        let all = [
+            ("12.50", Some(12.5)),
+            ("00:00:04.50", Some(4.5)),
+            ("23:59:58", Some(86_398.0)),
+            ("24:00:00", Some(86_400.0)),
+            ("1:00:00:01", Some(86_401.0)),
+            ("-0:00:01.00", Some(-1.0)),
+            ("1:30", None),
+            ("0:x:1", None),
+            ("noon", None),
+            ("1e300", None),
+        ];
+        for (text, expected) in all {
+            assert_eq!(seconds(text), expected, "{text}");
         }
     }
 }

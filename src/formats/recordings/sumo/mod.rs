@@ -1,7 +1,10 @@
 //! SUMO: floating car data (`--fcd-output`) with the net and the vehicle types that lie beside it.
 
 mod fcd;
+mod fcd_csv;
+mod fcd_xml;
 mod files;
+mod geo;
 mod lights;
 mod net;
 mod types;
@@ -12,16 +15,17 @@ use std::sync::Arc;
 
 use super::assembly::{About, Map, RecordedTrack, TrackState, assemble};
 use super::ids::Ids;
+use super::repeated;
 use super::report::Report;
 use super::windows::{self, LongRecording, Wanted};
 use crate::formats::address::Address;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::dispatch::{Format, Parts};
 use crate::geometry::Point;
 use crate::scenario::{ContentHash, HashedBeginning, Scenario};
 use crate::system::{self, FileCache};
 use fcd::{Recorded, Seen, Vehicle};
+use geo::Placement;
 use types::{Types, VehicleType};
 
 /// The format.
@@ -43,7 +47,7 @@ const TOLD: usize = 12;
 
 impl Format for Sumo {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
-        fcd::begins(head)
+        fcd_xml::begins(head) || fcd_csv::begins(head)
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
@@ -67,7 +71,7 @@ impl Format for Sumo {
         if wanted.is_none() && is_long(recorded) {
             let first = recorded.vehicles.first();
             let (name, step) = first.map_or(("1", 0), |v| (v.name.as_str(), v.span().0));
-            let start = recorded.start + step as f64 * recorded.time_step;
+            let start = recorded.start() + step as f64 * recorded.time_step();
             return Err(windows::too_long(&report, file, name, start));
         }
         scenario(file, hashed, recorded, report, wanted)
@@ -80,21 +84,30 @@ fn read(path: &Path) -> Result<Arc<(Recorded, HashedBeginning)>, ReadError> {
     RECORDINGS.get(&[path], || {
         let bytes = system::read_file(path, system::LARGEST);
         let bytes = bytes.map_err(|e| ReadError::io(&file, &e))?;
-        let recorded = fcd::read(&bytes, &file)?;
+        let recorded = match fcd_csv::begins(&bytes) {
+            true => fcd_csv::read(&bytes, &file)?,
+            false => fcd_xml::read(&bytes, &file)?,
+        };
         let size = recorded.size();
         Ok(((recorded, HashedBeginning::of(&bytes)), size))
     })
 }
 
 fn is_long(recorded: &Recorded) -> bool {
-    let last = recorded.times.len().saturating_sub(1) as f64 * recorded.time_step;
-    last > windows::SHORT
+    let last = recorded.times.last().copied().unwrap_or_default();
+    last - recorded.start() > windows::SHORT
 }
 
 /// Everyone in a long recording, a few times a second.
 fn whole(path: &Path, recorded: &Recorded, report: Report) -> Result<LongRecording, ReadError> {
     let types = Types::beside(path, recorded, &report)?;
-    let every = (1.0 / windows::MOMENTS / recorded.time_step)
+    // The net is needed only to place what is in degrees.
+    let net = match recorded.degrees {
+        Some(false) => None,
+        _ => net::of(path, recorded, &report)?,
+    };
+    let (placement, _) = Placement::of(recorded, net.as_ref().map(|n| &n.1.location), &report);
+    let every = (1.0 / windows::MOMENTS / recorded.time_step())
         .round()
         .max(1.0) as i64;
     let mut names = HashMap::with_capacity(recorded.vehicles.len());
@@ -103,19 +116,20 @@ fn whole(path: &Path, recorded: &Recorded, report: Report) -> Result<LongRecordi
         let id = ids.id(vehicle).0;
         names.insert(id, vehicle.name.clone());
         let seen = vehicle.seen.iter().filter(|seen| seen.step % every == 0);
-        track(id, types.of(&vehicle.kind), seen, (0, every))
+        let states = states(vehicle, seen, (0, every), &report);
+        track(id, types.of(&vehicle.kind), states, &placement)
     });
     let tracks = tracks.collect();
     let about = About {
         source: SOURCE,
         benchmark_id: "ZAM_Sumo".into(),
-        time_step_size: recorded.time_step * every as f64,
+        time_step_size: recorded.time_step() * every as f64,
         tags: Vec::new(),
         ego: None,
         hash: ContentHash::digest(b""),
     };
     let scenario = assemble(report, about, Map::default(), tracks)?;
-    Ok(LongRecording::new(scenario, names, recorded.start))
+    Ok(LongRecording::new(scenario, names, recorded.start()))
 }
 
 /// The simulator, as scenarios name their source.
@@ -144,16 +158,26 @@ impl OwnIds {
     }
 }
 
-/// A vehicle at some steps; the first one of the scenario is `first`, and one is so many of the recording's.
-fn track<'s>(
-    id: i64,
-    size: &VehicleType,
+/// The states of a vehicle; the first step of the scenario is `first`, and one is so many of the recording's.
+fn states<'s>(
+    vehicle: &Vehicle,
     seen: impl Iterator<Item = &'s Seen>,
     (first, steps): (i64, i64),
-) -> RecordedTrack {
-    let states = seen.map(|seen| TrackState {
-        step: (seen.step - first) / steps,
-        position: middle(seen, size),
+    report: &Report,
+) -> Vec<Seen> {
+    let mut seen: Vec<Seen> = seen.copied().collect();
+    let name = || format!("vehicle `{}`", vehicle.name);
+    repeated::once(report, name, &mut seen, |s| s.step, |s| s.front);
+    for seen in &mut seen {
+        seen.step = (seen.step - first) / steps;
+    }
+    seen
+}
+
+fn track(id: i64, size: &VehicleType, seen: Vec<Seen>, placement: &Placement) -> RecordedTrack {
+    let states = seen.iter().map(|seen| TrackState {
+        step: seen.step,
+        position: middle(placement.metres(seen.front), seen.heading, size),
         heading: seen.heading,
         velocity: Some(seen.speed),
         acceleration: seen.acceleration,
@@ -170,10 +194,10 @@ fn track<'s>(
 }
 
 /// The middle of a body: SUMO gives that of its front.
-fn middle(seen: &Seen, size: &VehicleType) -> Point {
-    let (sin, cos) = seen.heading.sin_cos();
+fn middle(front: Point, heading: f64, size: &VehicleType) -> Point {
+    let (sin, cos) = heading.sin_cos();
     let half = size.length / 2.0;
-    Point::new(seen.front.x - half * cos, seen.front.y - half * sin)
+    Point::new(front.x - half * cos, front.y - half * sin)
 }
 
 fn scenario(
@@ -183,9 +207,8 @@ fn scenario(
     report: Report,
     wanted: Option<Wanted>,
 ) -> Result<Scenario, ReadError> {
-    let dt = recorded.time_step;
+    let dt = recorded.time_step();
     let types = Types::beside(file, recorded, &report)?;
-    let net = files::net(file, &recorded.comment);
     let name = wanted.as_ref().map_or(EGO, |w| w.track.as_str());
     let chosen = recorded.vehicles.iter().find(|v| v.name == name);
     if let (Some(wanted), None) = (&wanted, chosen) {
@@ -209,7 +232,7 @@ fn scenario(
             }),
             _,
         ) => {
-            let first = ((start - recorded.start) / dt).round() as i64;
+            let first = ((start - recorded.start()) / dt).round() as i64;
             (first, first + (windows::LENGTH / dt).round() as i64)
         }
         (Some(_), Some(vehicle)) => vehicle.span(),
@@ -224,6 +247,10 @@ fn scenario(
         let message = format!("vehicle `{}` is not there in that window", wanted.track);
         return Err(report.fail(message));
     }
+    recorded.steps.tell(&report);
+    let net = net::of(file, recorded, &report)?;
+    let location = net.as_ref().map(|(_, net)| &net.location);
+    let (placement, has_lanes) = Placement::of(recorded, location, &report);
     let mut ids = OwnIds::of(recorded);
     let (mut tracks, mut told, mut ego) = (Vec::new(), Vec::new(), None);
     for vehicle in &recorded.vehicles {
@@ -241,7 +268,8 @@ fn scenario(
         if chosen.is_some_and(|c| c.name == vehicle.name) {
             ego = Some(id);
         }
-        tracks.push(track(id, types.of(&vehicle.kind), seen, (steps.0, 1)));
+        let states = states(vehicle, seen, (steps.0, 1), &report);
+        tracks.push(track(id, types.of(&vehicle.kind), states, &placement));
     }
     if !told.is_empty() {
         let more = match told.len().saturating_sub(TOLD) {
@@ -251,16 +279,12 @@ fn scenario(
         told.truncate(TOLD);
         report.note(format!("vehicles are numbered: {}{more}", told.join(", ")));
     }
-    let (map, map_hash) = match net {
-        Some(net) => {
-            let start = recorded.start + steps.0 as f64 * dt;
-            net::read(&report, &net, &mut ids.0, (start, dt))?
+    let (map, map_hash) = match net.filter(|_| has_lanes) {
+        Some((_, net)) => {
+            let start = recorded.start() + steps.0 as f64 * dt;
+            net::map(&report, &net, &mut ids.0, (start, dt))
         }
-        None => {
-            let message = "no net: no .net.xml beside it; the scenario has no lanes";
-            report.at("").warn(message);
-            (Map::default(), ContentHash::digest(b""))
-        }
+        None => (Map::default(), ContentHash::digest(b"")),
     };
     let window = part_bytes(steps, ego);
     let sizes = types.bytes();

@@ -1,10 +1,15 @@
 //! SUMO nets: lanes with a middle and a width, and how they are connected.
 
-use std::collections::HashMap;
-use std::path::Path;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::fcd::Recorded;
+use super::files::{self, Nets};
+use super::geo::Location;
 use super::lights::{Program, program};
 use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::commonroad::xml::{Element, Xml};
 use crate::formats::recordings::assembly::Map;
 use crate::formats::recordings::ids::Ids;
@@ -47,8 +52,11 @@ struct Connection {
 }
 
 /// A net as it is in its file.
-struct Net {
+pub struct Net {
+    pub location: Location,
     lanes: Vec<NetLane>,
+    /// The ids of all edges, also of those that are no lanes here.
+    edges: HashSet<String>,
     connections: Vec<Connection>,
     programs: HashMap<String, Program>,
     hash: ContentHash,
@@ -68,10 +76,16 @@ impl Net {
             return Err(xml.fail(0, "not a SUMO net: its root is not <net>".into()));
         }
         let (mut lanes, mut connections) = (Vec::new(), Vec::new());
+        let (mut location, mut edges) = (Location::default(), HashSet::new());
         let mut programs: HashMap<String, Program> = HashMap::new();
         while let Some(element) = xml.next()? {
             match element.name {
-                "edge" => edge(&mut xml, element, &mut lanes)?,
+                "location" => location = self::location(&mut xml, element)?,
+                "edge" => {
+                    let id = xml.attribute(element, "id");
+                    edges.extend(id.map(|id| id.into_owned()));
+                    edge(&mut xml, element, &mut lanes)?;
+                }
                 "connection" => connections.extend(connection(&mut xml, element)?),
                 "tlLogic" => {
                     let (id, program) = program(&mut xml, element)?;
@@ -84,7 +98,9 @@ impl Net {
             xml.check_count(element, most, "lanes or connections")?;
         }
         let net = Self {
+            location,
             lanes,
+            edges,
             connections,
             programs,
             hash: ContentHash::digest(&bytes),
@@ -93,20 +109,108 @@ impl Net {
     }
 }
 
-/// The lanes of a net, with the lights as they are from `start` on in steps of `dt` seconds.
-pub fn read(
+/// Where a net is.
+fn location<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Location, ReadError> {
+    let numbers = |name: &str| -> Option<Vec<f64>> {
+        let text = xml.attribute(element, name)?;
+        text.split(',').map(|n| n.trim().parse().ok()).collect()
+    };
+    let boundary = |name: &str| <[f64; 4]>::try_from(numbers(name)?).ok();
+    let offset = numbers("netOffset").and_then(|both| <[f64; 2]>::try_from(both).ok());
+    let projection = xml.attribute(element, "projParameter").unwrap_or_default();
+    let found = Location {
+        offset: offset.map_or((0.0, 0.0), |[x, y]| (x, y)),
+        projection: projection.trim().to_string(),
+        metres: boundary("convBoundary"),
+        original: boundary("origBoundary"),
+    };
+    xml.skip()?;
+    Ok(found)
+}
+
+/// The net of a recording: the one that it names, or the one beside it in which its edges are. What is wrong is said.
+pub fn of(
+    file: &Path,
+    recorded: &Recorded,
     report: &Report,
-    path: &Path,
+) -> Result<Option<(PathBuf, Arc<Net>)>, ReadError> {
+    let read = |path: &Path| NETS.get(&[path], || Net::read(path));
+    let (nets, started_with) = match files::nets(file, &recorded.comment) {
+        Nets::Told(net) => {
+            let read = read(&net)?;
+            return Ok(Some((net, read)));
+        }
+        Nets::Beside(nets, started_with) => (nets, started_with),
+    };
+    let none = |why: String| {
+        report
+            .at("")
+            .warn(format!("no net: {why}; the scenario has no lanes"));
+        Ok(None)
+    };
+    let used = &recorded.edges;
+    match &nets[..] {
+        [] => none(match started_with {
+            Some(name) => format!("{name}, which it was made with, is not beside it"),
+            None => "no .net.xml beside it".into(),
+        }),
+        [only] => {
+            let net = read(only)?;
+            match used.is_empty() || used.iter().any(|edge| net.edges.contains(edge)) {
+                true => Ok(Some((only.clone(), net))),
+                false => none(format!(
+                    "{}, the only one beside it, has none of its edges, such as `{}`",
+                    files::in_words(&nets),
+                    used.first().map_or("", String::as_str)
+                )),
+            }
+        }
+        several => {
+            // One that is damaged is none of these.
+            let all = several
+                .iter()
+                .filter_map(|path| Some((path, read(path).ok()?)));
+            let has_all = |net: &Net| used.iter().all(|edge| net.edges.contains(edge));
+            let mut fit: Vec<_> = all
+                .filter(|(_, net)| !used.is_empty() && has_all(net))
+                .collect();
+            if fit.len() == 1
+                && let Some((path, net)) = fit.pop()
+            {
+                report.note(format!(
+                    "net {}: the only one of {} beside it that has its edges",
+                    path.display(),
+                    several.len()
+                ));
+                return Ok(Some((path.clone(), net)));
+            }
+            let which = match fit.len() {
+                0 => "none of them has",
+                _ => "several of them have",
+            };
+            none(format!(
+                "{} .net.xml files are beside it ({}), and {which} all its edges; leave only its own",
+                several.len(),
+                files::in_words(several)
+            ))
+        }
+    }
+}
+
+/// The lanes of a net, with the lights as they are from `start` on in steps of `dt` seconds.
+pub fn map(
+    report: &Report,
+    net: &Net,
     ids: &mut Ids,
     (start, dt): (f64, f64),
-) -> Result<(Map, ContentHash), ReadError> {
-    let net = NETS.get(&[path], || Net::read(path))?;
+) -> (Map, ContentHash) {
     let Net {
         lanes,
         connections,
         programs,
         hash,
-    } = &*net;
+        ..
+    } = net;
     let mut map = lanelets(lanes, connections, ids);
     let actuated = programs.values().filter(|p| !p.is_static).count();
     report.note_count(actuated, |n| {
@@ -140,7 +244,7 @@ pub fn read(
         lights: map.lights,
         ..Map::default()
     };
-    Ok((map, *hash))
+    (map, *hash)
 }
 
 fn names(names: &[String]) -> HashMap<String, usize> {

@@ -35,18 +35,27 @@ static DEFINED: FileCache<HashMap<String, VehicleType>> = FileCache::new(KEPT);
 /// No file of types is larger, bytes.
 const LARGEST: u64 = 512 << 20;
 
-/// SUMO's defaults: class, kind, length and width in metres.
+/// SUMO's defaults, as version 1.28 has them: class, kind, length and width in metres.
 #[rustfmt::skip]
-const CLASSES: [(&str, ObstacleType, f64, f64); 17] = [
+const CLASSES: [(&str, ObstacleType, f64, f64); 34] = [
     ("passenger", ObstacleType::Car, 5.0, 1.8), ("private", ObstacleType::Car, 5.0, 1.8),
-    ("taxi", ObstacleType::Taxi, 5.0, 1.8), ("evehicle", ObstacleType::Car, 5.0, 1.8),
-    ("emergency", ObstacleType::PriorityVehicle, 6.5, 2.16), ("delivery", ObstacleType::Truck, 6.5, 2.16),
-    ("truck", ObstacleType::Truck, 7.1, 2.4), ("trailer", ObstacleType::Truck, 16.5, 2.55),
+    ("vip", ObstacleType::Car, 5.0, 1.8), ("hov", ObstacleType::Car, 5.0, 1.8),
+    ("evehicle", ObstacleType::Car, 5.0, 1.8), ("army", ObstacleType::Car, 5.0, 1.8),
+    ("custom1", ObstacleType::Car, 5.0, 1.8), ("custom2", ObstacleType::Car, 5.0, 1.8),
+    ("ignoring", ObstacleType::Car, 5.0, 1.8), ("taxi", ObstacleType::Taxi, 5.0, 1.8),
+    ("authority", ObstacleType::PriorityVehicle, 5.0, 1.8), ("emergency", ObstacleType::PriorityVehicle, 6.5, 2.16),
+    ("delivery", ObstacleType::Truck, 6.5, 2.16), ("truck", ObstacleType::Truck, 7.1, 2.4),
+    ("trailer", ObstacleType::Truck, 16.5, 2.55),
     ("bus", ObstacleType::Bus, 12.0, 2.5), ("coach", ObstacleType::Bus, 14.0, 2.6),
-    ("tram", ObstacleType::Train, 22.0, 2.4), ("rail_urban", ObstacleType::Train, 36.5 * 3.0, 3.0),
-    ("motorcycle", ObstacleType::Motorcycle, 2.2, 0.9), ("moped", ObstacleType::Motorcycle, 2.1, 0.8),
-    ("bicycle", ObstacleType::Bicycle, 1.6, 0.65), ("pedestrian", ObstacleType::Pedestrian, 0.215, 0.478),
-    ("scooter", ObstacleType::Bicycle, 1.2, 0.5),
+    ("tram", ObstacleType::Train, 22.0, 2.4), ("rail_urban", ObstacleType::Train, 109.5, 3.0),
+    ("subway", ObstacleType::Train, 109.5, 3.0), ("rail", ObstacleType::Train, 135.0, 2.84),
+    ("rail_electric", ObstacleType::Train, 200.0, 2.95), ("rail_fast", ObstacleType::Train, 200.0, 2.95),
+    ("cable_car", ObstacleType::Unknown, 5.0, 1.8),
+    ("motorcycle", ObstacleType::Motorcycle, 2.2, 0.9), ("moped", ObstacleType::Motorcycle, 2.1, 0.78),
+    ("bicycle", ObstacleType::Bicycle, 1.6, 0.65), ("scooter", ObstacleType::Bicycle, 1.2, 0.5),
+    ("pedestrian", ObstacleType::Pedestrian, 0.215, 0.478), ("wheelchair", ObstacleType::Pedestrian, 1.2, 0.72),
+    ("ship", ObstacleType::Unknown, 17.0, 4.0), ("container", ObstacleType::Unknown, 6.096, 2.438),
+    ("aircraft", ObstacleType::Unknown, 72.7, 79.8), ("drone", ObstacleType::Unknown, 0.5, 0.5),
 ];
 
 fn class(name: &str) -> VehicleType {
@@ -68,6 +77,7 @@ impl Types {
                 ("DEFAULT_TAXITYPE", "taxi"),
                 ("DEFAULT_BIKETYPE", "bicycle"),
                 ("DEFAULT_PEDTYPE", "pedestrian"),
+                ("DEFAULT_RAILTYPE", "rail"),
             ]
             .map(|(name, of)| (name.to_string(), class(of))),
         );

@@ -1,0 +1,146 @@
+//! Steps of a recording whose rows have times: the steps that they lie on, if they do.
+
+use super::assembly::median;
+use super::report::Report;
+use crate::formats::commonroad::builder::SourceLocation;
+use crate::scenario::plausibility::limits::LATEST_STEP;
+
+/// A part of a step by which a time may be off it.
+const OFF: f64 = 0.25;
+
+/// So much is the rounding of written times, seconds.
+const ROUNDING: f64 = 0.0101;
+
+/// Step lengths are told in these parts of a second, where they are that.
+const PART: f64 = 1e-4;
+
+/// The steps at which times lie.
+pub struct Steps {
+    /// The first time, seconds.
+    pub start: f64,
+    /// Seconds.
+    pub time_step: f64,
+    /// Of each time. Times that are not there are gaps.
+    pub steps: Vec<i64>,
+    /// Times that are farther from their step than they are rounded.
+    off: usize,
+    /// By how much the farthest one is, seconds.
+    most: f64,
+}
+
+impl Steps {
+    /// Of times in order, seconds.
+    ///
+    /// # Errors
+    /// They are fewer than two, or do not lie on steps of the same length.
+    pub fn of(times: &[f64]) -> Result<Self, String> {
+        let [start, .., last] = times[..] else {
+            return Err(format!("{} time steps; at least 2 are needed", times.len()));
+        };
+        let between = times.windows(2).map(|pair| pair[1] - pair[0]);
+        let guess = median(between.collect());
+        if guess < PART {
+            return Err(format!("time steps of less than {} ms", PART * 1e3));
+        }
+        if (last - start) / guess > LATEST_STEP as f64 {
+            return Err(format!("time {last} s is implausible"));
+        }
+        // Written times are rounded: what a step is shows the better the farther a time is from the first one.
+        let mut time_step = guess;
+        for time in times {
+            let count = ((time - start) / time_step).round();
+            if count > 0.0 {
+                time_step = (time - start) / count;
+            }
+        }
+        let told = (time_step / PART).round() * PART;
+        let steps_in_all = (last - start) / time_step;
+        if (told - time_step).abs() * steps_in_all < ROUNDING.min(time_step / 10.0) {
+            // Without the rounding of the division.
+            time_step = (told * 1e4).round() / 1e4;
+        }
+        let mut found = Self {
+            start,
+            time_step,
+            steps: Vec::with_capacity(times.len()),
+            off: 0,
+            most: 0.0,
+        };
+        for time in times {
+            let at = (time - start) / time_step;
+            let off = (at - at.round()).abs();
+            let step = at.round() as i64;
+            if off > OFF || found.steps.last().is_some_and(|before| *before >= step) {
+                return Err(format!(
+                    "time {time} s is no step: most times are {time_step} s apart, from {start} s; sample the recording at equal times"
+                ));
+            }
+            if off * time_step > ROUNDING.min(time_step / 10.0) {
+                found.off += 1;
+                found.most = found.most.max(off * time_step);
+            }
+            found.steps.push(step);
+        }
+        Ok(found)
+    }
+
+    /// Says that times are off their steps, where some are.
+    pub fn tell(&self, report: &Report) {
+        if self.off > 0 {
+            report.at("").warn(format!(
+                "{} times are up to {:.3} s off the steps of {} s; taken as at the nearest one",
+                self.off, self.most, self.time_step
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn steps(times: &[f64]) -> Result<(f64, Vec<i64>, usize), String> {
+        Steps::of(times).map(|found| (found.time_step, found.steps, found.off))
+    }
+
+    #[test]
+    fn steps_are_found_in_rounded_times_and_gaps_stay() {
+        assert_eq!(steps(&[5.0, 5.5, 7.0]).unwrap().1, [0, 1, 4]);
+        // 0.125 s, written in hundredths.
+        let rounded: Vec<f64> = (0..80)
+            .map(|i| (f64::from(i) * 12.5).round() / 100.0)
+            .collect();
+        let (time_step, found, off) = steps(&rounded).unwrap();
+        assert_eq!((time_step, off), (0.125, 0));
+        assert!(found.iter().copied().eq(0..80));
+        // Thirty times a second.
+        let thirtieths: Vec<f64> = (0..9000)
+            .map(|i| (f64::from(i) * 1e3 / 30.0).round() / 1e3)
+            .collect();
+        let (time_step, found, off) = steps(&thirtieths).unwrap();
+        assert!(
+            (time_step - 1.0 / 30.0).abs() < 1e-6 && off == 0,
+            "{time_step}"
+        );
+        assert!(found.iter().copied().eq(0..9000));
+    }
+
+    #[test]
+    fn times_that_are_no_steps_are_told() {
+        let error = steps(&[0.0, 0.1, 0.2, 0.35, 0.4, 0.5]).unwrap_err();
+        assert!(
+            error.contains("time 0.35 s is no step") && error.contains("0.1 s apart"),
+            "{error}"
+        );
+        assert!(steps(&[0.0, 1.0, 2.0, 2.1, 3.0]).is_err());
+        assert_eq!(steps(&[0.0, 1.0, 2.15, 3.0]).unwrap().2, 1);
+        assert!(steps(&[0.0]).unwrap_err().contains("at least 2"));
+        assert!(steps(&[0.0, 1e-6]).unwrap_err().contains("less than"));
+        assert!(
+            steps(&[0.0, 0.1, 0.2, 1e8])
+                .unwrap_err()
+                .contains("implausible")
+        );
+    }
+}
