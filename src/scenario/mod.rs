@@ -174,6 +174,8 @@ impl std::fmt::Display for Diagnostic {
 pub enum Severity {
     /// Unusual, and without effect.
     Note,
+    /// It stands in the file and nothing is made of it.
+    Unused,
     /// Something was assumed or left out.
     Warning,
 }
@@ -182,6 +184,7 @@ impl std::fmt::Display for Severity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Note => "note",
+            Self::Unused => "not used",
             Self::Warning => "warning",
         })
     }

@@ -121,14 +121,26 @@ fn counted(count: usize, noun: &str) -> String {
     }
 }
 
-/// The diagnostics, those that differ in numbers only told once, the most serious first.
+/// The diagnostics, those that differ in numbers only told once, the most serious first; what is not used, in one
+/// sentence at the end.
 #[must_use]
 pub fn in_short(diagnostics: &[Diagnostic]) -> Vec<(Severity, String)> {
-    let shape = |d: &Diagnostic| (shape(&d.message), d.severity);
-    let mut groups = grouped(diagnostics, shape);
+    let all = diagnostics.iter();
+    let (unused, others): (Vec<_>, Vec<_>) = all.partition(|d| d.severity == Severity::Unused);
+    let shape = |d: &&Diagnostic| (shape(&d.message), d.severity);
+    let mut groups = grouped(&others, shape);
     groups.sort_by_key(|(first, _)| std::cmp::Reverse(first.severity));
-    let words = |(first, more): (&Diagnostic, usize)| (first.severity, told(first, more));
-    groups.into_iter().map(words).collect()
+    let words = |(first, more): (&&Diagnostic, usize)| (first.severity, told(first, more));
+    let mut short: Vec<_> = groups.into_iter().map(words).collect();
+    if !unused.is_empty() {
+        let kinds = unused.iter().map(|kind| match kind.line {
+            0 => format!("{} {}", kind.message, kind.element),
+            line => format!("{} {} (line {line})", kind.message, kind.element),
+        });
+        let kinds = kinds.collect::<Vec<_>>().join(", ");
+        short.push((Severity::Unused, format!("{}: {kinds}", Severity::Unused)));
+    }
+    short
 }
 
 /// Sentences in their order, those that differ in numbers only told once.
@@ -185,9 +197,21 @@ mod tests {
             diagnostic(Severity::Note, 3, "limit 27.78 as sign 1"),
             diagnostic(Severity::Warning, 9, "no shape"),
             diagnostic(Severity::Note, 12, "limit 13.9 as sign 2"),
+            Diagnostic {
+                element: "lanelet/hue".into(),
+                ..diagnostic(Severity::Unused, 7, "2 ×")
+            },
+            Diagnostic {
+                element: "column dhw".into(),
+                ..diagnostic(Severity::Unused, 0, "90 ×")
+            },
         ];
         let short = in_short(&all);
-        assert_eq!(short.len(), 2);
+        assert_eq!(short.len(), 3);
+        assert_eq!(
+            short[2].1,
+            "not used: 2 × lanelet/hue (line 7), 90 × column dhw"
+        );
         assert_eq!(short[0].1, "warning: line 9: no shape");
         assert_eq!(
             short[1].1,

@@ -183,7 +183,9 @@ fn what_reading_left_out_is_said_and_names_do_not_clash() {
     let (first, second) = (first.to_str().unwrap(), second.to_str().unwrap());
     let ended = home.run(&["convert", first]).status(0);
     assert!(
-        ended.stderr.contains("unknown element <hue>"),
+        ended
+            .stderr
+            .contains("not used: 1 × commonRoad/dynamicObstacle/hue (line"),
         "{}",
         ended.stderr
     );

@@ -16,14 +16,15 @@ use crate::scenario::Severity;
 use crate::workflow::{OpenRequest, OpenedScene, open};
 
 /// Titles of the columns.
-const TITLES: [&str; 7] = [
+const TITLES: [&str; 8] = [
     "scenario",
     "obstacles",
     "lanelets",
     "steps",
     "seconds",
     "ego",
-    "problems",
+    "warnings",
+    "not used",
 ];
 
 /// Prints a line for each scenario in a folder or below; one that cannot be read is said and counted.
@@ -52,7 +53,7 @@ pub fn run(folder: &Path, as_json: bool) -> Outcome {
     );
     written?;
     if !as_json && rows.len() > 1 {
-        output::text(&output::table_lines(&rows, &[1, 2, 3, 4, 6]).collect::<String>())?;
+        output::text(&output::table_lines(&rows, &[1, 2, 3, 4, 6, 7]).collect::<String>())?;
     }
     match failed {
         0 => Ok(()),
@@ -89,7 +90,9 @@ pub struct FolderLine {
     /// Whether an ego is recorded.
     ego: bool,
     /// Number of warnings of the parser.
-    problems: usize,
+    warnings: usize,
+    /// Number of kinds of elements, attributes, fields or columns that stand in the file and are not used.
+    not_used: usize,
 }
 
 impl json::Output for FolderLine {
@@ -102,7 +105,10 @@ impl FolderLine {
         let scenario = &opened.scenario;
         let steps = scenario.steps();
         let last = (steps.end - 1 - steps.start).max(0);
-        let diagnostics = scenario.diagnostics.iter();
+        let count = |severity: Severity| {
+            let diagnostics = scenario.diagnostics.iter();
+            diagnostics.filter(|d| d.severity == severity).count()
+        };
         Self {
             scenario: entry.name.clone(),
             file: entry.display(),
@@ -111,11 +117,12 @@ impl FolderLine {
             steps: steps.end - steps.start,
             seconds: last as f64 * scenario.dt(),
             ego: opened.scene.is_ok(),
-            problems: diagnostics.filter(|d| d.severity != Severity::Note).count(),
+            warnings: count(Severity::Warning),
+            not_used: count(Severity::Unused),
         }
     }
 
-    fn cells(&self) -> [String; 7] {
+    fn cells(&self) -> [String; 8] {
         [
             self.scenario.clone(),
             self.obstacles.to_string(),
@@ -123,7 +130,8 @@ impl FolderLine {
             self.steps.to_string(),
             format!("{:.1}", self.seconds),
             if self.ego { "recorded" } else { "-" }.into(),
-            self.problems.to_string(),
+            self.warnings.to_string(),
+            self.not_used.to_string(),
         ]
     }
 }

@@ -236,14 +236,13 @@ impl<'a> Xml<'a> {
         self.diagnostics.push(severity, place, message);
     }
 
-    /// Notes that an element is not known and passes over it.
+    /// Passes over an element that is not known, which counts as not used.
     pub fn skip_unknown(&mut self, element: Element<'a>) -> Result<(), ReadError> {
         self.skip()?;
-        self.note(
-            Severity::Note,
-            element,
-            format!("unknown element <{}> was left out", short(element.name)),
-        );
+        let names = self.path.iter().map(|open| open.name);
+        let names: Vec<String> = names.chain([element.name]).map(short).collect();
+        let line = || self.line_of(element.at);
+        self.diagnostics.unused(names.join("/"), line);
         Ok(())
     }
 

@@ -57,6 +57,12 @@ impl Report {
         }
     }
 
+    /// Counts what stands in the file and is not used, by its kind, such as `column dhw` or `edge@type`; `line` is 0
+    /// where the file has none.
+    pub fn unused(&self, kind: impl Into<String>, line: usize) {
+        self.diagnostics.unused(kind, || line);
+    }
+
     pub fn file(&self) -> &str {
         &self.file
     }

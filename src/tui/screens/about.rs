@@ -139,7 +139,7 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     for (severity, words) in all {
         let color = match severity {
             Severity::Warning => theme.warning,
-            Severity::Note => theme.dim,
+            Severity::Note | Severity::Unused => theme.dim,
         };
         push_wrapped(&mut text, &words, width, color);
     }

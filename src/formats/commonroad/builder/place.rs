@@ -1,6 +1,7 @@
 //! Places of a scenario's parts in their file, and the list of diagnostics.
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 
 use crate::formats::commonroad::ReadError;
 use crate::geometry::ShapeError;
@@ -32,11 +33,22 @@ pub trait SourceLocation {
 /// More diagnostics than this say nothing new.
 const MOST_DIAGNOSTICS: usize = 500;
 
+/// As many kinds of unused elements are told apart; more are counted together.
+const MOST_KINDS: usize = 200;
+
+/// How often a kind of element is not used, and the line of the first one.
+#[derive(Debug)]
+struct Unused {
+    line: usize,
+    count: usize,
+}
+
 /// The diagnostics of a file, in the order in which they are found.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
     listed: RefCell<Vec<Diagnostic>>,
     suppressed: Cell<usize>,
+    unused: RefCell<BTreeMap<String, Unused>>,
 }
 
 impl Diagnostics {
@@ -61,7 +73,25 @@ impl Diagnostics {
         });
     }
 
-    /// All of them, and how many are not listed.
+    /// Counts what stands in the file and is not used, by its kind: a path of names without ids, such as
+    /// `lanelet/userData` or `lane@direction` for an attribute. Every reader accounts so for all that it passes over.
+    /// `line` is asked only of the first of a kind; 0 where the file has no lines.
+    pub fn unused(&self, kind: impl Into<String>, line: impl FnOnce() -> usize) {
+        let mut unused = self.unused.borrow_mut();
+        let mut kind = kind.into();
+        if unused.len() >= MOST_KINDS && !unused.contains_key(&kind) {
+            kind = "other kinds".into();
+        }
+        match unused.get_mut(&kind) {
+            Some(known) => known.count += 1,
+            None => {
+                let line = line();
+                unused.insert(kind, Unused { line, count: 1 });
+            }
+        }
+    }
+
+    /// All of them, how many are not listed, and what is not used, a kind each.
     pub fn into_list(self) -> Vec<Diagnostic> {
         let mut listed = self.listed.into_inner();
         if self.suppressed.get() > 0 {
@@ -72,6 +102,13 @@ impl Diagnostics {
                 message: format!("{} more like these are not listed", self.suppressed.get()),
             });
         }
+        let unused = self.unused.into_inner().into_iter();
+        listed.extend(unused.map(|(element, Unused { line, count })| Diagnostic {
+            severity: Severity::Unused,
+            line,
+            element,
+            message: format!("{count} ×"),
+        }));
         listed
     }
 }
@@ -80,7 +117,7 @@ impl From<Vec<Diagnostic>> for Diagnostics {
     fn from(listed: Vec<Diagnostic>) -> Self {
         Self {
             listed: listed.into(),
-            suppressed: Cell::default(),
+            ..Self::default()
         }
     }
 }
