@@ -19,8 +19,12 @@ mod parquet_file;
 mod real;
 #[path = "recordings/sumo.rs"]
 mod sumo;
+#[path = "recordings/sumo_files.rs"]
+mod sumo_files;
 #[path = "recordings/tfrecord_file.rs"]
 mod tfrecord_file;
+#[path = "recordings/unread.rs"]
+mod unread;
 #[path = "recordings/waymo.rs"]
 mod waymo;
 

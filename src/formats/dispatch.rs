@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::address::Address;
 use super::commonroad::{self, ReadError, beginning_of_file};
 use super::recordings::{self, LongRecording};
+use super::unread::{self, Unread};
 use crate::scenario::Scenario;
 
 /// The scenarios in a file.
@@ -47,18 +48,19 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 7] = [
+const FORMATS: [&dyn Format; 8] = [
     &recordings::Waymo,
     &recordings::Argoverse,
     &recordings::LevelX,
     &recordings::Sumo,
     &recordings::OpenScenario,
     &recordings::NuPlan,
+    &Unread,
     &CommonRoad,
 ];
 
-/// As much of a file as tells its format, bytes.
-pub(super) const HEAD: usize = 4096;
+/// As much of a file as tells its format, bytes: SUMO writes all its options before the root.
+pub(super) const HEAD: usize = 16 << 10;
 
 struct CommonRoad;
 
@@ -99,6 +101,17 @@ pub(super) fn is_recording(file: &Path) -> bool {
     others.iter().any(|format| format.is_found(file, &head))
 }
 
+/// How recordings are called, those that are read and the others that people have.
+const NAMES: [&str; 10] = [
+    ".parquet", ".csv", ".xosc", ".db", ".osm", ".bag", ".mcap", ".feather", ".osi", ".sumocfg",
+];
+
+/// What a file is, if it is of a known kind that is not read.
+pub(super) fn unread_kind(file: &Path) -> Option<unread::Kind> {
+    let head = beginning_of_file(file, HEAD).ok()?;
+    unread::kind(file, &head)
+}
+
 /// Whether a file's name is one that recordings have; their contents decide.
 pub(super) fn is_recording_name(path: &Path) -> bool {
     let name = path
@@ -106,10 +119,7 @@ pub(super) fn is_recording_name(path: &Path) -> bool {
         .map(|name| name.to_string_lossy().to_lowercase());
     // Shards are called `x.tfrecord-00000-of-00150`.
     name.is_some_and(|name| {
-        name.contains(".tfrecord")
-            || [".parquet", ".csv", ".xosc", ".db"]
-                .iter()
-                .any(|ending| name.ends_with(ending))
+        name.contains(".tfrecord") || NAMES.iter().any(|ending| name.ends_with(ending))
     })
 }
 

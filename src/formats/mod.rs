@@ -7,9 +7,11 @@ mod ego;
 mod library;
 mod opendrive;
 mod openscenario;
+mod passed_over;
 mod recordings;
 mod resolve;
 mod search;
+mod unread;
 
 pub use dispatch::{Ranking, only_part};
 pub use ego::{
@@ -18,9 +20,9 @@ pub use ego::{
 };
 pub use library::{Entry, EntryLocation, bundled};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
+pub use passed_over::{PassedOver, PassedOverReason};
 pub use recordings::{LongRecording, look_for_maps_in};
 pub use resolve::resolved;
 pub use search::{
-    LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,
-    not_standard_input,
+    LibraryError, SearchResults, find, find_in_pieces, find_ranked, not_standard_input,
 };

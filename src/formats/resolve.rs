@@ -3,8 +3,8 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::address::Address;
-use super::bundled;
+use super::address::{self, Address};
+use super::{bundled, commonroad, dispatch};
 use crate::system::{available, did_you_mean};
 
 /// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.
@@ -25,6 +25,7 @@ pub fn resolved(argument: &Path) -> Result<PathBuf, String> {
     match &found[..] {
         _ if names.iter().any(|name| *name == said) => Ok(argument.to_path_buf()),
         [name] => Ok(PathBuf::from(name)),
+        [] if let Some(window) = window_named(argument) => Ok(window),
         [] => Err(format!(
             "{}: no such file or bundled scenario{}",
             argument.display(),
@@ -44,6 +45,36 @@ pub fn resolved(argument: &Path) -> Result<PathBuf, String> {
             ))
         }
     }
+}
+
+/// The window of a recording that lists call so: `fcd-track-6-79.2s` is `fcd.xml#track=6@79.2s`.
+fn window_named(argument: &Path) -> Option<PathBuf> {
+    let wanted = argument.file_name()?.to_str()?;
+    let folder = argument
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let files = folder.unwrap_or_else(|| Path::new(".")).read_dir().ok()?;
+    let names = files
+        .flatten()
+        .take(MOST_FILES)
+        .map(|file| file.file_name());
+    names.into_iter().find_map(|name| {
+        let file = argument.with_file_name(name);
+        let stem = address::plain_name(&commonroad::scenario_name(&file));
+        let window = wanted.strip_prefix(&stem)?.strip_prefix("-track-")?;
+        let timed = window.rsplit_once('-').filter(|(_, time)| is_time(time));
+        let part = match timed {
+            Some((track, time)) => format!("track={track}@{time}"),
+            None => format!("track={window}"),
+        };
+        dispatch::is_recording(&file).then(|| Address::path(&file, &part))
+    })
+}
+
+/// Whether a text is a time such as `79.2s`.
+fn is_time(text: &str) -> bool {
+    let seconds = text.strip_suffix('s').map(str::parse::<f64>);
+    seconds.is_some_and(|seconds| seconds.is_ok())
 }
 
 /// Scenarios that are named where several begin alike.

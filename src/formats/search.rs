@@ -1,15 +1,16 @@
 //! Searches folders for scenarios, and tells them from files that only look alike.
 
 use std::collections::HashSet;
-use std::fmt;
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
 use super::address::Address;
-use super::commonroad::{self, ReadError, Unrecognised};
+use super::commonroad;
 use super::dispatch::{self, Ranking};
 use super::library::{Entry, EntryLocation};
+use super::passed_over::{PassedOver, PassedOverReason, count};
 use super::recordings::LongRecording;
+use super::unread::Found;
 use crate::system;
 
 /// Results of a search.
@@ -20,29 +21,6 @@ pub struct SearchResults {
     /// Files that are named like scenarios and cannot be told to be any, and folders that could not be searched. XML
     /// of another kind is not among them.
     pub passed_over: Vec<PassedOver>,
-}
-
-/// A skipped file or folder.
-#[derive(Debug)]
-pub struct PassedOver {
-    /// Its path.
-    pub path: PathBuf,
-    /// Why it was.
-    pub why: PassedOverReason,
-}
-
-/// Why something was skipped.
-#[derive(Debug, thiserror::Error)]
-pub enum PassedOverReason {
-    /// A file that is not known to be a scenario.
-    #[error(transparent)]
-    File(#[from] Unrecognised),
-    /// A recording that is damaged.
-    #[error("{}", .0.message)]
-    Recording(ReadError),
-    /// A folder that could not be read.
-    #[error("not searched: {}", system::words(.0))]
-    Folder(std::io::Error),
 }
 
 /// Why no scenarios were found.
@@ -106,27 +84,6 @@ impl From<Vec<Entry>> for SearchResults {
             entries,
             passed_over: Vec::new(),
         }
-    }
-}
-
-/// Describes how many files and folders these are; `None` if none.
-fn count(all: &[PassedOver]) -> Option<String> {
-    let is_folder = |p: &&PassedOver| matches!(p.why, PassedOverReason::Folder(_));
-    let folders = all.iter().filter(is_folder).count();
-    let words = |count: usize, one: &str, many: &str| match count {
-        0 => None,
-        1 => Some(format!("1 {one}")),
-        _ => Some(format!("{count} {many}")),
-    };
-    let files = words(all.len() - folders, "file", "files");
-    let folders = words(folders, "folder", "folders");
-    let both = files.into_iter().chain(folders).collect::<Vec<_>>();
-    (!both.is_empty()).then(|| both.join(" and "))
-}
-
-impl fmt::Display for PassedOver {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({})", self.path.display(), self.why)
     }
 }
 
@@ -266,6 +223,8 @@ struct Search<'a> {
     ranking: Ranking<'a>,
     give: &'a mut dyn FnMut(Vec<PathBuf>),
     passed_over: Vec<PassedOver>,
+    /// Files that belong to recordings, and what they are.
+    beside: Vec<(PathBuf, String)>,
 }
 
 impl<'a> Search<'a> {
@@ -283,6 +242,7 @@ impl<'a> Search<'a> {
             ranking,
             give,
             passed_over: Vec::new(),
+            beside: Vec::new(),
         };
         search.enter(root)?;
         // Links come last: what is both there and linked to is found where it is. Each folder is entered once, as
@@ -306,6 +266,12 @@ impl<'a> Search<'a> {
             }
         }
         search.give_out();
+        // With recordings they need no word; alone they are what was meant.
+        if search.given == 0 {
+            for (path, what) in std::mem::take(&mut search.beside) {
+                search.pass_over(path, PassedOverReason::Kind(what));
+            }
+        }
         search.passed_over.sort_by(|a, b| a.path.cmp(&b.path));
         Ok(search.passed_over)
     }
@@ -379,6 +345,13 @@ impl<'a> Search<'a> {
     /// Takes the scenarios of a file, if it is a recording.
     fn look_for_recordings(&mut self, path: PathBuf) {
         if !dispatch::is_recording(&path) {
+            match dispatch::unread_kind(&path) {
+                Some(kind) if kind.found == Found::Data => {
+                    self.pass_over(path, PassedOverReason::Kind(kind.what));
+                }
+                Some(kind) if kind.found == Found::Beside => self.beside.push((path, kind.what)),
+                _ => {}
+            }
             return;
         }
         match dispatch::scenarios_in(&path, self.ranking) {

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use nearmiss::geometry::Point;
 use nearmiss::scenario::{LineMarking, ObstacleType};
+use parquet::basic::{BrotliLevel, Compression, GzipLevel, ZstdLevel};
 
-use super::parquet_file::{Column, file};
+use super::parquet_file::{Column, compressed, file};
 use super::*;
 
 const ID: &str = "0a1b2c3d-0000-4a98-b02e-0123456789ab";
@@ -15,6 +16,11 @@ type Row = (&'static str, &'static str, i64, [f64; 5]);
 
 /// Three tracks: the recording vehicle, a car that comes later, and a pedestrian.
 pub fn table() -> Vec<u8> {
+    packed(Compression::SNAPPY)
+}
+
+/// The same, compressed so.
+fn packed(compression: Compression) -> Vec<u8> {
     let mut rows: Vec<Row> = Vec::new();
     for step in 0..30 {
         let t = 0.1 * step as f64;
@@ -27,7 +33,7 @@ pub fn table() -> Vec<u8> {
     let text = |of: fn(&Row) -> String| Column::Text(rows.iter().map(of).collect());
     let number = |i: usize| Column::Number(rows.iter().map(|row| row.3[i]).collect());
     let same = |value: f64| Column::Number(vec![value; rows.len()]);
-    file(&[
+    let columns = [
         ("track_id", text(|r| r.0.into())),
         ("object_type", text(|r| r.1.into())),
         (
@@ -44,7 +50,28 @@ pub fn table() -> Vec<u8> {
         ("start_timestamp", same(3.0e17)),
         ("end_timestamp", same(3.0e17 + 2.9e9)),
         ("num_timestamps", Column::Whole(vec![30; rows.len()])),
-    ])
+    ];
+    compressed(&columns, compression)
+}
+
+#[test]
+fn all_compressions_open() {
+    let codecs = [
+        Compression::UNCOMPRESSED,
+        Compression::GZIP(GzipLevel::default()),
+        Compression::ZSTD(ZstdLevel::default()),
+        Compression::BROTLI(BrotliLevel::default()),
+        Compression::LZ4,
+        Compression::LZ4_RAW,
+    ];
+    for codec in codecs {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scenario_x.parquet");
+        std::fs::write(&path, packed(codec)).unwrap();
+        let (scenario, ego) = own_ego(&path);
+        assert_eq!(ego.track.steps(), 0..30, "{codec:?}");
+        assert_eq!(scenario.obstacles.len(), 2, "{codec:?}");
+    }
 }
 
 /// The table with the first page to be 2 GiB when unpacked, and no byte longer for it.

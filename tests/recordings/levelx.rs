@@ -300,3 +300,77 @@ fn errors_name_file_row_and_column() {
         "{error}"
     );
 }
+
+#[test]
+fn tables_may_be_separated_by_semicolons_with_decimal_commas() {
+    let plain = {
+        let (_folder, path) = written("01", highd(2));
+        open(&part(&path, "track=2"))
+    };
+    for comma in [false, true] {
+        let mut files = highd(2);
+        for (_, text) in &mut files {
+            // The lists of lines stand in quotes then.
+            *text = text
+                .replace("8.5;12.5;16.5", "\"8.5 12.5 16.5\"")
+                .replace("21;25;29", "\"21 25 29\"");
+            *text = text.replace(',', ";");
+            if comma {
+                *text = text.replace('.', ",");
+            }
+        }
+        let (folder, path) = written("01", files);
+        assert_eq!(found(folder.path()), ["01_tracks.csv"]);
+        let scenario = open(&part(&path, "track=2"));
+        assert_eq!(scenario.obstacles, plain.obstacles);
+        assert_eq!(scenario.network.lanelets, plain.network.lanelets);
+        assert_eq!(messages(&scenario).contains("with a decimal comma"), comma);
+    }
+    // Fields that are not in quotes would shift all others.
+    let mut files = highd(2);
+    files[2].1 = files[2].1.replace(',', ";");
+    let (_folder, path) = written("01", files);
+    let error = refused(&path);
+    assert!(
+        error.contains("01_recordingMeta.csv:2: 19 fields for 15 columns"),
+        "{error}"
+    );
+}
+
+#[test]
+fn rows_that_contradict_each_other_are_told() {
+    let mut files = highd(2);
+    // The rows of 2 under the id of 1.
+    let rows = files[0].1.lines().map(|line| match line.split(',').nth(1) {
+        Some("2") => line.replacen(",2,", ",1,", 1),
+        _ => line.to_string(),
+    });
+    files[0].1 = rows.collect::<Vec<_>>().join("\n") + "\n";
+    let (_folder, path) = written("01", files);
+    let said = messages(&open(&part(&path, "track=3")));
+    assert!(
+        said.contains("track 1") && said.contains("50 rows are at a step that has one already"),
+        "{said}"
+    );
+    assert!(
+        said.contains("1 tracks of its _tracksMeta.csv have no row in their frames, such as 2"),
+        "{said}"
+    );
+    let mut files = highd(2);
+    files[1].1 = files[1].1.replace("\n2,", "\n1,");
+    let (_folder, path) = written("01", files);
+    assert!(refused(&path).contains("track 1 is there twice"));
+}
+
+#[test]
+fn a_road_has_so_many_lines() {
+    let mut files = highd(2);
+    let many: Vec<String> = (0..70).map(|i| format!("{}.5", i)).collect();
+    files[2].1 = files[2].1.replace("8.5;12.5;16.5", &many.join(";"));
+    let (_folder, path) = written("01", files);
+    let error = refused(&path);
+    assert!(
+        error.contains("column upperLaneMarkings: 70 lines; a road has at most 64"),
+        "{error}"
+    );
+}

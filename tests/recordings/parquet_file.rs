@@ -17,6 +17,11 @@ pub enum Column {
 
 /// A file with these columns, compressed as Argoverse's are.
 pub fn file(columns: &[(&str, Column)]) -> Vec<u8> {
+    compressed(columns, Compression::SNAPPY)
+}
+
+/// A file with these columns, compressed so.
+pub fn compressed(columns: &[(&str, Column)], compression: Compression) -> Vec<u8> {
     let fields = columns.iter().map(|(name, column)| {
         let (physical, converted) = match column {
             Column::Text(_) => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
@@ -30,7 +35,7 @@ pub fn file(columns: &[(&str, Column)]) -> Vec<u8> {
     });
     let schema = Type::group_type_builder("schema").with_fields(fields.collect());
     let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
+        .set_compression(compression)
         .build();
     let mut bytes = Vec::new();
     let mut writer = SerializedFileWriter::new(

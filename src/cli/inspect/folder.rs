@@ -122,9 +122,17 @@ impl FolderLine {
         }
     }
 
+    /// What can be typed for it: of one scenario in a file its address, as its name alone would not do.
+    fn typed(&self) -> String {
+        match self.file.contains('#') {
+            true => self.file.clone(),
+            false => self.scenario.clone(),
+        }
+    }
+
     fn cells(&self) -> [String; 8] {
         [
-            self.scenario.clone(),
+            self.typed(),
             self.obstacles.to_string(),
             self.lanelets.to_string(),
             self.steps.to_string(),

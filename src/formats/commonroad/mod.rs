@@ -32,6 +32,7 @@ pub(super) use encoding::{foreign, without_marks};
 pub use error::ReadError;
 pub(super) use root::beginning_of_file;
 pub(super) use root::is_scenario;
+pub(super) use root::root_name_of;
 pub use root::{Root, Unrecognised, root_of, root_of_file};
 pub use solution::{
     Field, ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory,

@@ -85,6 +85,11 @@ pub(in crate::formats) fn is_scenario(path: &Path) -> Result<bool, Unrecognised>
     }
 }
 
+/// The name of the root of XML that begins so; nothing if none is to be seen.
+pub(in crate::formats) fn root_name_of(head: &[u8]) -> Option<String> {
+    first_element(&beginning(head)).map(str::to_string)
+}
+
 /// Whether the first element is a scenario's; nothing if none is to be seen.
 fn root_name(head: &[u8]) -> Option<bool> {
     first_element(&beginning(head)).map(|name| name == "commonRoad")

@@ -268,6 +268,11 @@ impl<'a> Xml<'a> {
         path(&self.path, closed)
     }
 
+    /// The line at which an element begins.
+    pub fn line(&self, element: Element<'a>) -> usize {
+        self.line_of(element.at)
+    }
+
     /// The line of a byte offset, counted on from the last one asked for.
     fn line_of(&self, at: usize) -> usize {
         let at = at.min(self.text.len());

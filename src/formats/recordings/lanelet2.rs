@@ -1,5 +1,6 @@
 //! Lanelet2 maps: OpenStreetMap XML with lanelets as relations between two ways.
 
+mod osm;
 mod tags;
 
 use std::collections::HashMap;
@@ -11,52 +12,17 @@ use super::lane_shape::{matched, same_way};
 use super::report::Report;
 use super::utm;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 use crate::scenario::{Adjacent, Bound, Lanelet, LineMarking, Severity, Sign, SignElement};
-use crate::system::{self, FileCache};
+use osm::{Place, Relation, Way};
 use tags::{kind, limit};
-
-/// No map is larger, bytes.
-const LARGEST: u64 = 256 << 20;
-
-/// A node: its place, until the map's own coordinates are known.
-enum Place {
-    Metres(f64, f64),
-    Degrees(f64, f64),
-}
-
-struct Way {
-    nodes: Vec<i64>,
-    marking: LineMarking,
-}
-
-#[derive(Default)]
-struct Relation {
-    id: i64,
-    left: Option<i64>,
-    right: Option<i64>,
-    tags: HashMap<String, String>,
-}
 
 /// A lanelet with the nodes along its borders, in driving direction.
 struct Course {
     left: Vec<i64>,
     right: Vec<i64>,
 }
-
-/// A map as it is in its file.
-struct Osm {
-    nodes: HashMap<i64, Place>,
-    ways: HashMap<i64, Way>,
-    relations: Vec<Relation>,
-}
-
-/// Maps that are kept for other windows of a recording, bytes of their files.
-const KEPT: usize = 64 << 20;
-
-static MAPS: FileCache<Osm> = FileCache::new(KEPT);
 
 /// Reads a map; `origin` is east and north in UTM of what the recording's coordinates are relative to.
 pub fn read(
@@ -65,159 +31,10 @@ pub fn read(
     origin: (f64, f64),
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
-    let osm = MAPS.get(&[path], || elements(path))?;
+    let osm = osm::of(path)?;
+    osm.leftovers.tell(report);
     let points = in_metres(&osm.nodes, origin);
     Ok(map(report, &points, &osm.ways, &osm.relations, ids))
-}
-
-/// The elements of a map, and the size of its file in bytes.
-fn elements(path: &Path) -> Result<(Osm, usize), ReadError> {
-    let file = path.display().to_string();
-    let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-    let mut xml = Xml::new(&bytes, &file)?;
-    let (mut nodes, mut ways, mut relations) = (HashMap::new(), HashMap::new(), Vec::new());
-    let root = xml.next()?;
-    if root.is_none_or(|root| root.name != "osm") {
-        return Err(xml.fail(0, "not a Lanelet2 map: its root is not <osm>".into()));
-    }
-    while let Some(element) = xml.next()? {
-        match element.name {
-            "node" => {
-                let (id, place) = node(&mut xml, element)?;
-                nodes.insert(id, place);
-            }
-            "way" => {
-                let (id, way) = way(&mut xml, element)?;
-                ways.insert(id, way);
-            }
-            "relation" => relations.extend(relation(&mut xml, element)?),
-            _ => xml.skip()?,
-        }
-        xml.check_count(
-            element,
-            nodes.len().max(ways.len()).max(relations.len()),
-            "elements",
-        )?;
-    }
-    let osm = Osm {
-        nodes,
-        ways,
-        relations,
-    };
-    Ok((osm, bytes.len()))
-}
-
-/// The attribute as a number.
-fn number(xml: &Xml<'_>, element: Element<'_>, name: &str) -> Result<Option<f64>, ReadError> {
-    let Some(text) = xml.attribute(element, name) else {
-        return Ok(None);
-    };
-    let value = text
-        .parse::<f64>()
-        .ok()
-        .filter(|v| v.is_finite() && v.abs() < 1e9);
-    let value = value.ok_or_else(|| {
-        let shown: String = text.chars().take(40).collect();
-        xml.fail(element.at, format!("{name}=\"{shown}\" is not a number"))
-    });
-    value.map(Some)
-}
-
-fn tag<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Option<(String, String)>, ReadError> {
-    let found = match (xml.attribute(element, "k"), xml.attribute(element, "v")) {
-        (Some(k), Some(v)) => Some((k.into_owned(), v.into_owned())),
-        _ => None,
-    };
-    xml.skip()?;
-    Ok(found)
-}
-
-fn node<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<(i64, Place), ReadError> {
-    let id = xml.id_attribute(element, "id")?;
-    let (lat, lon) = (number(xml, element, "lat")?, number(xml, element, "lon")?);
-    let mut local = (None, None);
-    while let Some(child) = xml.next()? {
-        match (child.name, tag(xml, child)?) {
-            ("tag", Some((k, v))) if k == "local_x" => local.0 = v.parse::<f64>().ok(),
-            ("tag", Some((k, v))) if k == "local_y" => local.1 = v.parse::<f64>().ok(),
-            _ => {}
-        }
-    }
-    let place = match (local, lat, lon) {
-        ((Some(x), Some(y)), ..) if x.abs() < 1e7 && y.abs() < 1e7 => Place::Metres(x, y),
-        (_, Some(lat), Some(lon)) if lat.abs() <= 90.0 && lon.abs() <= 360.0 => {
-            Place::Degrees(lat, lon)
-        }
-        _ => {
-            return Err(xml.fail_in(
-                element,
-                "a node without `lat` and `lon` on the Earth".into(),
-            ));
-        }
-    };
-    Ok((id, place))
-}
-
-fn way<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<(i64, Way), ReadError> {
-    let id = xml.id_attribute(element, "id")?;
-    let mut nodes = Vec::new();
-    let (mut kind, mut subtype) = (String::new(), String::new());
-    while let Some(child) = xml.next()? {
-        if child.name == "nd" {
-            nodes.push(xml.id_attribute(child, "ref")?);
-            xml.check_count(element, nodes.len(), "nodes")?;
-        }
-        match tag(xml, child)? {
-            Some((k, v)) if k == "type" => kind = v,
-            Some((k, v)) if k == "subtype" => subtype = v,
-            _ => {}
-        }
-    }
-    let marking = match (kind.as_str(), subtype.as_str()) {
-        ("line_thin", "dashed") => LineMarking::Dashed,
-        ("line_thick", "dashed") => LineMarking::BroadDashed,
-        ("line_thin" | "line_thick", "solid_solid") => LineMarking::SolidSolid,
-        ("line_thin" | "line_thick", "solid_dashed") => LineMarking::SolidDashed,
-        ("line_thin" | "line_thick", "dashed_solid") => LineMarking::DashedSolid,
-        ("line_thick", _) => LineMarking::BroadSolid,
-        ("line_thin", _) => LineMarking::Solid,
-        ("curbstone", "low") => LineMarking::LoweredCurb,
-        ("curbstone" | "guard_rail" | "wall" | "fence" | "road_border", _) => LineMarking::Curb,
-        ("virtual", _) => LineMarking::NoMarking,
-        _ => LineMarking::Unknown,
-    };
-    Ok((id, Way { nodes, marking }))
-}
-
-/// A lanelet; nothing for other relations.
-fn relation<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Option<Relation>, ReadError> {
-    let mut found = Relation {
-        id: xml.id_attribute(element, "id")?,
-        ..Relation::default()
-    };
-    while let Some(child) = xml.next()? {
-        if child.name == "member" {
-            let reference = xml.id_attribute(child, "ref")?;
-            let side = match xml.attribute(child, "role").as_deref() {
-                Some("left") => Some(&mut found.left),
-                Some("right") => Some(&mut found.right),
-                _ => None,
-            };
-            // Of a border in several ways the first one is read.
-            if let Some(side) = side {
-                side.get_or_insert(reference);
-            }
-        }
-        if let Some((k, v)) = tag(xml, child)? {
-            found.tags.insert(k, v);
-        }
-    }
-    let is_lanelet = found.tags.get("type").is_some_and(|t| t == "lanelet");
-    if is_lanelet && (found.left.is_none() || found.right.is_none()) {
-        let message = "a lanelet without a left and a right border";
-        return Err(xml.fail_in(element, message.into()));
-    }
-    Ok(is_lanelet.then_some(found))
 }
 
 /// Nodes in the recording's metres.

@@ -60,7 +60,12 @@ impl Report {
     /// Counts what stands in the file and is not used, by its kind, such as `column dhw` or `edge@type`; `line` is 0
     /// where the file has none.
     pub fn unused(&self, kind: impl Into<String>, line: usize) {
-        self.diagnostics.unused(kind, || line);
+        self.unused_times(kind, 1, line);
+    }
+
+    /// The same of so many.
+    pub fn unused_times(&self, kind: impl Into<String>, count: usize, line: usize) {
+        self.diagnostics.unused_times(kind, count, || line);
     }
 
     pub fn file(&self) -> &str {

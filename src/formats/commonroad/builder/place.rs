@@ -77,16 +77,26 @@ impl Diagnostics {
     /// `lanelet/userData` or `lane@direction` for an attribute. Every reader accounts so for all that it passes over.
     /// `line` is asked only of the first of a kind; 0 where the file has no lines.
     pub fn unused(&self, kind: impl Into<String>, line: impl FnOnce() -> usize) {
+        self.unused_times(kind, 1, line);
+    }
+
+    /// The same of so many at once.
+    pub fn unused_times(
+        &self,
+        kind: impl Into<String>,
+        count: usize,
+        line: impl FnOnce() -> usize,
+    ) {
         let mut unused = self.unused.borrow_mut();
         let mut kind = kind.into();
         if unused.len() >= MOST_KINDS && !unused.contains_key(&kind) {
             kind = "other kinds".into();
         }
         match unused.get_mut(&kind) {
-            Some(known) => known.count += 1,
+            Some(known) => known.count += count,
             None => {
                 let line = line();
-                unused.insert(kind, Unused { line, count: 1 });
+                unused.insert(kind, Unused { line, count });
             }
         }
     }

@@ -18,6 +18,7 @@ use crate::formats::dispatch::{Format, Parts};
 use crate::scenario::{ContentHash, ObstacleType, Scenario};
 use crate::system;
 use table::Table;
+pub use table::columns;
 
 /// The format.
 pub struct Argoverse;

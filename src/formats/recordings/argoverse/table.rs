@@ -41,20 +41,34 @@ pub struct Table<'r> {
 
 /// Whether a file that begins with `head` is a scenario of Argoverse 2, or a damaged table that may have been one.
 pub fn is_one(path: &Path, head: &[u8]) -> bool {
-    let opened = || {
-        let file = system::open_file(path).ok()?;
-        Some(SerializedFileReader::new(file))
-    };
-    head.starts_with(b"PAR1")
-        && match opened() {
-            Some(Ok(file)) => {
-                let schema = file.metadata().file_metadata().schema_descr();
-                let has = |name: &&str| schema.columns().iter().any(|c| c.name() == *name);
-                TELLING.iter().all(has)
-            }
-            Some(Err(_)) => true,
-            None => false,
-        }
+    match opened(path, head) {
+        Some(Ok(columns)) => TELLING.iter().all(|name| columns.iter().any(|c| c == name)),
+        Some(Err(_)) => true,
+        None => false,
+    }
+}
+
+/// The columns of a Parquet file that begins with `head`; nothing of any other or a damaged file.
+pub fn columns(path: &Path, head: &[u8]) -> Option<Vec<String>> {
+    opened(path, head)?.ok()
+}
+
+/// The columns of a Parquet file, or that it is damaged; nothing of any other file.
+fn opened(path: &Path, head: &[u8]) -> Option<parquet::errors::Result<Vec<String>>> {
+    if !head.starts_with(b"PAR1") {
+        return None;
+    }
+    let file = SerializedFileReader::new(system::open_file(path).ok()?);
+    Some(file.map(|file| names(&file)))
+}
+
+fn names(file: &SerializedFileReader<File>) -> Vec<String> {
+    let schema = file.metadata().file_metadata().schema_descr();
+    schema
+        .columns()
+        .iter()
+        .map(|c| c.name().to_string())
+        .collect()
 }
 
 impl<'r> Table<'r> {

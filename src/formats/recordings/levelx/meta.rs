@@ -1,6 +1,7 @@
 //! `XX_recordingMeta.csv` and `XX_tracksMeta.csv`: about the recording, and about each of its tracks.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -8,6 +9,7 @@ use super::rows::Kind;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::columns;
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::report::{At, Report};
 use crate::scenario::ObstacleType;
 use crate::system;
@@ -50,6 +52,8 @@ const MOST_LINES: usize = 64;
 /// A row by the names of its columns.
 struct Fields<'r> {
     report: &'r Report,
+    /// Names of columns that were asked for.
+    used: RefCell<BTreeSet<String>>,
     separator: u8,
     header: Vec<String>,
     record: csv::StringRecord,
@@ -57,6 +61,9 @@ struct Fields<'r> {
 
 impl<'r> Fields<'r> {
     fn text(&self, name: &str) -> Option<&str> {
+        if !self.used.borrow().contains(name) {
+            self.used.borrow_mut().insert(name.to_string());
+        }
         let place = self.header.iter().position(|n| n == name)?;
         self.record.get(place).map(str::trim)
     }
@@ -94,9 +101,11 @@ impl<'r> Fields<'r> {
     }
 }
 
+/// Gives the rows of a table to `take`; columns that it does not ask for are counted.
 fn rows(
     path: &Path,
     report: &Report,
+    leftovers: &mut Leftovers,
     take: &mut dyn FnMut(&Fields<'_>) -> Result<(), ReadError>,
 ) -> Result<(), ReadError> {
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(report.file(), &e))?;
@@ -110,10 +119,12 @@ fn rows(
     let fail = |error: csv::Error| report.fail(error.to_string());
     let mut fields = Fields {
         report,
+        used: RefCell::default(),
         separator,
         header,
         record: csv::StringRecord::new(),
     };
+    let mut count = 0;
     while table.read_record(&mut fields.record).map_err(fail)? {
         let all = fields.record.iter().map(str::as_bytes);
         if let Some(why) = columns::too_long(all, fields.header.len()) {
@@ -121,15 +132,22 @@ fn rows(
             return Err(report.row(usize::try_from(line).unwrap_or(0), "").fail(why));
         }
         take(&fields)?;
+        count += 1;
+    }
+    let end = path.file_stem().unwrap_or_default().to_string_lossy();
+    let end = end.rsplit('_').next().unwrap_or_default();
+    let used = fields.used.borrow();
+    for name in fields.header.iter().filter(|name| !used.contains(*name)) {
+        leftovers.add_times(&format!("{end}, column {name}"), count, || 1);
     }
     Ok(())
 }
 
 /// Reads `XX_recordingMeta.csv`.
-pub fn recording(path: &Path) -> Result<Recording, ReadError> {
+pub fn recording(path: &Path, leftovers: &mut Leftovers) -> Result<Recording, ReadError> {
     let report = Report::about(path.display().to_string());
     let mut found = None;
-    rows(path, &report, &mut |row| {
+    rows(path, &report, leftovers, &mut |row| {
         let highd = row.text("upperLaneMarkings").is_some();
         let lines = |name: &str| -> Result<Vec<f64>, ReadError> {
             let text = row.text(name).unwrap_or_default();
@@ -179,10 +197,14 @@ pub fn recording(path: &Path) -> Result<Recording, ReadError> {
 }
 
 /// Reads `XX_tracksMeta.csv`.
-pub fn tracks(path: &Path, recording: &Recording) -> Result<BTreeMap<i64, TrackMeta>, ReadError> {
+pub fn tracks(
+    path: &Path,
+    recording: &Recording,
+    leftovers: &mut Leftovers,
+) -> Result<BTreeMap<i64, TrackMeta>, ReadError> {
     let report = Report::about(path.display().to_string());
     let mut tracks = BTreeMap::new();
-    rows(path, &report, &mut |row| {
+    rows(path, &report, leftovers, &mut |row| {
         let highd = recording.kind == Kind::HighD;
         let id = row.whole(if highd { "id" } else { "trackId" })?;
         if id < 0 {

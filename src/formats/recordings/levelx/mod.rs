@@ -24,6 +24,7 @@ use crate::formats::dispatch::{Format, Parts};
 use crate::scenario::{ContentHash, ObstacleType, Scenario};
 use meta::TrackMeta;
 use recorded::Recorded;
+pub use rows::missing_columns;
 use rows::{Kind, Row};
 
 /// The format.
@@ -163,6 +164,7 @@ fn scenario(
             None => (track.frames.0, track.frames.1),
         };
     }
+    recorded.leftovers.tell(&report);
     report.note_count(recorded.commas, |n| {
         format!("numbers with a decimal comma in the recording: {n}; read as with a point")
     });

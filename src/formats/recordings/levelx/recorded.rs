@@ -9,6 +9,7 @@ use super::TRACKS;
 use super::meta::{self, Recording, TrackMeta};
 use super::rows::{self, Row};
 use crate::formats::commonroad::ReadError;
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::report::Report;
 use crate::formats::recordings::windows;
 use crate::system::FileCache;
@@ -39,6 +40,8 @@ pub struct Recorded {
     pub extent: Option<(f64, f64)>,
     /// Numbers of the rows with a decimal comma.
     pub commas: usize,
+    /// What stands in the tables and is not used.
+    pub leftovers: Leftovers,
 }
 
 /// A recording, with the files beside it.
@@ -56,9 +59,10 @@ pub fn of(path: &Path) -> Result<Arc<Recorded>, ReadError> {
     };
     let (about, tracks) = (find("_recordingMeta.csv")?, find("_tracksMeta.csv")?);
     RECORDINGS.get(&[path, &about, &tracks], || {
-        let recording = meta::recording(&about)?;
-        let tracks = meta::tracks(&tracks, &recording)?;
-        let recorded = Recorded::read(path, &report, recording, tracks)?;
+        let mut leftovers = Leftovers::default();
+        let recording = meta::recording(&about, &mut leftovers)?;
+        let tracks = meta::tracks(&tracks, &recording, &mut leftovers)?;
+        let recorded = Recorded::read(path, &report, recording, tracks, leftovers)?;
         let size = recorded.size();
         Ok((recorded, size))
     })
@@ -77,10 +81,11 @@ impl Recorded {
         report: &Report,
         recording: Recording,
         tracks: BTreeMap<i64, TrackMeta>,
+        mut leftovers: Leftovers,
     ) -> Result<Self, ReadError> {
         let mut rows = Vec::new();
         let mut extent: Option<(f64, f64)> = None;
-        let commas = rows::each(path, report, &mut |row: &Row| {
+        let commas = rows::each(path, report, &mut leftovers, &mut |row: &Row| {
             if rows.len() == MOST_ROWS {
                 return Err(report.fail(format!("more than {MOST_ROWS} rows")));
             }
@@ -102,6 +107,7 @@ impl Recorded {
             rows,
             extent,
             commas,
+            leftovers,
         })
     }
 

@@ -11,6 +11,7 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::assembly::{TrackState, along};
 use crate::formats::recordings::columns;
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::report::Report;
 use crate::geometry::{Point, Vector};
 use crate::system;
@@ -48,6 +49,27 @@ const IND: [&str; 9] = [
     "xVelocity",
     "yVelocity",
 ];
+
+/// What a table lacks that has the columns by which one knows a form of levelXdata: the form, and its other columns.
+pub fn missing_columns(names: &[String]) -> Option<(&'static str, Vec<&'static str>)> {
+    let has = |name: &&str| names.iter().any(|known| known == name);
+    let forms = [
+        ("highD", &["frame", "id", "x", "y", "xVelocity"], &HIGHD[..]),
+        (
+            "inD",
+            &["frame", "trackId", "xCenter", "yCenter", "heading"],
+            &IND[..],
+        ),
+    ];
+    forms.into_iter().find_map(|(form, telling, all)| {
+        let lacks = all
+            .iter()
+            .copied()
+            .filter(|name| !name.is_empty() && !has(name));
+        let lacks: Vec<&str> = lacks.collect();
+        (telling.iter().all(has) && !lacks.is_empty()).then_some((form, lacks))
+    })
+}
 
 impl Kind {
     /// That of a file that begins with `head`.
@@ -142,13 +164,15 @@ impl Row {
     }
 }
 
-/// Gives every row of a file to `take`, in the order of the file, and says how many numbers have a decimal comma.
+/// Gives every row of a file to `take`, in the order of the file, and says how many numbers have a decimal comma. Columns
+/// that are not used are counted.
 ///
 /// # Errors
 /// A column is missing, a value is no number, or `take` refuses a row: with the line.
 pub fn each(
     path: &Path,
     report: &Report,
+    leftovers: &mut Leftovers,
     take: &mut dyn FnMut(&Row) -> Result<(), ReadError>,
 ) -> Result<usize, ReadError> {
     let io = |error| ReadError::io(report.file(), &error);
@@ -164,6 +188,7 @@ pub fn each(
         .from_reader(file);
     let mut record = ByteRecord::new();
     let commas = Cell::new(0);
+    let mut rows = 0;
     loop {
         let more = table.read_byte_record(&mut record);
         let line = || {
@@ -172,8 +197,15 @@ pub fn each(
                 .map_or(0, |p| usize::try_from(p.line()).unwrap_or(0))
         };
         match more {
-            Ok(true) => {}
-            Ok(false) => return Ok(commas.get()),
+            Ok(true) => rows += 1,
+            Ok(false) => {
+                let used = |name: &&String| kind_columns(kind).contains(&name.as_str());
+                // That of the recording is known from its other table.
+                for name in names.iter().filter(|n| !used(n) && *n != "recordingId") {
+                    leftovers.add_times(&format!("column {name}"), rows, || 1);
+                }
+                return Ok(commas.get());
+            }
             Err(error) => return Err(report.row(line(), "").fail(error.to_string())),
         }
         if record.len() > names.len()

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::geo;
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::steps::Steps;
 use crate::geometry::{Point, normalize_angle};
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
@@ -21,6 +22,8 @@ pub struct Recorded {
     pub edges: BTreeSet<String>,
     /// Whether places are in degrees, as far as the file tells it.
     pub degrees: Option<bool>,
+    /// What stands in the file and is not used.
+    pub leftovers: Leftovers,
 }
 
 /// A vehicle or a person.
@@ -106,6 +109,8 @@ pub struct Collector {
     vehicles: Vec<Vehicle>,
     edges: BTreeSet<String>,
     count: usize,
+    /// What stands in the file and is not used.
+    pub leftovers: Leftovers,
 }
 
 impl Collector {
@@ -196,6 +201,7 @@ impl Collector {
             steps,
             vehicles: self.vehicles,
             edges: self.edges,
+            leftovers: self.leftovers,
         })
     }
 }

@@ -9,6 +9,18 @@ use crate::formats::recordings::report::Report;
 /// The columns that tell such a table.
 const TELLING: [&str; 4] = ["timestep_time", "vehicle_id", "vehicle_x", "vehicle_y"];
 
+/// What is used of a vehicle or person.
+const USED: [&str; 8] = [
+    "id",
+    "type",
+    "lane",
+    "x",
+    "y",
+    "angle",
+    "speed",
+    "acceleration",
+];
+
 /// Whether a file that begins so has floating car data.
 pub fn begins(head: &[u8]) -> bool {
     let (_, names) = columns::of(head);
@@ -25,6 +37,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
         .from_reader(bytes);
     let place = |name: &str| names.iter().position(|n| n == name);
     let mut all = Collector::default();
+    let mut rows = 0;
     let mut record = csv::StringRecord::new();
     loop {
         let more = table.read_record(&mut record);
@@ -42,6 +55,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
         if !more.map_err(|error| row("").fail(error.to_string()))? {
             break;
         }
+        rows += 1;
         let text = |name: &str| {
             let field = place(name).and_then(|place| record.get(place));
             field.unwrap_or_default().trim()
@@ -83,6 +97,17 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
             };
             all.row(&row).map_err(fail)?;
         }
+    }
+    let used = |name: &str| {
+        let of = |kind| {
+            name.strip_prefix(kind)
+                .is_some_and(|what| USED.contains(&what))
+        };
+        name == TELLING[0] || of("vehicle_") || of("person_")
+    };
+    for name in names.iter().filter(|name| !used(name)) {
+        let kind = format!("column {name}");
+        all.leftovers.add_times(&kind, rows, || 1);
     }
     all.finish(String::new())
         .map_err(|message| report.fail(message))

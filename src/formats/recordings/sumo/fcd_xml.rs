@@ -1,5 +1,7 @@
 //! Floating car data in XML.
 
+use std::borrow::Cow;
+
 use super::fcd::{Collector, Recorded, Row, seconds};
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::xml::{Element, Xml};
@@ -23,9 +25,10 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
     let mut all = Collector::default();
     while let Some(element) = xml.next()? {
         if element.name != "timestep" {
-            xml.skip_unknown(element)?;
+            all.leftovers.element(&mut xml, "fcd-export", element)?;
             continue;
         }
+        all.leftovers.attributes(&xml, element, &["time"]);
         let at = |message: String| xml.fail(element.at, message);
         let text = xml.attribute(element, "time");
         let text = text.ok_or_else(|| at("<timestep> has no attribute `time`".into()))?;
@@ -36,11 +39,11 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
         all.time(time).map_err(at)?;
         while let Some(child) = xml.next()? {
             if !matches!(child.name, "vehicle" | "person") {
-                xml.skip_unknown(child)?;
+                all.leftovers.element(&mut xml, "timestep", child)?;
                 continue;
             }
             vehicle(&xml, child, &mut all)?;
-            xml.skip()?;
+            all.leftovers.rest(&mut xml, child.name)?;
         }
     }
     all.finish(comment.to_string())
@@ -50,34 +53,42 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
 fn vehicle<'a>(xml: &Xml<'a>, element: Element<'a>, all: &mut Collector) -> Result<(), ReadError> {
     let fail = |message| xml.fail(element.at, message);
     let missing = |name: &str| fail(format!("<{}> has no attribute `{name}`", element.name));
-    let need = |name: &str| number(xml, element, name)?.ok_or_else(|| missing(name));
-    let name = xml.attribute(element, "id").ok_or_else(|| missing("id"))?;
-    let kind = xml.attribute(element, "type").unwrap_or_default();
-    let lane = xml.attribute(element, "lane").unwrap_or_default();
+    let mut texts: [Option<Cow<'a, str>>; 3] = Default::default();
+    let mut numbers: [Option<f64>; 5] = Default::default();
+    // Once through all of them, as there are millions.
+    for (key, value) in xml.attributes(element) {
+        if let Some(place) = TEXTS.iter().position(|name| *name == key) {
+            texts[place].get_or_insert(value);
+        } else if let Some(place) = NUMBERS.iter().position(|name| *name == key) {
+            let number = value.parse::<f64>().ok();
+            let number = number.filter(|v| v.is_finite() && v.abs() <= 1e9);
+            numbers[place] = Some(number.ok_or_else(|| {
+                let shown: String = value.chars().take(40).collect();
+                fail(format!("{key}=\"{shown}\" is not a number"))
+            })?);
+        } else {
+            let line = || xml.line(element);
+            all.leftovers.attribute(element.name, key, line);
+        }
+    }
+    let need = |place: usize| numbers[place].ok_or_else(|| missing(NUMBERS[place]));
+    let [name, kind, lane] = texts;
     let row = Row {
-        name: &name,
-        kind: &kind,
+        name: &name.ok_or_else(|| missing("id"))?,
+        kind: &kind.unwrap_or_default(),
         is_person: element.name == "person",
-        lane: &lane,
-        front: (need("x")?, need("y")?),
-        angle: need("angle")?,
-        speed: need("speed")?,
-        acceleration: number(xml, element, "acceleration")?,
+        lane: &lane.unwrap_or_default(),
+        front: (need(0)?, need(1)?),
+        angle: need(2)?,
+        speed: need(3)?,
+        acceleration: numbers[4],
     };
     all.row(&row).map_err(fail)
 }
 
-fn number(xml: &Xml<'_>, element: Element<'_>, name: &str) -> Result<Option<f64>, ReadError> {
-    let Some(text) = xml.attribute(element, name) else {
-        return Ok(None);
-    };
-    let value = text.parse::<f64>().ok();
-    let value = value.filter(|v| v.is_finite() && v.abs() <= 1e9);
-    value.map(Some).ok_or_else(|| {
-        let shown: String = text.chars().take(40).collect();
-        xml.fail(element.at, format!("{name}=\"{shown}\" is not a number"))
-    })
-}
+/// The attributes of a vehicle that are used.
+const TEXTS: [&str; 3] = ["id", "type", "lane"];
+const NUMBERS: [&str; 5] = ["x", "y", "angle", "speed", "acceleration"];
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

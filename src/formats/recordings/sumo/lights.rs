@@ -2,6 +2,7 @@
 
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::scenario::{LightPhase, SignalColor, TrafficDirection, TrafficLight};
 
 /// A program: its phases one after the other.
@@ -20,7 +21,9 @@ const LONGEST: f64 = 1e6;
 pub fn program<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
+    leftovers: &mut Leftovers,
 ) -> Result<(String, Program), ReadError> {
+    leftovers.attributes(xml, element, &["id", "type", "offset", "programID"]);
     let id = xml
         .attribute(element, "id")
         .unwrap_or_default()
@@ -32,26 +35,29 @@ pub fn program<'a>(
         .and_then(|o| o.parse::<f64>().ok());
     let mut phases = Vec::new();
     while let Some(child) = xml.next()? {
-        if child.name == "phase" {
-            let text = xml.attribute(child, "duration").unwrap_or_default();
-            let seconds = text
-                .parse::<f64>()
-                .ok()
-                .filter(|s| (0.0..=LONGEST).contains(s));
-            let seconds = seconds.ok_or_else(|| {
-                let shown: String = text.chars().take(40).collect();
-                xml.fail(
-                    child.at,
-                    format!("duration=\"{shown}\" is not a number of seconds"),
-                )
-            })?;
-            let state = xml
-                .attribute(child, "state")
-                .unwrap_or_default()
-                .into_owned();
-            phases.push((seconds, state));
-            xml.check_count(element, phases.len(), "phases")?;
+        if child.name != "phase" {
+            leftovers.element(xml, "tlLogic", child)?;
+            continue;
         }
+        leftovers.attributes(xml, child, &["duration", "state"]);
+        let text = xml.attribute(child, "duration").unwrap_or_default();
+        let seconds = text
+            .parse::<f64>()
+            .ok()
+            .filter(|s| (0.0..=LONGEST).contains(s));
+        let seconds = seconds.ok_or_else(|| {
+            let shown: String = text.chars().take(40).collect();
+            xml.fail(
+                child.at,
+                format!("duration=\"{shown}\" is not a number of seconds"),
+            )
+        })?;
+        let state = xml
+            .attribute(child, "state")
+            .unwrap_or_default()
+            .into_owned();
+        phases.push((seconds, state));
+        xml.check_count(element, phases.len(), "phases")?;
         xml.skip()?;
     }
     let offset = offset.filter(|o| o.is_finite() && o.abs() < LONGEST);

@@ -1,10 +1,12 @@
 //! SUMO: floating car data (`--fcd-output`) with the net and the vehicle types that lie beside it.
 
+mod choice;
 mod fcd;
 mod fcd_csv;
 mod fcd_xml;
 mod files;
 mod geo;
+mod lanes;
 mod lights;
 mod net;
 mod types;
@@ -104,7 +106,7 @@ fn whole(path: &Path, recorded: &Recorded, report: Report) -> Result<LongRecordi
     // The net is needed only to place what is in degrees.
     let net = match recorded.degrees {
         Some(false) => None,
-        _ => net::of(path, recorded, &report)?,
+        _ => choice::net(path, recorded, &report)?,
     };
     let (placement, _) = Placement::of(recorded, net.as_ref().map(|n| &n.1.location), &report);
     let every = (1.0 / windows::MOMENTS / recorded.time_step())
@@ -248,7 +250,8 @@ fn scenario(
         return Err(report.fail(message));
     }
     recorded.steps.tell(&report);
-    let net = net::of(file, recorded, &report)?;
+    recorded.leftovers.tell(&report);
+    let net = choice::net(file, recorded, &report)?;
     let location = net.as_ref().map(|(_, net)| &net.location);
     let (placement, has_lanes) = Placement::of(recorded, location, &report);
     let mut ids = OwnIds::of(recorded);
@@ -282,7 +285,7 @@ fn scenario(
     let (map, map_hash) = match net.filter(|_| has_lanes) {
         Some((_, net)) => {
             let start = recorded.start() + steps.0 as f64 * dt;
-            net::map(&report, &net, &mut ids.0, (start, dt))
+            lanes::map(&report, &net, &mut ids.0, (start, dt))
         }
         None => (Map::default(), ContentHash::digest(b"")),
     };

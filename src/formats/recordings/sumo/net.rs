@@ -1,25 +1,17 @@
-//! SUMO nets: lanes with a middle and a width, and how they are connected.
+//! SUMO nets as they are in their files: lanes with a middle and a width, and how they are connected.
 
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use super::fcd::Recorded;
-use super::files::{self, Nets};
 use super::geo::Location;
 use super::lights::{Program, program};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::commonroad::xml::{Element, Xml};
-use crate::formats::recordings::assembly::Map;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lane_shape::{borders, without_repeats};
-use crate::formats::recordings::report::Report;
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
-use crate::scenario::{
-    Adjacent, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement,
-};
+use crate::scenario::{ContentHash, RoadUser};
 use crate::system::{self, FileCache};
 
 /// No net is larger, bytes.
@@ -29,43 +21,52 @@ const LARGEST: u64 = 512 << 20;
 const WIDTH: f64 = 3.2;
 
 /// A lane of an edge.
-struct NetLane {
-    edge: String,
-    index: i64,
-    shape: Vec<Point>,
-    width: f64,
+pub struct NetLane {
+    pub edge: String,
+    pub index: i64,
+    pub shape: Vec<Point>,
+    /// Metres.
+    pub width: f64,
     /// m/s.
-    speed: Option<f64>,
-    internal: bool,
-    crossing: bool,
-    users: Vec<RoadUser>,
+    pub speed: Option<f64>,
+    /// Whether it is on a junction.
+    pub internal: bool,
+    pub crossing: bool,
+    pub users: Vec<RoadUser>,
 }
 
 /// A connection of two lanes.
-struct Connection {
-    from: (String, i64),
-    to: (String, i64),
+pub struct Connection {
+    pub from: (String, i64),
+    pub to: (String, i64),
     /// The lane on the junction between them.
-    via: Option<String>,
+    pub via: Option<String>,
     /// The traffic light and the place of the connection in its states.
-    light: Option<(String, usize)>,
+    pub light: Option<(String, usize)>,
 }
 
 /// A net as it is in its file.
 pub struct Net {
     pub location: Location,
-    lanes: Vec<NetLane>,
+    pub lanes: Vec<NetLane>,
     /// The ids of all edges, also of those that are no lanes here.
-    edges: HashSet<String>,
-    connections: Vec<Connection>,
-    programs: HashMap<String, Program>,
-    hash: ContentHash,
+    pub edges: HashSet<String>,
+    pub connections: Vec<Connection>,
+    pub programs: HashMap<String, Program>,
+    pub hash: ContentHash,
+    /// What stands in it and is not used.
+    pub leftovers: Leftovers,
 }
 
 /// Nets that are kept for other windows of a recording, bytes of their files.
 const KEPT: usize = 256 << 20;
 
 static NETS: FileCache<Net> = FileCache::new(KEPT);
+
+/// A net, read anew if it changed.
+pub fn read(path: &Path) -> Result<Arc<Net>, ReadError> {
+    NETS.get(&[path], || Net::read(path))
+}
 
 impl Net {
     fn read(path: &Path) -> Result<(Self, usize), ReadError> {
@@ -77,6 +78,7 @@ impl Net {
         }
         let (mut lanes, mut connections) = (Vec::new(), Vec::new());
         let (mut location, mut edges) = (Location::default(), HashSet::new());
+        let mut leftovers = Leftovers::default();
         let mut programs: HashMap<String, Program> = HashMap::new();
         while let Some(element) = xml.next()? {
             match element.name {
@@ -84,15 +86,18 @@ impl Net {
                 "edge" => {
                     let id = xml.attribute(element, "id");
                     edges.extend(id.map(|id| id.into_owned()));
-                    edge(&mut xml, element, &mut lanes)?;
+                    edge(&mut xml, element, &mut lanes, &mut leftovers)?;
                 }
-                "connection" => connections.extend(connection(&mut xml, element)?),
+                "connection" => {
+                    leftovers.attributes(&xml, element, &CONNECTION);
+                    connections.extend(connection(&mut xml, element)?);
+                }
                 "tlLogic" => {
-                    let (id, program) = program(&mut xml, element)?;
+                    let (id, program) = program(&mut xml, element, &mut leftovers)?;
                     // Of several programs the first one runs.
                     programs.entry(id).or_insert(program);
                 }
-                _ => xml.skip()?,
+                _ => leftovers.element(&mut xml, "net", element)?,
             }
             let most = lanes.len().max(connections.len());
             xml.check_count(element, most, "lanes or connections")?;
@@ -101,6 +106,7 @@ impl Net {
             location,
             lanes,
             edges,
+            leftovers,
             connections,
             programs,
             hash: ContentHash::digest(&bytes),
@@ -128,137 +134,16 @@ fn location<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Location, Rea
     Ok(found)
 }
 
-/// The net of a recording: the one that it names, or the one beside it in which its edges are. What is wrong is said.
-pub fn of(
-    file: &Path,
-    recorded: &Recorded,
-    report: &Report,
-) -> Result<Option<(PathBuf, Arc<Net>)>, ReadError> {
-    let read = |path: &Path| NETS.get(&[path], || Net::read(path));
-    let (nets, started_with) = match files::nets(file, &recorded.comment) {
-        Nets::Told(net) => {
-            let read = read(&net)?;
-            return Ok(Some((net, read)));
-        }
-        Nets::Beside(nets, started_with) => (nets, started_with),
-    };
-    let none = |why: String| {
-        report
-            .at("")
-            .warn(format!("no net: {why}; the scenario has no lanes"));
-        Ok(None)
-    };
-    let used = &recorded.edges;
-    match &nets[..] {
-        [] => none(match started_with {
-            Some(name) => format!("{name}, which it was made with, is not beside it"),
-            None => "no .net.xml beside it".into(),
-        }),
-        [only] => {
-            let net = read(only)?;
-            match used.is_empty() || used.iter().any(|edge| net.edges.contains(edge)) {
-                true => Ok(Some((only.clone(), net))),
-                false => none(format!(
-                    "{}, the only one beside it, has none of its edges, such as `{}`",
-                    files::in_words(&nets),
-                    used.first().map_or("", String::as_str)
-                )),
-            }
-        }
-        several => {
-            // One that is damaged is none of these.
-            let all = several
-                .iter()
-                .filter_map(|path| Some((path, read(path).ok()?)));
-            let has_all = |net: &Net| used.iter().all(|edge| net.edges.contains(edge));
-            let mut fit: Vec<_> = all
-                .filter(|(_, net)| !used.is_empty() && has_all(net))
-                .collect();
-            if fit.len() == 1
-                && let Some((path, net)) = fit.pop()
-            {
-                report.note(format!(
-                    "net {}: the only one of {} beside it that has its edges",
-                    path.display(),
-                    several.len()
-                ));
-                return Ok(Some((path.clone(), net)));
-            }
-            let which = match fit.len() {
-                0 => "none of them has",
-                _ => "several of them have",
-            };
-            none(format!(
-                "{} .net.xml files are beside it ({}), and {which} all its edges; leave only its own",
-                several.len(),
-                files::in_words(several)
-            ))
-        }
-    }
-}
-
-/// The lanes of a net, with the lights as they are from `start` on in steps of `dt` seconds.
-pub fn map(
-    report: &Report,
-    net: &Net,
-    ids: &mut Ids,
-    (start, dt): (f64, f64),
-) -> (Map, ContentHash) {
-    let Net {
-        lanes,
-        connections,
-        programs,
-        hash,
-        ..
-    } = net;
-    let mut map = lanelets(lanes, connections, ids);
-    let actuated = programs.values().filter(|p| !p.is_static).count();
-    report.note_count(actuated, |n| {
-        format!("traffic lights that are not static: {n}; the phases of their program are taken as they stand")
-    });
-    let places = names(&map.names);
-    for connection in connections {
-        let Some((light, link)) = &connection.light else {
-            continue;
-        };
-        let on = connection.via.clone();
-        let on = on.unwrap_or_else(|| lane_name(&connection.from));
-        let (Some(place), Some(program)) = (places.get(&on), programs.get(light)) else {
-            continue;
-        };
-        let lanelet = &mut map.lanelets[*place];
-        if let Some(light) = program.light(*link, start, dt) {
-            let id = ids.fresh();
-            let position = lanelet.right.points.first().copied();
-            lanelet.lights.push(id);
-            map.lights.push(crate::scenario::TrafficLight {
-                id,
-                position,
-                ..light
-            });
-        }
-    }
-    let map = Map {
-        lanelets: map.lanelets,
-        signs: map.signs,
-        lights: map.lights,
-        ..Map::default()
-    };
-    (map, *hash)
-}
-
-fn names(names: &[String]) -> HashMap<String, usize> {
-    names.iter().cloned().zip(0..).collect()
-}
-
-fn lane_name((edge, index): &(String, i64)) -> String {
-    format!("{edge}_{index}")
-}
+/// The attributes that are used; of some the ids are made.
+const EDGE: [&str; 2] = ["id", "function"];
+const LANE: [&str; 6] = ["id", "index", "shape", "width", "speed", "allow"];
+const CONNECTION: [&str; 7] = ["from", "to", "fromLane", "toLane", "via", "tl", "linkIndex"];
 
 fn edge<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
     lanes: &mut Vec<NetLane>,
+    leftovers: &mut Leftovers,
 ) -> Result<(), ReadError> {
     let text = |name: &str| {
         xml.attribute(element, name)
@@ -268,13 +153,16 @@ fn edge<'a>(
     let (id, function) = (text("id"), text("function"));
     // Areas where people walk in any direction are no lanes.
     if function == "walkingarea" {
+        leftovers.add("edge of function walkingarea", || xml.line(element));
         return xml.skip();
     }
+    leftovers.attributes(xml, element, &EDGE);
     while let Some(child) = xml.next()? {
         if child.name != "lane" {
-            xml.skip()?;
+            leftovers.element(xml, "edge", child)?;
             continue;
         }
+        leftovers.attributes(xml, child, &LANE);
         let shape = shape(xml, child)?;
         let number = |name: &str| -> Result<Option<f64>, ReadError> {
             let Some(text) = xml.attribute(child, name) else {
@@ -311,7 +199,7 @@ fn edge<'a>(
             crossing: function == "crossing",
             users,
         });
-        xml.skip()?;
+        leftovers.rest(xml, "lane")?;
         xml.check_count(element, lanes.len(), "lanes")?;
     }
     Ok(())
@@ -362,119 +250,4 @@ fn connection<'a>(
     };
     xml.skip()?;
     Ok(found)
-}
-
-/// Lanelets with the names of their lanes.
-struct NamedMap {
-    names: Vec<String>,
-    lanelets: Vec<Lanelet>,
-    signs: Vec<Sign>,
-    lights: Vec<crate::scenario::TrafficLight>,
-}
-
-fn lanelets(lanes: &[NetLane], connections: &[Connection], ids: &mut Ids) -> NamedMap {
-    let mut map = NamedMap {
-        names: Vec::new(),
-        lanelets: Vec::new(),
-        signs: Vec::new(),
-        lights: Vec::new(),
-    };
-    let mut limits: HashMap<u64, i64> = HashMap::new();
-    let mut kept = Vec::new();
-    for lane in lanes {
-        let (centre, ..) = without_repeats(lane.shape.clone(), Vec::new());
-        if centre.len() < 2 {
-            continue;
-        }
-        let half = lane.width / 2.0;
-        let (mut left, mut right) = borders(&centre, &[], &vec![(half, half); centre.len()]);
-        if !lane.internal && !lane.crossing {
-            (left.marking, right.marking) = (LineMarking::Unknown, LineMarking::Unknown);
-        } else {
-            (left.marking, right.marking) = (LineMarking::NoMarking, LineMarking::NoMarking);
-        }
-        let kind = match lane.users[..] {
-            _ if lane.crossing => LaneletType::Crosswalk,
-            [RoadUser::Pedestrian] => LaneletType::Sidewalk,
-            [RoadUser::Bicycle] => LaneletType::BicycleLane,
-            [RoadUser::Bus] => LaneletType::BusLane,
-            [RoadUser::Train] => LaneletType::Tram,
-            _ => LaneletType::Urban,
-        };
-        let mut lanelet = Lanelet {
-            id: ids.fresh(),
-            left,
-            right,
-            types: vec![kind],
-            ..Lanelet::default()
-        };
-        if lane.internal {
-            lanelet.types.push(LaneletType::Intersection);
-        }
-        match lane.crossing || lane.users == [RoadUser::Pedestrian] {
-            true => lanelet.users_bidirectional = vec![RoadUser::Pedestrian],
-            false => lanelet.users_one_way = lane.users.clone(),
-        }
-        let limit = lane
-            .speed
-            .filter(|v| *v > 0.0 && kind == LaneletType::Urban && !lane.internal);
-        if let Some(limit) = limit {
-            let id = *limits.entry(limit.to_bits()).or_insert_with(|| {
-                let id = ids.fresh();
-                map.signs.push(Sign {
-                    id,
-                    position: lanelet.right.points.first().copied(),
-                    is_virtual: true,
-                    elements: vec![SignElement {
-                        id: "274".into(),
-                        values: vec![limit.to_string()],
-                    }],
-                });
-                id
-            });
-            lanelet.signs.push(id);
-        }
-        map.names.push(lane_name(&(lane.edge.clone(), lane.index)));
-        map.lanelets.push(lanelet);
-        kept.push(lane);
-    }
-    link(&mut map, &kept, connections);
-    map
-}
-
-fn link(map: &mut NamedMap, lanes: &[&NetLane], connections: &[Connection]) {
-    let places = names(&map.names);
-    for connection in connections {
-        let to = connection.via.clone();
-        let to = to.unwrap_or_else(|| lane_name(&connection.to));
-        let from = places.get(&lane_name(&connection.from));
-        let (Some(from), Some(to)) = (from, places.get(&to)) else {
-            continue;
-        };
-        let (from_id, to_id) = (map.lanelets[*from].id, map.lanelets[*to].id);
-        let successors = &mut map.lanelets[*from].successors;
-        if !successors.contains(&to_id) {
-            successors.push(to_id);
-            map.lanelets[*to].predecessors.push(from_id);
-        }
-    }
-    for (place, lane) in lanes.iter().enumerate() {
-        // On junctions, lanes of one edge may part.
-        if lane.internal || lane.crossing {
-            continue;
-        }
-        // Lanes are counted from the right.
-        let Some(left) = places.get(&lane_name(&(lane.edge.clone(), lane.index + 1))) else {
-            continue;
-        };
-        let adjacent = |id| {
-            Some(Adjacent {
-                id,
-                same_direction: true,
-            })
-        };
-        let (own, other) = (map.lanelets[place].id, map.lanelets[*left].id);
-        map.lanelets[place].adjacent_left = adjacent(other);
-        map.lanelets[*left].adjacent_right = adjacent(own);
-    }
 }

@@ -7,6 +7,7 @@ use super::fcd::Recorded;
 use super::files;
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::report::Report;
 use crate::scenario::ObstacleType;
 use crate::system::{self, FileCache};
@@ -30,7 +31,14 @@ pub struct Types {
 /// Types that are kept for other windows of a recording, bytes.
 const KEPT: usize = 16 << 20;
 
-static DEFINED: FileCache<HashMap<String, VehicleType>> = FileCache::new(KEPT);
+static DEFINED: FileCache<Defined> = FileCache::new(KEPT);
+
+/// The types that files define, and what else stands in these.
+#[derive(Default)]
+struct Defined {
+    types: HashMap<String, VehicleType>,
+    leftovers: Leftovers,
+}
 
 /// No file of types is larger, bytes.
 const LARGEST: u64 = 512 << 20;
@@ -84,15 +92,17 @@ impl Types {
         let files = files::with_types(path, &recorded.comment);
         let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
         let defined = DEFINED.get(&files, || {
-            let mut defined = HashMap::new();
+            let mut defined = Defined::default();
             for file in &files {
                 read(file, &mut defined)?;
             }
-            let size = defined.len() * (size_of::<VehicleType>() + 128);
+            let size = defined.types.len() * (size_of::<VehicleType>() + 128);
             Ok::<_, ReadError>((defined, size))
         })?;
+        defined.leftovers.tell(report);
         known.extend(
             defined
+                .types
                 .iter()
                 .map(|(name, kind)| (name.clone(), kind.clone())),
         );
@@ -126,13 +136,13 @@ impl Types {
 }
 
 /// Adds the types that a file defines.
-fn read(path: &Path, known: &mut HashMap<String, VehicleType>) -> Result<(), ReadError> {
+fn read(path: &Path, known: &mut Defined) -> Result<(), ReadError> {
     let file = path.display().to_string();
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
     let mut xml = Xml::new(&bytes, &file)?;
-    if xml.next()?.is_none() {
+    let Some(root) = xml.next()? else {
         return Ok(());
-    }
+    };
     while let Some(element) = xml.next()? {
         match element.name {
             "vType" => add(&mut xml, element, known)?,
@@ -140,24 +150,31 @@ fn read(path: &Path, known: &mut HashMap<String, VehicleType>) -> Result<(), Rea
                 while let Some(child) = xml.next()? {
                     match child.name {
                         "vType" => add(&mut xml, child, known)?,
-                        _ => xml.skip()?,
+                        _ => known
+                            .leftovers
+                            .element(&mut xml, "vTypeDistribution", child)?,
                     }
                 }
             }
-            _ => xml.skip()?,
+            _ => known.leftovers.element(&mut xml, root.name, element)?,
         }
     }
     Ok(())
 }
 
-fn add<'a>(
-    xml: &mut Xml<'a>,
-    element: Element<'a>,
-    known: &mut HashMap<String, VehicleType>,
-) -> Result<(), ReadError> {
+fn add<'a>(xml: &mut Xml<'a>, element: Element<'a>, known: &mut Defined) -> Result<(), ReadError> {
+    known
+        .leftovers
+        .attributes(xml, element, &["id", "vClass", "length", "width"]);
     let name = xml.attribute(element, "id");
     let of_class = xml.attribute(element, "vClass");
-    let mut found = class(of_class.as_deref().unwrap_or("passenger"));
+    let of_class = of_class.as_deref().unwrap_or("passenger");
+    if !CLASSES.iter().any(|(class, ..)| *class == of_class) {
+        let shown: String = of_class.chars().take(40).collect();
+        let kind = format!("vType@vClass `{shown}`, taken as passenger");
+        known.leftovers.add(&kind, || xml.line(element));
+    }
+    let mut found = class(of_class);
     for (name, into) in [("length", &mut found.length), ("width", &mut found.width)] {
         let Some(text) = xml.attribute(element, name) else {
             continue;
@@ -172,7 +189,7 @@ fn add<'a>(
         })?;
     }
     if let Some(name) = name {
-        known.insert(name.into_owned(), found);
+        known.types.insert(name.into_owned(), found);
     }
-    xml.skip()
+    known.leftovers.rest(xml, "vType")
 }

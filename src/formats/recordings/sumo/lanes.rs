@@ -1,0 +1,187 @@
+//! The lanes of a SUMO net as lanelets, with their links, limits and lights.
+
+use std::collections::HashMap;
+
+use super::net::{Connection, Net, NetLane};
+use crate::formats::recordings::assembly::Map;
+use crate::formats::recordings::ids::Ids;
+use crate::formats::recordings::lane_shape::{borders, without_repeats};
+use crate::formats::recordings::report::Report;
+use crate::scenario::{
+    Adjacent, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement,
+};
+
+/// The lanes of a net, with the lights as they are from `start` on in steps of `dt` seconds.
+pub fn map(
+    report: &Report,
+    net: &Net,
+    ids: &mut Ids,
+    (start, dt): (f64, f64),
+) -> (Map, ContentHash) {
+    let Net {
+        lanes,
+        connections,
+        programs,
+        hash,
+        leftovers,
+        ..
+    } = net;
+    leftovers.tell(report);
+    let mut map = lanelets(lanes, connections, ids);
+    let actuated = programs.values().filter(|p| !p.is_static).count();
+    report.note_count(actuated, |n| {
+        format!("traffic lights that are not static: {n}; the phases of their program are taken as they stand")
+    });
+    let places = names(&map.names);
+    for connection in connections {
+        let Some((light, link)) = &connection.light else {
+            continue;
+        };
+        let on = connection.via.clone();
+        let on = on.unwrap_or_else(|| lane_name(&connection.from));
+        let (Some(place), Some(program)) = (places.get(&on), programs.get(light)) else {
+            continue;
+        };
+        let lanelet = &mut map.lanelets[*place];
+        if let Some(light) = program.light(*link, start, dt) {
+            let id = ids.fresh();
+            let position = lanelet.right.points.first().copied();
+            lanelet.lights.push(id);
+            map.lights.push(crate::scenario::TrafficLight {
+                id,
+                position,
+                ..light
+            });
+        }
+    }
+    let map = Map {
+        lanelets: map.lanelets,
+        signs: map.signs,
+        lights: map.lights,
+        ..Map::default()
+    };
+    (map, *hash)
+}
+
+fn names(names: &[String]) -> HashMap<String, usize> {
+    names.iter().cloned().zip(0..).collect()
+}
+
+fn lane_name((edge, index): &(String, i64)) -> String {
+    format!("{edge}_{index}")
+}
+
+/// Lanelets with the names of their lanes.
+struct NamedMap {
+    names: Vec<String>,
+    lanelets: Vec<Lanelet>,
+    signs: Vec<Sign>,
+    lights: Vec<crate::scenario::TrafficLight>,
+}
+
+fn lanelets(lanes: &[NetLane], connections: &[Connection], ids: &mut Ids) -> NamedMap {
+    let mut map = NamedMap {
+        names: Vec::new(),
+        lanelets: Vec::new(),
+        signs: Vec::new(),
+        lights: Vec::new(),
+    };
+    let mut limits: HashMap<u64, i64> = HashMap::new();
+    let mut kept = Vec::new();
+    for lane in lanes {
+        let (centre, ..) = without_repeats(lane.shape.clone(), Vec::new());
+        if centre.len() < 2 {
+            continue;
+        }
+        let half = lane.width / 2.0;
+        let (mut left, mut right) = borders(&centre, &[], &vec![(half, half); centre.len()]);
+        if !lane.internal && !lane.crossing {
+            (left.marking, right.marking) = (LineMarking::Unknown, LineMarking::Unknown);
+        } else {
+            (left.marking, right.marking) = (LineMarking::NoMarking, LineMarking::NoMarking);
+        }
+        let kind = match lane.users[..] {
+            _ if lane.crossing => LaneletType::Crosswalk,
+            [RoadUser::Pedestrian] => LaneletType::Sidewalk,
+            [RoadUser::Bicycle] => LaneletType::BicycleLane,
+            [RoadUser::Bus] => LaneletType::BusLane,
+            [RoadUser::Train] => LaneletType::Tram,
+            _ => LaneletType::Urban,
+        };
+        let mut lanelet = Lanelet {
+            id: ids.fresh(),
+            left,
+            right,
+            types: vec![kind],
+            ..Lanelet::default()
+        };
+        if lane.internal {
+            lanelet.types.push(LaneletType::Intersection);
+        }
+        match lane.crossing || lane.users == [RoadUser::Pedestrian] {
+            true => lanelet.users_bidirectional = vec![RoadUser::Pedestrian],
+            false => lanelet.users_one_way = lane.users.clone(),
+        }
+        let limit = lane
+            .speed
+            .filter(|v| *v > 0.0 && kind == LaneletType::Urban && !lane.internal);
+        if let Some(limit) = limit {
+            let id = *limits.entry(limit.to_bits()).or_insert_with(|| {
+                let id = ids.fresh();
+                map.signs.push(Sign {
+                    id,
+                    position: lanelet.right.points.first().copied(),
+                    is_virtual: true,
+                    elements: vec![SignElement {
+                        id: "274".into(),
+                        values: vec![limit.to_string()],
+                    }],
+                });
+                id
+            });
+            lanelet.signs.push(id);
+        }
+        map.names.push(lane_name(&(lane.edge.clone(), lane.index)));
+        map.lanelets.push(lanelet);
+        kept.push(lane);
+    }
+    link(&mut map, &kept, connections);
+    map
+}
+
+fn link(map: &mut NamedMap, lanes: &[&NetLane], connections: &[Connection]) {
+    let places = names(&map.names);
+    for connection in connections {
+        let to = connection.via.clone();
+        let to = to.unwrap_or_else(|| lane_name(&connection.to));
+        let from = places.get(&lane_name(&connection.from));
+        let (Some(from), Some(to)) = (from, places.get(&to)) else {
+            continue;
+        };
+        let (from_id, to_id) = (map.lanelets[*from].id, map.lanelets[*to].id);
+        let successors = &mut map.lanelets[*from].successors;
+        if !successors.contains(&to_id) {
+            successors.push(to_id);
+            map.lanelets[*to].predecessors.push(from_id);
+        }
+    }
+    for (place, lane) in lanes.iter().enumerate() {
+        // On junctions, lanes of one edge may part.
+        if lane.internal || lane.crossing {
+            continue;
+        }
+        // Lanes are counted from the right.
+        let Some(left) = places.get(&lane_name(&(lane.edge.clone(), lane.index + 1))) else {
+            continue;
+        };
+        let adjacent = |id| {
+            Some(Adjacent {
+                id,
+                same_direction: true,
+            })
+        };
+        let (own, other) = (map.lanelets[place].id, map.lanelets[*left].id);
+        map.lanelets[place].adjacent_left = adjacent(other);
+        map.lanelets[*left].adjacent_right = adjacent(own);
+    }
+}
