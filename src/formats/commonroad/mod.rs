@@ -30,6 +30,7 @@ pub use crate::system::{NewFile, SaveError, save};
 pub use conform::{Conformed, conform};
 pub(super) use encoding::{foreign, without_marks};
 pub use error::ReadError;
+pub(super) use protobuf::wire;
 pub(super) use root::beginning_of_file;
 pub(super) use root::is_scenario;
 pub(super) use root::root_name_of;

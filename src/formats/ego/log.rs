@@ -120,7 +120,7 @@ pub(super) fn read(
 }
 
 fn columns(
-    table: &Table<'_>,
+    table: &mut Table<'_>,
     file: &str,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Columns, EgoError> {
@@ -150,7 +150,7 @@ fn columns(
 /// The rows in order of time, each step once.
 fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<Vec<Row>, EgoError> {
     let mut table = Table::begin(bytes, file, b';')?;
-    let columns = columns(&table, file, diagnostics)?;
+    let columns = columns(&mut table, file, diagnostics)?;
     let (mut rows, mut planless, mut widest) = (Vec::new(), Vec::new(), 0);
     while let Some(record) = table.next()? {
         let line = record.line;
@@ -187,6 +187,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             file: file.to_string(),
         });
     }
+    diagnostics.extend(table.unused(rows.len()));
     let steps: Vec<i64> = rows.iter().map(|r: &Row| r.step).collect();
     diagnostics.extend(checks::order(&steps, |row| rows[row].line));
     rows.sort_by_key(|r| r.step);

@@ -207,6 +207,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             },
         });
     }
+    diagnostics.extend(table.unused(rows.len()));
     Ok(rows)
 }
 

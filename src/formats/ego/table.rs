@@ -1,5 +1,7 @@
 //! Tables with a header, written by people or programs: columns by name, rows with line numbers.
 
+use std::collections::BTreeSet;
+
 use super::{EgoError, assumed};
 use crate::formats::commonroad::without_marks;
 use crate::scenario::{Diagnostic, Severity};
@@ -11,6 +13,8 @@ pub(super) struct Table<'a> {
     file: &'a str,
     delimiter: u8,
     header: Vec<String>,
+    /// Places of columns that were asked for.
+    used: BTreeSet<usize>,
 }
 
 /// A row: its fields, trimmed, and where it is.
@@ -54,6 +58,7 @@ impl<'a> Table<'a> {
         let header = header.iter().map(String::from_utf8_lossy);
         Ok(Self {
             header: header.map(std::borrow::Cow::into_owned).collect(),
+            used: BTreeSet::new(),
             reader,
             bytes,
             delimiter,
@@ -72,7 +77,7 @@ impl<'a> Table<'a> {
     /// # Errors
     /// Several columns could be it.
     pub fn column(
-        &self,
+        &mut self,
         name: &'static str,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Result<Option<usize>, EgoError> {
@@ -88,6 +93,7 @@ impl<'a> Table<'a> {
         match found[..] {
             [] => Ok(None),
             [place] => {
+                self.used.insert(place);
                 let written = &self.header[place];
                 if written != name {
                     let message = format!("column `{}` taken as `{name}`", shown(written));
@@ -102,6 +108,18 @@ impl<'a> Table<'a> {
                 second: shown(&self.header[second]),
             }),
         }
+    }
+
+    /// The columns that were not asked for, of so many rows.
+    pub fn unused(&self, rows: usize) -> impl Iterator<Item = Diagnostic> {
+        let columns = self.header.iter().enumerate();
+        let others = columns.filter(|(place, name)| !name.is_empty() && !self.used.contains(place));
+        others.map(move |(_, name)| Diagnostic {
+            severity: Severity::Unused,
+            line: 1,
+            element: format!("column {}", shown(name)),
+            message: format!("{rows} ×"),
+        })
     }
 
     /// The next row.

@@ -14,7 +14,7 @@ use super::utm;
 use crate::formats::commonroad::ReadError;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
-use crate::scenario::{Adjacent, Bound, Lanelet, LineMarking, Severity, Sign, SignElement};
+use crate::scenario::{Adjacent, Bound, Lanelet, Severity, Sign, SignElement};
 use osm::{Place, Relation, Way};
 use tags::{kind, limit};
 

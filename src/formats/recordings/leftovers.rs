@@ -46,10 +46,21 @@ impl Leftovers {
 
     /// Counts an attribute of an element.
     pub fn attribute(&mut self, element: &str, attribute: &str, line: impl FnOnce() -> usize) {
+        self.part(element, '@', attribute, line);
+    }
+
+    /// Counts a field of a message.
+    pub fn field(&mut self, message: &str, field: &str) {
+        self.part(message, '/', field, || 0);
+    }
+
+    fn part(&mut self, whole: &str, between: char, part: &str, line: impl FnOnce() -> usize) {
         self.name.clear();
-        self.name.push_str(element);
-        self.name.push('@');
-        self.name.push_str(attribute);
+        if !whole.is_empty() {
+            self.name.push_str(whole);
+            self.name.push(between);
+        }
+        self.name.push_str(part);
         match self.counts.get_mut(&self.name) {
             Some((_, known)) => *known += 1,
             None => {

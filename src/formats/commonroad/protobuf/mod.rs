@@ -23,7 +23,7 @@ mod signs;
 mod states;
 mod tasks;
 mod values;
-mod wire;
+pub(in crate::formats) mod wire;
 mod words;
 
 use std::collections::HashSet;

@@ -14,6 +14,7 @@ use crate::formats::recordings::assembly::Map;
 use crate::formats::recordings::crossing;
 use crate::formats::recordings::ids::Ids;
 use crate::formats::recordings::lane_shape::{matched, same_way};
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::report::{At, Report};
 use crate::geometry::Point;
 use crate::scenario::{Adjacent, Bound, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser};
@@ -25,6 +26,7 @@ pub struct Archive {
     lanes: Elements,
     crossings: Elements,
     areas: usize,
+    leftovers: Leftovers,
     pub hash: ContentHash,
 }
 
@@ -35,6 +37,32 @@ struct Whole {
     pedestrian_crossings: Elements,
     #[serde(default)]
     drivable_areas: HashMap<String, IgnoredAny>,
+}
+
+/// The keys that are used, of the map and of its elements.
+const WHOLE: [&str; 3] = ["lane_segments", "pedestrian_crossings", "drivable_areas"];
+const SEGMENT: [&str; 11] = [
+    "id",
+    "is_intersection",
+    "lane_type",
+    "left_lane_boundary",
+    "right_lane_boundary",
+    "left_lane_mark_type",
+    "right_lane_mark_type",
+    "successors",
+    "predecessors",
+    "left_neighbor_id",
+    "right_neighbor_id",
+];
+const CROSSING: [&str; 3] = ["id", "edge1", "edge2"];
+
+/// Counts the keys of an object that are not used.
+fn count_unused(json: &[u8], name: &str, used: &[&str], leftovers: &mut Leftovers) {
+    // What is no object is told by those who read it.
+    let keys = serde_json::from_slice::<HashMap<String, IgnoredAny>>(json).unwrap_or_default();
+    for key in keys.keys().filter(|key| !used.contains(&key.as_str())) {
+        leftovers.field(name, key);
+    }
 }
 
 /// The elements of an object in the order of the file, still to be read: errors then name the element.
@@ -145,8 +173,24 @@ impl Archive {
             element: String::new(),
             message: format!("not a map of Argoverse 2: {error}"),
         })?;
+        let mut leftovers = Leftovers::default();
+        count_unused(&bytes, "", &WHOLE, &mut leftovers);
+        let parts = [
+            ("lane_segments", &SEGMENT[..], &whole.lane_segments),
+            (
+                "pedestrian_crossings",
+                &CROSSING,
+                &whole.pedestrian_crossings,
+            ),
+        ];
+        for (name, used, elements) in parts {
+            for (_, element) in &elements.0 {
+                count_unused(element.get().as_bytes(), name, used, &mut leftovers);
+            }
+        }
         Ok(Self {
             file,
+            leftovers,
             lanes: whole.lane_segments,
             crossings: whole.pedestrian_crossings,
             areas: whole.drivable_areas.len(),
@@ -163,6 +207,7 @@ impl Archive {
     /// The map, with what is assumed noted in `report`.
     pub fn map(&self, report: &Report, ids: &mut Ids) -> Result<Map, ReadError> {
         let own = Report::about(&self.file);
+        self.leftovers.tell(report);
         let mut segments = Vec::with_capacity(self.lanes.0.len());
         for (key, value) in &self.lanes.0 {
             let at = own.at(format!("lane_segments/{key}"));

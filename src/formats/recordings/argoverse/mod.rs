@@ -49,6 +49,7 @@ impl Format for Argoverse {
         let table = Table::open(path, &bytes, &report)?;
         let rows = tracks::read(&report, &table)?;
         let dt = time_step(&report, &table)?;
+        table.tell_unused();
         drop(table);
         let map = match map::beside(path, &rows.scenario) {
             Some(file) => Some(map::Archive::read(&file)?),

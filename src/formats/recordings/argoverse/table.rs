@@ -1,5 +1,7 @@
 //! Columns of a Parquet file of Argoverse 2: the rows of all tracks.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::Path;
 
@@ -37,6 +39,8 @@ pub struct Table<'r> {
     file: SerializedFileReader<File>,
     bytes: &'r [u8],
     report: &'r Report,
+    /// The columns that were asked for.
+    asked: RefCell<BTreeSet<String>>,
 }
 
 /// Whether a file that begins with `head` is a scenario of Argoverse 2, or a damaged table that may have been one.
@@ -82,12 +86,25 @@ impl<'r> Table<'r> {
             file,
             bytes,
             report,
+            asked: RefCell::default(),
         };
         let rows = table.rows();
         if usize::try_from(rows).is_ok_and(|rows| rows <= MOST_PARTS) {
             return Ok(table);
         }
         Err(report.fail(format!("{rows} rows; at most {MOST_PARTS} are read")))
+    }
+
+    /// Tells of the columns that were not asked for.
+    pub fn tell_unused(&self) {
+        let asked = self.asked.borrow();
+        let rows = usize::try_from(self.rows()).unwrap_or(0);
+        for name in names(&self.file)
+            .iter()
+            .filter(|name| !asked.contains(*name))
+        {
+            self.report.unused_times(format!("column {name}"), rows, 0);
+        }
     }
 
     pub fn rows(&self) -> i64 {
@@ -147,6 +164,7 @@ impl<'r> Table<'r> {
         wanted: Wanted,
         read: &mut ReadColumn<'_, T>,
     ) -> Result<Option<Vec<T>>, String> {
+        self.asked.borrow_mut().insert(name.to_string());
         let schema = self.file.metadata().file_metadata().schema_descr();
         let Some(place) = schema.columns().iter().position(|c| c.name() == name) else {
             return Ok(None);

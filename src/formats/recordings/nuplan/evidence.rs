@@ -17,6 +17,8 @@ pub enum Evidence {
     Map,
     /// Answers that this program keeps.
     Store,
+    /// A bag of ROS 2.
+    Bag,
     /// Something else with these tables.
     Other(Vec<String>),
 }
@@ -26,6 +28,9 @@ const TABLES: [&str; 3] = ["lidar_pc", "ego_pose", "lidar_box"];
 
 /// Tables of the answers that this program keeps.
 const OWN: [&str; 2] = ["runs", "batches"];
+
+/// Tables of a bag of ROS 2.
+const BAG: [&str; 2] = ["topics", "messages"];
 
 /// Whether a file is named or begins like one, also if it is none: what is wrong with it is said here.
 pub fn is_named_or_begins_so(path: &Path, head: &[u8]) -> bool {
@@ -49,6 +54,8 @@ pub fn of(path: &Path) -> Evidence {
         Evidence::Map
     } else if OWN.iter().all(|table| database.has(table)) {
         Evidence::Store
+    } else if BAG.iter().all(|table| database.has(table)) {
+        Evidence::Bag
     } else {
         Evidence::Other(database.tables().to_vec())
     }
@@ -73,6 +80,9 @@ pub fn check(path: &Path) -> Result<(), ReadError> {
         }
         Evidence::Store => {
             "a store of answers of nearmiss, not a recording; `nearmiss report` reads it".into()
+        }
+        Evidence::Bag => {
+            "a bag of ROS 2, not a scenario; `nearmiss help scenarios` lists the formats that are read".into()
         }
         Evidence::Other(tables) if tables.is_empty() => {
             format!("a SQLite file without tables; {wants}")

@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use super::projection::{DEGREES, projected, shape};
 use super::record::Record;
-use super::sqlite::{Database, named};
+use super::sqlite::{Asked, Database, named};
 use crate::formats::commonroad::ReadError;
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::geometry::{Bounds, Point};
 use crate::scenario::LineMarking;
 use crate::system::FileCache;
@@ -75,6 +76,8 @@ pub struct Layers {
     pub without_traffic: HashSet<i64>,
     /// Its zone of UTM, and whether it is in the southern half.
     pub zone: (i64, bool),
+    /// What stands in it and is not used.
+    pub leftovers: Leftovers,
     size: usize,
 }
 
@@ -161,7 +164,9 @@ impl<'d> Reader<'d> {
                 Ok(())
             })?;
         }
-        Ok(reader.layers)
+        let mut layers = reader.layers;
+        database.count_unused(&Asked::default(), &mut layers.leftovers);
+        Ok(layers)
     }
 
     /// Gives the rows of a layer to `take`; its second column is the geometry.

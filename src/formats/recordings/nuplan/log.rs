@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::record::Token;
-use super::sqlite::Database;
+use super::sqlite::{Asked, Database};
 use super::sweep_rows::SweepRows;
 use crate::formats::commonroad::ReadError;
 use crate::formats::recordings::assembly::median;
@@ -69,6 +69,8 @@ pub struct Log {
     pub boxes: SweepRows,
     /// The rows of `traffic_light_status`.
     pub lights: SweepRows,
+    /// The columns that were asked for.
+    pub asked: Asked,
 }
 
 /// A log, read anew if it changed.
@@ -130,11 +132,14 @@ impl Log {
         let (tracks, scenes) = (tracks(database)?, scenes(database)?);
         let (origin, system) = origin(database, &first)?;
         let by_sweep = sweeps.iter().map(|sweep| sweep.token).zip(0..).collect();
+        let boxes = SweepRows::find(database, "lidar_box", &by_sweep)?;
+        let lights = SweepRows::find(database, "traffic_light_status", &by_sweep)?;
         Ok(Self {
             map,
             location,
-            boxes: SweepRows::find(database, "lidar_box", &by_sweep)?,
-            lights: SweepRows::find(database, "traffic_light_status", &by_sweep)?,
+            boxes,
+            lights,
+            asked: database.asked(),
             by_sweep,
             by_track: tracks.iter().map(|track| track.token).zip(0..).collect(),
             time_step,

@@ -24,6 +24,7 @@ use std::path::Path;
 
 use super::assembly::{About, Map, RecordedTrack, assemble};
 use super::ids::Ids;
+use super::leftovers::Leftovers;
 use super::report::Report;
 use super::windows::{self, LongRecording};
 use crate::formats::address::Address;
@@ -157,6 +158,9 @@ fn scenario(
     }
     tell(&report, path, log);
     let lights = lights::read(database, &clock)?;
+    let mut leftovers = Leftovers::default();
+    database.count_unused(&log.asked, &mut leftovers);
+    leftovers.tell(&report);
     let mut ids = Ids::beyond([]);
     (EGO..log::id_of(log.tracks.len())).for_each(|id| {
         ids.take(id);
@@ -222,6 +226,7 @@ fn map(
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
     let layers = layers::of(file)?;
+    layers.leftovers.tell(report);
     if let Some(zone) = log.system.and_then(projection::zone)
         && zone != layers.zone
     {

@@ -1,5 +1,7 @@
 //! SQLite files of others: their tables, without writing to them or beside them.
 
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -8,6 +10,7 @@ use rusqlite::{Connection, OpenFlags, Params};
 use super::record::{Record, Token};
 use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::report::{At, Report};
 use crate::system;
 
@@ -19,6 +22,9 @@ const MOST_ROWS: usize = 20_000_000;
 
 /// Tables of a file that are looked at.
 const MOST_TABLES: usize = 10_000;
+
+/// Tables of SQLite and of GeoPackage about the others begin so.
+const BOOKKEEPING: [&str; 4] = ["sqlite_", "gpkg_", "rtree_", "alembic_"];
 
 /// So many tables of a file are named in a message.
 const NAMED: usize = 6;
@@ -32,7 +38,12 @@ pub struct Database {
     report: Report,
     tables: Vec<String>,
     most_rows: usize,
+    /// The columns of tables that were asked for, in lower case.
+    asked: RefCell<Asked>,
 }
+
+/// Columns of tables.
+pub type Asked = BTreeMap<String, BTreeSet<String>>;
 
 /// What is done with a row.
 pub type Take<'t> = &'t mut dyn FnMut(&Record<'_>) -> Result<(), ReadError>;
@@ -71,6 +82,7 @@ impl Database {
             connection,
             report,
             tables,
+            asked: RefCell::default(),
             // Pages of a damaged file may lead in circles.
             most_rows: usize::try_from(bytes / SMALLEST_ROW)
                 .map_or(MOST_ROWS, |n| n.min(MOST_ROWS)),
@@ -110,12 +122,14 @@ impl Database {
         if !self.has(table) {
             return Err(self.table(table).fail("the table is missing"));
         }
-        let sql = "SELECT name FROM pragma_table_info(?1)";
-        let known = self.connection.prepare_cached(sql).and_then(|mut found| {
-            let names = found.query_map([table], |row| row.get::<_, String>(0))?;
-            names.collect::<Result<Vec<_>, _>>()
-        });
+        let known = self.columns(table);
         let known = known.map_err(|error| self.table(table).fail(words(&error)))?;
+        {
+            let mut asked = self.asked.borrow_mut();
+            let asked = asked.entry(table.to_string()).or_default();
+            let names = columns.iter().map(|name| name.trim_start_matches('?'));
+            asked.extend(names.map(str::to_lowercase));
+        }
         let mut parts = Vec::with_capacity(columns.len());
         for column in columns {
             let name = column.trim_start_matches('?');
@@ -138,6 +152,39 @@ impl Database {
             table,
             columns,
         })
+    }
+
+    fn columns(&self, table: &str) -> rusqlite::Result<Vec<String>> {
+        let sql = "SELECT name FROM pragma_table_info(?1)";
+        let mut found = self.connection.prepare_cached(sql)?;
+        let names = found.query_map([table], |row| row.get::<_, String>(0))?;
+        names.collect()
+    }
+
+    /// The columns that were asked for so far.
+    pub fn asked(&self) -> Asked {
+        self.asked.borrow().clone()
+    }
+
+    /// Counts the tables that neither this nor an earlier reading asked for, and the columns of the others.
+    pub fn count_unused(&self, earlier: &Asked, leftovers: &mut Leftovers) {
+        let asked = self.asked.borrow();
+        let own = |name: &&String| !BOOKKEEPING.iter().any(|start| name.starts_with(start));
+        for table in self.tables.iter().filter(own) {
+            let known = [&*asked, earlier].map(|all| all.get(table));
+            if known.iter().all(Option::is_none) {
+                leftovers.add(&format!("table {table}"), || 0);
+                continue;
+            }
+            for column in self.columns(table).unwrap_or_default() {
+                let lower = column.to_lowercase();
+                let is_asked = known.iter().flatten().any(|names| names.contains(&lower));
+                // Keys are how errors and other tables name a row.
+                if !is_asked && lower != "token" && lower != "fid" {
+                    leftovers.add(&format!("table {table}, column {column}"), || 0);
+                }
+            }
+        }
     }
 
     /// Gives all rows of a table to `take`.

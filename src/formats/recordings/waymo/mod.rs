@@ -9,6 +9,7 @@ mod map;
 mod messages;
 mod tfrecord;
 mod tracks;
+mod unused;
 mod widths;
 
 use std::path::Path;
@@ -85,6 +86,7 @@ fn read(bytes: &[u8], report: Report, place: usize) -> Result<Scenario, ReadErro
         );
         report.at(tfrecord::record(place)).fail(message)
     })?;
+    unused::count(bytes).tell(&report);
     let id = recorded.scenario_id.clone().unwrap_or_default();
     let dt = time_step(&report, &recorded)?;
     let feature_ids = recorded.map_features.iter().filter_map(|f| f.id);
