@@ -50,6 +50,7 @@ pub use scene::{Ego, Participant, Scene, SceneError};
 pub use signs::SignMeaning;
 pub use summary::{alike, in_short};
 pub use track::{DerivedCounts, LONGEST_TRACK, Motion, Sample, Track};
+pub(crate) use transform::in_frame;
 pub use transform::{Transform, TransformError, Transformed};
 pub use vehicle::{VehicleModel, VehicleType};
 pub use window::{Window, WindowEnd, WindowRule};

@@ -11,7 +11,7 @@ use super::lane_shape::{matched, same_way};
 use super::report::Report;
 use super::utm;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 use crate::scenario::{Adjacent, Bound, Lanelet, LineMarking, Severity, Sign, SignElement};
@@ -74,7 +74,8 @@ pub fn read(
 fn elements(path: &Path) -> Result<(Osm, usize), ReadError> {
     let file = path.display().to_string();
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-    let mut xml = Xml::new(&bytes, &file)?;
+    let text = decoded(&bytes, &file)?;
+    let mut xml = Xml::new(&text, &file);
     let (mut nodes, mut ways, mut relations) = (HashMap::new(), HashMap::new(), Vec::new());
     let root = xml.next()?;
     if root.is_none_or(|root| root.name != "osm") {

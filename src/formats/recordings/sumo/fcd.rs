@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
+use crate::formats::commonroad::{ReadError, beginning};
 use crate::formats::recordings::assembly::median;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{LATEST_STEP, MOST_PARTS, refused_coordinate};
@@ -66,7 +66,7 @@ impl Vehicle {
 
 /// Whether a file that begins so has floating car data.
 pub fn begins(head: &[u8]) -> bool {
-    let head = String::from_utf8_lossy(head);
+    let head = beginning(head);
     let text = head.trim_start_matches('\u{feff}').trim_start();
     text.starts_with('<') && text.contains("<fcd-export")
 }
@@ -76,8 +76,9 @@ const MOST_STATES: usize = 20 * MOST_PARTS;
 
 /// Reads a file; `file` names it in errors.
 pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
-    let mut xml = Xml::new(bytes, file)?;
-    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]);
+    let text = decoded(bytes, file)?;
+    let mut xml = Xml::new(&text, file);
+    let head = beginning(&bytes[..bytes.len().min(1 << 16)]);
     let comment = head
         .split("<fcd-export")
         .next()

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::lights::{Program, program};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 use crate::formats::recordings::assembly::Map;
 use crate::formats::recordings::ids::Ids;
 use crate::formats::recordings::lane_shape::{borders, without_repeats};
@@ -63,7 +63,8 @@ impl Net {
     fn read(path: &Path) -> Result<(Self, usize), ReadError> {
         let file = path.display().to_string();
         let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-        let mut xml = Xml::new(&bytes, &file)?;
+        let text = decoded(&bytes, &file)?;
+        let mut xml = Xml::new(&text, &file);
         if xml.next()?.is_none_or(|root| root.name != "net") {
             return Err(xml.fail(0, "not a SUMO net: its root is not <net>".into()));
         }
