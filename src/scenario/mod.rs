@@ -9,6 +9,7 @@ mod jump;
 mod names;
 mod network;
 mod obstacle;
+mod occupied;
 mod planning;
 pub(crate) mod plausibility;
 pub mod prediction;
