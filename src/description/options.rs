@@ -161,6 +161,8 @@ impl Options {
         let distance = |m: &Motion| (m.pose.position - ego.pose.position).norm();
         let wanted = |p: &Participant<'_>| self.obstacle.is_none_or(|id| id == p.obstacle.id);
         let present = scene.participants().filter(wanted);
+        // Those have neither heading nor velocity, and a sentence of their own.
+        let present = present.filter(|p| !p.obstacle.is_occupancy_at(step));
         let present = present.filter_map(|p| Some((p, p.at(step)?)));
         let mut near: Vec<_> = present
             .filter(|(_, m)| distance(m) <= self.radius)

@@ -25,6 +25,7 @@ pub(super) fn came_near<'a>(
     };
     let wanted = |p: &Participant<'a>| options.obstacle.is_none_or(|id| id == p.obstacle.id);
     let everyone = scene.participants().filter(wanted);
+    let everyone = everyone.filter(|p| !p.obstacle.is_set_based());
     let mut found: Vec<_> = everyone.filter_map(|p| Some((first(&p)?, p))).collect();
     found.sort_by_key(|(step, _)| *step);
     found

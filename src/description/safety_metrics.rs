@@ -217,7 +217,7 @@ const LOWEST_RISK: f64 = 1.0;
 
 /// The value of a measure; no time where the speed that it is computed with is written as 0.
 fn read(w: &Writer, id: &str, encounter: &Encounter<'_>) -> Option<f64> {
-    let value = (measure(id)?.compute)(encounter).value()?;
+    let value = measure(id)?.of(encounter).value()?;
     let relation = encounter.relation();
     let v_long = w.written("v_rel_long", relation.velocity.x);
     let v_lat = w.written("v_rel_lat", relation.velocity.y);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::fcd::{Collector, Recorded, Row, seconds};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 
 /// Whether a file that begins so has floating car data.
 pub fn begins(head: &[u8]) -> bool {
@@ -15,7 +15,8 @@ pub fn begins(head: &[u8]) -> bool {
 
 /// Reads a file; `file` names it in errors.
 pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
-    let mut xml = Xml::new(bytes, file)?;
+    let text = decoded(bytes, file)?;
+    let mut xml = Xml::new(&text, file);
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]);
     let comment = head.split("<fcd-export").next().unwrap_or_default();
     let Some(root) = xml.next()?.filter(|root| root.name == "fcd-export") else {
