@@ -12,6 +12,7 @@ mod options;
 mod overview;
 mod parts;
 mod picture;
+mod reach;
 mod road;
 mod safety_metrics;
 mod seen;
@@ -26,6 +27,7 @@ use crate::scenario::{Participant, Scene, Window};
 pub use measure_columns::measure_column;
 pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
 pub use picture::{PictureMoment, picture_moments};
+pub use reach::GIVE;
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value, has_relative_times};
 

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use super::cartesian::{MOTION, motion};
 use super::ego_centric::relative;
 use super::options::{Form, Options};
-use super::parts::{NO_EGO, heading, name, on_lanelets, on_the_map, sizes, subject};
+use super::parts::{NO_EGO, everyone_there, heading, name, on_lanelets, on_the_map, subject};
 use super::road;
 use super::seen::Seen;
 use super::table::{self, Cell, Column, column};
@@ -35,7 +35,7 @@ pub(super) fn describe(
     window: &Window,
     options: &Options,
 ) {
-    sizes(w, scene, std::slice::from_ref(who));
+    everyone_there(w, scene, window, std::slice::from_ref(who));
     let steps = options.steps(window);
     match options.form {
         Form::Prose => prose(w, scene, who, &steps, options),
