@@ -17,6 +17,8 @@ mod pack;
 mod parsed;
 #[path = "words/random.rs"]
 mod random;
+#[path = "words/reach.rs"]
+mod reach;
 #[path = "words/recomputed.rs"]
 mod recomputed;
 #[path = "words/templates.rs"]

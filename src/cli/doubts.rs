@@ -35,7 +35,7 @@ fn without_lanes(entry: &Entry, scenario: &Scenario) -> Option<String> {
 /// Describes obstacles without a shape: results ignore them, and may be wrong for that.
 fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
     let solid = |role| matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
-    let lost = |o: &&Obstacle| solid(o.role) && o.footprint.is_none();
+    let lost = |o: &&Obstacle| solid(o.role) && o.any_footprint().is_none();
     let ids: Vec<String> = scenario
         .obstacles
         .iter()

@@ -24,7 +24,8 @@ pub struct Span {
     /// Describe every Nth step, and always the last [default: from the template, else 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     stride: Option<u32>,
-    /// Leave out obstacles farther from the ego than this, metres [default: from the template, else 30].
+    /// Describe obstacles within this distance of the ego, metres, and farther away those that can reach it soon
+    /// [default: from the template, else 30].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     radius: Option<f64>,
     /// Decimals of metres, m/s and m/s²; radians get one more [default: from the template, else 2].

@@ -177,9 +177,9 @@ impl<'s> EgoWindows<'s> {
             return None;
         }
         let risk = MEASURES.iter().find(|m| m.id == "risk")?;
-        let score = (risk.compute)(&encounter).value()?;
+        let score = risk.of(&encounter).value()?;
         let measures = self.options.measures.iter();
-        let values = measures.map(|m| (m.compute)(&encounter).value()).collect();
+        let values = measures.map(|m| m.of(&encounter).value()).collect();
         Some((score, values))
     }
 

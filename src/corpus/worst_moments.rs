@@ -127,7 +127,7 @@ impl Measures {
                 let Some(encounter) = context.encounter(place, step) else {
                     continue;
                 };
-                let Some(risk) = (self.risk.compute)(&encounter).value() else {
+                let Some(risk) = self.risk.of(&encounter).value() else {
                     continue;
                 };
                 let mut moment = WorstMoment {
@@ -144,7 +144,7 @@ impl Measures {
                 if known == Some(Ordering::Greater) {
                     continue;
                 }
-                moment.risk = (UNROUNDED_RISK.compute)(&encounter).value().unwrap_or(risk);
+                moment.risk = UNROUNDED_RISK.of(&encounter).value().unwrap_or(risk);
                 let known = worst.map(|worst| {
                     moment.compare(&WorstMoment {
                         ttc: f64::INFINITY,
@@ -154,7 +154,7 @@ impl Measures {
                 if known == Some(Ordering::Greater) {
                     continue;
                 }
-                let ttc = (self.ttc.compute)(&encounter).value();
+                let ttc = self.ttc.of(&encounter).value();
                 moment.ttc = ttc.unwrap_or(f64::INFINITY);
                 if worst.is_none_or(|worst| moment.compare(&worst).is_lt()) {
                     worst = Some(moment);

@@ -3,7 +3,7 @@
 use super::lanelets;
 use super::lanes::Lanes;
 use super::options::{Form, Moment, Options, everyone};
-use super::parts::{NO_EGO, heading, lane, name, on_the_map, sizes, subject};
+use super::parts::{NO_EGO, everyone_there, heading, lane, name, on_the_map, subject};
 use super::table::{self, Cell, Column, column};
 use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Scene, Window};
@@ -35,7 +35,8 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
     w.relative_to(window.last());
     let described = options.described(scene, window);
     let steps: Vec<i64> = described.iter().map(|moment| moment.step).collect();
-    sizes(w, scene, &everyone(scene, window, options, &described));
+    let everyone = everyone(scene, window, options, &described);
+    everyone_there(w, scene, window, &everyone);
     match options.form {
         Form::Prose => prose(w, scene, described),
         Form::Compact => compact(w, scene, described),

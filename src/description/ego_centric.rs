@@ -4,7 +4,7 @@ use super::lanes::Lanes;
 use super::motion_words;
 use super::options::{Form, Moment, Options, everyone};
 use super::overview;
-use super::parts::{NO_EGO, ego_moves, heading, name_and_place, no_obstacles, sizes};
+use super::parts::{NO_EGO, ego_moves, everyone_there, heading, name_and_place, no_obstacles};
 use super::seen::Seen;
 use super::table::{self, Cell, Column, column};
 use super::writer::{Writer, written_degrees};
@@ -44,7 +44,7 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
     w.relative_to(window.last());
     let described = options.described(scene, window);
     let everyone = everyone(scene, window, options, &described);
-    sizes(w, scene, &everyone);
+    everyone_there(w, scene, window, &everyone);
     let write = match options.form {
         Form::Prose => prose,
         Form::Compact => compact,

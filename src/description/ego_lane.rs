@@ -5,7 +5,8 @@ use super::lanes::Lanes;
 use super::motion_words::describe_along_lane;
 use super::options::{Form, Moment, Options, everyone};
 use super::overview;
-use super::parts::{NO_EGO, ego_moves, heading, name_and_place, no_obstacles, sizes};
+use super::parts::{NO_EGO, ego_moves, everyone_there, heading, name_and_place, no_obstacles};
+use super::reach::apart;
 use super::seen::Seen;
 use super::table::{self, Cell, Column, column};
 use super::writer::{Subject, Writer};
@@ -90,12 +91,14 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
     w.relative_to(window.last());
     let described = options.described(scene, window);
     let everyone = everyone(scene, window, options, &described);
-    sizes(w, scene, &everyone);
+    everyone_there(w, scene, window, &everyone);
     let graph = scene.scenario.network.lane_graph(None);
     let write = |w: &mut Writer, moments: Vec<Moment<'_>>| {
         let axes = moments.into_iter().map(|moment| {
             let ego = scene.ego.track.at(moment.step);
-            let axes = ego.map(|ego| Axes::of(&graph, &ego.pose, options.radius));
+            let farthest = |ego| moment.near.iter().map(move |(_, there)| apart(ego, there));
+            let reach = |ego| farthest(ego).fold(options.radius, f64::max);
+            let axes = ego.map(|ego| Axes::of(&graph, &ego.pose, reach(ego)));
             (moment, ego.zip(axes))
         });
         let axes: Vec<_> = axes.collect();

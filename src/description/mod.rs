@@ -7,10 +7,12 @@ mod lanelets;
 mod lanes;
 mod measure_columns;
 mod motion_words;
+mod occupancies;
 mod options;
 mod overview;
 mod parts;
 mod picture;
+mod reach;
 mod road;
 mod safety_metrics;
 mod seen;
@@ -25,6 +27,7 @@ use crate::scenario::{Participant, Scene, Window};
 pub use measure_columns::measure_column;
 pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
 pub use picture::{PictureMoment, picture_moments};
+pub use reach::GIVE;
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value, has_relative_times};
 
@@ -198,7 +201,10 @@ pub fn describe_in(
     let w = &mut writer;
     match frame.words() {
         None => {}
-        Some(words) => in_words(w, context, words, chosen, window, options)?,
+        Some(words) => {
+            in_words(w, context, words, chosen, window, options)?;
+            occupancies::describe(w, context, window, options);
+        }
     }
     if frame.has_picture() {
         picture::describe(w, scene, frame, window, options);
@@ -225,7 +231,8 @@ fn in_words(
         Frame::Metrics => safety_metrics::describe(w, context, window, options),
         Frame::Trajectory => {
             let who = chosen.ok_or(DescriptionError::NoObstacle)?;
-            if !options.steps(window).iter().any(|&s| who.at(s).is_some()) {
+            let there = |s| who.at(s).is_some() && !who.obstacle.is_occupancy_at(s);
+            if !options.steps(window).iter().any(|&s| there(s)) {
                 return Err(DescriptionError::NotThere {
                     id: who.obstacle.id,
                     first: window.first(),

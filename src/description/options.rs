@@ -2,13 +2,18 @@
 
 use std::collections::HashMap;
 
+use super::reach::{apart, can_reach, first_to_touch};
 use super::writer::written;
 use super::{Frame, overview};
-use crate::metrics::MeasureList;
+use crate::metrics::{Encounter, MeasureList};
 use crate::scenario::{Motion, Participant, Scene, Window};
 
 /// Farther away than this, metres between centres, what stands all the time is described once.
 pub const STANDS_FAR: f64 = 20.0;
+
+/// Seconds within which obstacles beyond the radius can reach the ego that are described, where no task has a horizon:
+/// that of the safety task and of the judge.
+const REACH: f64 = 2.0;
 
 /// A participant that is described at a step, with its motion.
 pub(super) type Near<'s> = (Participant<'s>, &'s Motion);
@@ -25,16 +30,19 @@ pub(super) struct Moment<'s> {
 /// Contents, precision and form of a description.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Only obstacles whose centre is this near to the ego's, metres.
+    /// Obstacles whose centre is this near to the ego's, metres, and those of `reach`.
     pub radius: f64,
+    /// Farther away, obstacles that can reach the ego within so many seconds as [`GIVE`](super::GIVE) has it, and the
+    /// one of the lowest `ttc`; `None` for none of them, as in the paper.
+    pub reach: Option<f64>,
     /// Decimals of metres, m/s and m/s²; radians get one more.
     pub precision: usize,
     /// Every so many steps, counted back from the last one, which is always described; 0 is taken as 1.
     pub stride: usize,
     /// At most so many times are described: in a longer window the stride grows. `None` for as many as there are.
     pub most_times: Option<usize>,
-    /// Whether everyone is told that comes near at any step of the window, described or not, and in the ego frame the
-    /// nearest moment of each.
+    /// Whether everyone is told that would be described at any step of the window, described or not, and in the ego
+    /// frame the nearest moment of each.
     pub nearest: bool,
     /// Sentences or a table.
     pub form: Form,
@@ -121,6 +129,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             radius: 30.0,
+            reach: Some(REACH),
             precision: 2,
             stride: 1,
             most_times: None,
@@ -153,19 +162,26 @@ impl Options {
         steps
     }
 
-    /// The participants near the ego at `step`, with their motion, nearest first.
+    /// The participants that are described at `step`, with their motion, nearest first.
     pub(super) fn near<'a>(&self, scene: &'a Scene, step: i64) -> Vec<Near<'a>> {
         let Some(ego) = scene.ego.track.at(step) else {
             return Vec::new();
         };
-        let distance = |m: &Motion| (m.pose.position - ego.pose.position).norm();
+        let first = self.reach.and_then(|_| first_to_touch(scene, step));
+        let reaches = |p: &Participant<'_>| {
+            let encounter = || Encounter::at(scene, p, step);
+            let within = |seconds| encounter().is_some_and(|e| can_reach(&e, seconds));
+            first == Some(p.obstacle.id) || self.reach.is_some_and(within)
+        };
         let wanted = |p: &Participant<'_>| self.obstacle.is_none_or(|id| id == p.obstacle.id);
         let present = scene.participants().filter(wanted);
+        // Those have neither heading nor velocity, and a sentence of their own.
+        let present = present.filter(|p| !p.obstacle.is_occupancy_at(step));
         let present = present.filter_map(|p| Some((p, p.at(step)?)));
         let mut near: Vec<_> = present
-            .filter(|(_, m)| distance(m) <= self.radius)
+            .filter(|(p, m)| apart(ego, m) <= self.radius || reaches(p))
             .collect();
-        near.sort_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+        near.sort_by(|a, b| apart(ego, a.1).total_cmp(&apart(ego, b.1)));
         near
     }
 
@@ -184,10 +200,10 @@ impl Options {
         // By id: whether it stands far away all the time, and its last step.
         let mut known: HashMap<i64, (bool, i64)> = HashMap::new();
         for Moment { step, near, .. } in &all {
-            let ego = scene.ego.track.at(*step).map(|ego| ego.pose.position);
+            let ego = scene.ego.track.at(*step);
             for (participant, motion) in near {
                 let stands = written(motion.velocity, self.precision) == 0.0;
-                let far = ego.is_some_and(|p| (motion.pose.position - p).norm() > STANDS_FAR);
+                let far = ego.is_some_and(|ego| apart(ego, motion) > STANDS_FAR);
                 let entry = known
                     .entry(participant.obstacle.id)
                     .or_insert((true, *step));

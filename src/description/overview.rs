@@ -1,31 +1,29 @@
 //! The overview of a long window: everyone that comes near at any step, and the nearest moment of each.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::options::{Moment, Options};
 use super::writer::{Subject, Writer};
 use crate::metrics::Encounter;
 use crate::scenario::{Participant, Scene, Window};
 
-/// The obstacles whose centre comes within the radius of the ego's at any step of a window, described or not, in the
-/// order in which they do.
+/// The obstacles that are near the ego as descriptions have it at any step of a window, described or not, in the order
+/// in which they come near.
 pub(super) fn came_near<'a>(
     scene: &'a Scene,
     window: &Window,
     options: &Options,
 ) -> Vec<Participant<'a>> {
-    let first = |other: &Participant<'a>| {
-        let near = |step: &i64| {
-            let (ego, other) = (scene.ego.track.at(*step), other.at(*step));
-            ego.zip(other).is_some_and(|(ego, other)| {
-                (other.pose.position - ego.pose.position).norm() <= options.radius
-            })
-        };
-        window.steps().find(near)
-    };
-    let wanted = |p: &Participant<'a>| options.obstacle.is_none_or(|id| id == p.obstacle.id);
-    let everyone = scene.participants().filter(wanted);
-    let mut found: Vec<_> = everyone.filter_map(|p| Some((first(&p)?, p))).collect();
+    let mut first: HashMap<i64, i64> = HashMap::new();
+    for step in window.steps() {
+        for (other, _) in options.near(scene, step) {
+            first.entry(other.obstacle.id).or_insert(step);
+        }
+    }
+    let everyone = scene.participants().filter(|p| !p.obstacle.is_set_based());
+    let mut found: Vec<_> = everyone
+        .filter_map(|p| Some((*first.get(&p.obstacle.id)?, p)))
+        .collect();
     found.sort_by_key(|(step, _)| *step);
     found
         .into_iter()

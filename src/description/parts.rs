@@ -1,9 +1,10 @@
 //! Phrases and tables shared by several descriptions.
 
 use super::lanes::Lanes;
+use super::reach::apart;
 use super::seen::Seen;
 use super::writer::{Subject, Writer};
-use crate::scenario::{Motion, Participant, Scene};
+use crate::scenario::{Motion, Participant, Scene, Window};
 
 /// The line for a step without a recorded ego.
 pub(super) const NO_EGO: &str = "  The ego is not recorded at this time.\n";
@@ -20,8 +21,20 @@ pub(super) fn name(w: &mut Writer, participant: &Participant<'_>) {
         .whole("id", participant.obstacle.id);
 }
 
+/// The lines that a description begins with: the sizes of the ego and of the `others` that are described, and how many
+/// are there that are not.
+pub(super) fn everyone_there(
+    w: &mut Writer,
+    scene: &Scene,
+    window: &Window,
+    others: &[Participant<'_>],
+) {
+    sizes(w, scene, others);
+    left_out(w, scene, window, others);
+}
+
 /// A line with the sizes of the ego and of `others`.
-pub(super) fn sizes(w: &mut Writer, scene: &Scene, others: &[Participant<'_>]) {
+fn sizes(w: &mut Writer, scene: &Scene, others: &[Participant<'_>]) {
     let size = |w: &mut Writer, (length, width): (f64, f64)| {
         w.number("length", length)
             .words(" m long and ")
@@ -37,6 +50,34 @@ pub(super) fn sizes(w: &mut Writer, scene: &Scene, others: &[Participant<'_>]) {
         size(w, other.footprint.shape().size());
     }
     w.words(".\n");
+}
+
+/// A line that says how many obstacles of a window are not `told` of, and how near they come in it; none where there
+/// are none.
+pub(super) fn left_out(w: &mut Writer, scene: &Scene, window: &Window, told: &[Participant<'_>]) {
+    let is_told = |other: &Participant<'_>| told.iter().any(|t| t.obstacle.id == other.obstacle.id);
+    let nearest = |other: Participant<'_>| {
+        let both = |step| scene.ego.track.at(step).zip(other.at(step));
+        let distances = window.steps().filter_map(both);
+        let distances = distances.map(|(ego, there)| apart(ego, there));
+        distances.min_by(f64::total_cmp)
+    };
+    let others = scene.participants().filter(|other| !is_told(other));
+    let nearest: Vec<f64> = others.filter_map(nearest).collect();
+    let Some(least) = nearest.iter().copied().min_by(f64::total_cmp) else {
+        return;
+    };
+    let come = match nearest.len() {
+        1 => " other, which comes",
+        _ => " others, which come",
+    };
+    w.about(Subject::Scene, None)
+        .words("Not described: ")
+        .whole("others", i64::try_from(nearest.len()).unwrap_or(i64::MAX))
+        .words(come)
+        .words(" no nearer than ")
+        .number("centre_distance", least)
+        .words(" m, centre to centre.\n");
 }
 
 /// The head of one step; where times are relative, its number is not said.

@@ -1,9 +1,11 @@
 //! What a picture of a window shows, under the rules of the text frames, and the words that are needed to read it.
 
-use super::options::Options;
-use super::parts::{name, subject};
+use super::Frame;
+use super::ego_centric::relative;
+use super::options::{Near, Options};
+use super::parts::{left_out, name, subject};
 use super::writer::{Subject, Writer};
-use super::{Frame, options};
+use crate::metrics::Encounter;
 use crate::scenario::{Participant, Scene, Window};
 
 /// A moment of a picture.
@@ -19,8 +21,9 @@ pub struct PictureMoment {
 const MOST: (usize, usize) = (5, 11);
 
 /// The moments that a picture of a window shows, in order: steps as the text frames have them, the last of the window
-/// always and none after it, but not more than can be looked at in one picture; and obstacles as those frames have them,
-/// by the radius, and that of the trajectory frame however far away it is.
+/// always and none after it, but not more than can be looked at in one picture; and obstacles within the radius, and that
+/// of the trajectory frame however far away it is. Those farther away would make all others too small to be seen: words
+/// tell of them.
 #[must_use]
 pub fn picture_moments(
     scene: &Scene,
@@ -28,14 +31,13 @@ pub fn picture_moments(
     window: &Window,
     options: &Options,
 ) -> Vec<PictureMoment> {
-    let most = if options.stride > 1 { MOST.1 } else { MOST.0 };
-    let few = options::Options {
+    let few = Options {
         radius: match frame.is_of_one_obstacle() {
             true => f64::INFINITY,
             false => options.radius,
         },
-        most_times: Some(options.most_times.map_or(most, |times| times.min(most))),
-        ..*options
+        reach: None,
+        ..few(options)
     };
     let moment = |step| PictureMoment {
         step,
@@ -44,7 +46,16 @@ pub fn picture_moments(
     few.steps(window).into_iter().map(moment).collect()
 }
 
-fn ids(near: &[options::Near<'_>]) -> Vec<i64> {
+/// The options with no more times than can be looked at in one picture.
+fn few(options: &Options) -> Options {
+    let most = if options.stride > 1 { MOST.1 } else { MOST.0 };
+    Options {
+        most_times: Some(options.most_times.map_or(most, |times| times.min(most))),
+        ..*options
+    }
+}
+
+fn ids(near: &[Near<'_>]) -> Vec<i64> {
     near.iter().map(|(other, _)| other.obstacle.id).collect()
 }
 
@@ -114,6 +125,54 @@ pub(super) fn describe(
         name(w, participant);
     }
     w.words(".\n");
+    let beyond = beyond(scene, options, &moments, &shown);
+    farther_away(w, scene, frame, &beyond);
+    if frame.words().is_none() {
+        let beyond = beyond.into_iter().map(|(_, other)| other);
+        let told: Vec<Participant<'_>> = shown.into_iter().chain(beyond).collect();
+        left_out(w, scene, window, &told);
+    }
+}
+
+/// Who is not shown since it is too far away, and would be described in words; with the last of the moments at which it
+/// would.
+fn beyond<'s>(
+    scene: &'s Scene,
+    options: &Options,
+    moments: &[PictureMoment],
+    shown: &[Participant<'_>],
+) -> Vec<(i64, Participant<'s>)> {
+    let mut found: Vec<(i64, Participant<'s>)> = Vec::new();
+    for moment in moments.iter().rev() {
+        for (other, _) in options.near(scene, moment.step) {
+            let is_it = |known: &Participant<'_>| known.obstacle.id == other.obstacle.id;
+            if !shown.iter().any(is_it) && !found.iter().any(|(_, known)| is_it(known)) {
+                found.push((moment.step, other));
+            }
+        }
+    }
+    found
+}
+
+/// Tells of those that are too far away for the picture; where and how they move where no other words do.
+fn farther_away(w: &mut Writer, scene: &Scene, frame: Frame, beyond: &[(i64, Participant<'_>)]) {
+    let dt = scene.scenario.dt();
+    for (place, (step, other)) in beyond.iter().enumerate() {
+        w.words(match place {
+            0 => "Farther away, not in the picture: ",
+            _ => "; ",
+        });
+        w.about(subject(other), Some(*step));
+        name(w, other);
+        let encounter = Encounter::at(scene, other, *step);
+        if let (None, Some(encounter)) = (frame.words(), encounter) {
+            w.words(" at t = ").time(*step, dt).words(" s: ");
+            relative(w, &encounter.relation());
+        }
+    }
+    if !beyond.is_empty() {
+        w.words(".\n");
+    }
 }
 
 /// Everyone who is shown, in the order in which they come near.

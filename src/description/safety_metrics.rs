@@ -8,7 +8,7 @@ use super::measure_columns::{MeasureColumns, Said, Worst};
 use super::motion_words;
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{
-    NO_EGO, ego_moves, heading, name, name_and_place, no_obstacles, sizes, subject,
+    NO_EGO, ego_moves, everyone_there, heading, name, name_and_place, no_obstacles, subject,
 };
 use super::seen::Seen;
 use super::table::{self, Cell, Column, column};
@@ -47,7 +47,7 @@ pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, o
         options,
         columns: MeasureColumns::new(options.measures.as_ref()),
     };
-    sizes(w, scene, &everyone);
+    everyone_there(w, scene, window, &everyone);
     match options.form {
         Form::Prose => measured.prose(w, described, &everyone),
         Form::Compact => measured.compact(w, described, &everyone),
@@ -217,7 +217,7 @@ const LOWEST_RISK: f64 = 1.0;
 
 /// The value of a measure; no time where the speed that it is computed with is written as 0.
 fn read(w: &Writer, id: &str, encounter: &Encounter<'_>) -> Option<f64> {
-    let value = (measure(id)?.compute)(encounter).value()?;
+    let value = measure(id)?.of(encounter).value()?;
     let relation = encounter.relation();
     let v_long = w.written("v_rel_long", relation.velocity.x);
     let v_lat = w.written("v_rel_lat", relation.velocity.y);

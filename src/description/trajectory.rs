@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use super::cartesian::{MOTION, motion};
 use super::ego_centric::relative;
 use super::options::{Form, Options};
-use super::parts::{NO_EGO, heading, name, on_lanelets, on_the_map, sizes, subject};
+use super::parts::{NO_EGO, everyone_there, heading, name, on_lanelets, on_the_map, subject};
 use super::road;
 use super::seen::Seen;
 use super::table::{self, Cell, Column, column};
@@ -35,7 +35,7 @@ pub(super) fn describe(
     window: &Window,
     options: &Options,
 ) {
-    sizes(w, scene, std::slice::from_ref(who));
+    everyone_there(w, scene, window, std::slice::from_ref(who));
     let steps = options.steps(window);
     match options.form {
         Form::Prose => prose(w, scene, who, &steps, options),
@@ -43,7 +43,7 @@ pub(super) fn describe(
     }
     let mut places = Vec::new();
     for &step in &steps {
-        let both = [scene.ego.track.at(step), who.at(step)];
+        let both = [scene.ego.track.at(step), known(who, step)];
         places.extend(both.into_iter().flatten().map(|m| m.pose.position));
     }
     let under: BTreeSet<i64> = places
@@ -51,6 +51,15 @@ pub(super) fn describe(
         .flat_map(|p| scene.scenario.network.lanelets_at(p))
         .collect();
     road::describe(w, scene, &under, &places, options.radius);
+}
+
+/// Its motion at a step; a region of an occupancy set has none.
+fn known<'a>(who: &Participant<'a>, step: i64) -> Option<&'a Motion> {
+    who.at(step).filter(|_| !who.obstacle.is_occupancy_at(step))
+}
+
+fn encounter<'a>(scene: &'a Scene, who: &Participant<'a>, step: i64) -> Option<Encounter<'a>> {
+    Encounter::at(scene, who, step).filter(|encounter| !encounter.is_with_occupancy())
 }
 
 fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], options: &Options) {
@@ -68,7 +77,7 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
         }
         w.about(subject(who), Some(step)).words("  ");
         name(w, who);
-        match who.at(step) {
+        match known(who, step) {
             Some(motion) => {
                 w.words(": ");
                 on_a_lanelet(w, scene, motion);
@@ -78,7 +87,7 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
             }
         }
         w.words("\n");
-        if let Some(encounter) = Encounter::at(scene, who, step) {
+        if let Some(encounter) = encounter(scene, who, step) {
             let seen = Seen::new(&encounter, options);
             w.words("  seen from the ego: ")
                 .words(seen.direction.name())
@@ -106,8 +115,8 @@ fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], 
         table::cells(w, RELATION, &[]);
         w.words("\n");
         table::begin(w, scene, step, Some(who));
-        on_the_map_cells(w, scene, who.at(step));
-        let cells = Encounter::at(scene, who, step).map(|encounter| {
+        on_the_map_cells(w, scene, known(who, step));
+        let cells = encounter(scene, who, step).map(|encounter| {
             let seen = Seen::new(&encounter, options);
             let relation = &seen.relation;
             [

@@ -190,6 +190,8 @@ pub fn prepare(
             message,
         }));
     }
+    // The paper describes what is within the radius.
+    case.options.reach = (template.front.pack != Pack::Paper).then_some(case.horizon);
     let context = Context::under(&case.scene, &case.thresholds);
     let described = description::describe_in(&context, case.frame, &case.window, &case.options)?;
     let values = Values::new(&case, &described.text, &verdict::schema(case.task));

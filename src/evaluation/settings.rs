@@ -11,7 +11,7 @@ pub struct Settings {
     pub history: Option<usize>,
     /// Steps between described ones.
     pub stride: Option<usize>,
-    /// Obstacles farther from the ego are left out, metres.
+    /// Obstacles within this distance of the ego are described, metres, and farther away those that can reach it soon.
     pub radius: Option<f64>,
     /// Decimals.
     pub precision: Option<usize>,
@@ -88,6 +88,7 @@ impl Settings {
                 .unwrap_or(Techniques::ALL),
             options: Options {
                 radius: self.radius.or(template.radius).unwrap_or(usual.radius),
+                reach: usual.reach,
                 precision: self
                     .precision
                     .or(template.precision)

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::attacker_values::{AttackerValues, LimitValues};
 use super::generating::unchanged_name;
 use super::question::Case;
-use crate::description::{Form, STANDS_FAR, measure_column};
+use crate::description::{Form, GIVE, STANDS_FAR, measure_column};
 use crate::metrics::{Danger, MEASURES, Measure, RiskLevel, Thresholds};
 use crate::prompts;
 use crate::scenario::Transform;
@@ -36,6 +36,10 @@ pub(super) struct Values<'a> {
     /// Seconds between two described steps.
     spacing: f64,
     radius: f64,
+    /// Seconds within which obstacles beyond the radius can reach the ego that are described; none where none are.
+    reach: Option<f64>,
+    /// How far off velocities may be for that, m/s.
+    give: f64,
     /// Metres beyond which what always stands is described once.
     far: f64,
     ego: i64,
@@ -149,6 +153,8 @@ impl<'a> Values<'a> {
             dt,
             spacing: plain(dt * case.options.spacing(&case.window) as f64),
             radius: case.options.radius,
+            reach: case.options.reach.map(plain),
+            give: GIVE,
             far: STANDS_FAR,
             ego: case.scene.ego.id,
             obstacle: case.options.obstacle,

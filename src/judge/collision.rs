@@ -14,6 +14,8 @@ struct History<'a> {
     nearest: f64,
     nearest_step: i64,
     contact: Option<i64>,
+    /// Whether what is touched then is a region that the obstacle may cover or not.
+    is_possible: bool,
     risk: u8,
 }
 
@@ -21,6 +23,9 @@ struct History<'a> {
 const MOST_LISTED: usize = 5;
 
 /// Judges the collision task: whether bodies touch at any recorded step of the ego.
+///
+/// A region of an occupancy set counts as a body: only who keeps out of all of it is safe. A contact with it is called
+/// possible, and has no probability: how likely the obstacle is where in its region nobody says.
 #[must_use]
 pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     let mut histories: Vec<_> = scene
@@ -28,7 +33,9 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         .filter_map(|p| history(scene, p, thresholds))
         .collect();
     histories.sort_by(|a, b| {
-        let key = |h: &History<'_>| (h.contact.unwrap_or(i64::MAX), h.risk);
+        // Bodies that touch before regions that do.
+        let key = |h: &History<'_>| (h.is_possible, h.contact.unwrap_or(i64::MAX), h.risk);
+        let key = |h: &History<'_>| (h.contact.is_none(), key(h));
         key(a).cmp(&key(b)).then(a.nearest.total_cmp(&b.nearest))
     });
     let contacts = histories.iter().filter(|h| h.contact.is_some()).count();
@@ -45,6 +52,11 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         let _ = writeln!(reasoning, "- {}", line(scene, h));
     }
     let justification = match (first, by_distance(&histories)) {
+        (Some(hit), _) if hit.is_possible => format!(
+            "The predicted occupancy of {} overlaps the ego's body from {} on: a possible contact.",
+            name(&hit.participant),
+            moment(scene, hit.contact.unwrap_or_default()),
+        ),
         (Some(hit), _) => format!(
             "The body of {} overlaps the ego's from {} on.",
             name(&hit.participant),
@@ -67,7 +79,10 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             obstacles: histories.iter().map(|h| entry(scene, h)).collect(),
             justification,
             critical: Some(histories.iter().filter_map(critical).collect()),
-            probability: Some(if first.is_some() { 1.0 } else { 0.0 }),
+            probability: match first {
+                Some(hit) => (!hit.is_possible).then_some(1.0),
+                None => Some(0.0),
+            },
             token_probability: None,
         },
         reasoning,
@@ -99,6 +114,7 @@ fn history<'a>(
             nearest: distance,
             nearest_step: step,
             contact: None,
+            is_possible: false,
             risk,
         });
         if distance < h.nearest {
@@ -107,6 +123,7 @@ fn history<'a>(
         h.risk = h.risk.min(risk);
         if distance == 0.0 && h.contact.is_none() {
             h.contact = Some(step);
+            h.is_possible = encounter.is_with_occupancy();
         }
     }
     found
@@ -117,6 +134,9 @@ fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
         id: h.participant.obstacle.id,
         risk_score: h.risk,
         reason: match h.contact {
+            Some(step) if h.is_possible => {
+                format!("possible contact at {}", moment(scene, step))
+            }
             Some(step) => format!("contact at {}", moment(scene, step)),
             None => format!(
                 "nearest {} at {}",
@@ -128,11 +148,11 @@ fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
     }
 }
 
-/// Those that touch the ego do so for certain: they are recorded.
+/// Bodies that touch the ego do so for certain: they are recorded.
 fn critical(h: &History<'_>) -> Option<CriticalObstacle> {
     h.contact.map(|_| CriticalObstacle {
         id: h.participant.obstacle.id,
-        probability: Some(1.0),
+        probability: (!h.is_possible).then_some(1.0),
     })
 }
 
@@ -143,6 +163,10 @@ fn line(scene: &Scene, h: &History<'_>) -> String {
         .map(|e| situation(&e))
         .unwrap_or_default();
     match h.contact {
+        Some(step) if h.is_possible => format!(
+            "{who}, possible contact at {}: its predicted occupancy touches the ego, {before}.",
+            moment(scene, step),
+        ),
         Some(step) => format!(
             "{who} touches the ego at {}: {before}. Risk score {}.",
             moment(scene, step),

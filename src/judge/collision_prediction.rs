@@ -1,10 +1,10 @@
 //! Will the ego touch an obstacle soon? Every predicted motion of both, swept against each other.
 
 use crate::geometry::{Contact, Pose, Vector};
-use crate::scenario::ObstacleType;
 use crate::scenario::prediction::{
     Model, Observed, ObservedHistory, PredictedPath, Prediction, Predictor, Trajectory,
 };
+use crate::scenario::{Obstacle, ObstacleType};
 
 /// When a predicted contact is called critical.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +31,9 @@ pub struct CollisionPrediction {
     pub time: Option<f64>,
     /// The likeliest ways of the ego and of the obstacle that meet.
     pub ways: Option<(PredictedPath, PredictedPath)>,
+    /// Whether the contact is with regions of an occupancy set, which the obstacle may cover or not; the probability is
+    /// that of reaching them.
+    pub is_possible: bool,
 }
 
 /// Seconds between two moments of a predicted motion; in between it is a straight line.
@@ -84,6 +87,12 @@ impl Criterion {
             sides.prospect(self.horizon, ticks)
         };
         let mut found: Vec<_> = past.others().iter().filter(near).map(prospect).collect();
+        let sets = past.sets().iter();
+        let sets = sets.filter_map(|set| reached(set, ego, past.now(), &mine, self.horizon));
+        found.extend(
+            sets.filter(|(distance, _)| radius.is_none_or(|r| *distance <= r))
+                .map(|(_, p)| p),
+        );
         let time = |p: &CollisionPrediction| p.time.unwrap_or(f64::MAX);
         found.sort_by(|a, b| {
             b.probability
@@ -92,6 +101,41 @@ impl Criterion {
         });
         found
     }
+}
+
+/// Whether predicted motions of the ego reach the regions of an occupancy set, and the distance of the present one from
+/// the ego, centre to centre; nothing where there is none now.
+fn reached(
+    set: &Obstacle,
+    ego: &Observed<'_>,
+    now: i64,
+    mine: &[Trajectory],
+    horizon: f64,
+) -> Option<(f64, CollisionPrediction)> {
+    let here = set.motion_at(now)?.pose.position;
+    let steps = (horizon / ego.dt + 1e-9).floor() as i64;
+    let first = |one: &Trajectory| {
+        (0..=steps).find(|k| {
+            let pose = one.pose_at(*k as f64 * ego.dt, TICK);
+            let there = set.placed_at(now + k);
+            there.is_some_and(|region| ego.footprint.at(pose).distance(&region) == 0.0)
+        })
+    };
+    let contacts = mine.iter().filter_map(|one| {
+        let step = first(one)?;
+        Some((step as f64 * ego.dt, one.weight))
+    });
+    let contacts: Vec<(f64, f64)> = contacts.collect();
+    let probability = contacts.iter().map(|(_, weight)| weight).sum::<f64>() + 0.0;
+    let prediction = CollisionPrediction {
+        id: set.id,
+        kind: Some(set.kind),
+        probability: probability.min(1.0),
+        time: median(contacts),
+        ways: None,
+        is_possible: true,
+    };
+    Some(((here - ego.motion.pose.position).norm(), prediction))
 }
 
 /// The ego and one other, with what they may do.
@@ -137,6 +181,7 @@ impl Sides<'_> {
             kind: self.other.who.kind,
             probability: probability.min(1.0),
             time: median(contacts),
+            is_possible: false,
             ways: likeliest.map(|(_, mine, theirs)| {
                 let way = |p: &Prediction, course: usize| p.courses[course].way.clone();
                 (way(self.own, mine), way(self.theirs, theirs))

@@ -30,6 +30,15 @@ fn number(value: f64) -> String {
 /// Where the other is, how far, and how fast it comes, in half a sentence.
 pub(super) fn situation(encounter: &Encounter<'_>) -> String {
     let relation = encounter.relation();
+    if encounter.is_with_occupancy() {
+        return format!(
+            "{}, distance {}, gaps {} m along and {} m across, a region of no known velocity",
+            relation.direction.name().to_lowercase(),
+            metres(encounter.distance()),
+            number(relation.gap_long),
+            number(relation.gap_lat),
+        );
+    }
     format!(
         "{}, distance {}, gaps {} m along and {} m across, relative velocity {} m/s along and {} m/s across",
         relation.direction.name().to_lowercase(),
@@ -52,7 +61,7 @@ pub(super) fn risk(score: u8) -> String {
 /// The value of a measure in an encounter.
 pub(super) fn value(id: &str, encounter: &Encounter<'_>) -> Option<f64> {
     let measure = MEASURES.iter().find(|m| m.id == id)?;
-    match (measure.compute)(encounter) {
+    match measure.of(encounter) {
         Reading::Value(value) => Some(value),
         Reading::None(_) => None,
     }

@@ -154,6 +154,14 @@ fn finding(
     let critical = criterion.critical(&prospect);
     let score = value("risk", encounter).map_or(5, |r| r as u8);
     let when = match prospect.time {
+        Some(0.0) if prospect.is_possible => {
+            "possible contact: its predicted occupancy touches the ego".to_string()
+        }
+        Some(time) if prospect.is_possible => format!(
+            "possible contact: the ego reaches its predicted occupancy within {:.1} s with probability {}, in {time:.2} s",
+            criterion.horizon,
+            probability(prospect.probability),
+        ),
         Some(0.0) => "in contact".to_string(),
         Some(time) => format!(
             "contact within {:.1} s with probability {}, in {time:.2} s",
@@ -208,7 +216,14 @@ fn justification(
             critical, prospect, ..
         }) => {
             if let (true, Some(time)) = (critical, prospect.time) {
-                return if time == 0.0 {
+                return if prospect.is_possible {
+                    format!(
+                        "At {at}, the probability of reaching the predicted occupancy of obstacle {}, a possible contact, \
+                         within {horizon:.1} s is {} ({rule}), median time {time:.2} s.",
+                        prospect.id,
+                        probability(prospect.probability),
+                    )
+                } else if time == 0.0 {
                     format!(
                         "At {at}, the bodies of the ego and obstacle {} touch.",
                         prospect.id
@@ -226,6 +241,12 @@ fn justification(
                 .iter()
                 .max_by(|a, b| a.prospect.probability.total_cmp(&b.prospect.probability));
             match most.map(|f| &f.prospect).filter(|p| p.probability > 0.0) {
+                Some(p) if p.is_possible => format!(
+                    "At {at}, the most probable contact within {horizon:.1} s is a possible one with the predicted occupancy of \
+                     obstacle {}: probability {} ({rule}).",
+                    p.id,
+                    probability(p.probability),
+                ),
                 Some(p) => format!(
                     "At {at}, the most probable contact within {horizon:.1} s is with obstacle {}: probability {} ({rule}).",
                     p.id,

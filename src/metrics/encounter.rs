@@ -90,6 +90,23 @@ impl<'a> Encounter<'a> {
         }
     }
 
+    /// Whether the other is a region of an occupancy set, which has a place and no velocity.
+    #[must_use]
+    pub fn is_with_occupancy(&self) -> bool {
+        match self.place {
+            Place::Context(context, participant, index) => {
+                let other = &context.participants()[participant];
+                other.obstacle.is_occupancy_at(context.step(index))
+            }
+            Place::Scene(scene, id, step) => {
+                let other = scene.scenario.obstacle(id);
+                other.is_some_and(|obstacle| obstacle.is_occupancy_at(step))
+            }
+            #[cfg(test)]
+            Place::Nowhere => false,
+        }
+    }
+
     /// The ego where it stands.
     #[must_use]
     pub fn ego_placed(&self) -> Placed<'a> {

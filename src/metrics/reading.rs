@@ -14,6 +14,8 @@ pub enum Reading {
 pub enum NoValue {
     /// One of the two is absent at this step.
     Absent,
+    /// The other is a region that an obstacle may cover, of an occupancy set, whose velocity nobody knows.
+    Occupancy,
     /// They do not come closer along this direction.
     NotApproaching,
     /// The bodies overlap along this axis of the ego's frame, so there is no gap to close.
@@ -54,6 +56,7 @@ impl NoValue {
     pub fn reason(self) -> &'static str {
         match self {
             Self::Absent => "not there",
+            Self::Occupancy => "an occupancy set, which has no velocity",
             Self::NotApproaching => "not approaching",
             Self::Overlapping => "bodies overlap along this axis",
             Self::NoContact => "no contact within the horizon",

@@ -83,7 +83,23 @@ pub struct Measure {
     pub compute: fn(&Encounter<'_>) -> Reading,
 }
 
+/// Measures that need places alone, and so have values for regions of occupancy sets.
+const OF_PLACES: [&str; 6] = ["distance", "gap_long", "gap_lat", "dce", "ttce", "ttc_star"];
+
 impl Measure {
+    /// Its value in an encounter. With a region of an occupancy set, where an obstacle may be and whose velocity is not
+    /// known, only measures of places have values, and the risk score where the region touches the ego.
+    #[must_use]
+    pub fn of(&self, encounter: &Encounter<'_>) -> Reading {
+        if encounter.is_with_occupancy() && !OF_PLACES.contains(&self.id) {
+            let is_contact = self.is_ordinal() && encounter.distance() == 0.0;
+            if !is_contact {
+                return Reading::None(super::NoValue::Occupancy);
+            }
+        }
+        (self.compute)(encounter)
+    }
+
     /// Whether its values are levels, between which there is nothing: the risk score. They are drawn as steps.
     #[must_use]
     pub fn is_ordinal(&self) -> bool {

@@ -72,7 +72,7 @@ fn exact(scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
     let of_step = |step: i64| {
         let at = move |other: &_| {
             let encounter = Encounter::at(scene, other, step)?.under(thresholds);
-            let score = (risk.compute)(&encounter).value()?;
+            let score = risk.of(&encounter).value()?;
             Some(ScoreAt {
                 step,
                 score: score as u8,

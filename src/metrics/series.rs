@@ -71,7 +71,7 @@ impl Series {
                 };
                 let place = row * length + index;
                 for (m, measure) in measures.iter().enumerate() {
-                    readings[m * block + place] = (measure.compute)(&encounter);
+                    readings[m * block + place] = measure.of(&encounter);
                 }
             }
         }

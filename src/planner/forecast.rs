@@ -99,19 +99,7 @@ impl<'a> Forecaster<'a> {
     fn recorded(&self, now: i64, steps: usize) -> Traffic {
         let mut traffic = Traffic::new(steps);
         for obstacle in self.bodies() {
-            let body = traffic.add(Body {
-                id: obstacle.id,
-                likelihood: 1.0,
-                avoided: true,
-            });
-            for k in 0..=steps {
-                let step = now + k as i64;
-                if let (Some(footprint), Some(motion)) =
-                    (obstacle.footprint_at(step), obstacle.motion_at(step))
-                {
-                    traffic.occupy(body, k, footprint, &motion.pose, motion.velocity);
-                }
-            }
+            add_as_given(&mut traffic, obstacle, now);
         }
         traffic
     }
@@ -121,7 +109,15 @@ impl<'a> Forecaster<'a> {
         let past = self.past(now);
         let mut predictor = Predictor::new(&past, model);
         let cached = self.cache.and_then(|cache| cache.at(now, steps, model));
-        for seen in past.others() {
+        // An occupancy set is a prediction itself, and known.
+        let sets = self.bodies().filter(|o| o.is_set_based());
+        sets.for_each(|obstacle| add_as_given(&mut traffic, obstacle, now));
+        let is_set = |id| {
+            self.scenario
+                .obstacle(id)
+                .is_some_and(Obstacle::is_set_based)
+        };
+        for seen in past.others().iter().filter(|seen| !is_set(seen.who.id)) {
             match cached.as_ref().and_then(|cached| cached.of(seen)) {
                 Some(known) => known.iter().for_each(|one| traffic.add_all(one)),
                 None => hypotheses(&mut predictor, seen, steps, &mut |one| {
@@ -136,6 +132,23 @@ impl<'a> Forecaster<'a> {
     pub(super) fn past(&self, now: i64) -> ObservedHistory<'a> {
         let memory = (MEMORY / self.scenario.dt()).round() as i64;
         ObservedHistory::of_traffic(self.scenario, now - memory..=now, self.without)
+    }
+}
+
+/// Adds the bodies that the scenario itself gives an obstacle from now on.
+fn add_as_given(traffic: &mut Traffic, obstacle: &Obstacle, now: i64) {
+    let body = traffic.add(Body {
+        id: obstacle.id,
+        likelihood: 1.0,
+        avoided: true,
+    });
+    for k in 0..=traffic.horizon() {
+        let step = now + k as i64;
+        if let (Some(footprint), Some(motion)) =
+            (obstacle.footprint_at(step), obstacle.motion_at(step))
+        {
+            traffic.occupy(body, k, footprint, &motion.pose, motion.velocity);
+        }
     }
 }
 

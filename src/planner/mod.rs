@@ -24,6 +24,7 @@ mod limits;
 mod lower_bound;
 mod motion;
 mod obligation;
+mod occupancy_sets;
 mod pace;
 mod place;
 mod plan;
@@ -39,7 +40,6 @@ mod states;
 #[cfg(test)]
 mod tests;
 mod traffic;
-mod unavoided;
 
 pub use cancel::Cancel;
 pub use candidate::{Candidate, Cost, Rejection};
@@ -50,6 +50,7 @@ pub use forecast::{Forecast, Forecaster};
 pub use forecast_cache::ForecastCache;
 pub use goal::Arrival;
 pub use limits::{Limit, Limits};
+pub use occupancy_sets::occupancy_sets;
 pub use pace::{Hold, LegalSpeed};
 pub use plan::{Memory, Plan, Planner};
 pub use polynomial::Polynomial;
@@ -58,4 +59,3 @@ pub use road::Road;
 pub use settings::{MOST_STEPS, RuleMode, Sampling, Settings, Weights};
 pub use state::VehicleState;
 pub use traffic::{Body, Traffic};
-pub use unavoided::unavoided;

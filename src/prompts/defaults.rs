@@ -16,9 +16,9 @@ pub struct Defaults {
     pub stride: Option<NonZeroUsize>,
     /// At most so many times are described: in a longer window the stride grows.
     pub times: Option<NonZeroUsize>,
-    /// Whether everyone is told that comes near at any step, and in the ego frame the nearest moment of each.
+    /// Whether everyone is told that would be described at any step, and in the ego frame the nearest moment of each.
     pub nearest: Option<bool>,
-    /// Obstacles farther from the ego are left out, metres.
+    /// Obstacles within this distance of the ego are described, metres, and farther away those that can reach it soon.
     #[serde(deserialize_with = "radius")]
     pub radius: Option<f64>,
     /// Decimals of metres, m/s and m/s².

@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
+use super::occupied::{Region, Regions};
 use super::{
     ObstacleRole, ObstacleType, Position, Quantity, Sample, Signal, State, StateField, Steps, Track,
 };
@@ -27,6 +28,8 @@ pub struct Obstacle {
     track: Track,
     /// The footprint at the steps where its trailer is turned, by step.
     bent: Vec<(i64, Footprint)>,
+    /// Where it may be, of a body that is given as an occupancy set.
+    regions: Regions,
 }
 
 /// Everything that a file says about an obstacle.
@@ -116,9 +119,18 @@ impl Obstacle {
             .footprint
             .iter()
             .flat_map(|straight| states().filter_map(|s| bent(straight, s)));
+        let track = Track::new(states().filter_map(sample).collect(), dt, None);
+        let bodily = matches!(parts.role, ObstacleRole::Static | ObstacleRole::Dynamic);
+        let regions = match &parts.prediction {
+            Prediction::Occupancies(all) if bodily => {
+                Regions::new(all, track.iter().next().map(|(step, _)| step))
+            }
+            _ => Regions::default(),
+        };
         Self {
             bent: bent.collect(),
-            track: Track::new(states().filter_map(sample).collect(), dt, None),
+            track,
+            regions,
             id: parts.id,
             role: parts.role,
             kind: parts.kind,
@@ -129,7 +141,7 @@ impl Obstacle {
         }
     }
 
-    /// Its recorded motion, one entry a time step.
+    /// Its recorded motion, one entry a time step; what an occupancy set says of it is none.
     ///
     /// A static obstacle has a single entry, which holds at all times: ask [`super::Scene`].
     #[must_use]
@@ -140,9 +152,48 @@ impl Obstacle {
     /// The region it covers at a step, in its own frame: that of a semi-trailer truck turns at the hitch.
     #[must_use]
     pub fn footprint_at(&self, step: i64) -> Option<&Footprint> {
+        if let Some(region) = self.region_at(step) {
+            return Some(&region.footprint);
+        }
+        // One that stands has the body of its first state for ever.
+        let step = match self.role {
+            ObstacleRole::Static => self.track.steps().start,
+            _ => step,
+        };
         let bent = self.bent.iter().find(|(at, _)| *at == step);
         bent.map(|(_, footprint)| footprint)
             .or(self.footprint.as_ref())
+    }
+
+    /// The region it covers in its own frame, or the first one of an occupancy set.
+    #[must_use]
+    pub fn any_footprint(&self) -> Option<&Footprint> {
+        let set = || self.regions.first().map(|region| &region.footprint);
+        self.footprint.as_ref().or_else(set)
+    }
+
+    /// Whether an occupancy set says where it may be: then its motion is not known.
+    #[must_use]
+    pub fn is_set_based(&self) -> bool {
+        !self.regions.is_empty()
+    }
+
+    /// Whether its body at a step is a region that it may cover, of an occupancy set: it has a place there, and no
+    /// heading or velocity.
+    #[must_use]
+    pub fn is_occupancy_at(&self, step: i64) -> bool {
+        self.region_at(step).is_some()
+    }
+
+    /// The region of its occupancy set at a step, where nothing better is known.
+    pub(super) fn region_at(&self, step: i64) -> Option<&Region> {
+        match self.role {
+            ObstacleRole::Static => {
+                let is_known = !self.track.steps().is_empty();
+                self.regions.first().filter(|_| !is_known)
+            }
+            _ => self.regions.at(step),
+        }
     }
 
     /// Its recorded states, the first included.

@@ -4,9 +4,13 @@ use super::{Motion, Obstacle, ObstacleRole, SignalState, StateField, Steps};
 use crate::geometry::{Placed, angle_between};
 
 impl Obstacle {
-    /// Its motion at a step; static obstacles are present at all steps.
+    /// Its motion at a step; static obstacles are present at all steps. Of a region of an occupancy set the place of its
+    /// middle, and nothing else: see [`Self::is_occupancy_at`].
     #[must_use]
     pub fn motion_at(&self, step: i64) -> Option<&Motion> {
+        if let Some(region) = self.region_at(step) {
+            return Some(&region.motion);
+        }
         match self.role {
             ObstacleRole::Static => self.track().iter().next().map(|(_, motion)| motion),
             _ => self.track().at(step),

@@ -72,10 +72,7 @@ impl<'a> Participant<'a> {
     /// Its motion at a step; static obstacles stand at all times.
     #[must_use]
     pub fn at(&self, step: i64) -> Option<&'a Motion> {
-        match self.obstacle.role {
-            ObstacleRole::Static => self.obstacle.track().iter().next().map(|(_, m)| m),
-            _ => self.obstacle.track().at(step),
-        }
+        self.obstacle.motion_at(step)
     }
 
     /// Its body at a step.
@@ -87,10 +84,6 @@ impl<'a> Participant<'a> {
     /// The region it covers at a step, in its own frame.
     #[must_use]
     pub fn footprint_at(&self, step: i64) -> &'a Footprint {
-        let step = match self.obstacle.role {
-            ObstacleRole::Static => self.obstacle.track().steps().start,
-            _ => step,
-        };
         self.obstacle.footprint_at(step).unwrap_or(self.footprint)
     }
 }
@@ -141,6 +134,9 @@ impl Scene {
             return Err(SceneError::NoSuchObstacle { id, known });
         };
         let refuse = |why| SceneError::NotAnEgo { id, why };
+        if obstacle.is_set_based() {
+            return Err(refuse("its motion is an occupancy set"));
+        }
         let footprint = obstacle.footprint.clone().ok_or(refuse("no shape"))?;
         if obstacle.role != ObstacleRole::Dynamic || obstacle.track().iter().count() < 2 {
             return Err(refuse("no trajectory"));
@@ -182,7 +178,7 @@ impl Scene {
         };
         self.scenario.obstacles.iter().filter_map(move |obstacle| {
             let bodily = matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic);
-            let footprint = obstacle.footprint.as_ref()?;
+            let footprint = obstacle.any_footprint()?;
             (bodily && Some(obstacle.id) != taken).then_some(Participant {
                 obstacle,
                 footprint,

@@ -95,11 +95,15 @@ impl Scenario {
         if kinds.is_empty() {
             return "none".into();
         }
+        let sets = self.obstacles.iter().filter(|o| o.is_set_based()).count();
         let kinds: Vec<String> = kinds
             .iter()
             .map(|(kind, count)| format!("{count} × {kind}"))
             .collect();
-        kinds.join(", ")
+        match sets {
+            0 => kinds.join(", "),
+            _ => format!("{}; {sets} set-based", kinds.join(", ")),
+        }
     }
 }
 

@@ -40,11 +40,20 @@ pub struct Collision {
     pub ego: ContactSide,
     /// The side of the obstacle that is touched.
     pub other: ContactSide,
+    /// Whether the obstacle is a region of an occupancy set there, which it may cover or not.
+    pub is_possible: bool,
 }
 
 impl std::fmt::Display for Collision {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (ego, other) = (self.ego.name(), self.other.name());
+        if self.is_possible {
+            return write!(
+                f,
+                "{} at step {}, a possible contact: the ego's {ego} with its predicted occupancy",
+                self.with, self.step
+            );
+        }
         write!(
             f,
             "{} at step {}: the ego's {ego}, the other's {other}",
@@ -117,6 +126,7 @@ impl Collision {
                 step,
                 ego: own,
                 other: others,
+                is_possible: obstacle.is_occupancy_at(step),
             })
         })
     }

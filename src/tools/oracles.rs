@@ -115,7 +115,7 @@ fn measure_recorded(view: &WindowView<'_>, arguments: &Arguments) -> Result<Valu
     let context = Context::under(scene, thresholds);
     let reading = context
         .encounter(place, step)
-        .map(|encounter| (measure.compute)(&encounter));
+        .map(|encounter| measure.of(&encounter));
     let reading = reading.ok_or_else(|| ToolError::new("the two are not there together"))?;
     Ok(said(view.seconds(step), measure, reading))
 }
@@ -133,6 +133,12 @@ pub(super) const FIRST_CONTACT: Tool = Tool {
             "integer",
             "",
             "The obstacle; missing without contact.",
+        ),
+        Field::new(
+            "possible",
+            "boolean",
+            "",
+            "Whether the obstacle is a region there that it may cover or not.",
         ),
     ],
     call: first_contact,
@@ -153,6 +159,7 @@ fn first_contact(view: &WindowView<'_>, _: &Arguments) -> Result<Value, ToolErro
                 "contact": true,
                 "t": time(view.seconds(step)),
                 "obstacle": touched.obstacle.id,
+                "possible": touched.obstacle.is_occupancy_at(step),
             }));
         }
     }

@@ -129,6 +129,14 @@ impl<'s> WindowView<'s> {
                 let motion = self.scene.ego.track.at(step);
                 motion.zip(Some(self.scene.ego_footprint_at(step)))
             }
+            Who::Other(_, p) if p.obstacle.is_occupancy_at(step) => {
+                return Err(ToolError::new(format!(
+                    "{} is a region that it may cover at t = {:.2} s (occupancy set), without heading and speed; ask for \
+                     the measure `distance`",
+                    who.name(),
+                    self.seconds(step)
+                )));
+            }
             Who::Other(_, p) => p.at(step).zip(Some(p.footprint_at(step))),
         };
         let t = self.seconds(step);

@@ -87,7 +87,10 @@ fn cuts_in(ego: &EgoAlong<'_>, id: i64, moment: &Moment) -> bool {
 
 fn leader(ego: &EgoAlong<'_>, moment: &Moment) -> Option<Leader> {
     let others = ego.scene.participants();
-    let bodies = others.filter(|o| o.obstacle.kind != ObstacleType::Pedestrian);
+    // No rule is broken towards a region that somebody may cover: its speed is not known.
+    let bodies = others.filter(|o| {
+        o.obstacle.kind != ObstacleType::Pedestrian && !o.obstacle.is_occupancy_at(moment.step)
+    });
     let ahead = bodies.filter_map(|other| {
         let motion = other.at(moment.step)?;
         if (motion.pose.position - moment.position).norm() > AHEAD {

@@ -98,6 +98,7 @@ const HOMES: [(&str, &[&str]); 23] = [
     ("http_body_util", &["cli/mcp/"]),
     ("getrandom", &["cli/mcp/token.rs"]),
     ("quick_xml", &["formats/commonroad/"]),
+    ("encoding_rs", &["formats/commonroad/encoding.rs"]),
     (
         "prost",
         &["formats/commonroad/protobuf/", "formats/recordings/waymo/"],

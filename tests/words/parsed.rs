@@ -116,7 +116,8 @@ pub fn prose(text: &str) -> Parsed {
     let mut parsed = Parsed::default();
     let mut t = f64::NAN;
     let mut worst = false;
-    for line in text.lines().skip(2).filter(|line| !line.is_empty()) {
+    let lines = text.lines().skip(2).filter(|line| !line.is_empty());
+    for line in lines.filter(|line| !line.starts_with("Not described: ")) {
         if let Some(time) = line.strip_prefix("t = ") {
             t = time.strip_suffix(" s:").unwrap().parse().unwrap();
         } else if line.starts_with("Worst values") {

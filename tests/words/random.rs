@@ -26,6 +26,7 @@ fn options() -> impl Strategy<Value = Options> {
             measures: None,
             contact: compact,
             radius,
+            reach: compact.then_some(2.0),
             precision,
             stride,
             most_times: None,

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use nearmiss::description::{Form, Frame, STANDS_FAR};
-use nearmiss::metrics::Context;
+use nearmiss::description::{Form, Frame, GIVE, STANDS_FAR};
+use nearmiss::metrics::{Context, Encounter};
 use nearmiss::scenario::Participant;
 
 use super::{Told, is, value};
@@ -78,28 +78,54 @@ impl Told<'_> {
         }
     }
 
-    /// Everyone near is told of, at every described step or, what stands far away, at its last.
+    /// How near the discs around ego and participant come within the reach, metres; looked at every hundredth of a second.
+    fn least_gap(&self, other: &Participant<'_>, step: i64) -> f64 {
+        let encounter = Encounter::at(self.scene, other, step).unwrap();
+        let bodies = encounter.ego_body.reach() + encounter.other_body.reach();
+        let between = encounter.other.pose.position - encounter.ego.pose.position;
+        let velocity = encounter.other.velocity_vector() - encounter.ego.velocity_vector();
+        let seconds = self.options.reach.unwrap();
+        let gap = |t: f64| (between + velocity * t).norm() - bodies - 2.0 * GIVE * t;
+        let times = (0..).map(|k| 0.01 * f64::from(k));
+        let times = times.take_while(|t| *t <= seconds);
+        times.map(gap).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Everyone near or able to reach the ego is told of, at every described step or, what stands far away, at its last;
+    /// and the others are counted.
     pub(super) fn who_is_told(&self) {
+        let rows = self.parsed.rows.iter();
+        let mut told: Vec<(i64, i64)> = rows
+            .filter_map(|row| Some((self.step(row.t), row.id?)))
+            .collect();
+        told.sort_unstable();
         let mut near: HashMap<i64, Vec<(i64, bool)>> = HashMap::new();
         let mut empty = Vec::new();
         for step in self.options.steps(&self.window) {
             let ego = self.scene.ego.track.at(step).unwrap().pose.position;
             let before = near.values().map(Vec::len).sum::<usize>();
-            for participant in self.scene.participants() {
-                let Some(motion) = participant.at(step) else {
-                    continue;
-                };
+            let everyone = self.scene.participants();
+            let everyone: Vec<_> = everyone.filter(|p| p.at(step).is_some()).collect();
+            let ttc = |p: &Participant<'_>| value("ttc", &Encounter::at(self.scene, p, step)?);
+            let times = everyone.iter();
+            let times = times.filter_map(|p| Some((ttc(p)?, p.obstacle.id)));
+            let first = times.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id);
+            for participant in everyone {
+                let (id, motion) = (participant.obstacle.id, participant.at(step).unwrap());
                 let apart = (motion.pose.position - ego).norm();
                 let far = apart > STANDS_FAR && is("0.00", motion.velocity);
-                if apart <= self.options.radius {
-                    let of = near.entry(participant.obstacle.id).or_default();
-                    of.push((step, far));
+                let gap = self.least_gap(&participant, step);
+                // As near to the bound as the steps of time are long, either is right.
+                let reaches = gap < 0.0 || gap < 0.35 && told.contains(&(step, id));
+                if apart <= self.options.radius || reaches || first == Some(id) {
+                    near.entry(id).or_default().push((step, far));
                 }
             }
             if near.values().map(Vec::len).sum::<usize>() == before {
                 empty.push(step);
             }
         }
+        self.others(&near);
         let mut expected: Vec<(i64, i64)> = Vec::new();
         for (id, steps) in near {
             let once = steps.iter().all(|(_, far)| *far);
@@ -107,16 +133,37 @@ impl Told<'_> {
             expected.extend(steps[skipped..].iter().map(|(step, _)| (*step, id)));
         }
         expected.sort_unstable();
-        let rows = self.parsed.rows.iter();
-        let mut told: Vec<(i64, i64)> = rows
-            .filter_map(|row| Some((self.step(row.t), row.id?)))
-            .collect();
-        told.sort_unstable();
         assert_eq!(told, expected, "{}", self.text);
         let nobody: Vec<i64> = self.parsed.nobody.iter().map(|t| self.step(*t)).collect();
         if self.options.form == Form::Prose && self.frame != Frame::Cartesian {
             assert_eq!(nobody, empty, "{}", self.text);
         }
+    }
+
+    /// Who is not told of is counted, with the smallest distance of their centres.
+    fn others(&self, told: &HashMap<i64, Vec<(i64, bool)>>) {
+        let ego = &self.scene.ego.track;
+        let mut nearest: Vec<f64> = Vec::new();
+        for other in self.scene.participants() {
+            let both = |step| ego.at(step).zip(other.at(step));
+            let both = self.window.steps().filter_map(both);
+            let distances = both.map(|(a, b)| (a.pose.position - b.pose.position).norm());
+            let least = distances.min_by(f64::total_cmp);
+            nearest.extend(least.filter(|_| !told.contains_key(&other.obstacle.id)));
+        }
+        nearest.sort_by(f64::total_cmp);
+        let said = self
+            .text
+            .lines()
+            .find_map(|l| l.strip_prefix("Not described: "));
+        let expected = nearest.first().map(|least| {
+            let come = match nearest.len() {
+                1 => "1 other, which comes".to_string(),
+                n => format!("{n} others, which come"),
+            };
+            format!("{come} no nearer than {least:.2} m, centre to centre.")
+        });
+        assert_eq!(said, expected.as_deref(), "{}", self.text);
     }
 
     pub(super) fn worst(

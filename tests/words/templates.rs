@@ -49,7 +49,7 @@ pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
     let values = json!({
         "task": front.task, "frame": front.frame,
         "cp": bits & 1 != 0, "cot": bits & 2 != 0, "icl": bits & 4 != 0,
-        "description": described.text, "form": form.name(), "contact": contact, "axes": "heading", "road": false, "measures": [], "horizon": 2.0, "dt": 0.1, "spacing": 0.1, "radius": 30.0, "far": 20.0,
+        "description": described.text, "form": form.name(), "contact": contact, "axes": "heading", "road": false, "measures": [], "horizon": 2.0, "dt": 0.1, "spacing": 0.1, "radius": 30.0, "reach": 2.0, "give": 2.0, "far": 20.0,
         "ego": 1, "obstacle": obstacle, "scenario": "s",
         "window": {"first": 48, "last": 50, "steps": 3, "described": 3, "seconds": 0.3, "from": 4.8, "until": 5.0},
         "risk_levels": levels,

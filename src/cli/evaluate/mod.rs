@@ -87,7 +87,8 @@ pub struct Evaluate {
     /// Steps in the window [default: 10; for language models from the template].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
     history: Option<u32>,
-    /// Leave out obstacles farther from the ego than this, metres [default: 30; for language models from the template].
+    /// Leave out obstacles farther from the ego than this, metres; language models are told, too, of those that can
+    /// reach it soon [default: 30; for language models from the template].
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
     /// Format of the result. JSON and CSV hold the rows of the table: by lead for the built-in judge, by prompt

@@ -141,6 +141,7 @@ mod tests {
             with: 30661,
             ego: ContactSide::Rear,
             other: ContactSide::Front,
+            is_possible: false,
         };
         assert_eq!(
             contact_words(&contact),

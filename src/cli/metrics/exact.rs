@@ -50,7 +50,7 @@ pub fn rows(name: &str, scene: &Scene, radius: Option<f64>, thresholds: &Thresho
                 Cell::Integer(participant.obstacle.id),
                 encounter.relation().direction.name().into(),
             ];
-            let measures = MEASURES.iter().map(|m| cell((m.compute)(&encounter)));
+            let measures = MEASURES.iter().map(|m| cell(m.of(&encounter)));
             let head = when(name, scene, step).into_iter().chain(who);
             rows.push(head.chain(measures).collect());
         }

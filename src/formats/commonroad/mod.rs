@@ -1,5 +1,6 @@
 //! CommonRoad files: reads XML and protobuf, writes XML; every diagnostic has its place.
 
+mod before_2018b;
 pub(super) mod builder;
 mod conform;
 mod elements;
@@ -28,7 +29,7 @@ use std::path::{Path, PathBuf};
 
 pub use crate::system::{NewFile, SaveError, save};
 pub use conform::{Conformed, conform};
-pub(super) use encoding::{foreign, without_marks};
+pub(super) use encoding::{beginning, foreign, without_marks};
 pub use error::ReadError;
 pub(super) use protobuf::wire;
 pub(super) use root::beginning_of_file;

@@ -52,7 +52,7 @@ impl<'a> Places<'a> {
     pub fn note_doubts(&self, xml: &mut Xml<'a>, scenario: &Scenario) {
         let found = plausibility::check(scenario).into_iter();
         let mut placed: Vec<_> = found
-            .map(|finding| (self.of(finding.about, scenario), finding))
+            .map(|finding| (self.of(finding.about), finding))
             .collect();
         placed.sort_by_key(|(place, _)| place.element.at);
         for (place, finding) in placed {
@@ -61,7 +61,7 @@ impl<'a> Places<'a> {
     }
 
     /// The place of an element; the root for elements without one, such as signs made from speed limits.
-    fn of(&self, about: ElementRef, scenario: &Scenario) -> &SourceLocation<'a> {
+    fn of(&self, about: ElementRef) -> &SourceLocation<'a> {
         let found = match about {
             ElementRef::Scenario => None,
             ElementRef::Location => self.location.as_ref(),
@@ -70,39 +70,29 @@ impl<'a> Places<'a> {
             ElementRef::Light(i) => self.lights.get(i),
             ElementRef::Intersection(i) => self.intersections.get(i),
             ElementRef::Obstacle(i) => self.obstacles.get(i).map(|(place, _)| place),
-            ElementRef::State { obstacle, state } => self.state(obstacle, state, scenario),
-            ElementRef::Start(i) => inside(self.problems.get(i), "initialState", 0),
+            ElementRef::State { obstacle, state } => inside(
+                self.obstacles.get(obstacle),
+                &["initialState", "state"],
+                state,
+            ),
+            ElementRef::Start(i) => inside(self.problems.get(i), &["initialState"], 0),
             ElementRef::Goal { problem, goal } => {
-                inside(self.problems.get(problem), "goalState", goal)
+                inside(self.problems.get(problem), &["goalState", "state"], goal)
             }
         };
         found.unwrap_or(&self.root)
     }
-
-    /// A state, the first of which is the initial one, wherever in the element that stands.
-    fn state(
-        &self,
-        obstacle: usize,
-        state: usize,
-        scenario: &Scenario,
-    ) -> Option<&SourceLocation<'a>> {
-        let whole = self.obstacles.get(obstacle);
-        let starts = scenario.obstacles.get(obstacle)?.initial.is_some();
-        match (starts, state) {
-            (true, 0) => inside(whole, "initialState", 0),
-            (true, state) => inside(whole, "state", state - 1),
-            (false, state) => inside(whole, "state", state),
-        }
-    }
 }
 
-/// The part of this name at this place; the whole where that is not there.
+/// The part at this place among those of these names, all of the first before those of the second; the whole where that
+/// is not there.
 fn inside<'p, 'a>(
     whole: Option<&'p Whole<'a>>,
-    name: &str,
+    names: &[&str],
     place: usize,
 ) -> Option<&'p SourceLocation<'a>> {
     let (whole, parts) = whole?;
-    let mut named = parts.iter().filter(|part| part.element.name == name);
+    let named = |name| parts.iter().filter(move |part| part.element.name == name);
+    let mut named = names.iter().copied().flat_map(named);
     Some(named.nth(place).unwrap_or(whole))
 }

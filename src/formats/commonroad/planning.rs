@@ -15,6 +15,15 @@ pub(super) fn problem<'a>(
         match child.name {
             "initialState" => initial = Some(state(xml, child, true)?),
             "goalState" => goals.push(goal(xml, child)?),
+            // Version 2017a has the goals as states in it.
+            "goalRegion" => {
+                while let Some(part) = xml.next()? {
+                    match part.name {
+                        "state" => goals.push(goal(xml, part)?),
+                        _ => xml.skip_unknown(part)?,
+                    }
+                }
+            }
             _ => xml.skip_unknown(child)?,
         }
     }

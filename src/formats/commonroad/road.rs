@@ -23,6 +23,11 @@ pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lan
             "rightBound" => right = Some(bound(xml, child)?),
             "predecessor" => push_reference(xml, child, &mut lanelet.predecessors)?,
             "successor" => push_reference(xml, child, &mut lanelet.successors)?,
+            // So misspelt by the first releases of scenarios.
+            "succecessor" => {
+                xml.note(Severity::Note, child, "taken as <successor>".into());
+                push_reference(xml, child, &mut lanelet.successors)?;
+            }
             "adjacentLeft" => lanelet.adjacent_left = Some(adjacent(xml, child)?),
             "adjacentRight" => lanelet.adjacent_right = Some(adjacent(xml, child)?),
             "stopLine" => lanelet.stop_line = Some(stop_line(xml, child)?),
@@ -43,7 +48,7 @@ pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lan
             "trafficSignRef" => push_reference(xml, child, &mut lanelet.signs)?,
             "trafficLightRef" => push_reference(xml, child, &mut lanelet.lights)?,
             "speedLimit" => {
-                let limit = xml.number(child)?;
+                let limit = xml.any_number(child)?;
                 xml.limit_speed(lanelet.id, limit, child);
             }
             _ => xml.skip_unknown(child)?,
@@ -166,7 +171,7 @@ pub(super) fn light<'a>(
                 while let Some(part) = xml.next()? {
                     match part.name {
                         "cycleElement" => light.cycle.push(phase(xml, part)?),
-                        "timeOffset" => light.offset = xml.whole(part)?,
+                        "timeOffset" => light.offset = xml.steps(part)?,
                         _ => xml.skip_unknown(part)?,
                     }
                 }
@@ -187,7 +192,7 @@ fn phase<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<LightPhase, Read
     let (mut duration, mut color) = (None, SignalColor::Inactive);
     while let Some(child) = xml.next()? {
         match child.name {
-            "duration" => duration = Some(xml.whole(child)?),
+            "duration" => duration = Some(xml.steps(child)?),
             "color" => color = word(xml, child, SignalColor::parse, SignalColor::Inactive)?,
             _ => xml.skip_unknown(child)?,
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
-use super::encoding::{BYTE_ORDER_MARK, beginning, foreign};
+use super::encoding::{BYTE_ORDER_MARK, beginning, foreign_to_xml};
 
 /// Contents of a CommonRoad XML file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,7 +76,7 @@ pub(in crate::formats) fn is_scenario(path: &Path) -> Result<bool, Unrecognised>
         head = beginning_of_file(path, HEAD)?;
         known = root_name(&head);
     }
-    match (known, foreign(&head)) {
+    match (known, foreign_to_xml(&head)) {
         // Another encoding is reported only if the file could be a scenario.
         (Some(false), _) => Ok(false),
         (_, Some(what)) => Err(Unrecognised::Foreign(what)),

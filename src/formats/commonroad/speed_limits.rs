@@ -1,6 +1,7 @@
-//! Speed limits of version 2018b, where lanelets carry numbers; later versions use signs.
+//! Speed limits of versions up to 2018b, where lanelets carry numbers; later versions use signs.
 
 use super::xml::Xml;
+use crate::scenario::plausibility::limits::LARGEST_NUMBER;
 use crate::scenario::{Lanelet, Severity, Sign, SignElement};
 
 /// The German number of the sign for a maximum speed, which the reference reader takes in most countries.
@@ -20,6 +21,17 @@ pub(super) fn signs(xml: &mut Xml<'_>, lanelets: &mut [Lanelet], used: i64) -> V
         let Some(lanelet) = lanelets.iter_mut().find(|l| l.id == id) else {
             continue;
         };
+        if limit.is_nan() || limit < 0.0 {
+            let message = format!("speed limit {limit} m/s; left out");
+            xml.note_at(Severity::Warning, &place, message);
+            continue;
+        }
+        // Writers put the largest number that they know where there is no limit.
+        if limit > LARGEST_NUMBER {
+            let message = "so large a speed limit is taken as none".into();
+            xml.note_at(Severity::Note, &place, message);
+            continue;
+        }
         last = last.saturating_add(1 + BEYOND);
         lanelet.signs.push(last);
         signs.push(Sign {
@@ -35,4 +47,12 @@ pub(super) fn signs(xml: &mut Xml<'_>, lanelets: &mut [Lanelet], used: i64) -> V
         xml.note_at(Severity::Note, &place, message);
     }
     signs
+}
+
+/// Says of speed limits in a version that has signs for them that they are not used.
+pub(super) fn note_unused(xml: &mut Xml<'_>) {
+    for (_, _, place) in xml.take_speed_limits() {
+        let message = "this version has signs for speed limits; left out".into();
+        xml.note_at(Severity::Note, &place, message);
+    }
 }

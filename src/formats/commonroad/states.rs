@@ -21,7 +21,13 @@ pub(super) fn state<'a>(
             "time" => time = Some(steps(xml, child)?),
             "position" => state.position = position(xml, child)?,
             name => match StateField::parse(name) {
-                Some(field) => builder::set_quantity(&mut state, field, quantity(xml, child)?),
+                Some(field) => {
+                    let value = match builder::is_needed(field) {
+                        true => quantity(xml, child)?,
+                        false => optional_quantity(xml, child)?,
+                    };
+                    builder::set_quantity(&mut state, field, value);
+                }
                 None => xml.skip_unknown(child)?,
             },
         }
@@ -43,25 +49,43 @@ pub(super) fn state<'a>(
 
 /// A time: an exact step or an interval of steps.
 pub(super) fn steps<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Steps, ReadError> {
-    let steps = quantity(xml, element)?;
-    builder::steps(&xml.at(element), steps)
+    let [exact, from, to] = numbers(xml, Xml::any_number)?;
+    xml.times.steps(&xml.at(element), exact, from, to)
 }
 
-/// `<exact>`, or `<intervalStart>` and `<intervalEnd>`.
+/// A quantity that must be sound.
 pub(super) fn quantity<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
 ) -> Result<Option<Quantity>, ReadError> {
+    let [exact, from, to] = numbers(xml, Xml::number)?;
+    builder::quantity(&xml.at(element), exact, from, to)
+}
+
+/// A quantity that is left out where it is not sound.
+fn optional_quantity<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<Option<Quantity>, ReadError> {
+    let [exact, from, to] = numbers(xml, Xml::any_number)?;
+    builder::optional_quantity(&xml.at(element), exact, from, to)
+}
+
+/// `<exact>`, `<intervalStart>` and `<intervalEnd>`.
+fn numbers<'a>(
+    xml: &mut Xml<'a>,
+    read: fn(&mut Xml<'a>, Element<'a>) -> Result<f64, ReadError>,
+) -> Result<[Option<f64>; 3], ReadError> {
     let (mut exact, mut from, mut to) = (None, None, None);
     while let Some(child) = xml.next()? {
         match child.name {
-            "exact" => exact = Some(xml.number(child)?),
-            "intervalStart" => from = Some(xml.number(child)?),
-            "intervalEnd" => to = Some(xml.number(child)?),
+            "exact" => exact = Some(read(xml, child)?),
+            "intervalStart" => from = Some(read(xml, child)?),
+            "intervalEnd" => to = Some(read(xml, child)?),
             _ => xml.skip_unknown(child)?,
         }
     }
-    builder::quantity(&xml.at(element), exact, from, to)
+    Ok([exact, from, to])
 }
 
 /// A position: a point, regions, or lanelets.

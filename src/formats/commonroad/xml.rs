@@ -14,8 +14,8 @@ use quick_xml::events::attributes::Attributes;
 
 pub(super) use deferred_checks::SourceLocation;
 
-use super::builder::{self, Diagnostics};
-use super::encoding::{self, BYTE_ORDER_MARK};
+use super::builder::{self, Diagnostics, TimeScale};
+pub(in crate::formats) use super::encoding::{Decoded, decoded};
 use super::error::ReadError;
 use crate::geometry::ShapeError;
 use crate::scenario::{Diagnostic, Severity};
@@ -53,27 +53,34 @@ pub(in crate::formats) struct Xml<'a> {
     diagnostics: Diagnostics,
     /// A byte offset and its line, from which the next one is counted on.
     counted: Cell<(usize, usize)>,
+    /// How times are written.
+    pub(super) times: TimeScale,
     later: deferred_checks::DeferredChecks<'a>,
 }
 
 impl<'a> Xml<'a> {
-    /// # Errors
-    /// The bytes are not UTF-8: with what they are instead, and where.
-    pub fn new(bytes: &'a [u8], file: &'a str) -> Result<Self, ReadError> {
-        let text = encoding::text(bytes, file)?;
-        // All of them: the reader takes one away by itself and does not count its bytes.
-        let text = text.trim_start_matches(BYTE_ORDER_MARK);
+    /// A parser of a decoded file; `file` names it in errors.
+    pub fn new(decoded: &'a Decoded<'_>, file: &'a str) -> Self {
+        Self {
+            diagnostics: decoded.doubts.clone().into(),
+            ..Self::of_text(&decoded.text, file)
+        }
+    }
+
+    /// A parser of a text without byte order marks.
+    pub(super) fn of_text(text: &'a str, file: &'a str) -> Self {
         let mut reader = Reader::from_str(text);
         reader.config_mut().expand_empty_elements = true;
-        Ok(Self {
+        Self {
             reader,
             text,
             file,
             path: Vec::new(),
-            diagnostics: encoding::doubts(bytes, text).into(),
+            diagnostics: Diagnostics::default(),
             counted: Cell::new((0, 1)),
+            times: TimeScale::default(),
             later: deferred_checks::DeferredChecks::default(),
-        })
+        }
     }
 
     /// The next child of the innermost open element, or nothing at its end.

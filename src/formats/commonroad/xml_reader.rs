@@ -2,16 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use super::builder::{ScenarioBuilder, check_benchmark_id};
+use super::builder::{ScenarioBuilder, TimeScale, check_benchmark_id};
 use super::error::ReadError;
 use super::places::Places;
-use super::xml::{Element, Xml, short};
-use super::{conform, location, obstacles, planning, references, road, speed_limits};
+use super::xml::{Element, Xml, decoded, short};
+use super::{before_2018b, conform, location, obstacles, planning, references, road, speed_limits};
 use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{ContentHash, Header, ObstacleRole, Scenario, Severity};
 
 pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
-    let mut xml = Xml::new(bytes, file)?;
+    let text = decoded(bytes, file)?;
+    let mut xml = Xml::new(&text, file);
     let Some(root) = xml.next()? else {
         let message = if looks_like_an_ego(bytes) {
             "not a scenario, but it looks like an ego trajectory or log; open its scenario with --ego and this file"
@@ -32,7 +33,12 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         return Err(xml.fail(root.at, message));
     }
     let mut header = header(&xml, root)?;
-    // Version 2018b keeps the tags in one attribute.
+    let is_old = before_2018b::is_meant(&header.version);
+    xml.times = match is_old {
+        true => TimeScale::in_seconds(header.time_step_size),
+        false => TimeScale::in_steps(header.time_step_size),
+    };
+    // Versions up to 2018b keep the tags in one attribute.
     let words = header.attributes.remove("tags").unwrap_or_default();
     let mut builder = ScenarioBuilder::default();
     builder.tags.extend(
@@ -42,15 +48,17 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     );
     let mut places = Places::below(&mut xml, root);
     while let Some(child) = xml.next()? {
-        read_child(&mut xml, child, &mut builder)?;
+        read_child(&mut xml, child, &mut builder, is_old)?;
         places.add(&mut xml, child);
         xml.check_count(root, builder.count(), "elements")?;
     }
-    if header.version == "2018b" {
+    if is_old || header.version == "2018b" {
         // Planning problems do not count: the reference reader knows nothing of them when it numbers signs.
         let used = builder.largest_id().unwrap_or(0);
         let signs = speed_limits::signs(&mut xml, &mut builder.lanelets, used);
         builder.signs.extend(signs);
+    } else {
+        speed_limits::note_unused(&mut xml);
     }
     let mut scenario = builder.finish(header, ContentHash::digest(bytes));
     references::check(&mut xml, &scenario.network);
@@ -64,6 +72,7 @@ fn read_child<'a>(
     xml: &mut Xml<'a>,
     child: Element<'a>,
     builder: &mut ScenarioBuilder,
+    is_old: bool,
 ) -> Result<(), ReadError> {
     match child.name {
         "lanelet" => {
@@ -95,7 +104,10 @@ fn read_child<'a>(
         }
         name => match role_of(name) {
             Some(role) => {
-                let obstacle = obstacles::obstacle(xml, child, role)?;
+                let mut obstacle = obstacles::obstacle(xml, child, role)?;
+                if is_old {
+                    before_2018b::complete(&xml.at(child), &mut obstacle);
+                }
                 builder.obstacle(&xml.at(child), obstacle);
             }
             None => xml.skip_unknown(child)?,
@@ -161,7 +173,13 @@ fn header<'a>(xml: &Xml<'a>, root: Element<'a>) -> Result<Header, ReadError> {
         return Err(xml.fail(root.at, message));
     }
     let version = version.unwrap_or_default();
-    if !matches!(version.as_str(), "2020a" | "2018b") {
+    if before_2018b::is_meant(&version) {
+        let message = format!(
+            "version {} has times in seconds; read as steps of {time_step_size} s",
+            short(&version)
+        );
+        xml.note(Severity::Note, root, message);
+    } else if !matches!(version.as_str(), "2020a" | "2018b") {
         let message = format!(
             "version `{}` is not 2020a or 2018b; read as 2020a",
             short(&version)

@@ -73,6 +73,7 @@ pub(super) fn overlapped<'s>(
     let others = scenario.obstacles.iter().filter(move |o| {
         matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && o.id != itself
     });
+    let others = others.filter(move |o| !o.is_occupancy_at(step));
     let bodies = others.filter(move |o| o.placed_at(step).is_some_and(|p| touch(body, &p)));
     let regions = regions.overlapped(body, step);
     bodies

@@ -1,7 +1,7 @@
 //! Tests that obstacles given as regions are not avoided, and are reported.
 
 use crate::formats::bundled;
-use crate::planner::{Forecast, Forecaster, unavoided};
+use crate::planner::{Forecast, Forecaster, occupancy_sets};
 use crate::scenario::{Obstacle, ObstacleParts, Occupancy, Prediction, Scenario, Steps};
 
 /// A bundled scenario; the motion of its first moving obstacles is replaced by a region.
@@ -50,7 +50,7 @@ fn regions_are_in_no_forecast_and_the_sentence_names_whose_they_are() {
         assert!(!boxed.is_empty(), "the others are there");
         assert!(!boxed.iter().any(|id| replaced.contains(id)), "{boxed:?}");
     }
-    let said = unavoided(&scenario).unwrap();
+    let said = occupancy_sets(&scenario).unwrap();
     let who = format!("obstacles {} and {} are given", replaced[0], replaced[1]);
     assert!(said.starts_with(&who), "{said}");
 }
@@ -58,9 +58,13 @@ fn regions_are_in_no_forecast_and_the_sentence_names_whose_they_are() {
 #[test]
 fn one_and_many_are_told_and_nobody_is_not() {
     let (one, replaced) = with_regions(1);
-    let said = unavoided(&one).unwrap();
+    let said = occupancy_sets(&one).unwrap();
     assert!(said.starts_with(&format!("obstacle {} is given", replaced[0])));
     let (many, _) = with_regions(6);
-    assert!(unavoided(&many).unwrap().contains(" and 2 more are given"));
-    assert_eq!(unavoided(&bundled()[0].read().unwrap()), None);
+    assert!(
+        occupancy_sets(&many)
+            .unwrap()
+            .contains(" and 2 more are given")
+    );
+    assert_eq!(occupancy_sets(&bundled()[0].read().unwrap()), None);
 }

@@ -4,7 +4,7 @@ use super::Map;
 use crate::geometry::Point;
 use crate::render::Color;
 use crate::render::display::{Area, Picture, Stroke, Text};
-use crate::render::scene::{Body, NAMED, Overlay, Owner};
+use crate::render::scene::{Body, Contact, NAMED, Overlay, Owner};
 
 struct Label {
     words: String,
@@ -15,13 +15,16 @@ struct Label {
 }
 
 pub fn draw(map: &Map<'_>, picture: &mut Picture, taken: &[Area], contacts: &[Area]) {
-    let word = |mark: &Area| Label {
-        words: "contact".into(),
+    let word = |(mark, contact): (&Area, &Contact)| Label {
+        words: match contact.is_possible {
+            true => "possible contact".into(),
+            false => "contact".into(),
+        },
         color: map.palette.danger,
         bold: true,
         body: *mark,
     };
-    let mut labels: Vec<Label> = contacts.iter().map(word).collect();
+    let mut labels: Vec<Label> = contacts.iter().zip(&map.scene.contacts).map(word).collect();
     labels.extend(wanted(map));
     let bodies = everybody(map);
     let mut taken: Vec<Area> = taken

@@ -91,6 +91,10 @@ pub(super) fn others<'a>(request: &MapRequest<'a>) -> Vec<Body<'a>> {
 }
 
 fn obstacle<'a>(request: &MapRequest<'a>, obstacle: &'a Obstacle) -> Option<Body<'a>> {
+    // Drawn as a region.
+    if obstacle.is_occupancy_at(request.step) {
+        return None;
+    }
     let motion = obstacle.motion_at(request.step)?;
     let footprint = obstacle.footprint_at(request.step)?;
     let value = |measure| {

@@ -10,6 +10,8 @@ pub struct Contact {
     pub obstacle: i64,
     /// The middle of what both cover.
     pub at: Point,
+    /// Whether the other is a region that an obstacle may cover or not.
+    pub is_possible: bool,
 }
 
 /// Every contact.
@@ -30,6 +32,7 @@ pub(super) fn all(request: &MapRequest<'_>) -> Vec<Contact> {
         (near && ego.distance(&placed) <= 0.0).then(|| Contact {
             obstacle: other.obstacle.id,
             at: between(&ego.outlines().concat(), &placed.outlines().concat()),
+            is_possible: other.obstacle.is_occupancy_at(step),
         })
     });
     touching.collect()

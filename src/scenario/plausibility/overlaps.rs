@@ -21,6 +21,8 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     let all = scenario.obstacles.iter().enumerate();
     let mut bodies: Vec<Body<'_>> = all
         .filter(|(_, o)| matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic))
+        // Where an obstacle may be, others may be, too.
+        .filter(|(_, o)| !o.is_occupancy_at(step))
         .filter_map(|(place, obstacle)| {
             Some(Body {
                 obstacle,

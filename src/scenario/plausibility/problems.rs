@@ -64,6 +64,7 @@ fn start(scenario: &Scenario, problem: &PlanningProblem, say: &mut impl FnMut(St
     place(&scenario.network, &at, heading, say);
     let covers = |o: &&Obstacle| {
         matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic)
+            && !o.is_occupancy_at(initial.time.from)
             && o.placed_at(initial.time.from)
                 .is_some_and(|body| body.holds(&at))
     };
@@ -123,7 +124,8 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
             "a goal ends at time step {to}, but the problem starts at {begins}; it cannot be reached"
         ));
     }
-    if to.saturating_sub(begins) > LONGEST_TRACK {
+    // An open end was said where it was read.
+    if to < limits::LATEST_STEP && to.saturating_sub(begins) > LONGEST_TRACK {
         say(format!(
             "a goal from time step {from} to {to}, {:.0} s after the start",
             to.saturating_sub(begins) as f64 * scenario.dt()

@@ -18,6 +18,7 @@ pub struct ObservedHistory<'a> {
     now: i64,
     ego: Option<Observed<'a>>,
     others: Vec<Observed<'a>>,
+    sets: Vec<&'a Obstacle>,
 }
 
 /// An obstacle without its future motion.
@@ -89,13 +90,18 @@ impl<'a> ObservedHistory<'a> {
             parked: false,
         };
         let ego = scene.ego.track.during(&steps);
-        let others = scene.participants();
-        let others = others.filter_map(|p| observed(p.obstacle, p.footprint_at(now), &steps, dt));
+        let (sets, others): (Vec<_>, Vec<_>) = scene
+            .participants()
+            .partition(|p| p.obstacle.is_set_based());
+        let others = others
+            .into_iter()
+            .filter_map(|p| observed(p.obstacle, p.footprint_at(now), &steps, dt));
         Self {
             network: &scene.scenario.network,
             now,
             ego: Observed::at_end(who, scene.ego_footprint_at(now), ego, Some(now), dt),
             others: others.collect(),
+            sets: sets.into_iter().map(|p| p.obstacle).collect(),
         }
     }
 
@@ -120,7 +126,14 @@ impl<'a> ObservedHistory<'a> {
             now,
             ego: None,
             others: others.collect(),
+            sets: Vec::new(),
         }
+    }
+
+    /// Those whose occupancy sets say where they may be, which is a prediction and known now.
+    #[must_use]
+    pub fn sets(&self) -> &[&'a Obstacle] {
+        &self.sets
     }
 
     /// The road.

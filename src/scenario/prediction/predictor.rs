@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::lanes::Lanes;
 use super::{Observed, ObservedHistory, Path, Present, Speeds};
-use crate::geometry::{Polyline, Pose};
+use crate::geometry::{Polyline, Pose, angle_between};
 use crate::scenario::ObstacleType;
 
 /// How the future is thought to go on.
@@ -60,6 +60,26 @@ pub struct Trajectory {
     pub fastest: f64,
     /// Poses at 0, `tick`, 2 `tick`, … seconds from now.
     pub poses: Vec<Pose>,
+}
+
+impl Trajectory {
+    /// The pose after so many seconds, straight between two of its poses, `tick` seconds apart; at its end the last one.
+    #[must_use]
+    pub fn pose_at(&self, seconds: f64, tick: f64) -> Pose {
+        let (Some(end), ticks) = (self.poses.last(), (seconds / tick).max(0.0)) else {
+            return Pose::new(0.0, 0.0, 0.0);
+        };
+        let place = ticks as usize;
+        let (from, to) = match (self.poses.get(place), self.poses.get(place + 1)) {
+            (Some(from), Some(to)) => (from, to),
+            _ => return *end,
+        };
+        let share = ticks.fract();
+        Pose {
+            position: from.position + (to.position - from.position) * share,
+            heading: from.heading + angle_between(from.heading, to.heading) * share,
+        }
+    }
 }
 
 /// Makes predictions for the participants of one past.

@@ -14,6 +14,7 @@ use super::{ContentHash, EgoSource, Scenario, Scene};
 use crate::geometry::{Point, Vector};
 use plane::Plane;
 
+pub(crate) use plane::in_frame;
 pub use words::TransformError;
 
 /// A change of a scene that changes nothing about how dangerous it is.

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::geometry::{Footprint, Point, Shape, ShapeError, Vector, normalize_angle};
+use crate::geometry::{Footprint, Point, Pose, Shape, ShapeError, Vector, normalize_angle};
 use crate::scenario::Quantity;
 
 /// Mirrored at the x axis, if at all, or turned about a centre, or shifted.
@@ -37,6 +37,14 @@ impl Plane {
             angle: 0.0,
             centre: Point::origin(),
             shift,
+        }
+    }
+
+    /// From the world into the frame of something at `pose`.
+    fn into_frame(pose: &Pose) -> Self {
+        Self {
+            shift: -pose.position.coords,
+            ..Self::turn(-pose.heading, pose.position)
         }
     }
 
@@ -170,6 +178,11 @@ impl Plane {
     pub fn standing(&self, footprint: &Footprint) -> Footprint {
         again(footprint, Footprint::new(self.region(footprint.shape())))
     }
+}
+
+/// A region of the world in the frame of something at `pose`.
+pub(crate) fn in_frame(region: &Shape, pose: &Pose) -> Shape {
+    Plane::into_frame(pose).region(region)
 }
 
 /// What encloses an area does so wherever it is; only one at the very limit of what counts as flat may not.

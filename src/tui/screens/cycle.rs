@@ -7,7 +7,7 @@ use ratatui::text::{Line, Text};
 
 use super::{Screen, Step, moves_scene};
 use crate::description::visible;
-use crate::planner::{Emergency, unavoided};
+use crate::planner::{Emergency, occupancy_sets};
 use crate::simulation::ExternalReport;
 use crate::traffic_rules::RuleStatus;
 use crate::tui::action::Action;
@@ -105,8 +105,12 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     if let Some(process) = &planned.process {
         external(&mut lines, process, theme);
     }
-    if let Some(words) = model.opened.as_ref().and_then(|o| unavoided(&o.scenario)) {
-        lines.say_in("not seen", &words, Style::new().fg(theme.warning));
+    if let Some(words) = model
+        .opened
+        .as_ref()
+        .and_then(|o| occupancy_sets(&o.scenario))
+    {
+        lines.say_in("sets", &words, Style::new().fg(theme.warning));
     }
     let dt = model.opened.as_ref().map_or(0.0, |o| o.scenario.dt());
     let time = cycle.step as f64 * dt;

@@ -13,7 +13,7 @@ use super::super::model::{
     Camera, Drives, Job, JobState, Model, NEIGHBOURHOOD, RunningDrive, forecast_words,
 };
 use super::{making, opening};
-use crate::planner::{Forecast, unavoided};
+use crate::planner::{Forecast, occupancy_sets};
 use crate::workflow::MissingEgo;
 
 /// Planned steps, and steps at most; then the scenario with the planned ego.
@@ -270,8 +270,8 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
             Some(_) => format!("{back} goes back to the recorded ego"),
             None => "no ego was recorded".to_string(),
         };
-        let unavoided = unavoided(&opened.scenario);
-        let but = unavoided.map_or(String::new(), |words| format!("; but {words}"));
+        let sets = occupancy_sets(&opened.scenario);
+        let but = sets.map_or(String::new(), |words| format!("; {words}"));
         format!("ego planned: {}; {way}{but}", planned.ended())
     });
     let without = model.opened.as_ref().is_some_and(|o| o.scene.is_none());

@@ -172,7 +172,7 @@ pub const KEYS: [ExperimentKey; 37] = [
     key(
         "radius",
         Values::Number(ABOVE_ZERO, 1e6),
-        "Obstacles farther from the ego are left out, metres; by default that of the template.",
+        "Obstacles within this distance of the ego are described, metres, and farther away those that can reach it soon; by default that of the template.",
     ),
     key(
         "temperature",

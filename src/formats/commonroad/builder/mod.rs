@@ -4,23 +4,27 @@ mod numbers;
 mod place;
 mod references;
 mod shapes;
+mod times;
 
 use std::collections::HashSet;
 
-pub(in crate::formats) use numbers::{coordinate, finite, quantity, refused_step, size, steps};
+pub(in crate::formats) use numbers::{
+    coordinate, finite, is_needed, optional_quantity, quantity, refused_step, size,
+};
 pub(in crate::formats) use place::{Diagnostics, SourceLocation};
 pub(in crate::formats) use references::{Target, Targets};
 pub(in crate::formats) use shapes::{
     checked, footprint, polygon, semi_trailer_truck, truck, union,
 };
+pub(in crate::formats) use times::TimeScale;
 
 use super::ReadError;
 use super::xml::short;
 use crate::geometry::Point;
 use crate::scenario::{
     Adjacent, Bound, ContentHash, Header, Intersection, Lanelet, LaneletNetwork, LineMarking,
-    Location, Obstacle, ObstacleParts, ObstacleRole, PlanningProblem, Quantity, Scenario, Severity,
-    Sign, State, StateField, TrafficLight, benchmark_id,
+    Location, Obstacle, ObstacleParts, ObstacleRole, PlanningProblem, Prediction, Quantity,
+    Scenario, Severity, Sign, State, StateField, TrafficLight, benchmark_id,
 };
 
 /// A scenario that is being read, element by element.
@@ -66,10 +70,13 @@ impl ScenarioBuilder {
 
     pub fn obstacle(&mut self, at: &impl SourceLocation, parts: ObstacleParts) {
         if matches!(parts.role, ObstacleRole::Static | ObstacleRole::Dynamic) {
-            if parts.footprint.is_none() {
+            // A set says where it is, and which region it covers there.
+            let in_a_set =
+                matches!(&parts.prediction, Prediction::Occupancies(all) if !all.is_empty());
+            if parts.footprint.is_none() && !in_a_set {
                 at.warn("no shape; not measured");
             }
-            if parts.initial.is_none() {
+            if parts.initial.is_none() && !in_a_set {
                 at.warn("no initial state");
             }
         }

@@ -5,7 +5,7 @@ use crate::formats::commonroad::ReadError;
 use crate::scenario::plausibility::limits::{
     LARGEST_NUMBER, LATEST_STEP, is_tiny, refused_coordinate, refused_size,
 };
-use crate::scenario::{Quantity, Steps};
+use crate::scenario::{Quantity, StateField, Steps};
 
 /// A number; `written` is how the file has it.
 ///
@@ -68,20 +68,40 @@ pub fn quantity(
     }
 }
 
-/// Time steps, rounded outwards.
+/// Whether a quantity of a state is one that motion or the body is worked out from.
+pub fn is_needed(field: StateField) -> bool {
+    matches!(
+        field,
+        StateField::Orientation
+            | StateField::Velocity
+            | StateField::VelocityY
+            | StateField::HitchAngle
+    )
+}
+
+/// A quantity that nothing needs: one with a number that is not finite, or larger than any, is left out, with a
+/// diagnostic.
 ///
 /// # Errors
-/// They are missing or implausible.
-pub fn steps(at: &impl SourceLocation, quantity: Option<Quantity>) -> Result<Steps, ReadError> {
-    let steps = match quantity {
-        Some(Quantity::Exact(value)) => Steps::exact(value.round() as i64),
-        Some(Quantity::Interval(from, to)) => Steps {
-            from: from.floor() as i64,
-            to: to.ceil() as i64,
-        },
-        None => return Err(at.fail("no time step in it")),
-    };
-    refused_step(steps).map_or(Ok(steps), |message| Err(at.fail(message)))
+/// See [`quantity`].
+pub fn optional_quantity(
+    at: &impl SourceLocation,
+    exact: Option<f64>,
+    start: Option<f64>,
+    end: Option<f64>,
+) -> Result<Option<Quantity>, ReadError> {
+    let numbers = || [exact, start, end].into_iter().flatten();
+    if let Some(odd) = numbers().find(|v| v.is_nan() || v.abs() > LARGEST_NUMBER) {
+        at.warn(match odd.is_finite() {
+            true => format!("`{odd:e}` is implausible; left out"),
+            false => format!("`{odd}` is not a finite number; left out"),
+        });
+        return Ok(None);
+    }
+    numbers()
+        .filter(|v| is_tiny(*v))
+        .for_each(|v| at.warn_tiny(v));
+    quantity(at, exact, start, end)
 }
 
 /// Why time steps are not read; `None` for those that are.

@@ -4,7 +4,7 @@ use super::messages;
 use super::report::FieldPath;
 use super::shapes::region;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{SourceLocation, set_quantity};
+use crate::formats::commonroad::builder::{SourceLocation, is_needed, set_quantity};
 use crate::scenario::{Position, Signal, SignalState, State, StateField as F};
 
 /// The state in the bytes of a field.
@@ -14,7 +14,11 @@ pub(super) fn state(at: &FieldPath<'_>, bytes: &[u8]) -> Result<State, ReadError
     state.position = position(at, &message)?;
     for (field, value) in quantities(&message) {
         if let Some(value) = value {
-            let value = at.field(field.name()).quantity(value)?;
+            let place = at.field(field.name());
+            let value = match is_needed(field) {
+                true => place.quantity(value)?,
+                false => place.optional_quantity(value)?,
+            };
             set_quantity(&mut state, field, value);
         }
     }

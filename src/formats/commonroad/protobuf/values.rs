@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::messages::{self, FloatExactOrInterval, IntegerExactOrInterval};
 use super::report::FieldPath;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, SourceLocation};
+use crate::formats::commonroad::builder::{self, SourceLocation, TimeScale};
 use crate::formats::commonroad::xml_writer::allowed;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::MOST_PARTS;
@@ -105,15 +105,20 @@ impl FieldPath<'_> {
 
     /// A number, exact or an interval; nothing, with a diagnostic, where it is neither.
     pub fn quantity(&self, value: &FloatExactOrInterval) -> Result<Option<Quantity>, ReadError> {
-        let exact = value.exact.map(|exact| self.finite(exact)).transpose()?;
-        let end = |name, end: Option<f64>| end.map(|v| self.field(name).finite(v)).transpose();
-        let (start, end) = match &value.interval {
-            Some(interval) if exact.is_none() => {
-                (end("start", interval.start)?, end("end", interval.end)?)
-            }
-            _ => (None, None),
-        };
+        let [exact, start, end] = numbers(value);
+        let exact = exact.map(|exact| self.finite(exact)).transpose()?;
+        let end_of = |name, end: Option<f64>| end.map(|v| self.field(name).finite(v)).transpose();
+        let (start, end) = (end_of("start", start)?, end_of("end", end)?);
         builder::quantity(self, exact, start, end)
+    }
+
+    /// The same of a number that is left out, with a diagnostic, where it is not sound.
+    pub fn optional_quantity(
+        &self,
+        value: &FloatExactOrInterval,
+    ) -> Result<Option<Quantity>, ReadError> {
+        let [exact, start, end] = numbers(value);
+        builder::optional_quantity(self, exact, start, end)
     }
 
     /// A time step or an interval of them that the schema requires.
@@ -126,7 +131,8 @@ impl FieldPath<'_> {
         let interval = value.interval.unwrap_or_default();
         let [exact, start, end] =
             [value.exact, interval.start, interval.end].map(|step| step.map(f64::from));
-        builder::steps(&at, builder::quantity(&at, exact, start, end)?)
+        // The messages have whole numbers, so that the length of a step does not matter.
+        TimeScale::default().steps(&at, exact, start, end)
     }
 
     /// The word of a number; a number without one is left out, and noted.
@@ -170,6 +176,14 @@ impl FieldPath<'_> {
     ) -> Result<T, ReadError> {
         let number = self.need(name, number)?;
         Ok(self.field(name).word_or(words, number, fallback))
+    }
+}
+
+/// The exact number, or the ends of the interval.
+fn numbers(value: &FloatExactOrInterval) -> [Option<f64>; 3] {
+    match &value.interval {
+        Some(interval) if value.exact.is_none() => [None, interval.start, interval.end],
+        _ => [value.exact, None, None],
     }
 }
 

@@ -8,7 +8,7 @@ use super::id::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
 use super::{ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
 use crate::formats::commonroad::builder::refused_step;
 use crate::formats::commonroad::error::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml, short};
+use crate::formats::commonroad::xml::{Element, Xml, decoded, short};
 use crate::scenario::plausibility::limits::doubtful;
 use crate::scenario::plausibility::missing_steps;
 use crate::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, benchmark_id};
@@ -20,7 +20,8 @@ const ROOT: &str = "CommonRoadSolution";
 /// # Errors
 /// A mistake in a solution, with line, column, element and the expectation.
 pub fn read_solution(bytes: &[u8], file: &str) -> Result<Solution, ReadError> {
-    let mut xml = Xml::new(bytes, file)?;
+    let text = decoded(bytes, file)?;
+    let mut xml = Xml::new(&text, file);
     let Some(root) = xml.next()? else {
         let message = "no XML element; a solution starts with <CommonRoadSolution …>";
         return Err(xml.fail(0, message.into()));

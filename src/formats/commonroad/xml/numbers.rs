@@ -26,8 +26,26 @@ impl<'a> Xml<'a> {
     /// The text of the innermost open element as a finite number.
     pub fn number(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
         let text = self.text()?;
+        let value = self.parsed(element, &text)?;
+        builder::finite(&self.at(element), value, || short(&text))
+    }
+
+    /// The text of the innermost open element as a number, also one that is not finite.
+    pub fn any_number(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
+        let text = self.text()?;
+        self.parsed(element, &text)
+    }
+
+    /// The text of the innermost open element as a time or a duration, steps.
+    pub fn steps(&mut self, element: Element<'a>) -> Result<i64, ReadError> {
+        let value = self.number(element)?;
+        let step = self.times.step(value);
+        step.map_err(|message| self.fail_in(element, message))
+    }
+
+    fn parsed(&self, element: Element<'a>, text: &str) -> Result<f64, ReadError> {
         if let Ok(value) = text.parse::<f64>() {
-            return builder::finite(&self.at(element), value, || short(&text));
+            return Ok(value);
         }
         let message = if text.is_empty() {
             "empty; expected a number".into()
@@ -37,7 +55,7 @@ impl<'a> Xml<'a> {
                 short(&text.replace(BYTE_ORDER_MARK, "U+FEFF "))
             )
         } else {
-            format!("`{}` is not a number", short(&text))
+            format!("`{}` is not a number", short(text))
         };
         Err(self.fail_in(element, message))
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 use crate::formats::recordings::leftovers::Leftovers;
 use crate::scenario::LineMarking;
 use crate::system::{self, FileCache};
@@ -60,7 +60,8 @@ pub fn of(path: &Path) -> Result<Arc<Osm>, ReadError> {
 fn elements(path: &Path) -> Result<(Osm, usize), ReadError> {
     let file = path.display().to_string();
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-    let mut xml = Xml::new(&bytes, &file)?;
+    let text = decoded(&bytes, &file)?;
+    let mut xml = Xml::new(&text, &file);
     let (mut nodes, mut ways, mut relations) = (HashMap::new(), HashMap::new(), Vec::new());
     let mut leftovers = Leftovers::default();
     let root = xml.next()?;

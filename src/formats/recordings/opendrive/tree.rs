@@ -1,7 +1,7 @@
 //! An XML document as a tree whose elements know their lines.
 
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 use crate::scenario::plausibility::limits::refused_coordinate;
 
 /// An element with its attributes and children.
@@ -25,7 +25,8 @@ const DEEPEST: usize = 60;
 
 /// Reads a document whose root has this name.
 pub fn read(bytes: &[u8], file: &str, root: &str) -> Result<Node, ReadError> {
-    let mut xml = Xml::new(bytes, file)?;
+    let text = decoded(bytes, file)?;
+    let mut xml = Xml::new(&text, file);
     let name: std::rc::Rc<str> = file.into();
     let Some(element) = xml.next()?.filter(|e| e.name == root) else {
         return Err(xml.fail(0, format!("its root is not <{root}>")));

@@ -19,8 +19,8 @@ use super::opendrive::tree::{self, Node};
 use super::report::Report;
 use super::{sizes, whole_file};
 use crate::formats::address::Address;
-use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::SourceLocation;
+use crate::formats::commonroad::{ReadError, beginning};
 use crate::formats::dispatch::{Format, Parts};
 use crate::formats::openscenario::DOCUMENT;
 use crate::scenario::plausibility::limits::refused_time_step;
@@ -41,7 +41,7 @@ const EGOS: [&str; 4] = ["ego", "hero", "ego_vehicle", "host"];
 
 impl Format for OpenScenario {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
-        let text = String::from_utf8_lossy(head);
+        let text = beginning(head);
         text.contains("<OpenSCENARIO") || text.contains("<OpenDRIVE")
     }
 
@@ -55,7 +55,7 @@ impl Format for OpenScenario {
         let bytes = system::read_file(file, system::LARGEST);
         let bytes = bytes.map_err(|e| ReadError::io(&shown, &e))?;
         let report = Report::about(shown.clone());
-        if String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).contains("<OpenDRIVE") {
+        if beginning(&bytes[..bytes.len().min(4096)]).contains("<OpenDRIVE") {
             return roads_alone(&bytes, file, report);
         }
         let root = tree::read(&bytes, &shown, "OpenSCENARIO")?;

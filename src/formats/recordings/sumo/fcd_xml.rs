@@ -3,20 +3,21 @@
 use std::borrow::Cow;
 
 use super::fcd::{Collector, Recorded, Row, seconds};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::{ReadError, beginning};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 
 /// Whether a file that begins so has floating car data.
 pub fn begins(head: &[u8]) -> bool {
-    let head = String::from_utf8_lossy(head);
+    let head = beginning(head);
     let text = head.trim_start_matches('\u{feff}').trim_start();
     text.starts_with('<') && text.contains("<fcd-export")
 }
 
 /// Reads a file; `file` names it in errors.
 pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
-    let mut xml = Xml::new(bytes, file)?;
-    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]);
+    let text = decoded(bytes, file)?;
+    let mut xml = Xml::new(&text, file);
+    let head = beginning(&bytes[..bytes.len().min(1 << 16)]);
     let comment = head.split("<fcd-export").next().unwrap_or_default();
     let Some(root) = xml.next()?.filter(|root| root.name == "fcd-export") else {
         let message = "not floating car data: its root is not <fcd-export>";

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::geo::Location;
 use super::lights::{Program, program};
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 use crate::formats::recordings::leftovers::Leftovers;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
@@ -72,7 +72,8 @@ impl Net {
     fn read(path: &Path) -> Result<(Self, usize), ReadError> {
         let file = path.display().to_string();
         let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-        let mut xml = Xml::new(&bytes, &file)?;
+        let text = decoded(&bytes, &file)?;
+        let mut xml = Xml::new(&text, &file);
         if xml.next()?.is_none_or(|root| root.name != "net") {
             return Err(xml.fail(0, "not a SUMO net: its root is not <net>".into()));
         }

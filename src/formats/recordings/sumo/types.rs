@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::fcd::Recorded;
 use super::files;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::formats::commonroad::xml::{Element, Xml, decoded};
 use crate::formats::recordings::leftovers::Leftovers;
 use crate::formats::recordings::report::Report;
 use crate::scenario::ObstacleType;
@@ -139,7 +139,8 @@ impl Types {
 fn read(path: &Path, known: &mut Defined) -> Result<(), ReadError> {
     let file = path.display().to_string();
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-    let mut xml = Xml::new(&bytes, &file)?;
+    let text = decoded(&bytes, &file)?;
+    let mut xml = Xml::new(&text, &file);
     let Some(root) = xml.next()? else {
         return Ok(());
     };

@@ -94,7 +94,8 @@ fn motion_words(motion: &Motion) -> Vec<(&'static str, String)> {
 }
 
 fn now(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, step: i64) {
-    let Some(motion) = obstacle.motion_at(step) else {
+    let motion = obstacle.motion_at(step);
+    let Some(motion) = motion.filter(|_| !obstacle.is_occupancy_at(step)) else {
         let why = match &obstacle.prediction {
             Prediction::Occupancies(_) => "given as regions (occupancy sets), not states",
             _ => "absent at this step",
