@@ -323,3 +323,54 @@ fn what_the_system_says_is_said_in_plain_words() {
         ended.says(&[words]);
     }
 }
+
+/// Floating car data of 40 s: one car behind another.
+fn floating_cars() -> String {
+    let steps = (0..40).map(|t| {
+        let car = |id: &str, x: i64| {
+            format!(
+                "<vehicle id=\"{id}\" x=\"{x}\" y=\"0\" angle=\"90\" type=\"\" speed=\"10\" pos=\"0\" lane=\"\" slope=\"0\"/>"
+            )
+        };
+        let both = [car("6", 10 * t), car("7", 30 + 10 * t)].concat();
+        format!("<timestep time=\"{t}\">{both}</timestep>")
+    });
+    format!("<fcd-export>{}</fcd-export>", steps.collect::<String>())
+}
+
+#[test]
+fn what_a_list_shows_can_be_typed() {
+    let home = Home::new();
+    home.write("cars/fcd.xml", floating_cars());
+    let list = home.run(&["inspect", "cars"]).status(0).stdout;
+    let shown = list.split_whitespace().find(|word| word.contains('#'));
+    let shown = shown.unwrap_or_else(|| panic!("{list}"));
+    assert!(shown.starts_with("cars/fcd.xml#track="), "{shown}");
+    home.run(&["inspect", shown]).status(0);
+    let lines = home.run(&["inspect", "cars", "--json"]).status(0).stdout;
+    let first: Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    let name = format!("cars/{}", first["scenario"].as_str().unwrap());
+    assert!(name.starts_with("cars/fcd-track-"), "{name}");
+    home.run(&["inspect", &name]).status(0);
+    let said = home.run(&["inspect", "cars/fcd-trick-6"]).status(2).stderr;
+    assert!(said.contains("no such file"), "{said}");
+}
+
+#[test]
+fn what_is_not_read_is_told_by_name() {
+    let home = Home::new();
+    home.write("cars/a.net.xml", "<net version=\"1.20\"></net>");
+    let said = home.run(&["inspect", "cars/a.net.xml"]).status(2).stderr;
+    assert!(
+        said.contains("a road network of SUMO, not a scenario") && said.contains("--fcd-output"),
+        "{said}"
+    );
+    let said = home.run(&["inspect", "cars"]).status(2).stderr;
+    assert!(
+        said.contains("a.net.xml (a road network of SUMO, which is not read)"),
+        "{said}"
+    );
+    home.write("cars/fcd.xml", floating_cars());
+    let said = home.run(&["inspect", "cars"]).status(0).stderr;
+    assert!(!said.contains("skipped"), "{said}");
+}

@@ -27,7 +27,7 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     }
     if root.name != "commonRoad" {
         let message = format!(
-            "the root is <{}>; a scenario starts with <commonRoad …>",
+            "the root is <{}>; a scenario starts with <commonRoad …>, and `nearmiss help scenarios` lists the other formats",
             short(root.name)
         );
         return Err(xml.fail(root.at, message));

@@ -16,8 +16,11 @@ fn rounding(time_step: f64) -> f64 {
     ROUNDING.min(time_step / 10.0)
 }
 
-/// Step lengths are told in these parts of a second, where they are that.
-const PART: f64 = 1e-4;
+/// Steps for each time, where some times are missing, at most.
+const GAPS: f64 = 1.6;
+
+/// No steps are shorter, seconds.
+const SHORTEST: f64 = 1e-4;
 
 /// The steps at which times lie.
 pub struct Steps {
@@ -46,16 +49,19 @@ impl Steps {
         let between: Vec<f64> = between.collect();
         let least = between.iter().copied().fold(f64::MAX, f64::min);
         let median = median(between);
-        if median < PART {
-            return Err(format!("time steps of less than {} ms", PART * 1e3));
+        if median < SHORTEST {
+            return Err(format!("time steps of less than {} ms", SHORTEST * 1e3));
         }
         if (last - start) / median > LATEST_STEP as f64 / 2.0 {
             return Err(format!("time {last} s is implausible"));
         }
-        // Where every other time is missing, most are two steps apart.
-        let found = (least > 0.45 * median).then(|| Self::of_length(times, least));
-        let found = found.and_then(Result::ok);
-        found.map_or_else(|| Self::of_length(times, median), Ok)
+        // Where many times are missing, most can be two steps apart.
+        let most = times.len() as f64 * GAPS;
+        let shorter = || Self::of_length(times, least).ok();
+        Self::of_length(times, median).or_else(|why| {
+            let few = |found: &Self| found.steps.last().is_some_and(|last| (*last as f64) < most);
+            shorter().filter(few).ok_or(why)
+        })
     }
 
     /// Of steps that are about as long as `guess`, seconds.
@@ -74,12 +80,11 @@ impl Steps {
                 time_step = (time - start) / count;
             }
         }
-        let told = (time_step / PART).round() * PART;
-        let steps_in_all = (last - start) / time_step;
-        if (told - time_step).abs() * steps_in_all < rounding(time_step) {
-            // Without the rounding of the division.
-            time_step = (told * 1e4).round() / 1e4;
-        }
+        // Clocks count thousandths of a second, or tenths of them.
+        let told = [1e3, 1e4].map(|parts| (time_step * parts).round() / parts);
+        let count = (last - start) / time_step;
+        let fits = |told: &f64| (told - time_step).abs() * count < rounding(time_step);
+        time_step = told.into_iter().find(fits).unwrap_or(time_step);
         let mut found = Self {
             start,
             time_step,
