@@ -1,10 +1,10 @@
-//! Collision: do the real bodies of the ego and an obstacle overlap at a recorded step?
+//! Collision: do the real bodies of the ego and an obstacle touch, at a recorded step or between two?
 
 use std::fmt::Write;
 
 use super::Judgement;
-use super::reasoning::{metres, moment, name, risk, situation, value};
-use crate::metrics::{Encounter, Thresholds};
+use super::reasoning::{metres, moment, name, risk, situation, touching, value};
+use crate::metrics::{Contact, Encounter, Thresholds};
 use crate::scenario::{Participant, Scene};
 use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
@@ -13,14 +13,14 @@ struct History<'a> {
     participant: Participant<'a>,
     nearest: f64,
     nearest_step: i64,
-    contact: Option<i64>,
+    contact: Option<Contact>,
     risk: u8,
 }
 
 /// Obstacles listed beside those in contact.
 const MOST_LISTED: usize = 5;
 
-/// Judges the collision task: whether bodies touch at any recorded step of the ego.
+/// Judges the collision task: whether bodies touch at any recorded step of the ego or between two.
 #[must_use]
 pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     let mut histories: Vec<_> = scene
@@ -28,12 +28,15 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         .filter_map(|p| history(scene, p, thresholds))
         .collect();
     histories.sort_by(|a, b| {
-        let key = |h: &History<'_>| (h.contact.unwrap_or(i64::MAX), h.risk);
-        key(a).cmp(&key(b)).then(a.nearest.total_cmp(&b.nearest))
+        let time = |h: &History<'_>| h.contact.map_or(f64::INFINITY, |contact| contact.time);
+        time(a)
+            .total_cmp(&time(b))
+            .then(a.risk.cmp(&b.risk))
+            .then(a.nearest.total_cmp(&b.nearest))
     });
     let contacts = histories.iter().filter(|h| h.contact.is_some()).count();
     histories.truncate(contacts.max(MOST_LISTED));
-    let first = histories.first().filter(|h| h.contact.is_some());
+    let first = histories.first().and_then(|h| Some((h, h.contact?)));
 
     let mut reasoning = format!(
         "Exact bodies of real size, {} to {}; the ego is {}.\n\n",
@@ -45,13 +48,18 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         let _ = writeln!(reasoning, "- {}", line(scene, h));
     }
     let justification = match (first, by_distance(&histories)) {
-        (Some(hit), _) => format!(
+        (Some((hit, contact)), _) if contact.overlaps => format!(
             "The body of {} overlaps the ego's from {} on.",
             name(&hit.participant),
-            moment(scene, hit.contact.unwrap_or_default()),
+            moment(scene, contact.step),
+        ),
+        (Some((hit, contact)), _) => format!(
+            "The body of {} touches the ego's {}.",
+            name(&hit.participant),
+            touching(scene, &contact),
         ),
         (None, Some(nearest)) => format!(
-            "No body overlaps the ego's at any recorded step; the smallest distance is {} to {} at {}.",
+            "No body touches the ego's at any recorded step or between two; the smallest distance at a step is {} to {} at {}.",
             metres(nearest.nearest),
             name(&nearest.participant),
             moment(scene, nearest.nearest_step),
@@ -60,7 +68,7 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     };
     let _ = write!(reasoning, "\n{justification}");
     Judgement {
-        decisive_step: first.and_then(|h| h.contact),
+        decisive_step: first.map(|(_, contact)| contact.step),
         verdict: Verdict {
             task: Task::Collision,
             dangerous: first.is_some(),
@@ -105,9 +113,7 @@ fn history<'a>(
             (h.nearest, h.nearest_step) = (distance, step);
         }
         h.risk = h.risk.min(risk);
-        if distance == 0.0 && h.contact.is_none() {
-            h.contact = Some(step);
-        }
+        h.contact = h.contact.or_else(|| encounter.contact());
     }
     found
 }
@@ -117,7 +123,7 @@ fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
         id: h.participant.obstacle.id,
         risk_score: h.risk,
         reason: match h.contact {
-            Some(step) => format!("contact at {}", moment(scene, step)),
+            Some(contact) => format!("contact {}", touching(scene, &contact)),
             None => format!(
                 "nearest {} at {}",
                 metres(h.nearest),
@@ -138,14 +144,17 @@ fn critical(h: &History<'_>) -> Option<CriticalObstacle> {
 
 fn line(scene: &Scene, h: &History<'_>) -> String {
     let who = name(&h.participant);
-    let at = h.contact.unwrap_or(h.nearest_step);
-    let before = Encounter::at(scene, &h.participant, at)
+    let at = h.contact.map_or(h.nearest_step, |contact| contact.step);
+    let mut before = Encounter::at(scene, &h.participant, at)
         .map(|e| situation(&e))
         .unwrap_or_default();
+    if h.contact.is_some_and(|contact| !contact.overlaps) {
+        before = format!("at step {at} {before}");
+    }
     match h.contact {
-        Some(step) => format!(
-            "{who} touches the ego at {}: {before}. Risk score {}.",
-            moment(scene, step),
+        Some(contact) => format!(
+            "{who} touches the ego {}: {before}. Risk score {}.",
+            touching(scene, &contact),
             risk(h.risk)
         ),
         None => format!(

@@ -1,6 +1,6 @@
 //! Headline numbers that distinguish scenes in a list.
 
-use super::{Context, MEASURES, Series, Thresholds};
+use super::{Contact, Context, MEASURES, Series, Thresholds};
 use crate::scenario::Scene;
 
 /// A smallest value: how much, when, who.
@@ -17,7 +17,9 @@ pub struct Nearest {
 /// The greatest danger in a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Headline {
-    /// Minimum distance, metres (MDC); 0 in a collision.
+    /// The first contact, at a step or between two.
+    pub contact: Option<Contact>,
+    /// Smallest distance at a step, metres (MDC).
     pub distance: Option<Nearest>,
     /// Smallest time to collision, seconds.
     pub ttc: Option<Nearest>,
@@ -41,7 +43,9 @@ impl Headline {
     }
 
     fn among(series: &Series, obstacles: &[i64]) -> Self {
+        let contacts = obstacles.iter().filter_map(|&id| series.contact(id));
         Self {
+            contact: contacts.min_by(|a, b| a.time.total_cmp(&b.time)),
             distance: nearest(series, obstacles, "distance"),
             ttc: nearest(series, obstacles, "ttc"),
             risk: worst_risk(series, obstacles),
@@ -61,16 +65,18 @@ impl Headline {
     /// distance, and of several such the first. The workbench, `--at worst` and figures all go there.
     #[must_use]
     pub fn worst(&self) -> Option<Nearest> {
-        match self.collides() {
-            true => self.distance,
-            false => self.risk.or(self.distance),
-        }
+        let contact = self.contact.map(|contact| Nearest {
+            value: 0.0,
+            step: contact.step,
+            obstacle: contact.obstacle,
+        });
+        contact.or(self.risk).or(self.distance)
     }
 
-    /// Whether the ego touches an obstacle at any recorded step.
+    /// Whether the ego touches an obstacle, at a recorded step or between two.
     #[must_use]
     pub fn collides(&self) -> bool {
-        self.distance.is_some_and(|d| d.value == 0.0)
+        self.contact.is_some()
     }
 }
 

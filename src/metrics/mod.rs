@@ -5,6 +5,8 @@
 //! scene, or starting it at another time step, changes no measure but the sign of those that count to the left.
 
 mod along;
+mod contact;
+mod contact_speed;
 mod context;
 mod distance;
 mod encounter;
@@ -28,6 +30,7 @@ mod time_to_collision;
 mod worst_case;
 
 pub use along::{LaneBody, LaneSet, Road};
+pub use contact::Contact;
 pub use context::Context;
 pub use encounter::Encounter;
 pub use headline::{Headline, Nearest};

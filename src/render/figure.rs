@@ -123,19 +123,15 @@ impl<'a> Figure<'a> {
         let mut telling = subject.steps().start;
         let (mut series, mut contact) = (None, None);
         if let Some(scene) = subject.scene {
-            telling = Headline::compute(scene, thresholds)
-                .worst()
-                .map_or(telling, |worst| worst.step);
-            let context = Context::under(scene, thresholds);
-            let distance = MEASURES.iter().filter(|m| m.id == "distance").collect();
-            let distances = Series::from_context(&context, distance);
-            if let Some((step, smallest)) = distances.most_dangerous("distance") {
-                contact = (smallest == 0.0).then_some(step);
-                let who = distances.most_dangerous_at("distance", step);
-                if look.obstacles.is_empty() {
-                    look.obstacles.extend(who.map(|(id, _)| id));
-                }
+            let headline = Headline::compute(scene, thresholds);
+            telling = headline.worst().map_or(telling, |worst| worst.step);
+            contact = headline.contact.map(|contact| contact.step);
+            let nearest = headline.distance.map(|nearest| nearest.obstacle);
+            let touched = headline.contact.map(|contact| contact.obstacle);
+            if look.obstacles.is_empty() {
+                look.obstacles.extend(touched.or(nearest));
             }
+            let context = Context::under(scene, thresholds);
             if look.what != FigureContent::Map {
                 series = Some(Series::from_context(&context, look.measures.clone()));
             }

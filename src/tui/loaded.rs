@@ -207,9 +207,9 @@ fn ranking(series: &Series) -> Vec<i64> {
         .filter(|(_, risk, _)| *risk < f64::MAX)
         .collect();
     ranked.sort_by(|a, b| {
-        let contact = |d: f64| d > 0.0;
-        (contact(a.2), a.1)
-            .partial_cmp(&(contact(b.2), b.1))
+        let apart = |id: i64| series.contact(id).is_none();
+        (apart(a.0), a.1)
+            .partial_cmp(&(apart(b.0), b.1))
             .unwrap_or(std::cmp::Ordering::Equal)
             .then(a.2.total_cmp(&b.2))
     });

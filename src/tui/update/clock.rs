@@ -51,7 +51,7 @@ fn go_to_contact(model: &mut Model) {
     let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
     match headline.map(crate::metrics::Headline::collides) {
         Some(false) => model.say("no contact in this scenario"),
-        _ => go_to_nearest(model, |h| h.distance),
+        _ => go_to_nearest(model, |h| h.worst()),
     }
 }
 
