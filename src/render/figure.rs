@@ -124,12 +124,12 @@ impl<'a> Figure<'a> {
         let (mut series, mut contact) = (None, None);
         if let Some(scene) = subject.scene {
             let headline = Headline::compute(scene, thresholds);
-            telling = headline.worst().map_or(telling, |worst| worst.step);
             contact = headline.contact.map(|contact| contact.step);
-            let nearest = headline.distance.map(|nearest| nearest.obstacle);
-            let touched = headline.contact.map(|contact| contact.obstacle);
-            if look.obstacles.is_empty() {
-                look.obstacles.extend(touched.or(nearest));
+            if let Some(worst) = headline.worst() {
+                telling = worst.step;
+                if look.obstacles.is_empty() {
+                    look.obstacles.push(worst.obstacle);
+                }
             }
             let context = Context::under(scene, thresholds);
             if look.what != FigureContent::Map {

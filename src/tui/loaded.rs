@@ -142,8 +142,8 @@ impl Opened {
             Ok(scene) => (Some(scene), None),
             Err(why) => (None, Some(why)),
         };
-        let series = scene.as_deref().map(|scene| series(scene, thresholds));
-        let headline = series.as_ref().map(Headline::from_series);
+        let measured = scene.as_deref().map(|scene| measured(scene, thresholds));
+        let (series, headline) = measured.unzip();
         let judged = |judge: fn(&Scene, &Thresholds) -> Judgement| {
             scene.as_deref().map(|scene| judge(scene, thresholds))
         };
@@ -152,7 +152,7 @@ impl Opened {
             name: change.map_or_else(|| entry.name.clone(), |c| c.name(&entry.name)),
             change,
             file: entry.display(),
-            ranking: series.as_ref().map(ranking).unwrap_or_default(),
+            ranking: headline.as_ref().map(ranking).unwrap_or_default(),
             basemap: Arc::new(Basemap::new(&scenario)),
             scenario,
             scene,
@@ -187,33 +187,22 @@ impl Opened {
     }
 }
 
-/// The shown measures of a scene.
-fn series(scene: &Scene, thresholds: &Thresholds) -> Series {
+/// The shown measures of a scene, and what is most dangerous in it.
+fn measured(scene: &Scene, thresholds: &Thresholds) -> (Series, Headline) {
     let wanted = |m: &&'static Measure| SHOWN.contains(&m.id);
     let context = Context::under(scene, thresholds);
-    Series::from_context(&context, MEASURES.iter().filter(wanted).collect())
+    let series = Series::from_context(&context, MEASURES.iter().filter(wanted).collect());
+    let headline = Headline::new(&context, &series);
+    (series, headline)
 }
 
-/// Obstacles by their lowest risk, then their smallest distance.
-fn ranking(series: &Series) -> Vec<i64> {
-    let lowest = |measure: &str, id: i64| {
-        let values = series.row(measure, id).iter().filter_map(|r| r.value());
-        values.fold(f64::MAX, f64::min)
-    };
-    let mut ranked: Vec<(i64, f64, f64)> = series
-        .obstacles()
+/// Obstacles by their most severe moment.
+fn ranking(headline: &Headline) -> Vec<i64> {
+    headline
+        .moments
         .iter()
-        .map(|&id| (id, lowest("risk", id), lowest("distance", id)))
-        .filter(|(_, risk, _)| *risk < f64::MAX)
-        .collect();
-    ranked.sort_by(|a, b| {
-        let apart = |id: i64| series.contact(id).is_none();
-        (apart(a.0), a.1)
-            .partial_cmp(&(apart(b.0), b.1))
-            .unwrap_or(std::cmp::Ordering::Equal)
-            .then(a.2.total_cmp(&b.2))
-    });
-    ranked.into_iter().map(|(id, ..)| id).collect()
+        .map(|moment| moment.obstacle)
+        .collect()
 }
 
 /// The most dangerous value of a measure in a scenario with this ego; nothing without an ego or a value.
