@@ -30,7 +30,8 @@ pub use variant::{
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{Judgement, judge_collision, judge_recording};
 use crate::metrics::{
-    Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
+    Context, CriticalMoment, Grade, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series,
+    Thresholds,
 };
 use crate::render::scene::Basemap;
 use crate::scenario::{Scenario, Scene, Severity, Transform};
@@ -175,6 +176,13 @@ impl Opened {
         let ego = self.scene.iter().flat_map(|s| &s.ego.diagnostics);
         let all = self.scenario.diagnostics.iter().chain(ego);
         all.filter(|d| d.severity == Severity::Warning).count()
+    }
+
+    /// The moment that matters, where it is no contact, which has a mark of its own.
+    #[must_use]
+    pub fn worst_untouched(&self) -> Option<&CriticalMoment> {
+        let worst = self.headline.as_ref().and_then(Headline::worst);
+        worst.filter(|moment| moment.grade != Grade::Contact)
     }
 
     /// The steps to show: those of the ego, or of all obstacles where there is none.

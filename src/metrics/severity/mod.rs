@@ -9,7 +9,8 @@
 //!    surrogate safety measures device of SUMO); the harder braking first.
 //! 2. **near miss**: one crosses the other's path or cuts in within 1 s or 1 m; the closer first.
 //! 3. **course**: a course that ends in contact within 3 s; the harder braking first.
-//! 4. **pass**: one crosses or cuts in within 2 s (SUMO's limit of the post-encroachment time); the closer first.
+//! 4. **ahead**: a course that ends in contact within 5 s (our own limit), the sooner first; then a **pass**: one crosses
+//!    or cuts in within 2 s (SUMO's limit of the post-encroachment time); the closer first.
 //! 5. nothing of note, in this order: a course that ends in contact within 10 s, the sooner first; bodies that would touch
 //!    on straight lines where neither road nor drive goes; one that follows the other; the nearest that moves; who stands.
 //!
@@ -102,6 +103,8 @@ pub enum Grade {
     NearMiss,
     /// On a course to contact within 3 s.
     Course,
+    /// On a course to contact within 5 s.
+    Ahead,
     /// A crossing or cut-in within 2 s.
     Pass,
     /// On a course to contact within 10 s.
@@ -120,7 +123,18 @@ impl Grade {
     /// The severity as a number, 0 (contact) to 5 (nothing of note).
     #[must_use]
     pub fn number(self) -> u8 {
-        (self as u8).min(5)
+        match self {
+            Self::Contact => 0,
+            Self::Conflict => 1,
+            Self::NearMiss => 2,
+            Self::Course => 3,
+            Self::Ahead | Self::Pass => 4,
+            Self::LaterCourse
+            | Self::StraightCourse
+            | Self::Following
+            | Self::Near
+            | Self::Standing => 5,
+        }
     }
 
     /// Its name.
@@ -131,8 +145,13 @@ impl Grade {
             Self::Conflict => "conflict",
             Self::NearMiss => "near miss",
             Self::Course => "course",
+            Self::Ahead => "ahead",
             Self::Pass => "pass",
-            _ => "none",
+            Self::LaterCourse
+            | Self::StraightCourse
+            | Self::Following
+            | Self::Near
+            | Self::Standing => "none",
         }
     }
 }
@@ -153,12 +172,17 @@ pub struct CriticalMoment {
 }
 
 impl CriticalMoment {
-    /// The more severe one first; of two alike the earlier.
+    /// The more severe one first; of two alike in a recording the earlier.
     #[must_use]
     pub fn compare(&self, other: &Self) -> Ordering {
+        self.compare_across(other).then(self.step.cmp(&other.step))
+    }
+
+    /// The more severe one first, of moments of different recordings.
+    #[must_use]
+    pub fn compare_across(&self, other: &Self) -> Ordering {
         let grade = self.grade.cmp(&other.grade);
-        let order = grade.then(self.order.total_cmp(&other.order));
-        order.then(self.step.cmp(&other.step))
+        grade.then(self.order.total_cmp(&other.order))
     }
 }
 
@@ -167,6 +191,9 @@ const CONFLICT: (f64, f64) = (3.0, 3.0);
 
 /// Who passes within this is near, seconds or metres.
 const NEAR_MISS: f64 = 1.0;
+
+/// A course within this time is worth a look, seconds.
+const AHEAD: f64 = 5.0;
 
 /// Who passes later than this is no danger, seconds.
 const LATEST_PASS: f64 = 2.0;
@@ -263,17 +290,10 @@ impl PairPaths<'_, '_> {
     /// The course that both are on, with its grade and its order in it; nothing where they are on none.
     fn graded(&self, encounter: &Encounter<'_>, step: i64) -> Option<(Grade, f64, Course)> {
         let seconds = (time_to_collision::MEASURE.compute)(encounter).value();
-        let (soon, hard) = CONFLICT;
         let Some(seconds) = seconds else {
             // Ways that bend: straight on there would be no contact.
             let driven = course::meet(self.ego, self.other, encounter, step)?;
-            let nearest = self.nearest_within(step, soon);
-            return Some(
-                match driven.crosses && driven.seconds <= soon && nearest <= NEAR_MISS {
-                    true => (Grade::NearMiss, nearest, driven),
-                    false => (Grade::LaterCourse, driven.seconds, driven),
-                },
-            );
+            return Some((Grade::LaterCourse, driven.seconds, driven));
         };
         let velocities = [encounter.ego, encounter.other].map(|motion| motion.velocity_vector());
         let straight = Course {
@@ -284,30 +304,20 @@ impl PairPaths<'_, '_> {
         let borne_out = self.without_road()
             || self.keep_to_their_place(step)
             || course::meet(self.ego, self.other, encounter, step).is_some();
+        let (soon, hard) = CONFLICT;
         let grade = match borne_out {
             true if seconds <= soon && straight.braking() >= hard => Grade::Conflict,
             true if seconds <= soon => Grade::Course,
+            true if seconds <= AHEAD => Grade::Ahead,
             true => Grade::LaterCourse,
             false if encounter.other.velocity.abs() >= STANDING => Grade::StraightCourse,
             false => return None,
         };
         let order = match grade {
-            Grade::LaterCourse => seconds,
+            Grade::Ahead | Grade::LaterCourse => seconds,
             _ => -straight.braking(),
         };
         Some((grade, order, straight))
-    }
-
-    /// The smallest distance of the bodies from a step on and within so many seconds, metres.
-    fn nearest_within(&self, step: i64, seconds: f64) -> f64 {
-        let count = (seconds / self.context.dt()).ceil() as usize + 1;
-        let from = self.context.index(step).unwrap_or(0);
-        let distances = self.context.distances(self.participant)[from..].iter();
-        distances
-            .take(count)
-            .flatten()
-            .copied()
-            .fold(f64::INFINITY, f64::min)
     }
 
     /// Where there are no lanes nothing speaks against a straight course.

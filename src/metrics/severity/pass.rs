@@ -30,13 +30,12 @@ fn crossing(pair: &PairPaths<'_, '_>) -> Option<Graded> {
     }
     let nearest = context.encounter(pair.participant, step)?;
     let [ego, other] = [nearest.ego, nearest.other].map(|motion| motion.pose.forward());
-    if nearest.other.velocity.abs() < STANDING || same_direction(&ego, &other) {
-        return None;
-    }
+    let seconds = (!same_direction(&ego, &other))
+        .then(|| (post_encroachment::MEASURE.compute)(&nearest).value())
+        .flatten();
     // An area that both sweep for long is left and entered far apart.
     let fastest = nearest.ego.velocity.abs().max(nearest.other.velocity.abs());
-    let seconds = (post_encroachment::MEASURE.compute)(&nearest).value();
-    let seconds = seconds.map(|seconds| seconds.max(metres / fastest));
+    let seconds = seconds.map(|seconds| seconds.max(metres / fastest.max(STANDING)));
     let close = match seconds {
         Some(seconds) => seconds.min(metres),
         // Without an area that both sweep, one waited: how near it came counts, if it would have come to contact.
@@ -56,7 +55,7 @@ fn yielded(pair: &PairPaths<'_, '_>, step: i64) -> bool {
         let encounter = context.encounter(pair.participant, step);
         encounter.is_some_and(|encounter| {
             let course = super::course::meet(pair.ego, pair.other, &encounter, step);
-            course.is_some_and(|course| course.seconds <= YIELDED)
+            course.is_some_and(|course| course.crosses && course.seconds <= YIELDED)
         })
     })
 }
