@@ -293,7 +293,12 @@ impl PairPaths<'_, '_> {
         let Some(seconds) = seconds else {
             // Ways that bend: straight on there would be no contact.
             let driven = course::meet(self.ego, self.other, encounter, step)?;
-            return Some((Grade::LaterCourse, driven.seconds, driven));
+            // They come after those that are straight, too.
+            return Some((
+                Grade::LaterCourse,
+                time_to_collision::HORIZON + driven.seconds,
+                driven,
+            ));
         };
         let velocities = [encounter.ego, encounter.other].map(|motion| motion.velocity_vector());
         let straight = Course {
