@@ -11,6 +11,8 @@ mod invariance;
 mod random;
 #[path = "measures/scenes.rs"]
 mod scenes;
+#[path = "measures/severity.rs"]
+mod severity;
 #[path = "measures/thresholds.rs"]
 mod thresholds;
 #[path = "measures/transform.rs"]

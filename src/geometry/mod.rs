@@ -23,6 +23,7 @@ mod reference_path;
 mod shape;
 mod spline;
 mod truck;
+mod way;
 
 pub use angle::{angle_between, normalize_angle};
 pub use area::{Area, Outside};
@@ -40,6 +41,7 @@ pub use pose::Pose;
 pub use reference_path::{PathFrame, PathPoint, ReferencePath, ReferencePathError};
 pub use shape::{Shape, ShapeError};
 pub use truck::{SemiTrailer, Truck};
+pub use way::Way;
 
 /// A point in the plane, metres.
 pub type Point = nalgebra::Point2<f64>;

@@ -1,10 +1,10 @@
-//! Collision: do the real bodies of the ego and an obstacle overlap at a recorded step?
+//! Collision: do the real bodies of the ego and an obstacle touch, at a recorded step or between two?
 
 use std::fmt::Write;
 
 use super::Judgement;
-use super::reasoning::{metres, moment, name, risk, situation, value};
-use crate::metrics::{Encounter, Thresholds};
+use super::reasoning::{metres, moment, name, risk, situation, touching, value};
+use crate::metrics::{Contact, Encounter, Thresholds};
 use crate::scenario::{Participant, Scene};
 use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
@@ -13,16 +13,14 @@ struct History<'a> {
     participant: Participant<'a>,
     nearest: f64,
     nearest_step: i64,
-    contact: Option<i64>,
-    /// Whether what is touched then is a region that the obstacle may cover or not.
-    is_possible: bool,
+    contact: Option<Contact>,
     risk: u8,
 }
 
 /// Obstacles listed beside those in contact.
 const MOST_LISTED: usize = 5;
 
-/// Judges the collision task: whether bodies touch at any recorded step of the ego.
+/// Judges the collision task: whether bodies touch at any recorded step of the ego or between two.
 ///
 /// A region of an occupancy set counts as a body: only who keeps out of all of it is safe. A contact with it is called
 /// possible, and has no probability: how likely the obstacle is where in its region nobody says.
@@ -34,13 +32,21 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         .collect();
     histories.sort_by(|a, b| {
         // Bodies that touch before regions that do.
-        let key = |h: &History<'_>| (h.is_possible, h.contact.unwrap_or(i64::MAX), h.risk);
-        let key = |h: &History<'_>| (h.contact.is_none(), key(h));
-        key(a).cmp(&key(b)).then(a.nearest.total_cmp(&b.nearest))
+        let key = |h: &History<'_>| {
+            let time = h.contact.map_or(f64::INFINITY, |contact| contact.time);
+            (h.contact.is_some_and(|contact| contact.is_possible), time)
+        };
+        let contact = a.contact.is_none().cmp(&b.contact.is_none());
+        let ((a_possible, a_time), (b_possible, b_time)) = (key(a), key(b));
+        contact
+            .then(a_possible.cmp(&b_possible))
+            .then(a_time.total_cmp(&b_time))
+            .then(a.risk.cmp(&b.risk))
+            .then(a.nearest.total_cmp(&b.nearest))
     });
     let contacts = histories.iter().filter(|h| h.contact.is_some()).count();
     histories.truncate(contacts.max(MOST_LISTED));
-    let first = histories.first().filter(|h| h.contact.is_some());
+    let first = histories.first().and_then(|h| Some((h, h.contact?)));
 
     let mut reasoning = format!(
         "Exact bodies of real size, {} to {}; the ego is {}.\n\n",
@@ -52,18 +58,23 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         let _ = writeln!(reasoning, "- {}", line(scene, h));
     }
     let justification = match (first, by_distance(&histories)) {
-        (Some(hit), _) if hit.is_possible => format!(
-            "The predicted occupancy of {} overlaps the ego's body from {} on: a possible contact.",
+        (Some((hit, contact)), _) if contact.is_possible => format!(
+            "The predicted occupancy of {} touches the ego's body {}: a possible contact.",
             name(&hit.participant),
-            moment(scene, hit.contact.unwrap_or_default()),
+            touching(scene, &contact),
         ),
-        (Some(hit), _) => format!(
+        (Some((hit, contact)), _) if contact.overlaps => format!(
             "The body of {} overlaps the ego's from {} on.",
             name(&hit.participant),
-            moment(scene, hit.contact.unwrap_or_default()),
+            moment(scene, contact.step),
+        ),
+        (Some((hit, contact)), _) => format!(
+            "The body of {} touches the ego's {}.",
+            name(&hit.participant),
+            touching(scene, &contact),
         ),
         (None, Some(nearest)) => format!(
-            "No body overlaps the ego's at any recorded step; the smallest distance is {} to {} at {}.",
+            "No body touches the ego's at any recorded step or between two; the smallest distance at a step is {} to {} at {}.",
             metres(nearest.nearest),
             name(&nearest.participant),
             moment(scene, nearest.nearest_step),
@@ -72,7 +83,7 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     };
     let _ = write!(reasoning, "\n{justification}");
     Judgement {
-        decisive_step: first.and_then(|h| h.contact),
+        decisive_step: first.map(|(_, contact)| contact.step),
         verdict: Verdict {
             task: Task::Collision,
             dangerous: first.is_some(),
@@ -80,7 +91,7 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             justification,
             critical: Some(histories.iter().filter_map(critical).collect()),
             probability: match first {
-                Some(hit) => (!hit.is_possible).then_some(1.0),
+                Some((_, contact)) => (!contact.is_possible).then_some(1.0),
                 None => Some(0.0),
             },
             token_probability: None,
@@ -114,17 +125,13 @@ fn history<'a>(
             nearest: distance,
             nearest_step: step,
             contact: None,
-            is_possible: false,
             risk,
         });
         if distance < h.nearest {
             (h.nearest, h.nearest_step) = (distance, step);
         }
         h.risk = h.risk.min(risk);
-        if distance == 0.0 && h.contact.is_none() {
-            h.contact = Some(step);
-            h.is_possible = encounter.is_with_occupancy();
-        }
+        h.contact = h.contact.or_else(|| encounter.contact());
     }
     found
 }
@@ -134,10 +141,10 @@ fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
         id: h.participant.obstacle.id,
         risk_score: h.risk,
         reason: match h.contact {
-            Some(step) if h.is_possible => {
-                format!("possible contact at {}", moment(scene, step))
+            Some(contact) if contact.is_possible => {
+                format!("possible contact {}", touching(scene, &contact))
             }
-            Some(step) => format!("contact at {}", moment(scene, step)),
+            Some(contact) => format!("contact {}", touching(scene, &contact)),
             None => format!(
                 "nearest {} at {}",
                 metres(h.nearest),
@@ -150,26 +157,29 @@ fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
 
 /// Bodies that touch the ego do so for certain: they are recorded.
 fn critical(h: &History<'_>) -> Option<CriticalObstacle> {
-    h.contact.map(|_| CriticalObstacle {
+    h.contact.map(|contact| CriticalObstacle {
         id: h.participant.obstacle.id,
-        probability: (!h.is_possible).then_some(1.0),
+        probability: (!contact.is_possible).then_some(1.0),
     })
 }
 
 fn line(scene: &Scene, h: &History<'_>) -> String {
     let who = name(&h.participant);
-    let at = h.contact.unwrap_or(h.nearest_step);
-    let before = Encounter::at(scene, &h.participant, at)
+    let at = h.contact.map_or(h.nearest_step, |contact| contact.step);
+    let mut before = Encounter::at(scene, &h.participant, at)
         .map(|e| situation(&e))
         .unwrap_or_default();
+    if h.contact.is_some_and(|contact| !contact.overlaps) {
+        before = format!("at step {at} {before}");
+    }
     match h.contact {
-        Some(step) if h.is_possible => format!(
-            "{who}, possible contact at {}: its predicted occupancy touches the ego, {before}.",
-            moment(scene, step),
+        Some(contact) if contact.is_possible => format!(
+            "{who}, possible contact {}: its predicted occupancy touches the ego, {before}.",
+            touching(scene, &contact),
         ),
-        Some(step) => format!(
-            "{who} touches the ego at {}: {before}. Risk score {}.",
-            moment(scene, step),
+        Some(contact) => format!(
+            "{who} touches the ego {}: {before}. Risk score {}.",
+            touching(scene, &contact),
             risk(h.risk)
         ),
         None => format!(

@@ -46,7 +46,7 @@ fn network() -> LaneletNetwork {
 }
 
 /// A car of 4 m × 2 m from (x, y) at a heading, with constant velocity and acceleration, for 10 s.
-fn car(id: i64, (x, y): (f64, f64), heading: f64, v: f64, a: f64) -> Obstacle {
+pub fn car(id: i64, (x, y): (f64, f64), heading: f64, v: f64, a: f64) -> Obstacle {
     let state = |step: i64| {
         let t = step as f64 * 0.1;
         let way = v * t + a * t * t / 2.0;
@@ -74,7 +74,7 @@ fn car(id: i64, (x, y): (f64, f64), heading: f64, v: f64, a: f64) -> Obstacle {
 }
 
 /// The ego is obstacle 1.
-fn scene(obstacles: Vec<Obstacle>) -> Scene {
+pub fn scene(obstacles: Vec<Obstacle>) -> Scene {
     let scenario = Scenario {
         header: Header {
             other_format: None,

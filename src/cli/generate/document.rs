@@ -71,7 +71,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "ego_side": collision.map(|c| c.ego.name()),
         "other_side": collision.map(|c| c.other.name()),
         "min_distance": effect.and_then(Effect::distance),
-        "touched_after_step": effect.and_then(|e| e.between),
+        "touched_after_step": effect.and_then(Effect::touched_after_step),
         "min_risk_of_anyone_before": baseline.lowest(),
         "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
     });

@@ -25,14 +25,15 @@ impl Exposure {
         for index in (0..context.length()).rev() {
             let both = context.ego[index].is_some() && context.other(participant, index).is_some();
             sum.steps += u32::from(both);
-            if both && let Ok(following) = context.following(participant, index) {
-                if let Ok(time) = lane_ttc::time(&following)
+            if both {
+                let following = context.following(participant, index);
+                if let Ok(time) = lane_ttc::time_of(&following)
                     && time < limits.tau
                 {
                     sum.exposed += context.dt();
                     sum.integrated += (limits.tau - time) * context.dt();
                 }
-                if let Ok(rate) = drac::rate(&following) {
+                if let Ok(rate) = following.and_then(|f| drac::rate(&f)) {
                     sum.crash += crash_potential::probability(rate, &limits.madr);
                 }
             }

@@ -1,7 +1,7 @@
 //! Time to collision along the lane, with acceleration.
 //!
 //! The first t > 0 with Δd + Δv·t + ½Δa·t² = 0, where Δd is the headway, Δv the other's speed along the route
-//! minus the ego's and Δa the same of the accelerations, all kept. Source: Jansson, Collision Avoidance Theory,
+//! minus the ego's and Δa the same of the accelerations, all kept; 0 while the bodies touch. Source: Jansson, Collision Avoidance Theory,
 //! 2005, eq. 5.26. The root is written so that Δa = 0 needs no case of its own.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
@@ -22,8 +22,17 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
 const HORIZON: f64 = 100.0;
 
 fn compute(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| c.following(other, index));
-    following.and_then(|f| time(&f)).into()
+    let following = encounter.ask(|c, other, index| Ok(c.following(other, index)));
+    following.and_then(|f| time_of(&f)).into()
+}
+
+/// The time to collision of a follower, or of one that is in contact, seconds.
+pub(super) fn time_of(following: &Result<Following, NoValue>) -> Result<f64, NoValue> {
+    match following {
+        Ok(following) => time(following),
+        Err(NoValue::Contact) => Ok(0.0),
+        Err(why) => Err(*why),
+    }
 }
 
 /// The time to collision of a follower, seconds.
