@@ -50,3 +50,5 @@ pub type Vector = nalgebra::Vector2<f64>;
 
 #[cfg(test)]
 mod frenet_tests;
+#[cfg(test)]
+mod way_tests;

@@ -1,4 +1,5 @@
-//! Sums over the rest of the recording that several measures share, from the last step to the first.
+//! Sums over the rest of the recording that several measures share, from the last step to the first. Steps of contact are
+//! not in them: there is no gap left to close.
 
 use super::{crash_potential, drac, lane_ttc};
 use crate::metrics::Context;
@@ -25,15 +26,14 @@ impl Exposure {
         for index in (0..context.length()).rev() {
             let both = context.ego[index].is_some() && context.other(participant, index).is_some();
             sum.steps += u32::from(both);
-            if both {
-                let following = context.following(participant, index);
-                if let Ok(time) = lane_ttc::time_of(&following)
+            if both && let Ok(following) = context.following(participant, index) {
+                if let Ok(time) = lane_ttc::time(&following)
                     && time < limits.tau
                 {
                     sum.exposed += context.dt();
                     sum.integrated += (limits.tau - time) * context.dt();
                 }
-                if let Ok(rate) = following.and_then(|f| drac::rate(&f)) {
+                if let Ok(rate) = drac::rate(&following) {
                     sum.crash += crash_potential::probability(rate, &limits.madr);
                 }
             }

@@ -22,16 +22,10 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
 const HORIZON: f64 = 100.0;
 
 fn compute(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| Ok(c.following(other, index)));
-    following.and_then(|f| time_of(&f)).into()
-}
-
-/// The time to collision of a follower, or of one that is in contact, seconds.
-pub(super) fn time_of(following: &Result<Following, NoValue>) -> Result<f64, NoValue> {
+    let following = encounter.ask(|c, other, index| c.following(other, index));
     match following {
-        Ok(following) => time(following),
-        Err(NoValue::Contact) => Ok(0.0),
-        Err(why) => Err(*why),
+        Err(NoValue::Contact) => Reading::Value(0.0),
+        following => following.and_then(|f| time(&f)).into(),
     }
 }
 
