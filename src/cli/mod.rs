@@ -43,6 +43,7 @@ mod ratings;
 mod render;
 mod report;
 mod routes;
+mod row_file;
 mod runs;
 mod sample;
 mod side_files;

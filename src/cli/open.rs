@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::doubts::doubts;
 use super::plan::as_ego;
+use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
@@ -117,7 +118,22 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
 /// # Errors
 /// A scenario does not exist, or a name is the beginning of several: in words, with suggestions.
 pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
-    arguments.paths.iter().map(|path| resolved(path)).collect()
+    let of_argument = |path: &PathBuf| {
+        resolved(path).map_err(|failure| Failure {
+            message: as_command(path, failure.message),
+            ..failure
+        })
+    };
+    arguments.paths.iter().map(of_argument).collect()
+}
+
+/// What is said of a path that does not exist and could have been meant as a command.
+fn as_command(path: &Path, message: String) -> String {
+    let is_word = path.components().count() == 1 && path.extension().is_none();
+    match is_word {
+        true => message.replacen("no such file or", "no such file, command or", 1),
+        false => message,
+    }
 }
 
 /// Who shall be the ego in the workbench, checked as far as that needs no screen.
@@ -204,7 +220,7 @@ pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
     Ok(with_notes(found))
 }
 
-/// The scenarios that were found. What was passed over is said.
+/// The scenarios that were found. What was passed over is said, and which have the same name.
 pub fn with_notes(found: SearchResults) -> Vec<Entry> {
     let all = &found.passed_over;
     if (1..=NAMED).contains(&all.len()) {
@@ -214,6 +230,7 @@ pub fn with_notes(found: SearchResults) -> Vec<Entry> {
     } else if let Some(words) = found.passed_over_in_short() {
         output::say(&format!("nearmiss: {words}"));
     }
+    say_shared_names(&found.entries);
     found.entries
 }
 

@@ -66,7 +66,7 @@ pub use experiment::{
     EXPERIMENT_KEYS, Experiment, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentKey,
     ExperimentProgress, FolderOfExperiments, PreparedExperiment, WayProgress, WriteExperimentError,
     experiment_among, experiment_schema, experiments_in, hashes_in, hashes_of, is_experiment_file,
-    reasons_of, selected,
+    name_of, reasons_of, selected,
 };
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,

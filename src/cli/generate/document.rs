@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 use super::variant::Generated;
 use crate::cli::output;
 use crate::cli::plan::failed;
+use crate::cli::row_file::short_hash;
 use crate::evaluation::generating::{Authored, ChosenBy};
 use crate::generation::{
     Attack, Avoidability, ClosedLoop, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
@@ -59,6 +60,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "rejected": null,
         "scenario": generated.name,
         "file": generated.file,
+        "hash": short_hash(&generated.workshop.closed.scenario().hash),
         "id": null,
         "by": by,
         "attackers": chosen.map(|c| attackers(generated, &c.attack)),

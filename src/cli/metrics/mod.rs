@@ -24,6 +24,7 @@ use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, 
 use super::parallel::in_order;
 use super::parts::is_folder;
 use super::progress::Progress;
+use super::row_file::RowFile;
 use super::{Failure, Outcome};
 use crate::evaluation::Provenance;
 use crate::evaluation::batch::Spec;
@@ -119,12 +120,12 @@ struct Plan<'a> {
 }
 
 impl Plan<'_> {
-    fn rows(&self, name: &str, scene: &Scene) -> Result<Vec<Row>, String> {
+    fn rows(&self, file: &RowFile, scene: &Scene) -> Result<Vec<Row>, String> {
         let radius = self.arguments.radius;
         match self.rows {
-            Rows::Exact => Ok(exact::rows(name, scene, radius, &self.thresholds)),
-            Rows::Scene => Ok(scene::rows(name, scene, &self.thresholds)),
-            Rows::Paper => paper::rows(name, scene, radius),
+            Rows::Exact => Ok(exact::rows(file, scene, radius, &self.thresholds)),
+            Rows::Scene => Ok(scene::rows(file, scene, &self.thresholds)),
+            Rows::Paper => paper::rows(file, scene, radius),
         }
     }
 
@@ -344,7 +345,7 @@ fn measured_rows(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Vec<Row
         Err(failure) => return (Vec::new(), Err(failure)),
     };
     let rows = plan
-        .rows(&output::visible(&entry.name), &scene)
+        .rows(&RowFile::new(entry, &scene), &scene)
         .map_err(|why| Failure::input(format!("{}: {why}", entry.display())));
     (doubts, rows)
 }

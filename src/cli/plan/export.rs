@@ -20,9 +20,10 @@ const ENDINGS: &[(&str, Format)] = &[
 
 /// The columns, and where their values are in what `plan --json` prints; lists are joined by spaces, lines of standard
 /// error by line breaks. Behind them each rule has a column with what became of it.
-const COLUMNS: [(&str, &str, Kind, &str); 41] = [
+const COLUMNS: [(&str, &str, Kind, &str); 42] = [
     ("scenario", "/scenario", Kind::Text, ""),
     ("file", "/file", Kind::Text, ""),
+    ("hash", "/hash", Kind::Text, ""),
     ("planner", "/planner", Kind::Text, ""),
     ("planner_name", "/external_planner/name", Kind::Text, ""),
     (

@@ -132,9 +132,10 @@ fn whole(theme: &Theme, depth: ColorDepth) -> Vec<Line<'static>> {
         };
         let style = Style::new().fg(color);
         let reversed = style.add_modifier(Modifier::REVERSED);
-        let value = match color == said {
-            true => said.to_string(),
-            false => format!("{said}, shown as {}", here(color)),
+        let value = match (color == said, said) {
+            (true, Color::Reset) => here(said),
+            (true, _) => said.to_string(),
+            (false, _) => format!("{said}, shown as {}", here(color)),
         };
         lines.push(Line::from(vec![
             Span::styled("    ", reversed),
