@@ -46,7 +46,7 @@ fn contact_comes_first_and_the_harder_one_before_the_earlier() {
     let found = moments(vec![ego(), soft, hard]);
     assert_eq!((found[0].obstacle, found[1].obstacle), (3, 2));
     assert_eq!(found[0].grade, Grade::Contact);
-    let Hazard::Contact { closing_speed } = found[0].hazard else {
+    let Hazard::Contact { closing_speed, .. } = found[0].hazard else {
         panic!("{:?}", found[0]);
     };
     assert!((closing_speed - 6.0).abs() < 1e-9, "{closing_speed}");

@@ -40,6 +40,8 @@ pub enum Hazard {
     Contact {
         /// The speed of one relative to the other, m/s.
         closing_speed: f64,
+        /// Whether what is touched is a region that the obstacle may be in, and not its body.
+        is_possible: bool,
     },
     /// Both are on courses that end in contact.
     Course {
@@ -72,7 +74,10 @@ pub enum Hazard {
 impl fmt::Display for Hazard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Contact { closing_speed } => write!(f, "contact at {closing_speed:.1} m/s"),
+            Self::Contact {
+                is_possible: true, ..
+            } => write!(f, "possible contact with a predicted occupancy"),
+            Self::Contact { closing_speed, .. } => write!(f, "contact at {closing_speed:.1} m/s"),
             Self::Course { seconds, braking } => {
                 write!(
                     f,
@@ -229,8 +234,13 @@ fn most_severe(
             grade: Grade::Contact,
             hazard: Hazard::Contact {
                 closing_speed: contact.closing_speed,
+                is_possible: contact.is_possible,
             },
-            order: -contact.closing_speed,
+            // Bodies that touch before regions that do, which have no speed.
+            order: match contact.is_possible {
+                true => contact.time,
+                false => -contact.closing_speed,
+            },
         });
     }
     let motions = context.motions(participant);
@@ -258,7 +268,9 @@ fn most_severe(
         let Some(encounter) = context.encounter(participant, step) else {
             continue;
         };
-        if let Some((grade, order, course)) = pair.graded(&encounter, step) {
+        // A region has no course.
+        let course = (!encounter.is_with_occupancy()).then(|| pair.graded(&encounter, step));
+        if let Some((grade, order, course)) = course.flatten() {
             let hazard = Hazard::Course {
                 seconds: course.seconds,
                 braking: course.braking(),
@@ -269,8 +281,8 @@ fn most_severe(
         let metres = encounter.distance();
         take((step, grade, order, Hazard::Near { metres }));
     }
-    for pass in pass::passes(&pair) {
-        take(pass);
+    if !context.participants()[participant].obstacle.is_set_based() {
+        pass::passes(&pair).into_iter().for_each(take);
     }
     worst
 }
