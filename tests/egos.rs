@@ -284,3 +284,26 @@ fn shared() -> Option<PathBuf> {
     );
     shared.join("data").is_dir().then_some(shared)
 }
+
+#[test]
+fn columns_that_are_not_used_are_counted() {
+    let (scenario, ego) = recorded(CUT_IN);
+    let csv = String::from_utf8(write_recording(ego.id, &ego.track).unwrap()).unwrap();
+    let more = csv.lines().enumerate().map(|(i, line)| match i {
+        0 => format!("{line},mood\n"),
+        _ => format!("{line},1\n"),
+    });
+    let more: String = more.collect();
+    let again = read_ego(more.as_bytes(), "again.csv", &scenario, None).unwrap();
+    let unused = again
+        .diagnostics
+        .iter()
+        .filter(|d| d.severity == Severity::Unused);
+    let unused: Vec<String> = unused
+        .map(|d| format!("{} {}", d.message, d.element))
+        .collect();
+    assert_eq!(
+        unused,
+        [format!("{} × column mood", csv.lines().count() - 1)]
+    );
+}

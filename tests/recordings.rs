@@ -1,6 +1,8 @@
 //! Recordings of other data sets open like CommonRoad files. All files are written here, from the published descriptions.
 #![allow(clippy::unwrap_used)]
 
+#[path = "recordings/accounting.rs"]
+mod accounting;
 #[path = "recordings/argoverse.rs"]
 mod argoverse;
 #[path = "recordings/damaged.rs"]

@@ -97,3 +97,25 @@ fn instead(path: &Path, bundled: &[String]) -> String {
 
 /// Files of a folder that are compared with a name.
 const MOST_FILES: usize = 10_000;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_a_window_means_its_address() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("fcd.xml"), "<fcd-export>").unwrap();
+        std::fs::write(at("other.xml"), "<net>").unwrap();
+        for (name, address) in [
+            ("fcd-track-6-79.2s", "fcd.xml#track=6@79.2s"),
+            ("fcd-track-a-b", "fcd.xml#track=a-b"),
+        ] {
+            assert_eq!(resolved(&at(name)), Ok(at(address)));
+        }
+        assert!(resolved(&at("other-track-6-79.2s")).is_err());
+        assert!(resolved(&at("fcd-6")).is_err());
+    }
+}

@@ -21,6 +21,15 @@ pub fn table() -> Vec<u8> {
 
 /// The same, compressed so.
 fn packed(compression: Compression) -> Vec<u8> {
+    made(compression, None)
+}
+
+/// The same with a column more.
+pub fn with_column(name: &str) -> Vec<u8> {
+    made(Compression::SNAPPY, Some(name))
+}
+
+fn made(compression: Compression, more: Option<&str>) -> Vec<u8> {
     let mut rows: Vec<Row> = Vec::new();
     for step in 0..30 {
         let t = 0.1 * step as f64;
@@ -33,7 +42,7 @@ fn packed(compression: Compression) -> Vec<u8> {
     let text = |of: fn(&Row) -> String| Column::Text(rows.iter().map(of).collect());
     let number = |i: usize| Column::Number(rows.iter().map(|row| row.3[i]).collect());
     let same = |value: f64| Column::Number(vec![value; rows.len()]);
-    let columns = [
+    let mut columns = vec![
         ("track_id", text(|r| r.0.into())),
         ("object_type", text(|r| r.1.into())),
         (
@@ -51,6 +60,7 @@ fn packed(compression: Compression) -> Vec<u8> {
         ("end_timestamp", same(3.0e17 + 2.9e9)),
         ("num_timestamps", Column::Whole(vec![30; rows.len()])),
     ];
+    columns.extend(more.map(|name| (name, number(0))));
     compressed(&columns, compression)
 }
 
@@ -183,7 +193,7 @@ fn a_scenario_is_read_with_its_map() {
         "track 900 is the focal track",
         "no sizes given",
         "bus 12 m × 2.6 m",
-        "drivable areas left out: 1",
+        "drivable_areas: 1 ×",
         "beyond the map left out: 1",
     ] {
         assert!(said.contains(words), "{words}: {said}");

@@ -231,7 +231,7 @@ fn lanes_have_borders_links_signs_and_lights() {
         (crosswalk.len(), along.x.abs(), along.y.abs()),
         (1, 0.0, 10.0)
     );
-    assert!(messages(&scenario).contains("speed bumps left out: 1"));
+    assert!(messages(&scenario).contains("map_features/speed_bump: 1 ×"));
 }
 
 #[test]

@@ -12,6 +12,7 @@ use super::lane_shape::{matched, same_way};
 use super::report::Report;
 use super::utm;
 use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
 use crate::geometry::Point;
 use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 use crate::scenario::{Adjacent, Bound, Lanelet, Severity, Sign, SignElement};
@@ -33,8 +34,28 @@ pub fn read(
 ) -> Result<Map, ReadError> {
     let osm = osm::of(path)?;
     osm.leftovers.tell(report);
+    tell_of_places(report, &osm.nodes, origin);
     let points = in_metres(&osm.nodes, origin);
     Ok(map(report, &points, &osm.ways, &osm.relations, ids))
+}
+
+/// Warns where the places of nodes do not go together.
+fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>, origin: (f64, f64)) {
+    let degrees = nodes
+        .values()
+        .filter(|place| matches!(place, Place::Degrees(..)));
+    let degrees = degrees.count();
+    let metres = nodes.len() - degrees;
+    if degrees > 0 && metres > 0 {
+        report.at("").warn(format!(
+            "{metres} nodes of the map have `local_x` and `local_y`, and {degrees} only degrees, which are taken relative to the recording's origin"
+        ));
+    }
+    if degrees > 0 && origin == (0.0, 0.0) {
+        report.at("").warn(
+            "the map is in degrees, and the recording has no origin (`xUtmOrigin`, `yUtmOrigin`): its lanes are not where the tracks are",
+        );
+    }
 }
 
 /// Nodes in the recording's metres.

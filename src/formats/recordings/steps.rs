@@ -11,6 +11,11 @@ const OFF: f64 = 0.25;
 /// So much is the rounding of written times, seconds.
 const ROUNDING: f64 = 0.0101;
 
+/// By how much a time may be off a step of this length by rounding, seconds.
+fn rounding(time_step: f64) -> f64 {
+    ROUNDING.min(time_step / 10.0)
+}
+
 /// Step lengths are told in these parts of a second, where they are that.
 const PART: f64 = 1e-4;
 
@@ -38,24 +43,40 @@ impl Steps {
             return Err(format!("{} time steps; at least 2 are needed", times.len()));
         };
         let between = times.windows(2).map(|pair| pair[1] - pair[0]);
-        let guess = median(between.collect());
-        if guess < PART {
+        let between: Vec<f64> = between.collect();
+        let least = between.iter().copied().fold(f64::MAX, f64::min);
+        let median = median(between);
+        if median < PART {
             return Err(format!("time steps of less than {} ms", PART * 1e3));
         }
-        if (last - start) / guess > LATEST_STEP as f64 {
+        if (last - start) / median > LATEST_STEP as f64 / 2.0 {
             return Err(format!("time {last} s is implausible"));
         }
-        // Written times are rounded: what a step is shows the better the farther a time is from the first one.
+        // Where every other time is missing, most are two steps apart.
+        let found = (least > 0.45 * median).then(|| Self::of_length(times, least));
+        let found = found.and_then(Result::ok);
+        found.map_or_else(|| Self::of_length(times, median), Ok)
+    }
+
+    /// Of steps that are about as long as `guess`, seconds.
+    fn of_length(times: &[f64], guess: f64) -> Result<Self, String> {
+        let (start, last) = match times[..] {
+            [start, .., last] => (start, last),
+            _ => (0.0, 0.0),
+        };
+        // Written times are rounded: what a step is shows the better the farther a time is from the first one. Those that
+        // are off by more are no steps, and show nothing.
         let mut time_step = guess;
         for time in times {
             let count = ((time - start) / time_step).round();
-            if count > 0.0 {
+            let off = (time - start - count * time_step).abs();
+            if count > 0.0 && off <= rounding(time_step) {
                 time_step = (time - start) / count;
             }
         }
         let told = (time_step / PART).round() * PART;
         let steps_in_all = (last - start) / time_step;
-        if (told - time_step).abs() * steps_in_all < ROUNDING.min(time_step / 10.0) {
+        if (told - time_step).abs() * steps_in_all < rounding(time_step) {
             // Without the rounding of the division.
             time_step = (told * 1e4).round() / 1e4;
         }
@@ -75,7 +96,7 @@ impl Steps {
                     "time {time} s is no step: most times are {time_step} s apart, from {start} s; sample the recording at equal times"
                 ));
             }
-            if off * time_step > ROUNDING.min(time_step / 10.0) {
+            if off * time_step > rounding(time_step) {
                 found.off += 1;
                 found.most = found.most.max(off * time_step);
             }
@@ -107,6 +128,8 @@ mod tests {
     #[test]
     fn steps_are_found_in_rounded_times_and_gaps_stay() {
         assert_eq!(steps(&[5.0, 5.5, 7.0]).unwrap().1, [0, 1, 4]);
+        let gaps = steps(&[0.0, 2.0, 3.0, 5.0, 6.0, 8.0]).unwrap();
+        assert_eq!((gaps.0, gaps.1), (1.0, vec![0, 2, 3, 5, 6, 8]));
         // 0.125 s, written in hundredths.
         let rounded: Vec<f64> = (0..80)
             .map(|i| (f64::from(i) * 12.5).round() / 100.0)

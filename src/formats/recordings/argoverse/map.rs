@@ -25,7 +25,6 @@ pub struct Archive {
     file: String,
     lanes: Elements,
     crossings: Elements,
-    areas: usize,
     leftovers: Leftovers,
     pub hash: ContentHash,
 }
@@ -174,6 +173,7 @@ impl Archive {
             message: format!("not a map of Argoverse 2: {error}"),
         })?;
         let mut leftovers = Leftovers::default();
+        leftovers.add_times("drivable_areas", whole.drivable_areas.len(), || 0);
         count_unused(&bytes, "", &WHOLE, &mut leftovers);
         let parts = [
             ("lane_segments", &SEGMENT[..], &whole.lane_segments),
@@ -193,7 +193,6 @@ impl Archive {
             leftovers,
             lanes: whole.lane_segments,
             crossings: whole.pedestrian_crossings,
-            areas: whole.drivable_areas.len(),
             hash: ContentHash::digest(&bytes),
         })
     }
@@ -258,7 +257,6 @@ impl Archive {
             map.lanelets
                 .push(crossing::between(ids.keep(said.id), left, right));
         }
-        report.note_count(self.areas, |n| format!("drivable areas left out: {n}"));
         Ok(map)
     }
 }

@@ -13,9 +13,7 @@ pub struct Location {
     pub offset: (f64, f64),
     /// The projection, in the words of PROJ; `!` where there is none, and `-` for SUMO's own simple one.
     pub projection: String,
-    /// Where the net is, metres: west, south, east, north.
-    pub metres: Option<[f64; 4]>,
-    /// The same in the coordinates that it was made of: degrees, where it has a projection.
+    /// West, south, east and north of it in the coordinates that it was made of: degrees, where it has a projection.
     pub original: Option<[f64; 4]>,
 }
 
@@ -143,20 +141,18 @@ fn extent(recorded: &Recorded) -> [f64; 4] {
     })
 }
 
-/// Vehicles may be so far outside the boundary of the nodes of a net: metres, and degrees.
-const BESIDE: (f64, f64) = (100.0, 0.001);
+/// Vehicles may be so far outside the boundary of the nodes of a net, degrees.
+const BESIDE: f64 = 0.001;
 
 impl Location {
-    /// Whether a recording is where the net is in degrees, and not where it is in metres.
+    /// Whether a recording is where the net is in degrees: a few thousandths of a degree, where hardly anyone is by chance.
     fn is_around_in_degrees(&self, recorded: &Recorded) -> bool {
         let of = extent(recorded);
-        let within = |boundary: Option<[f64; 4]>, beside: f64| {
-            boundary.is_some_and(|b| {
-                let inside = |i: usize| of[i] >= b[i] - beside && of[i + 2] <= b[i + 2] + beside;
+        self.projection != "!"
+            && self.original.is_some_and(|b| {
+                let inside = |i: usize| of[i] >= b[i] - BESIDE && of[i + 2] <= b[i + 2] + BESIDE;
                 inside(0) && inside(1)
             })
-        };
-        within(self.original, BESIDE.1) && !within(self.metres, BESIDE.0)
     }
 
     /// How places in degrees come onto the net; `None` where its projection is not read.

@@ -128,7 +128,6 @@ fn location<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Location, Rea
     let found = Location {
         offset: offset.map_or((0.0, 0.0), |[x, y]| (x, y)),
         projection: projection.trim().to_string(),
-        metres: boundary("convBoundary"),
         original: boundary("origBoundary"),
     };
     xml.skip()?;

@@ -32,7 +32,6 @@ pub fn read(report: &Report, recorded: &Recorded, ids: &mut Ids) -> Result<Map, 
     let features = &recorded.map_features;
     let (mut lines, mut edges, mut lanes) = (Lines::new(), Lines::new(), Vec::new());
     let mut lane_ids = HashMap::new();
-    let mut left_out = [0_usize; 2];
     for (place, feature) in features.iter().enumerate() {
         let at = || report.at(format!("map_features[{place}]"));
         let id = feature.id.unwrap_or_default();
@@ -65,12 +64,7 @@ pub fn read(report: &Report, recorded: &Recorded, ids: &mut Ids) -> Result<Map, 
                 places,
             });
         }
-        left_out[0] += usize::from(feature.speed_bump.is_some());
-        left_out[1] += usize::from(feature.driveway.is_some());
     }
-    let [bumps, driveways] = left_out;
-    report.note_count(bumps, |n| format!("speed bumps left out: {n}"));
-    report.note_count(driveways, |n| format!("driveways left out: {n}"));
     let mut map = Map {
         lanelets: lanes::lanelets(report, &lanes, &lines, &edges, &lane_ids),
         ..Map::default()
