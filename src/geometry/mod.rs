@@ -20,6 +20,7 @@ mod polyline;
 mod pose;
 mod projection;
 mod reference_path;
+mod rings;
 mod shape;
 mod spline;
 mod truck;
@@ -38,6 +39,7 @@ pub use polygon::{Bounds, contains};
 pub use polyline::{Polyline, Projection, distance_to_segment};
 pub use pose::Pose;
 pub use reference_path::{PathFrame, PathPoint, ReferencePath, ReferencePathError};
+pub use rings::Rings;
 pub use shape::{Shape, ShapeError};
 pub use truck::{SemiTrailer, Truck};
 
