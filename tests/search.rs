@@ -257,3 +257,24 @@ fn commands_say_what_was_passed_over() {
         ended.stderr
     );
 }
+
+/// Links in `/proc` lead to the whole disk, and its files are made up while they are read.
+#[cfg(target_os = "linux")]
+#[test]
+fn files_of_the_kernel_are_not_searched() {
+    let begun = std::time::Instant::now();
+    for folder in ["/proc", "/proc/self", "/sys/kernel"] {
+        let error = find(&[folder.into()]).unwrap_err().to_string();
+        assert!(error.contains("the system makes them up"), "{error}");
+    }
+    let folder = tempdir().unwrap();
+    put(folder.path(), "a.xml", ROOT);
+    std::os::unix::fs::symlink("/proc/self", folder.path().join("link")).unwrap();
+    let (names, passed_over) = both(&folder);
+    assert_eq!(names, ["a"]);
+    assert!(
+        passed_over[0].starts_with("link: not searched"),
+        "{passed_over:?}"
+    );
+    assert!(begun.elapsed() < std::time::Duration::from_secs(5));
+}

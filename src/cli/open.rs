@@ -11,6 +11,7 @@ use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
+use crate::evaluation::Judge;
 use crate::formats::{
     self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, not_standard_input,
     only_part,
@@ -22,7 +23,7 @@ use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::system::unknown;
 use crate::verdict::Task;
 use crate::workflow::{
-    OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
+    Models, OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
 };
 
 /// Which scenario, and who is the ego in it.
@@ -360,6 +361,14 @@ pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
     let said =
         TextFile::read(path).map_err(|error| Failure::input(format!("--thresholds {error}")))?;
     Thresholds::read(&said.text, &said.file).map_err(Failure::input)
+}
+
+/// The judge with a model's name; a key that came with the current folder is told.
+pub fn judge_of(models: &Models, model: &str) -> Result<Judge, Failure> {
+    if let Some(key) = models.key_of_folder(model) {
+        output::say(&format!("nearmiss: {key}"));
+    }
+    models.judge(model).map_err(Failure::input)
 }
 
 /// The name of a task.

@@ -78,7 +78,7 @@ pub use listing::{INDEX_RADIUS, find, find_in_pieces};
 pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };
-pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
+pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_of};
 pub use original::{Attacker, VariantOrigin};
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 pub use planner_failure::PlannerFailure;

@@ -68,6 +68,8 @@ pub struct Metrics {
     #[arg(long, conflicts_with = "format")]
     json: bool,
     #[command(flatten)]
+    spreadsheet: output::ForSpreadsheet,
+    #[command(flatten)]
     output: OutputFile,
     #[command(flatten)]
     many: ManyFiles,
@@ -175,6 +177,7 @@ fn radius(word: &str) -> Result<f64, String> {
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     let mut table = Table::new("measures", rows.columns());
+    table.spreadsheet = arguments.spreadsheet;
     table.json_keys = &[
         ("step", "timestep"),
         ("obstacle", "obstacle_id"),
@@ -245,6 +248,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     let file = arguments.output.file();
     let asked = arguments.asked();
     if let Some(folder) = arguments.folder() {
+        arguments.spreadsheet.check(false)?;
         return parts::run(arguments, folder);
     }
     let format = Format::chosen(asked, file)?;
@@ -258,6 +262,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
     let format = format.of_table();
     format.check(file)?;
+    arguments.spreadsheet.check(format == output::Format::Csv)?;
     let (rows, thresholds) = measured(arguments)?;
     let entries = arguments.many.part.of(found(&arguments.paths)?);
     if entries.is_empty() {

@@ -56,7 +56,7 @@ pub fn run(
     let mut job = Comparison {
         json: arguments.json,
         export: Export::begin(
-            arguments.table.as_deref(),
+            (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
             None,
         )?,

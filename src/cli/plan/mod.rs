@@ -73,6 +73,8 @@ pub struct PlanArguments {
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
     #[command(flatten)]
+    spreadsheet: output::ForSpreadsheet,
+    #[command(flatten)]
     files: Files,
 }
 
@@ -140,7 +142,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         entries: &entries,
         targets,
         export: Export::begin(
-            arguments.table.as_deref(),
+            (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
             finished.clone(),
         )?,

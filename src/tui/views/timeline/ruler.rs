@@ -5,6 +5,7 @@ use ratatui::text::{Line, Span};
 
 use super::LABEL;
 use crate::metrics::Danger;
+use crate::system::pad_end;
 use crate::tui::clock::PlayRange;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
@@ -82,10 +83,7 @@ pub fn marks_row(
         row.words((first + 2..).take(most.saturating_sub(1)), words, dim);
         row.fill(first..last + 1, '─', dim);
     }
-    let mut line = Line::from(Span::styled(
-        format!("{:<width$}", "marks", width = usize::from(LABEL)),
-        dim,
-    ));
+    let mut line = Line::from(Span::styled(pad_end("marks", usize::from(LABEL)), dim));
     line.spans.extend(row.spans());
     line
 }
