@@ -11,6 +11,7 @@ mod ids;
 mod lane_shape;
 mod lanelet2;
 mod levelx;
+mod named_files;
 mod nuplan;
 mod opendrive;
 mod openscenario;
