@@ -278,7 +278,7 @@ impl<'a> Xml<'a> {
     }
 
     /// The line of a byte offset, counted on from the last one asked for.
-    fn line_of(&self, at: usize) -> usize {
+    pub fn line_of(&self, at: usize) -> usize {
         let at = at.min(self.text.len());
         let (from, line) = match self.counted.get() {
             (from, line) if from <= at => (from, line),
