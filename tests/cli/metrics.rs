@@ -283,7 +283,7 @@ fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
 fn the_list_tells_what_the_columns_are() {
     let home = Home::new();
     let table = home.run(&["metrics", CUT_IN]).status(0).stdout;
-    let columns: Vec<&str> = table.lines().next().unwrap().split(',').skip(5).collect();
+    let columns: Vec<&str> = table.lines().next().unwrap().split(',').skip(8).collect();
     let list = home
         .run(&["metrics", "--list", "--format", "json"])
         .status(0)
