@@ -82,3 +82,34 @@ fn every_dependency_says_what_it_is_for() {
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
     none(&fixtures::without_purpose(&manifest));
 }
+
+/// Whether a line fills something up to a width that is a variable, other than digits of a count: widths of `format!`
+/// have 16 bits, and a larger one panics.
+fn fills_by_variable(line: &str) -> bool {
+    let mut ends = line.match_indices("$}").map(|(at, _)| &line[..at]);
+    ends.any(|before| {
+        let spec = before.rsplit([':', '{']).next().unwrap_or_default();
+        let name = spec.trim_start_matches(['<', '>', '^']);
+        !spec.contains('.') && name != "digits" && name.starts_with(char::is_lowercase)
+    })
+}
+
+#[test]
+fn no_width_of_a_cell_comes_from_data() {
+    for found in [r#"format!("{cell:>width$}")"#, r#"format!("{:w$}|", a)"#] {
+        assert!(fills_by_variable(found), "{found}");
+    }
+    for fine in [r#"format!("{v:.decimals$}")"#, r#"format!("{:>NAME$}", a)"#] {
+        assert!(!fills_by_variable(fine), "{fine}");
+    }
+    let files = rules::files(&root().join("src"));
+    let complaints = files.iter().flat_map(|(path, text)| {
+        let lines = text.lines().enumerate();
+        let wide = lines.filter(|(_, line)| fills_by_variable(line));
+        wide.map(move |(at, _)| {
+            let place = format!("{}:{}", path.display(), at + 1);
+            format!("{place}: a width from data; use `system::pad_end` or `system::pad_start`")
+        })
+    });
+    none(&complaints.collect::<Vec<_>>());
+}

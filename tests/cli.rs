@@ -135,6 +135,8 @@ mod reports;
 mod requirements;
 #[path = "protobuf/rich.rs"]
 mod rich;
+#[path = "cli/same_names.rs"]
+mod same_names;
 #[path = "cli/secrets.rs"]
 mod secrets;
 #[path = "cli/shards.rs"]

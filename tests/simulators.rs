@@ -10,10 +10,16 @@ use nearmiss::formats::{Entry, Export, Exported, ExportedEgo, bundled, write_ope
 use nearmiss::geometry::{Point, Polyline};
 use nearmiss::scenario::{Scenario, Scene};
 
+#[path = "simulators/made.rs"]
+mod made;
 #[path = "simulators/others.rs"]
 mod others;
+#[path = "simulators/roads.rs"]
+mod roads;
 #[path = "simulators/round_trip.rs"]
 mod round_trip;
+#[path = "simulators/storyboards.rs"]
+mod storyboards;
 
 /// The export of an entry with the ego beside it.
 fn exported(entry: &Entry, road_file: &str) -> (Arc<Scene>, Exported) {

@@ -15,7 +15,7 @@ use clap::builder::PossibleValuesParser;
 
 use super::cost;
 use super::interrupt::{self, INTERRUPTED};
-use super::open::configuration;
+use super::open::{configuration, judge_of};
 use super::prompt::QuestionArguments;
 use super::time;
 use super::tool_options::ToolLimitOptions;
@@ -262,7 +262,7 @@ fn judge(
     if let Some(warning) = models.warning(model, jiff::Zoned::now().date()) {
         output::say(&format!("nearmiss: {model}: {warning}"));
     }
-    models.judge(model).map_err(Failure::input)
+    judge_of(&models, model)
 }
 
 fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failure> {

@@ -15,16 +15,50 @@ pub enum At {
     Step(i64),
     /// Seconds since time step 0: the nearest step.
     Seconds(f64),
-    /// See [`Headline::worst`].
-    Worst,
+    /// The moment that matters by severity, or the worst one by a measure.
+    Worst(WorstBy),
 }
+
+/// What the worst moment is the worst by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WorstBy {
+    /// See [`Headline::worst`].
+    Severity,
+    /// The lowest risk score, where it is nearest.
+    Risk,
+    /// The lowest time to collision.
+    Ttc,
+    /// The smallest distance.
+    Distance,
+}
+
+impl WorstBy {
+    const ALL: [(Self, &'static str); 4] = [
+        (Self::Severity, "severity"),
+        (Self::Risk, "risk"),
+        (Self::Ttc, "ttc"),
+        (Self::Distance, "distance"),
+    ];
+}
+
+/// What can be written after `--at`.
+pub const AT: &str = "STEP|SECONDS|worst[:risk|ttc|distance]";
 
 impl FromStr for At {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
         if word == "worst" {
-            return Ok(Self::Worst);
+            return Ok(Self::Worst(WorstBy::Severity));
+        }
+        if let Some(by) = word.strip_prefix("worst:") {
+            let known = WorstBy::ALL.iter().find(|(_, name)| *name == by);
+            return match known {
+                Some((by, _)) => Ok(Self::Worst(*by)),
+                None => {
+                    Err("expected worst:severity, worst:risk, worst:ttc or worst:distance".into())
+                }
+            };
         }
         if let Ok(step) = word.parse() {
             return Ok(Self::Step(step));
@@ -33,7 +67,7 @@ impl FromStr for At {
         let seconds = seconds.filter(|s: &f64| s.is_finite());
         seconds
             .map(Self::Seconds)
-            .ok_or_else(|| "expected a time step (32), seconds (3.2s) or worst".into())
+            .ok_or_else(|| "expected a time step (32), seconds (3.2s), worst or worst:risk".into())
     }
 }
 
@@ -42,7 +76,11 @@ impl fmt::Display for At {
         match self {
             Self::Step(step) => write!(f, "{step}"),
             Self::Seconds(seconds) => write!(f, "{seconds}s"),
-            Self::Worst => f.write_str("worst"),
+            Self::Worst(WorstBy::Severity) => f.write_str("worst"),
+            Self::Worst(by) => {
+                let name = WorstBy::ALL.iter().find(|(one, _)| one == by);
+                write!(f, "worst:{}", name.map_or("", |(_, name)| name))
+            }
         }
     }
 }
@@ -56,17 +94,17 @@ impl At {
         self,
         steps: &Range<i64>,
         dt: f64,
-        worst: impl FnOnce() -> Option<i64>,
+        worst: impl FnOnce(WorstBy) -> Option<i64>,
     ) -> Result<i64, Failure> {
         let step = match self {
             Self::Step(step) => step,
             // Beyond the range of integers it is beyond that of the steps.
             Self::Seconds(seconds) => (seconds / dt).round() as i64,
-            Self::Worst => {
-                return worst().ok_or_else(|| {
-                    Failure::input(
-                        "--at worst: no obstacle is ever near the ego, or there is no ego; name a step",
-                    )
+            Self::Worst(by) => {
+                return worst(by).ok_or_else(|| {
+                    Failure::input(format!(
+                        "--at {self}: no obstacle is there with the ego, none has a value, or there is no ego; name a step",
+                    ))
                 });
             }
         };
@@ -83,9 +121,15 @@ impl At {
 }
 
 /// The worst step of a scene.
-pub fn worst_step(scene: &Scene, thresholds: &Thresholds) -> Option<i64> {
+pub fn worst_step(scene: &Scene, thresholds: &Thresholds, by: WorstBy) -> Option<i64> {
     let headline = Headline::compute(scene, thresholds);
-    headline.worst().map(|worst| worst.step)
+    let nearest = match by {
+        WorstBy::Severity => return headline.worst().map(|moment| moment.step),
+        WorstBy::Risk => headline.risk,
+        WorstBy::Ttc => headline.ttc,
+        WorstBy::Distance => headline.distance,
+    };
+    nearest.map(|nearest| nearest.step)
 }
 
 #[cfg(test)]
@@ -98,13 +142,15 @@ mod tests {
         assert_eq!("32".parse(), Ok(At::Step(32)));
         assert_eq!("-3".parse(), Ok(At::Step(-3)));
         assert_eq!("3.2s".parse(), Ok(At::Seconds(3.2)));
-        assert_eq!("worst".parse(), Ok(At::Worst));
-        for wrong in ["", "s", "3.2", "nans", "best"] {
+        assert_eq!("worst".parse(), Ok(At::Worst(WorstBy::Severity)));
+        assert_eq!("worst:risk".parse(), Ok(At::Worst(WorstBy::Risk)));
+        assert_eq!(At::Worst(WorstBy::Ttc).to_string(), "worst:ttc");
+        for wrong in ["", "s", "3.2", "nans", "best", "worst:", "worst:drac"] {
             assert!(wrong.parse::<At>().is_err(), "{wrong}");
         }
-        let step = |at: At| at.step(&(0..50), 0.1, || Some(7)).map_err(|f| f.message);
+        let step = |at: At| at.step(&(0..50), 0.1, |_| Some(7)).map_err(|f| f.message);
         assert_eq!(step(At::Seconds(3.2)).unwrap(), 32);
-        assert_eq!(step(At::Worst).unwrap(), 7);
+        assert_eq!(step(At::Worst(WorstBy::Severity)).unwrap(), 7);
         let error = step(At::Seconds(9.0)).unwrap_err();
         assert!(error.contains("steps 0 to 49 (0.0 s to 4.9 s)"), "{error}");
     }

@@ -1,9 +1,8 @@
 //! `nearmiss describe`: describes a window of a scene, and the source of each number in the text.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use super::open::{ScenarioArguments, configuration, frame, user_thresholds};
+use super::open::{EgoChoice, configuration, entry, frame, scene, user_thresholds};
 use super::span::Span;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -19,8 +18,11 @@ use crate::system;
 /// Arguments of `describe`.
 #[derive(Debug, clap::Args)]
 pub struct Describe {
+    /// Scenario files or names of bundled scenarios; a unique prefix of a name is enough.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
     #[command(flatten)]
-    which: ScenarioArguments,
+    ego: EgoChoice,
     /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle); picture, ego+picture,
     /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
     #[arg(long, default_value = "ego", value_parser = frame)]
@@ -83,8 +85,41 @@ impl json::Output for Document {
 
 /// Runs `describe`.
 pub fn run(arguments: &Describe) -> Outcome {
+    let [one] = arguments.files.as_slice() else {
+        if arguments.output.is_some() {
+            return Err(Failure::input(
+                "-o takes the description of one scenario; leave it out, or describe them one by one",
+            ));
+        }
+        return several(arguments);
+    };
+    describe(arguments, one, false)
+}
+
+/// Describes one scenario after the other; those that cannot be described are said and counted.
+fn several(arguments: &Describe) -> Outcome {
+    let all = arguments.files.len();
+    let mut failed = 0;
+    for file in &arguments.files {
+        if let Err(failure) = describe(arguments, file, true) {
+            failed += 1;
+            failure.say();
+        }
+    }
+    match failed {
+        0 => Ok(()),
+        _ => Err(Failure {
+            message: format!("{failed} of {all} scenarios could not be described"),
+            status: if failed == all { 2 } else { 1 },
+        }),
+    }
+}
+
+/// Describes a scenario, below its name where it is one of several.
+fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let (folders, config) = configuration()?;
-    let (entry, scene) = arguments.which.open()?;
+    let entry = entry(file)?;
+    let scene = scene(&entry, &arguments.ego)?;
     let decided = arguments
         .span
         .settings(None, arguments.frame, &config)?
@@ -96,7 +131,6 @@ pub fn run(arguments: &Describe) -> Outcome {
     let context = Context::under(&scene, &thresholds);
     let described = description::describe_in(&context, arguments.frame, &window, &decided.options);
     let described = described.map_err(|error| Failure::input(advised(&error)))?;
-    let scene = Arc::new(scene);
     let picture = ScenePicture::new(&scene, arguments.frame, &window, &decided.options);
     let tokens =
         estimate_tokens(&described.text) + picture.as_ref().map_or(0, ScenePicture::tokens);
@@ -123,7 +157,11 @@ pub fn run(arguments: &Describe) -> Outcome {
             spans: described.spans,
         })?;
     } else if drawn != Some(Written::Text) {
-        output::text(&described.text)?;
+        let heading = match named {
+            true => format!("# {}\n", output::visible(&entry.display())),
+            false => String::new(),
+        };
+        output::text(&(heading + &described.text))?;
     }
     output::say(&format!("about {tokens} tokens (estimated)"));
     Ok(())

@@ -13,6 +13,7 @@ use crate::judge;
 use crate::planner::Cancel;
 use crate::settings::{Config, Folders};
 use crate::store::Store;
+use crate::system::{columns, pad_end};
 use crate::workflow::{
     FoundWindow, FoundWindows, IndexSearch, Sentence, checked_filter, search_index,
 };
@@ -270,19 +271,14 @@ fn table(document: &FindDocument, found: &FoundWindows) -> String {
     });
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
     let widths: Vec<usize> = (0..rows[0].len())
-        .map(|at| {
-            rows.iter()
-                .map(|row| row[at].chars().count())
-                .max()
-                .unwrap_or(0)
-        })
+        .map(|at| rows.iter().map(|row| columns(&row[at])).max().unwrap_or(0))
         .collect();
     let mut text = String::new();
     for row in rows {
         let cells = row
             .iter()
             .zip(&widths)
-            .map(|(cell, width)| format!("{cell:width$}"));
+            .map(|(cell, width)| pad_end(cell, *width));
         let line = cells.collect::<Vec<_>>().join("  ");
         text.push_str(line.trim_end());
         text.push('\n');

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM: every headless command ends within a second and keeps its finished work.
+//! Ctrl-C, SIGTERM, and a terminal that closes: every headless command ends within a second and keeps its finished work.
 //!
 //! A command with work to finish polls a flag and ends by itself. What does not end in time (a huge file being read, a
 //! server name being resolved) is killed: rows on standard output are whole lines, and unfinished files are removed.
@@ -72,8 +72,11 @@ pub fn listen() {
 
 #[cfg(unix)]
 fn listen_on() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+    // SIGHUP comes when the terminal or its connection has gone, SIGQUIT from Ctrl-\.
+    let obeyed = [SIGHUP, SIGQUIT].into_iter().filter(|s| !is_ignored(*s));
+    let signals = [SIGINT, SIGTERM].into_iter().chain(obeyed);
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(signals) else {
         return;
     };
     std::thread::spawn(move || {
@@ -89,6 +92,23 @@ fn listen_on() {
             });
         }
     });
+}
+
+/// Whether whoever started the program wants it to go on when this signal comes, as `nohup` does. Where the system does
+/// not tell, that may be so for SIGHUP.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let ignored = std::fs::read_to_string("/proc/self/status").ok();
+    let ignored = ignored.as_deref().and_then(|status| {
+        let mask = status
+            .lines()
+            .find_map(|line| line.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    match ignored {
+        Some(mask) => mask >> (signal - 1) & 1 == 1,
+        None => signal == signal_hook::consts::SIGHUP,
+    }
 }
 
 #[cfg(not(unix))]

@@ -43,6 +43,7 @@ mod ratings;
 mod render;
 mod report;
 mod routes;
+mod row_file;
 mod runs;
 mod sample;
 mod side_files;
@@ -173,12 +174,28 @@ pub fn arguments() -> Arguments {
         let said = error.render().to_string();
         let plain = said.replace("invalid digit found in string", NO_NUMBER);
         let plain = plain.replace("cannot parse integer from empty string", NO_NUMBER);
+        if !error.use_stderr() {
+            std::process::exit(printed(&error).map_or_else(
+                |failure| {
+                    failure.say();
+                    failure.status.into()
+                },
+                |()| error.exit_code(),
+            ));
+        }
         if plain == said {
             error.exit();
         }
         output::lines(&plain);
         std::process::exit(error.exit_code());
     })
+}
+
+/// Prints help or version, which clap would not notice to be lost.
+fn printed(said: &clap::Error) -> Outcome {
+    use std::io::Write;
+    let printed = said.print().and_then(|()| std::io::stdout().flush());
+    output::written(None, printed).map(drop)
 }
 
 /// Said of a word where a number without decimals is needed.

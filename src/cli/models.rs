@@ -8,7 +8,9 @@ use serde_json::{Value, json};
 use super::open::configuration;
 use super::{Failure, Outcome, json, output};
 use crate::judge;
-use crate::llm::{Discovered, Environment, KeyState, ModelListing, Pricing, Registry, probe};
+use crate::llm::{
+    Discovered, Environment, KeyState, ModelListing, Pricing, Probed, Registry, probe,
+};
 
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
@@ -35,8 +37,11 @@ pub fn run(arguments: &Models) -> Outcome {
     for problem in &environment.problems {
         output::say(&format!("nearmiss: {problem}"));
     }
-    let found = if arguments.offline {
-        Vec::new()
+    let Probed {
+        models: found,
+        notes,
+    } = if arguments.offline {
+        Probed::default()
     } else {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -44,6 +49,9 @@ pub fn run(arguments: &Models) -> Outcome {
             .map_err(Failure::input)?;
         runtime.block_on(probe(&registry, &environment))
     };
+    for note in notes {
+        output::say(&format!("nearmiss: {note}"));
+    }
     let today = jiff::Zoned::now().date();
     let listed = registry.models(&environment, today);
     let shown = new(&listed, &found).filter(|d| arguments.all || !d.is_no_chat());

@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use super::doubts::doubts;
 use super::plan::as_ego;
+use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
+use crate::evaluation::Judge;
 use crate::formats::{
     self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, not_standard_input,
     only_part,
@@ -21,7 +23,7 @@ use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::system::unknown;
 use crate::verdict::Task;
 use crate::workflow::{
-    OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
+    Models, OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
 };
 
 /// Which scenario, and who is the ego in it.
@@ -117,7 +119,22 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
 /// # Errors
 /// A scenario does not exist, or a name is the beginning of several: in words, with suggestions.
 pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
-    arguments.paths.iter().map(|path| resolved(path)).collect()
+    let of_argument = |path: &PathBuf| {
+        resolved(path).map_err(|failure| Failure {
+            message: as_command(path, failure.message),
+            ..failure
+        })
+    };
+    arguments.paths.iter().map(of_argument).collect()
+}
+
+/// What is said of a path that does not exist and could have been meant as a command.
+fn as_command(path: &Path, message: String) -> String {
+    let is_word = path.components().count() == 1 && path.extension().is_none();
+    match is_word {
+        true => message.replacen("no such file or", "no such file, command or", 1),
+        false => message,
+    }
 }
 
 /// Who shall be the ego in the workbench, checked as far as that needs no screen.
@@ -204,7 +221,7 @@ pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
     Ok(with_notes(found))
 }
 
-/// The scenarios that were found. What was passed over is said.
+/// The scenarios that were found. What was passed over is said, and which have the same name.
 pub fn with_notes(found: SearchResults) -> Vec<Entry> {
     let all = &found.passed_over;
     if (1..=NAMED).contains(&all.len()) {
@@ -214,6 +231,7 @@ pub fn with_notes(found: SearchResults) -> Vec<Entry> {
     } else if let Some(words) = found.passed_over_in_short() {
         output::say(&format!("nearmiss: {words}"));
     }
+    say_shared_names(&found.entries);
     found.entries
 }
 
@@ -343,6 +361,14 @@ pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
     let said =
         TextFile::read(path).map_err(|error| Failure::input(format!("--thresholds {error}")))?;
     Thresholds::read(&said.text, &said.file).map_err(Failure::input)
+}
+
+/// The judge with a model's name; a key that came with the current folder is told.
+pub fn judge_of(models: &Models, model: &str) -> Result<Judge, Failure> {
+    if let Some(key) = models.key_of_folder(model) {
+        output::say(&format!("nearmiss: {key}"));
+    }
+    models.judge(model).map_err(Failure::input)
 }
 
 /// The name of a task.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use toml::Value;
 
+use super::doctor::open_to_others;
 use super::open::unusable;
 use super::{Failure, Outcome, output};
 use crate::evaluation::default_planning;
@@ -29,6 +30,9 @@ pub fn print_config() -> Outcome {
         lines: KeyLines::new(text),
         file: path.display().to_string(),
     };
+    for (what, todo) in open_to_others(&folders) {
+        output::say(&format!("nearmiss: {what}; {todo}"));
+    }
     let mut out = String::new();
     for (what, folder, variable) in [
         ("configuration", &folders.config, "NEARMISS_CONFIG"),

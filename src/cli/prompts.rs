@@ -266,11 +266,6 @@ fn list(library: &Library, as_json: bool) -> Outcome {
 
 fn diff(library: &Library, name: &str) -> Outcome {
     let (file, _) = known(library, name)?;
-    let Some(shipped) = Library::shipped(&file) else {
-        return Err(Failure::input(format!(
-            "{file} has no shipped version to compare with"
-        )));
-    };
     // Also a file that is broken and not in use has its differences.
     let broken = library.problems.iter().find(|p| {
         p.path
@@ -295,6 +290,11 @@ fn diff(library: &Library, name: &str) -> Outcome {
             return Ok(());
         }
     };
+    let Some((original, shipped)) = shipped_for(&file, &theirs) else {
+        return Err(Failure::input(format!(
+            "{file} has no shipped version to compare with"
+        )));
+    };
     // Of texts that have little in common a coarser difference will do.
     let difference = TextDiff::configure()
         .timeout(std::time::Duration::from_millis(300))
@@ -302,9 +302,21 @@ fn diff(library: &Library, name: &str) -> Outcome {
     let mut unified = difference.unified_diff();
     let shown = path.display().to_string();
     let text = unified
-        .header(&format!("shipped/{file}"), &shown)
+        .header(&format!("shipped/{original}"), &shown)
         .to_string();
     output::text(&output::visible(&text))
+}
+
+/// The shipped file of this name, or, of a template with a name of its own, the one for its task and frame that it was
+/// copied from: name and text.
+fn shipped_for(file: &str, text: &str) -> Option<(String, &'static str)> {
+    if let Some(shipped) = Library::shipped(file) {
+        return Some((file.to_string(), shipped));
+    }
+    let front = Template::read(text).ok()?.front;
+    let shipped = Library::load(None).with_pack(front.pack);
+    let (original, _) = shipped.find(&front.task, &front.frame)?;
+    Some((original.to_string(), Library::shipped(original)?))
 }
 
 /// Writes a file that must not be there yet.

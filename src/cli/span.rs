@@ -1,7 +1,7 @@
 //! The steps of a scene to look at, and how to describe them.
 
 use super::Failure;
-use super::at::{At, worst_step};
+use super::at::{AT, At, worst_step};
 use crate::description::{EgoAxes, Form, Frame};
 use crate::evaluation::Settings;
 use crate::metrics::{MeasureList, Thresholds};
@@ -14,9 +14,10 @@ use crate::verdict::Task;
 /// Which steps are looked at, and how they are described.
 #[derive(Debug, clap::Args)]
 pub struct Span {
-    /// End of the window: a time step (32), seconds (3.2s), or worst: the first contact, else the worst risk
-    /// score at its smallest distance [default: the last step; two steps earlier for the safety task].
-    #[arg(long, value_name = "STEP|SECONDS|worst", allow_negative_numbers = true)]
+    /// End of the window: a time step (32), seconds (3.2s), worst (the most severe moment, see `nearmiss help
+    /// measures`), or the worst by one measure: worst:risk, worst:ttc, worst:distance [default: the last step; two
+    /// steps earlier for the safety task].
+    #[arg(long, value_name = AT, allow_negative_numbers = true)]
     at: Option<At>,
     /// Steps in the window [default: from the template, else 10].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
@@ -115,7 +116,7 @@ impl Span {
             };
         }
         let steps = scene.steps();
-        let worst = || worst_step(scene, thresholds);
+        let worst = |by| worst_step(scene, thresholds, by);
         let at = self
             .at
             .map(|at| at.step(&steps, scene.scenario.dt(), worst));

@@ -68,20 +68,34 @@ impl Axes {
         crossed(&all, &self.tools, |one, tools| one.tools = Some(tools))
     }
 
+    /// Each axis with the number of its values.
+    pub fn sizes(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        NAMES.into_iter().zip([
+            self.forms.len(),
+            self.strides.len(),
+            self.efforts.len(),
+            self.temperatures.len(),
+            self.seeds.len(),
+            self.tools.len(),
+        ])
+    }
+
     /// Each axis with its values: `effort low,high`.
     #[must_use]
     pub fn words(&self) -> Vec<String> {
-        let values = self.values();
-        let of_axis = |axis: usize| {
-            let mut once: Vec<String> = Vec::new();
-            for value in values.iter().filter_map(|one| one.cells()[axis].clone()) {
-                if !once.contains(&value) {
-                    once.push(value);
-                }
-            }
-            (!once.is_empty()).then(|| format!("{} {}", NAMES[axis], once.join(",")))
-        };
-        (0..NAMES.len()).filter_map(of_axis).collect()
+        let lists: [Vec<String>; 6] = [
+            self.forms.iter().map(|form| form.name().into()).collect(),
+            self.strides.iter().map(usize::to_string).collect(),
+            self.efforts.iter().map(|one| one.name().into()).collect(),
+            self.temperatures.iter().map(f64::to_string).collect(),
+            self.seeds.iter().map(u64::to_string).collect(),
+            self.tools.iter().map(|on| tools_word(*on).into()).collect(),
+        ];
+        let lists = NAMES.into_iter().zip(lists);
+        let named = lists.filter(|(_, values)| !values.is_empty());
+        named
+            .map(|(name, values)| format!("{name} {}", values.join(",")))
+            .collect()
     }
 
     /// Each axis with its values, for programs.

@@ -12,7 +12,8 @@ pub enum Lead {
     /// Two steps before the last recorded one. The scripts of "From Words to Collisions" end every window there,
     /// those of safe scenarios too; at any lead, this one included, those have their first window.
     Paper,
-    /// This many seconds before the first step at which the bodies of the ego and anyone else overlap; to the
+    /// This many seconds before the first step at which the bodies of the ego and anyone else overlap, or have touched
+    /// since the step before; to the
     /// nearest step.
     Seconds(f64),
 }
@@ -27,7 +28,7 @@ pub struct Labelled<'a> {
     pub scene: &'a Scene,
     /// The label.
     pub label: Label,
-    /// The first step with an exact overlap of the ego with an obstacle.
+    /// The first step at which the ego overlaps an obstacle, or has touched it since the step before.
     pub contact: Option<i64>,
 }
 
@@ -66,7 +67,7 @@ impl<'a> Labelled<'a> {
             (Label::Collision(_), None) => Some(
                 "labelled a collision, but no bodies overlap; the last recorded step is used as the collision",
             ),
-            (Label::Safe, Some(_)) => Some("labelled safe, but bodies overlap"),
+            (Label::Safe, Some(_)) => Some("labelled safe, but bodies touch"),
             _ => None,
         }
     }

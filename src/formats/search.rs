@@ -278,6 +278,10 @@ impl<'a> Search<'a> {
 
     /// Looks at what is in a folder, by name.
     fn enter(&mut self, folder: &Path) -> std::io::Result<()> {
+        if system::is_of_kernel(folder) {
+            let why = "no files are saved there; the system makes them up";
+            return Err(std::io::Error::other(why));
+        }
         let mut protobuf = Vec::new();
         let mut entries = Vec::new();
         let mut read = Ok(());

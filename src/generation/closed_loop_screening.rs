@@ -178,7 +178,6 @@ impl ClosedLoop {
         });
         let attackers: Vec<AttackerEffect> = attackers.collect::<Result<_, ChangeError>>()?;
         drop(is_behind);
-        let between = self.driver.touched_between(&changed, &drive);
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
         let contact = match drive.outcome {
@@ -204,7 +203,6 @@ impl ClosedLoop {
             contact,
             anyone_before: self.baseline.lowest(),
             anyone_after: lowest_of_all(&scores),
-            between,
             taken_over: noted.taken_over,
             drive,
         })
@@ -375,7 +373,11 @@ fn least(
     let context = Context::new(&scene);
     let measures = measure("distance").into_iter().chain([&UNROUNDED_RISK]);
     let series = Series::of_obstacle(&context, measures.collect(), attacker);
+    let contact = series.contact(attacker);
     move |id, asked| {
+        if contact.is_some_and(|contact| asked(contact.step)) {
+            return Some(0.0);
+        }
         let readings = series.steps().zip(series.row(id, attacker));
         let readings = readings.filter(|(step, _)| asked(*step));
         let values = readings.filter_map(|(_, reading)| reading.value());

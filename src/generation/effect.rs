@@ -75,9 +75,6 @@ pub struct Effect {
     pub anyone_before: Option<u8>,
     /// The lowest risk score of any obstacle in this drive.
     pub anyone_after: Option<u8>,
-    /// The first step after which, before the next one, the ego touches an obstacle. Outcomes go by the steps alone, as
-    /// CommonRoad does; this says where they do not see all.
-    pub between: Option<i64>,
     /// Cycles that were taken over from another drive, as nothing had changed yet.
     pub taken_over: usize,
 }
@@ -194,6 +191,13 @@ impl Effect {
     #[must_use]
     pub fn breaks_planner(&self) -> bool {
         matches!(self.consequence, Consequence::PlannerError(_))
+    }
+
+    /// The step after which, before the next one, bodies touch that are apart at both.
+    #[must_use]
+    pub fn touched_after_step(&self) -> Option<i64> {
+        let between = self.contact.filter(|contact| contact.between);
+        between.map(|contact| contact.step - 1)
     }
 
     /// Whether it is an attacker that the ego touches.

@@ -306,13 +306,13 @@ impl<'a> Search<'a> {
     /// Whether the planner found no feasible plan in a cycle and its emergency manoeuvre touches an obstacle.
     fn is_doomed(&self, cycle: &Cycle) -> bool {
         let driver = self.closed.driver();
-        let mut states = (cycle.step..=self.last).zip(&cycle.plan.states).skip(1);
-        cycle.plan.emergency.is_some()
-            && states.any(|(step, state)| {
-                let body = driver.road().body().at(state.centre(driver.limits()).pose);
-                let without = driver.settings().without;
-                Collision::at(self.scenario, &body, step, without).is_some()
-            })
+        let states = (cycle.step..=self.last).zip(cycle.plan.states.windows(2));
+        let pose = |state: &VehicleState| state.centre(driver.limits()).pose;
+        cycle.plan.emergency.is_some() && { states }.any(|(step, pair)| {
+            let body = driver.road().body().at(pose(&pair[1]));
+            let (before, without) = (Some(pose(&pair[0])), driver.settings().without);
+            Collision::first(self.scenario, &body, before, step + 1, without).is_some()
+        })
     }
 }
 

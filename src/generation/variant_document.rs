@@ -72,7 +72,7 @@ pub(super) fn variant_document(
         "min_risk_of_anyone_before": effect.anyone_before,
         "min_risk_of_anyone_after": effect.anyone_after,
         "min_distance": effect.distance(),
-        "touched_after_step": effect.between,
+        "touched_after_step": effect.touched_after_step(),
         "risk_before": curve(&effect.main().before),
         "risk_after": curve(&effect.main().after),
         "avoidable": looked_for.then(|| certificates(variant, saved)),

@@ -81,6 +81,17 @@ impl Footprint {
         &self.shape
     }
 
+    /// Its convex parts, each with its place in the object's frame.
+    pub(super) fn parts(&self) -> Vec<(math::Pose, &dyn parry2d_f64::shape::Shape)> {
+        match self.collider.as_compound() {
+            Some(compound) => {
+                let parts = compound.shapes().iter();
+                parts.map(|(place, part)| (*place, &**part)).collect()
+            }
+            None => vec![(math::Pose::identity(), &*self.collider)],
+        }
+    }
+
     /// Corners of its outlines in the object's frame, metres; for a circle, points on it.
     #[must_use]
     pub fn corners(&self) -> &[Point] {
@@ -129,6 +140,21 @@ impl Placed<'_> {
         .map_or(f64::MAX, |d| d.distance)
     }
 
+    /// How far the two regions are in each other, metres: the shortest way apart of their convex parts; 0 where they are
+    /// apart.
+    #[must_use]
+    pub fn overlap(&self, other: &Placed<'_>) -> f64 {
+        let contact = query::contact(
+            &convert::pose(&self.pose),
+            &*self.footprint.collider,
+            &convert::pose(&other.pose),
+            &*other.footprint.collider,
+            0.0,
+        );
+        let contact = contact.ok().flatten();
+        contact.map_or(0.0, |contact| (-contact.dist).max(0.0))
+    }
+
     /// When the two first touch if both keep their velocities (m/s) and headings.
     ///
     /// Exact for convex parts: the shape is swept, not sampled in time.
@@ -152,6 +178,10 @@ impl Placed<'_> {
         let reach = self.footprint.reach + other.footprint.reach;
         if (between - closing * nearest).norm() > reach {
             return Contact::NotWithinHorizon;
+        }
+        // A cast of shapes that do not move relative to each other, or move apart, finds nothing.
+        if between.norm() <= reach && self.distance(other) <= 0.0 {
+            return Contact::Now;
         }
         let hit = query::cast_shapes(
             &convert::pose(&self.pose),

@@ -20,9 +20,11 @@ mod polyline;
 mod pose;
 mod projection;
 mod reference_path;
+mod rings;
 mod shape;
 mod spline;
 mod truck;
+mod way;
 
 pub use angle::{angle_between, normalize_angle};
 pub use area::{Area, Outside};
@@ -38,8 +40,10 @@ pub use polygon::{Bounds, contains};
 pub use polyline::{Polyline, Projection, distance_to_segment};
 pub use pose::Pose;
 pub use reference_path::{PathFrame, PathPoint, ReferencePath, ReferencePathError};
+pub use rings::Rings;
 pub use shape::{Shape, ShapeError};
 pub use truck::{SemiTrailer, Truck};
+pub use way::Way;
 
 /// A point in the plane, metres.
 pub type Point = nalgebra::Point2<f64>;
@@ -48,3 +52,5 @@ pub type Vector = nalgebra::Vector2<f64>;
 
 #[cfg(test)]
 mod frenet_tests;
+#[cfg(test)]
+mod way_tests;

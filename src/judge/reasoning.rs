@@ -1,6 +1,6 @@
 //! Number formats of the judge's reasoning, shared by both tasks.
 
-use crate::metrics::{Encounter, MEASURES, RISK_LEVELS, Reading};
+use crate::metrics::{Contact, Encounter, MEASURES, RISK_LEVELS, Reading};
 use crate::scenario::{Participant, Scene};
 
 /// `car 30308`.
@@ -11,6 +11,19 @@ pub(super) fn name(participant: &Participant<'_>) -> String {
 /// `step 143 (14.3 s)`.
 pub(super) fn moment(scene: &Scene, step: i64) -> String {
     format!("step {step} ({:.1} s)", scene.time_of(step))
+}
+
+/// `at step 143 (14.3 s)`, or `between steps 3 and 4, at 1.75 s`.
+pub(super) fn touching(scene: &Scene, contact: &Contact) -> String {
+    match contact.overlaps {
+        true => format!("at {}", moment(scene, contact.step)),
+        false => format!(
+            "between steps {} and {}, at {:.2} s",
+            contact.step - 1,
+            contact.step,
+            contact.time
+        ),
+    }
 }
 
 /// A distance; to the millimetre where centimetres would read as contact.

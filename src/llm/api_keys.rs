@@ -38,6 +38,8 @@ pub struct ResolvedKey {
     pub key: SecretString,
     /// The variable, and the file it is in if it is in one.
     pub source: String,
+    /// Whether that file lies in the current folder, and may have come with what else is there.
+    pub from_current_folder: bool,
 }
 
 impl Environment {
@@ -100,6 +102,7 @@ impl Environment {
             Some(ResolvedKey {
                 key: SecretString::from(self.variable(name)?),
                 source: name.clone(),
+                from_current_folder: false,
             })
         });
         let of_files = || {
@@ -110,6 +113,7 @@ impl Environment {
                     (!blank).then(|| ResolvedKey {
                         key: key.clone(),
                         source: format!("{name} in {}", file.path.display()),
+                        from_current_folder: file.path.parent() == Some(Path::new(".")),
                     })
                 })
             })

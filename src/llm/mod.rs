@@ -81,7 +81,7 @@ pub use limits::Limits;
 pub use listing::{Address, KeyState, ModelListing, ModelOffer, Retirement};
 pub use outage::ProviderOutage;
 pub use price::{Peak, Price, PriceEntry, Prices, Pricing};
-pub use probe::{Discovered, probe};
+pub use probe::{Discovered, Probed, probe};
 pub use provider::RegistryError;
 pub use quirks::{Efforts, LogProbabilities, Quirks, StatedQuirks, Temperature};
 pub use reach::{ProviderStatus, Reachability, reach};

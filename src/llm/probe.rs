@@ -20,6 +20,18 @@ const PATIENCE: Duration = Duration::from_millis(800);
 /// More than any list of models is long, in bytes.
 const LONGEST: usize = 4 << 20;
 
+/// More than any name of a model is long, in characters.
+const LONGEST_NAME: usize = 256;
+
+/// What the servers on this machine serve.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Probed {
+    /// In the order of the providers' names, without doubles.
+    pub models: Vec<Discovered>,
+    /// What of their lists was left out, and why, a line each.
+    pub notes: Vec<String>,
+}
+
 /// A model that a server on this machine serves.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Discovered {
@@ -43,8 +55,8 @@ impl Discovered {
 }
 
 /// Asks the providers whose address is on this machine what they serve, all at once and without waiting long; what
-/// does not answer serves nothing. The result is in the order of the providers' names, without doubles.
-pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discovered> {
+/// does not answer serves nothing.
+pub async fn probe(registry: &Registry, environment: &Environment) -> Probed {
     // A proxy has no business with this machine.
     let client = Client::direct();
     let asked = registry.providers.iter().filter_map(|(name, provider)| {
@@ -54,16 +66,36 @@ pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discov
         endpoint.key = provider.key(environment).map(|found| found.key);
         let client = client.clone();
         Some(async move {
-            let models = list(&client, &endpoint, PATIENCE).await.unwrap_or_default();
-            let dialect = endpoint.dialect;
-            let of = move |model| Discovered {
-                id: format!("{name}/{model}"),
-                dialect,
-            };
-            models.into_iter().map(of).collect::<Vec<_>>()
+            let served = list(&client, &endpoint, PATIENCE).await.unwrap_or_default();
+            (name, endpoint.dialect, served)
         })
     });
-    join_all(asked).await.into_iter().flatten().collect()
+    let mut probed = Probed::default();
+    for (name, dialect, served) in join_all(asked).await {
+        let of = |model| Discovered {
+            id: format!("{name}/{model}"),
+            dialect,
+        };
+        probed.models.extend(served.names.into_iter().map(of));
+        if served.left_out > 0 {
+            let names = match served.left_out {
+                1 => "1 name of its list is".into(),
+                count => format!("{count} names of its list are"),
+            };
+            probed.notes.push(format!(
+                "{name}: {names} left out: empty, longer than {LONGEST_NAME} characters, or with control characters"
+            ));
+        }
+    }
+    probed
+}
+
+/// The names of the models at an endpoint, in order.
+#[derive(Debug, Default)]
+pub(super) struct Served {
+    pub names: Vec<String>,
+    /// How many more are no names.
+    pub left_out: usize,
 }
 
 /// Asks for the names of the models at an endpoint, in order, which costs nothing; waits no longer than `patience`
@@ -75,7 +107,7 @@ pub(super) async fn list(
     client: &Client,
     endpoint: &Endpoint,
     patience: Duration,
-) -> Result<Vec<String>, Error> {
+) -> Result<Served, Error> {
     let protocol = endpoint.dialect.protocol();
     let endpoint = &Endpoint {
         timeouts: Timeouts {
@@ -117,17 +149,22 @@ pub(super) async fn list(
     let body = whole(response, timeouts, LONGEST).await;
     let body: Option<Value> = body.ok().and_then(|body| serde_json::from_str(&body).ok());
     let names = body.as_ref().and_then(|body| protocol.models(body));
-    let mut names: Vec<String> = names
-        .ok_or_else(no_list)?
-        .into_iter()
-        // Names with control characters are no names, and would reach terminals; some servers quote the key even here.
-        .filter(|name| !name.trim().is_empty() && !name.chars().any(char::is_control))
-        .filter(|name| !secrets.are_in(name))
-        .map(str::to_owned)
-        .collect();
+    let (names, left_out): (Vec<&str>, Vec<&str>) =
+        names.ok_or_else(no_list)?.into_iter().partition(is_name);
+    // Some servers quote the key even here.
+    let names = names.into_iter().filter(|name| !secrets.are_in(name));
+    let mut names: Vec<String> = names.map(str::to_owned).collect();
     names.sort();
     names.dedup();
-    Ok(names)
+    let left_out = left_out.len();
+    Ok(Served { names, left_out })
+}
+
+/// Whether this can be the name of a model: one with control characters would reach terminals.
+fn is_name(name: &&str) -> bool {
+    !name.trim().is_empty()
+        && name.chars().nth(LONGEST_NAME).is_none()
+        && !name.chars().any(char::is_control)
 }
 
 #[cfg(test)]

@@ -95,7 +95,7 @@ pub async fn reach(
                 false => (client_elsewhere, ELSEWHERE),
             };
             let reach = match list(&client, &endpoint, patience).await {
-                Ok(models) => Reachability::Serves(models.len()),
+                Ok(served) => Reachability::Serves(served.names.len()),
                 Err(error) => unlisted(&error),
             };
             reached(place, is_here, reach)

@@ -131,6 +131,16 @@ impl Registry {
         });
         Ok((endpoint, model.to_string()))
     }
+
+    /// Where a model's key is from, in words, if that is a `.env` file of the current folder: one that came with
+    /// downloaded scenarios would send questions to a stranger's account.
+    #[must_use]
+    pub fn key_of_folder(&self, id: &str, environment: &Environment) -> Option<String> {
+        let (name, _) = split(id)?;
+        let found = self.providers.get(name)?.key(environment)?;
+        let words = || format!("{name}: asked with the key {}", found.source);
+        found.from_current_folder.then(words)
+    }
 }
 
 impl Provider {

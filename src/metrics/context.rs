@@ -150,9 +150,9 @@ impl<'s> Context<'s> {
         self.scene.scenario.dt()
     }
 
-    /// Seconds from one place to a later one.
-    pub(super) fn time(&self, from: usize, to: usize) -> f64 {
-        (to - from) as f64 * self.dt()
+    /// Seconds from a step's place to a later moment, in places.
+    pub(super) fn time(&self, from: usize, to: f64) -> f64 {
+        (to - from as f64) * self.dt()
     }
 
     pub(super) fn other(&self, participant: usize, index: usize) -> Option<BodyAtStep<'s>> {

@@ -1,6 +1,6 @@
 //! The ego and one other participant at one step: what every measure looks at.
 
-use super::{Context, NoValue, Relation, Thresholds};
+use super::{Contact, Context, NoValue, Relation, Thresholds};
 use crate::geometry::{Footprint, Placed};
 use crate::scenario::{Motion, Participant, Scene};
 
@@ -127,6 +127,23 @@ impl<'a> Encounter<'a> {
             _ => None,
         };
         known.unwrap_or_else(|| self.ego_placed().distance(&self.other_placed()))
+    }
+
+    /// The contact at the step or on the way to it from the step before, if there is one.
+    #[must_use]
+    pub fn contact(&self) -> Option<Contact> {
+        match self.place {
+            Place::Context(context, participant, index) => {
+                context.contact_at(participant, index).copied()
+            }
+            Place::Scene(scene, id, step) => {
+                let mut all = scene.participants();
+                let other = all.find(|p| p.obstacle.id == id)?;
+                Contact::at(scene, &other, step)
+            }
+            #[cfg(test)]
+            Place::Nowhere => None,
+        }
     }
 
     /// Position and motion of the other relative to the ego.

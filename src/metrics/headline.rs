@@ -1,6 +1,6 @@
 //! Headline numbers that distinguish scenes in a list.
 
-use super::{Context, MEASURES, Series, Thresholds};
+use super::{Contact, Context, CriticalMoment, MEASURES, Series, Thresholds, critical_moments};
 use crate::scenario::Scene;
 
 /// A smallest value: how much, when, who.
@@ -17,34 +17,31 @@ pub struct Nearest {
 /// The greatest danger in a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Headline {
-    /// Minimum distance, metres (MDC); 0 in a collision.
+    /// The most severe moment with each obstacle, the most severe first.
+    pub moments: Vec<CriticalMoment>,
+    /// The first contact, at a step or between two.
+    pub contact: Option<Contact>,
+    /// Smallest distance at a step, metres (MDC).
     pub distance: Option<Nearest>,
     /// Smallest time to collision, seconds.
     pub ttc: Option<Nearest>,
-    /// Smallest risk score.
+    /// Smallest risk score, where it is nearest.
     pub risk: Option<Nearest>,
 }
 
 impl Headline {
-    /// The smallest values of a series with the measures `distance`, `ttc` and `risk`.
+    /// The smallest values of a series of this scene with the measures `distance`, `ttc` and `risk`, and the moments that
+    /// matter.
     #[must_use]
-    pub fn from_series(series: &Series) -> Self {
-        Self::among(series, series.obstacles())
-    }
-
-    /// The same of one obstacle alone.
-    #[must_use]
-    pub fn of_obstacle(series: &Series, obstacle: i64) -> Self {
-        let known = series.obstacles().iter().position(|&id| id == obstacle);
-        let known = known.map_or(0..0, |place| place..place + 1);
-        Self::among(series, &series.obstacles()[known])
-    }
-
-    fn among(series: &Series, obstacles: &[i64]) -> Self {
+    pub fn new(context: &Context<'_>, series: &Series) -> Self {
+        let obstacles = series.obstacles();
+        let contacts = obstacles.iter().filter_map(|&id| series.contact(id));
         Self {
-            distance: nearest(series, obstacles, "distance"),
-            ttc: nearest(series, obstacles, "ttc"),
-            risk: worst_risk(series, obstacles),
+            moments: critical_moments(context),
+            contact: contacts.min_by(|a, b| a.time.total_cmp(&b.time)),
+            distance: nearest(series, "distance"),
+            ttc: nearest(series, "ttc"),
+            risk: worst_risk(series),
         }
     }
 
@@ -54,31 +51,39 @@ impl Headline {
         let wanted = ["distance", "ttc", "risk"];
         let measures = MEASURES.iter().filter(|m| wanted.contains(&m.id));
         let context = Context::under(scene, thresholds);
-        Self::from_series(&Series::from_context(&context, measures.collect()))
+        Self::new(
+            &context,
+            &Series::from_context(&context, measures.collect()),
+        )
     }
 
-    /// The worst moment: the first contact; without one, of the steps with the lowest risk score that of the smallest
-    /// distance, and of several such the first. The workbench, `--at worst` and figures all go there.
+    /// The moment that matters: the most severe one (see [`critical_moments`]). The workbench, `--at worst` and figures
+    /// all go there.
     #[must_use]
-    pub fn worst(&self) -> Option<Nearest> {
-        match self.collides() {
-            true => self.distance,
-            false => self.risk.or(self.distance),
-        }
+    pub fn worst(&self) -> Option<&CriticalMoment> {
+        self.moments.first()
     }
 
-    /// Whether the ego touches an obstacle at any recorded step.
+    /// The moment that matters with one obstacle.
+    #[must_use]
+    pub fn worst_with(&self, obstacle: i64) -> Option<&CriticalMoment> {
+        self.moments
+            .iter()
+            .find(|moment| moment.obstacle == obstacle)
+    }
+
+    /// Whether the ego touches an obstacle, at a recorded step or between two.
     #[must_use]
     pub fn collides(&self) -> bool {
-        self.distance.is_some_and(|d| d.value == 0.0)
+        self.contact.is_some()
     }
 }
 
 /// The lowest risk score, at its smallest distance.
-fn worst_risk(series: &Series, obstacles: &[i64]) -> Option<Nearest> {
-    let lowest = nearest(series, obstacles, "risk")?;
+fn worst_risk(series: &Series) -> Option<Nearest> {
+    let lowest = nearest(series, "risk")?;
     let mut worst: Option<(f64, Nearest)> = None;
-    for &obstacle in obstacles {
+    for &obstacle in series.obstacles() {
         let row = series.row("risk", obstacle).iter();
         let distances = series.row("distance", obstacle);
         for ((step, risk), distance) in series.steps().zip(row).zip(distances) {
@@ -101,9 +106,9 @@ fn worst_risk(series: &Series, obstacles: &[i64]) -> Option<Nearest> {
     worst.map(|(_, at)| at).or(Some(lowest))
 }
 
-fn nearest(series: &Series, obstacles: &[i64], measure: &str) -> Option<Nearest> {
+fn nearest(series: &Series, measure: &str) -> Option<Nearest> {
     let mut best: Option<Nearest> = None;
-    for &obstacle in obstacles {
+    for &obstacle in series.obstacles() {
         let row = series.row(measure, obstacle);
         for (step, reading) in series.steps().zip(row) {
             let Some(value) = reading.value() else {

@@ -5,6 +5,8 @@
 //! scene, or starting it at another time step, changes no measure but the sign of those that count to the left.
 
 mod along;
+mod contact;
+mod contact_speed;
 mod context;
 mod distance;
 mod encounter;
@@ -23,11 +25,13 @@ mod risk;
 mod risk_scores;
 mod scene_measures;
 mod series;
+mod severity;
 mod thresholds;
 mod time_to_collision;
 mod worst_case;
 
 pub use along::{LaneBody, LaneSet, Road};
+pub use contact::Contact;
 pub use context::Context;
 pub use encounter::Encounter;
 pub use headline::{Headline, Nearest};
@@ -40,5 +44,6 @@ pub use risk::{RISK_LEVELS, RiskLevel, RiskTable, UNROUNDED_RISK};
 pub use risk_scores::{RiskConvention, ScoreAt};
 pub use scene_measures::{SCENE_MEASURES, SceneMeasure};
 pub use series::Series;
+pub use severity::{CriticalMoment, Grade, Hazard, critical_moments};
 pub use thresholds::{Change, Threshold, ThresholdError, Thresholds};
 pub use time_to_collision::HORIZON;

@@ -4,13 +4,14 @@ use std::cell::OnceCell;
 
 use super::along::{Exposure, Following, LaneBody, LaneSet};
 use super::recorded::{Closest, Conflict, Starts};
-use super::{Context, NoValue, Relation};
+use super::{Contact, Context, NoValue, Relation};
 use crate::scenario::ObstacleRole;
 
 /// The ego and one other, by step of the ego.
 #[derive(Debug, Default)]
 pub(super) struct Pair {
     distances: OnceCell<Vec<Option<f64>>>,
+    pub(super) contacts: OnceCell<Vec<Contact>>,
     relations: OnceCell<Vec<Option<Relation>>>,
     closest: OnceCell<Vec<Option<Closest>>>,
     along: OnceCell<Vec<Option<LaneBody>>>,
@@ -45,12 +46,12 @@ impl Context<'_> {
         rows[index]
     }
 
-    /// The closest that the recorded bodies come from a step on.
+    /// The closest that the recorded bodies come from a step on, at steps and between them.
     pub(super) fn closest(&self, participant: usize, index: usize) -> Option<Closest> {
         let rows = self
             .pair(participant)
             .closest
-            .get_or_init(|| Closest::rows(self.distances(participant)));
+            .get_or_init(|| Closest::rows(self, participant));
         rows[index]
     }
 

@@ -32,12 +32,16 @@ pub enum NoValue {
     Behind,
     /// The bodies overlap along the ego's route, so there is no gap.
     Beside,
+    /// The bodies touch, so there is no gap.
+    Contact,
     /// The ego hardly moves along its route.
     Standing,
     /// In the recording the ego does not get to where the other is now.
     NotReached,
     /// The recorded bodies do not overlap at this step or later.
     NoRecordedOverlap,
+    /// The recorded bodies never touch, at no step and between none.
+    NeverTouched,
     /// A start at an earlier step avoids the recorded overlap, none from this step on does.
     TooLate,
     /// No start at any step of the recording avoids the recorded overlap.
@@ -65,9 +69,11 @@ impl NoValue {
             Self::OtherLane => "other lane",
             Self::Behind => "behind",
             Self::Beside => "beside",
+            Self::Contact => "the bodies touch",
             Self::Standing => "the ego hardly moves",
             Self::NotReached => "not reached in the recording",
             Self::NoRecordedOverlap => "no recorded overlap to come",
+            Self::NeverTouched => "no recorded contact",
             Self::TooLate => "too late",
             Self::NeverAvoided => "avoids it at no recorded step",
             Self::NoConflictArea => "no conflict area",

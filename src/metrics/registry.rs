@@ -9,7 +9,9 @@ use super::recorded::{
     closest_distance, encroachment, first_overlap, post_encroachment, time_to_closest,
     time_to_manoeuvre,
 };
-use super::{Encounter, Reading, distance, frame, risk, time_to_collision, worst_case};
+use super::{
+    Encounter, Reading, contact_speed, distance, frame, risk, time_to_collision, worst_case,
+};
 
 /// Which values of a measure are dangerous.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,6 +144,7 @@ pub const MEASURES: &[Measure] = &[
     closest_distance::MEASURE,
     time_to_closest::MEASURE,
     first_overlap::MEASURE,
+    contact_speed::MEASURE,
     worst_case::MEASURE,
     headway::MEASURE,
     time_gap::MEASURE,

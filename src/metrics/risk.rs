@@ -2,7 +2,7 @@
 //!
 //! As in "From Words to Collisions": the longitudinal and lateral scores are weighted by the
 //! direction, for distance and for time, and the mean of the two is rounded (halves up). Gaps are
-//! those of the real bodies, so score 0 means contact and nothing else does, and the distance is graded
+//! those of the real bodies, so score 0 means contact, at the step or on the way to it from the step before, and nothing else does, and the distance is graded
 //! no worse than the exact distance of the bodies. Between turned bodies that do not touch, both gaps can be 0:
 //! then there is nothing to weigh, and the exact distance and the planar time to collision are graded instead.
 
@@ -83,7 +83,7 @@ impl RiskTable {
     /// The mean of the grades of distance and time, each weighted by the direction; nothing at contact.
     fn mean(&self, encounter: &Encounter<'_>, grade: impl Fn(f64, Bound) -> f64) -> Option<f64> {
         let relation = encounter.relation();
-        if relation.direction == Direction::Contact {
+        if relation.direction == Direction::Contact || encounter.contact().is_some() {
             return None;
         }
         let of_distance = |gap: f64| grade(gap, |level| level.distance);

@@ -44,7 +44,7 @@ pub const SCENE_MEASURES: &[SceneMeasure] = &[
         source: "recorded time until the ego overlaps any obstacle (TTC* of CriMe)",
         compute: |context, step| {
             let overlap =
-                |c: &Context<'_>, other, i| Some(c.time(i, c.closest(other, i)?.overlap?));
+                |c: &Context<'_>, other, i| Some(c.time(i, c.closest(other, i)?.contact?));
             match least(context, step, overlap) {
                 Reading::None(NoValue::Absent) if context.ego_is_there(step) => {
                     Reading::None(NoValue::NoRecordedOverlap)
@@ -116,7 +116,7 @@ fn time(
     let index = context.index(step).filter(|_| context.ego_is_there(step));
     let time = index
         .ok_or(NoValue::Absent)
-        .and_then(|now| Ok(context.time(0, until(context.starts(), now)?)));
+        .and_then(|now| Ok(until(context.starts(), now)? as f64 * context.dt()));
     time.into()
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Context, Measure, NoValue, Reading};
+use super::{Contact, Context, Measure, NoValue, Reading};
 use crate::scenario::Scene;
 
 /// Readings of some measures for every obstacle at every step of the ego.
@@ -10,6 +10,8 @@ use crate::scenario::Scene;
 pub struct Series {
     steps: Range<i64>,
     obstacles: Vec<i64>,
+    /// The first of each obstacle.
+    contacts: Vec<Option<Contact>>,
     measures: Vec<&'static Measure>,
     /// By measure, then obstacle, then step.
     readings: Vec<Reading>,
@@ -81,6 +83,9 @@ impl Series {
                 .iter()
                 .map(|&p| context.participants()[p].obstacle.id)
                 .collect(),
+            contacts: { places.iter() }
+                .map(|&p| context.contacts(p).first().copied())
+                .collect(),
             measures,
             readings,
         }
@@ -96,6 +101,13 @@ impl Series {
     #[must_use]
     pub fn obstacles(&self) -> &[i64] {
         &self.obstacles
+    }
+
+    /// The first contact with an obstacle, at a step or between two.
+    #[must_use]
+    pub fn contact(&self, obstacle: i64) -> Option<Contact> {
+        let place = self.obstacles.iter().position(|&id| id == obstacle)?;
+        self.contacts[place]
     }
 
     /// The measures.

@@ -19,7 +19,7 @@ pub(super) const MEASURE: Measure = Measure {
 /// Contacts later than this are not looked for, seconds.
 pub const HORIZON: f64 = 10.0;
 
-/// Seconds to contact; 0 in contact.
+/// Seconds to contact; 0 in contact, whatever the velocities.
 fn compute(encounter: &Encounter<'_>) -> Reading {
     let contact = encounter.ego_placed().contact(
         &encounter.ego.velocity_vector(),

@@ -123,19 +123,15 @@ impl<'a> Figure<'a> {
         let mut telling = subject.steps().start;
         let (mut series, mut contact) = (None, None);
         if let Some(scene) = subject.scene {
-            telling = Headline::compute(scene, thresholds)
-                .worst()
-                .map_or(telling, |worst| worst.step);
-            let context = Context::under(scene, thresholds);
-            let distance = MEASURES.iter().filter(|m| m.id == "distance").collect();
-            let distances = Series::from_context(&context, distance);
-            if let Some((step, smallest)) = distances.most_dangerous("distance") {
-                contact = (smallest == 0.0).then_some(step);
-                let who = distances.most_dangerous_at("distance", step);
+            let headline = Headline::compute(scene, thresholds);
+            contact = headline.contact.map(|contact| contact.step);
+            if let Some(worst) = headline.worst() {
+                telling = worst.step;
                 if look.obstacles.is_empty() {
-                    look.obstacles.extend(who.map(|(id, _)| id));
+                    look.obstacles.push(worst.obstacle);
                 }
             }
+            let context = Context::under(scene, thresholds);
             if look.what != FigureContent::Map {
                 series = Some(Series::from_context(&context, look.measures.clone()));
             }

@@ -30,7 +30,7 @@ use std::collections::BTreeMap;
 pub use ego_source::{EgoSource, obstacle_taken};
 pub use human_limits::HumanLimits;
 pub use identity::{ContentHash, HashedBeginning};
-pub use jump::Jump;
+pub use jump::{Jump, driven_way};
 pub use names::{
     LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor,
     StateField, TrafficDirection,

@@ -278,7 +278,9 @@ impl LaneletNetwork {
         self.place(id).map(|place| &self.lanelets[place])
     }
 
-    pub(super) fn place(&self, id: i64) -> Option<usize> {
+    /// The place in `lanelets` of the one with this id; of several the first.
+    #[must_use]
+    pub fn place(&self, id: i64) -> Option<usize> {
         self.places.get(&id).copied()
     }
 

@@ -1,7 +1,7 @@
 //! Collisions: which obstacle touches the ego, and with which side of its body.
 
-use crate::geometry::{Footprint, Placed, Point, Pose, Vector, angle_between};
-use crate::scenario::{Obstacle, ObstacleRole, Scenario};
+use crate::geometry::{Placed, Point, Pose, Vector, Way};
+use crate::scenario::{Obstacle, ObstacleRole, Scenario, driven_way};
 
 /// A side of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -34,8 +34,10 @@ impl ContactSide {
 pub struct Collision {
     /// The obstacle.
     pub with: i64,
-    /// When, in time steps.
+    /// When, in time steps: the first step at or after it.
     pub step: i64,
+    /// Whether they touch only between the step before and this one, and are apart at it.
+    pub between: bool,
     /// The side of the ego that is touched.
     pub ego: ContactSide,
     /// The side of the obstacle that is touched.
@@ -47,18 +49,18 @@ pub struct Collision {
 impl std::fmt::Display for Collision {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (ego, other) = (self.ego.name(), self.other.name());
-        if self.is_possible {
-            return write!(
-                f,
-                "{} at step {}, a possible contact: the ego's {ego} with its predicted occupancy",
-                self.with, self.step
-            );
+        write!(f, "{} ", self.with)?;
+        match self.between {
+            true => write!(f, "between steps {} and {}", self.step - 1, self.step)?,
+            false => write!(f, "at step {}", self.step)?,
         }
-        write!(
-            f,
-            "{} at step {}: the ego's {ego}, the other's {other}",
-            self.with, self.step
-        )
+        match self.is_possible {
+            true => write!(
+                f,
+                ", a possible contact: the ego's {ego} with its predicted occupancy"
+            ),
+            false => write!(f, ": the ego's {ego}, the other's {other}"),
+        }
     }
 }
 
@@ -72,12 +74,13 @@ impl Collision {
         step: i64,
         without: Option<i64>,
     ) -> Option<Self> {
-        Self::all_at(scenario, ego, step, without).next()
+        let mut all = solid(scenario, without);
+        all.find_map(|obstacle| Self::with(obstacle, ego, step))
     }
 
-    /// The same for a body that was at `before` a step earlier: of several who are touched, the one that was touched
-    /// first on the way from there. The sides are those of the first touch on that way: at the step itself fast bodies
-    /// are already in each other, and the front that ran into a rear may seem to touch a side.
+    /// The same for a body that was at `before` a step earlier, also where it touches only on the way from there: of
+    /// several who are touched, the one that was touched first. The sides are those of the first touch: at the step
+    /// itself fast bodies are already in each other, and the front that ran into a rear may seem to touch a side.
     #[must_use]
     pub fn first(
         scenario: &Scenario,
@@ -86,174 +89,73 @@ impl Collision {
         step: i64,
         without: Option<i64>,
     ) -> Option<Self> {
-        let mut all: Vec<Self> = Self::all_at(scenario, ego, step, without).collect();
         let Some(before) = before else {
-            return all.into_iter().next();
+            return Self::at(scenario, ego, step, without);
         };
-        let swept = |one: &mut Self| {
-            let way = (before, ego.pose);
-            let touch = scenario
-                .obstacle(one.with)
-                .and_then(|other| Touch::on(other, ego.footprint, way, step - 1));
-            if let Some(touch) = &touch {
-                (one.ego, one.other) = touch.sides;
-            }
-            touch.map_or(1.0, |touch| touch.share)
-        };
-        let mut all: Vec<(f64, Self)> = { all.iter_mut() }.map(|one| (swept(one), *one)).collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.first().map(|(_, one)| *one)
-    }
-
-    fn all_at<'a>(
-        scenario: &'a Scenario,
-        ego: &'a Placed<'_>,
-        step: i64,
-        without: Option<i64>,
-    ) -> impl Iterator<Item = Self> + 'a {
-        let others = scenario.obstacles.iter();
-        let others = others.filter(move |o| is_solid(o) && Some(o.id) != without);
-        others.filter_map(move |obstacle| {
-            let other = obstacle.placed_at(step)?;
-            let far = ego.footprint.reach() + other.footprint.reach();
-            let apart = (ego.pose.position - other.pose.position).norm();
-            if apart > far || ego.distance(&other) > 0.0 {
-                return None;
-            }
-            let (own, others) = sides(ego, &other);
-            Some(Self {
+        let own = Way::new(ego.footprint.at(before), *ego);
+        let touched = solid(scenario, without).filter_map(|obstacle| {
+            let at_step = || Self::with(obstacle, ego, step);
+            let way = way_to(obstacle, step, scenario.dt());
+            let touch = way.and_then(|way| Some((way, own.first_touch(&way)?)));
+            let Some((way, share)) = touch.filter(|(_, share)| *share > 0.0) else {
+                return Some((1.0, at_step()?));
+            };
+            let deep = (share + DEEP).min(1.0);
+            let (ego, other) = sides(&own.at(deep), &way.at(deep));
+            let collision = Self {
                 with: obstacle.id,
                 step,
-                ego: own,
-                other: others,
+                between: at_step().is_none(),
+                ego,
+                other,
                 is_possible: obstacle.is_occupancy_at(step),
-            })
+            };
+            Some((share, collision))
+        });
+        let first = touched.min_by(|a, b| a.0.total_cmp(&b.0));
+        first.map(|(_, collision)| collision)
+    }
+
+    /// With one obstacle at a step.
+    fn with(obstacle: &Obstacle, ego: &Placed<'_>, step: i64) -> Option<Self> {
+        let other = obstacle.placed_at(step)?;
+        let far = ego.footprint.reach() + other.footprint.reach();
+        let apart = (ego.pose.position - other.pose.position).norm();
+        if apart > far || ego.distance(&other) > 0.0 {
+            return None;
+        }
+        let (own, others) = sides(ego, &other);
+        Some(Self {
+            with: obstacle.id,
+            step,
+            between: false,
+            ego: own,
+            other: others,
+            is_possible: obstacle.is_occupancy_at(step),
         })
     }
+}
+
+/// Sides are told this share of a step after the first touch, where bodies are in each other by a little.
+const DEEP: f64 = 1e-4;
+
+fn solid(scenario: &Scenario, without: Option<i64>) -> impl Iterator<Item = &Obstacle> {
+    let others = scenario.obstacles.iter();
+    others.filter(move |o| {
+        matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && Some(o.id) != without
+    })
+}
+
+/// The way of an obstacle to a step from the one before, `dt` seconds earlier; `None` where it is absent at one of them.
+fn way_to(obstacle: &Obstacle, step: i64, dt: f64) -> Option<Way<'_>> {
+    let before = obstacle.placed_at(step.checked_sub(1)?)?;
+    driven_way(before, obstacle.placed_at(step)?, dt)
 }
 
 /// The sides with which two bodies touch.
 pub(super) fn sides(a: &Placed<'_>, b: &Placed<'_>) -> (ContactSide, ContactSide) {
     let middle = middle(a, b);
     (face(a, &middle), face(b, &middle))
-}
-
-fn is_solid(obstacle: &Obstacle) -> bool {
-    matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic)
-}
-
-/// Looks between two steps.
-const PARTS: usize = 8;
-
-/// A first touch is found to this share of a step: 0.1 mm where two bodies approach by 1 m a step.
-const EXACT: f64 = 1e-4;
-
-/// The obstacle of `scenario` but `without` that a body touches on its way from one pose to the other within the step
-/// after `step`; body and obstacles go evenly from their places to the next ones. Looked at 8 times a step.
-#[must_use]
-pub fn touches_between(
-    scenario: &Scenario,
-    body: &Footprint,
-    way: (Pose, Pose),
-    step: i64,
-    without: Option<i64>,
-) -> Option<i64> {
-    let mut others = scenario.obstacles.iter();
-    let touched = others.find(|obstacle| {
-        is_solid(obstacle)
-            && Some(obstacle.id) != without
-            && Ways::of(obstacle, body, way, step)
-                .is_some_and(|ways| (1..PARTS).any(|part| ways.touch(part_of(part))))
-    });
-    touched.map(|obstacle| obstacle.id)
-}
-
-fn part_of(part: usize) -> f64 {
-    part as f64 / PARTS as f64
-}
-
-/// The ways of a body and an obstacle within a step, both even.
-struct Ways<'a> {
-    body: &'a Footprint,
-    other: &'a Footprint,
-    of_body: (Pose, Pose),
-    of_other: (Pose, Pose),
-}
-
-impl<'a> Ways<'a> {
-    /// Nothing where the obstacle is not there at both steps, or too far away to be touched.
-    fn of(
-        obstacle: &'a Obstacle,
-        body: &'a Footprint,
-        (from, to): (Pose, Pose),
-        step: i64,
-    ) -> Option<Self> {
-        let other = obstacle.footprint_at(step)?;
-        let (now, next) = (obstacle.motion_at(step)?, obstacle.motion_at(step + 1)?);
-        let moved = (to.position - from.position).norm();
-        let far = body.reach() + other.reach() + moved;
-        let far = far + (next.pose.position - now.pose.position).norm();
-        if (from.position - now.pose.position).norm() > far {
-            return None;
-        }
-        Some(Self {
-            body,
-            other,
-            of_body: (from, to),
-            of_other: (now.pose, next.pose),
-        })
-    }
-
-    /// Both bodies a share of the way on.
-    fn at(&self, share: f64) -> (Placed<'a>, Placed<'a>) {
-        let pose = |(from, to): &(Pose, Pose)| between(from, to, share);
-        (
-            self.body.at(pose(&self.of_body)),
-            self.other.at(pose(&self.of_other)),
-        )
-    }
-
-    fn touch(&self, share: f64) -> bool {
-        let (body, other) = self.at(share);
-        body.distance(&other) <= 0.0
-    }
-}
-
-/// The first touch of a body and an obstacle within a step.
-struct Touch {
-    /// Share of the step.
-    share: f64,
-    /// The sides that touch: the body's, the obstacle's.
-    sides: (ContactSide, ContactSide),
-}
-
-impl Touch {
-    /// Nothing where they do not touch, or do so from the beginning of the step.
-    fn on(obstacle: &Obstacle, body: &Footprint, way: (Pose, Pose), step: i64) -> Option<Self> {
-        let ways = Ways::of(obstacle, body, way, step)?;
-        let first = (0..=PARTS).find(|part| ways.touch(part_of(*part)))?;
-        let (mut apart, mut touching) = (part_of(first.checked_sub(1)?), part_of(first));
-        while touching - apart > EXACT {
-            let middle = f64::midpoint(apart, touching);
-            match ways.touch(middle) {
-                true => touching = middle,
-                false => apart = middle,
-            }
-        }
-        let (body, other) = ways.at(touching);
-        Some(Self {
-            share: touching,
-            sides: sides(&body, &other),
-        })
-    }
-}
-
-/// The pose a share of the way from one to the other.
-pub(super) fn between(from: &Pose, to: &Pose, share: f64) -> Pose {
-    Pose {
-        position: from.position + (to.position - from.position) * share,
-        heading: from.heading + angle_between(from.heading, to.heading) * share,
-    }
 }
 
 /// The middle of what two bodies share: of the corners of either that are in the other, and of where their outlines

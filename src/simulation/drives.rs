@@ -1,28 +1,19 @@
 //! Drives of a problem: whole or a stretch of it, watched, controlled, or taking over what another drive has planned.
 
-use super::collision::touches_between;
 use super::{
     Collision, Control, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, ResumableRollout,
     Rollout,
 };
-use crate::geometry::{Pose, angle_between};
+use crate::geometry::angle_between;
 use crate::planner::{Planner, VehicleState};
 use crate::scenario::{Motion, Scenario, Track};
 
 /// What is wrong with a motion through a scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum MotionFault {
-    /// It touches an obstacle at a step.
+    /// It touches an obstacle.
     #[error("touches {0}")]
     Contact(Collision),
-    /// It touches an obstacle between two steps.
-    #[error("touches {with} between steps {after} and {}", after + 1)]
-    Between {
-        /// The step before.
-        after: i64,
-        /// The obstacle.
-        with: i64,
-    },
     /// It leaves the road at a step.
     #[error("leaves the road at step {0}")]
     OffRoad(i64),
@@ -82,54 +73,19 @@ impl Driver {
         drive
     }
 
-    /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`;
-    /// nothing where it touches no obstacle but at the steps themselves. Before a collision at a step it of course
-    /// does: that step is left out.
-    #[must_use]
-    pub fn touched_between(&self, scenario: &Scenario, drive: &Rollout) -> Option<i64> {
-        { self.touched_between_by(scenario, drive) }.map(|(step, _)| step)
-    }
-
-    /// The same, with the id of the obstacle.
-    #[must_use]
-    pub fn touched_between_by(&self, scenario: &Scenario, drive: &Rollout) -> Option<(i64, i64)> {
-        let collided = matches!(drive.outcome, Outcome::Collision(_));
-        let until = drive.states.len() - usize::from(collided).min(drive.states.len());
-        let body = self.road().body();
-        let pose = |state: &VehicleState| state.centre(self.limits()).pose;
-        let pairs = drive.states[..until].windows(2);
-        let mut pairs = pairs.map(|pair| (pair[0].0, (pose(&pair[0].1), pose(&pair[1].1))));
-        let without = self.settings().without;
-        pairs.find_map(|(step, poses)| {
-            let touched = touches_between(scenario, body, poses, step, without)?;
-            Some((step, touched))
-        })
-    }
-
     /// What is wrong with a motion of the vehicle's centre in `scenario`: the first contact with an obstacle, at a step
     /// or between two, or that it leaves the road that it was on.
     #[must_use]
     pub fn fault_of(&self, scenario: &Scenario, track: &Track) -> Option<MotionFault> {
-        let (body, without) = (self.road().body(), self.settings().without);
         // A goal ends nothing here.
         let mut look = Look::new(self, scenario, i64::MAX);
-        let mut before: Option<(i64, Pose)> = None;
         track.iter().find_map(|(step, motion)| {
-            let way = before.replace((step, motion.pose));
-            let way = way.filter(|(earlier, _)| earlier + 1 == step);
             let state = VehicleState::of_centre(motion, 0.0, self.limits());
-            let there = look.at(step, &state);
-            if let Some(Outcome::Collision(contact)) = there {
-                return Some(MotionFault::Contact(contact));
+            match look.at(step, &state) {
+                Some(Outcome::Collision(contact)) => Some(MotionFault::Contact(contact)),
+                Some(Outcome::OffRoad) => Some(MotionFault::OffRoad(step)),
+                _ => None,
             }
-            // What is touched on the way comes before what is left at its end.
-            let between = way.and_then(|(after, pose)| {
-                let way = (pose, motion.pose);
-                let with = touches_between(scenario, body, way, after, without)?;
-                Some(MotionFault::Between { after, with })
-            });
-            let off_road = || matches!(there, Some(Outcome::OffRoad));
-            between.or_else(|| off_road().then_some(MotionFault::OffRoad(step)))
         })
     }
 

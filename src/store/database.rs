@@ -40,7 +40,7 @@ pub enum StoreError {
         source: std::io::Error,
     },
     /// The file is not a store, or cannot be used as one.
-    #[error("{file}: {source}; move it away, or set NEARMISS_DATA to another folder")]
+    #[error("{file}: {source}; {}", advice(source.sqlite_error_code() == Some(rusqlite::ErrorCode::DiskFull)))]
     File {
         /// Which file.
         file: String,
@@ -49,8 +49,9 @@ pub enum StoreError {
     },
     /// The system cannot open the file, or it is not a file.
     #[error(
-        "{file}: {}; move it away, or set NEARMISS_DATA to another folder",
-        system::words(source)
+        "{file}: {}; {}",
+        system::words(source),
+        advice(source.kind() == std::io::ErrorKind::StorageFull)
     )]
     Open {
         /// Which file.
@@ -92,6 +93,14 @@ pub enum StoreError {
     /// A run is pinned and shall be deleted.
     #[error("run {0} is pinned; `nearmiss runs unpin {0}` before it can be deleted")]
     Pinned(super::RunId),
+}
+
+/// What to do where the store cannot be used.
+fn advice(disk_is_full: bool) -> &'static str {
+    match disk_is_full {
+        true => "free some space, or set NEARMISS_DATA to a folder on another disk",
+        false => "move it away, or set NEARMISS_DATA to another folder",
+    }
 }
 
 /// How long others are waited for that write at the same time.

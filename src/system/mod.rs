@@ -3,9 +3,11 @@
 pub mod activity;
 mod activity_locks;
 mod atomic_write;
+mod column;
 pub mod crash;
 mod file_cache;
 pub mod job_control;
+mod kernel_files;
 mod key_binding;
 mod opened_files;
 mod private;
@@ -23,10 +25,12 @@ mod without_folders;
 mod words;
 
 pub use atomic_write::{NewFile, SaveError, save, save_private};
+pub use column::{columns, pad_end, pad_start};
 pub use file_cache::FileCache;
+pub use kernel_files::is_of_kernel;
 pub use key_binding::KeyBinding;
 pub use opened_files::files_opened_by;
-pub use private::{close_file, close_folder, make_file, make_folder};
+pub use private::{OthersMay, close_file, close_folder, make_file, make_folder, others_may};
 pub use process_groups::{ProcessGroup, end_process_groups};
 pub use programs::is_program;
 pub use read_file::{LARGEST, LARGEST_TEXT, check_file, open_file, read_file, read_text};

@@ -30,6 +30,46 @@ pub fn make_file(path: &Path) -> Result<()> {
     }
 }
 
+/// What other users can do with a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct OthersMay {
+    /// Read it.
+    pub read: bool,
+    /// Change it, or put another one in its place.
+    pub write: bool,
+}
+
+/// What other users can do with a file, by its permissions and those of the folders that it lies in.
+#[cfg(unix)]
+#[must_use]
+pub fn others_may(file: &Path) -> OthersMay {
+    let none = OthersMay::default();
+    let (Some(bits), Ok(real)) = (mode(file), file.canonicalize()) else {
+        return none;
+    };
+    let folders: Option<Vec<u32>> = real.ancestors().skip(1).map(mode).collect();
+    let Some((folder, above)) = folders.as_deref().and_then(|all| all.split_first()) else {
+        return none;
+    };
+    // The group, then everybody.
+    [3, 0].into_iter().fold(none, |may, shift| {
+        let allows = |mode: &u32, what: u32| mode >> shift & what == what;
+        let replaced = allows(folder, 3) && folder & STICKY == 0;
+        let reached = allows(folder, 1) && above.iter().all(|folder| allows(folder, 1));
+        OthersMay {
+            read: may.read || reached && allows(&bits, 4),
+            write: may.write || reached && (allows(&bits, 2) || replaced),
+        }
+    })
+}
+
+/// Elsewhere the user's folders are closed by the system.
+#[cfg(not(unix))]
+#[must_use]
+pub fn others_may(_: &Path) -> OthersMay {
+    OthersMay::default()
+}
+
 /// Takes a file that an older program made, from all other users.
 ///
 /// A folder with the set-group-ID bit was made for a group to share; its files stay as they are. So does what belongs
@@ -120,6 +160,37 @@ mod tests {
         make_folder(&inner).unwrap();
         make_file(&file).unwrap();
         assert_eq!(std::fs::read(&file).unwrap(), b"x");
+    }
+
+    #[test]
+    fn what_others_may_depends_on_all_folders() {
+        let home = tempfile::tempdir().unwrap();
+        let (folder, file) = (
+            home.path().join("config"),
+            home.path().join("config/a.toml"),
+        );
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::write(&file, "x").unwrap();
+        let may = |modes: [u32; 3]| {
+            for (path, mode) in [home.path(), &folder, &file].into_iter().zip(modes) {
+                set_permissions(path, Permissions::from_mode(mode)).unwrap();
+            }
+            let OthersMay { read, write } = others_may(&file);
+            (read, write)
+        };
+        assert_eq!(may([0o755, 0o755, 0o644]), (true, false));
+        assert_eq!(may([0o755, 0o755, 0o666]), (true, true));
+        assert_eq!(may([0o755, 0o755, 0o660]), (true, true), "the group");
+        assert_eq!(
+            may([0o755, 0o777, 0o600]),
+            (false, true),
+            "it can be replaced"
+        );
+        assert_eq!(may([0o755, 0o1777, 0o600]), (false, false));
+        assert_eq!(may([0o755, 0o700, 0o666]), (false, false));
+        assert_eq!(may([0o700, 0o777, 0o666]), (false, false));
+        assert_eq!(others_may(&folder.join("gone")), OthersMay::default());
+        may([0o700, 0o700, 0o600]);
     }
 
     #[test]

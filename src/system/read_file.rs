@@ -64,6 +64,11 @@ fn opened(path: &Path) -> Result<File> {
 pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
     let file = open_file(path)?;
     let size = file.metadata()?.len();
+    // What has no size is empty, or made by the system while it is read, of any length.
+    let most = match size {
+        0 => most.min(LARGEST_TEXT),
+        _ => most,
+    };
     let too_large = || Error::other(format!("the file is larger than {}", mebibytes(most)));
     if size > most {
         return Err(too_large());
@@ -110,6 +115,18 @@ mod tests {
         assert!(error(LARGEST).contains("larger than 1024 MiB"));
         let error = read_file(folder.path(), 1).unwrap_err();
         assert!(words(&error).contains("folder"));
+    }
+
+    /// Of `/proc/PID/maps` and the like nobody knows how long they are.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_has_no_size_is_read_in_bounds() {
+        let mapped = Path::new("/proc/self/smaps");
+        assert_eq!(mapped.metadata().unwrap().len(), 0);
+        let read = |most| read_file(mapped, most).map(|bytes| bytes.len() as u64);
+        let error = words(&read(100).unwrap_err());
+        assert!(error.contains("larger than"), "{error}");
+        assert!(read(LARGEST).is_ok_and(|length| length <= LARGEST_TEXT));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Files in the making, so that a program that has to end at once leaves none of them behind.
+//! Files in the making, and folders of them, so that a program that has to end at once leaves none of them behind.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,7 +10,7 @@ static FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 pub struct Unfinished(PathBuf);
 
 impl Unfinished {
-    /// Begins to keep the file in mind.
+    /// Begins to keep the file, or the folder with all that is in it, in mind.
     #[must_use]
     pub fn begin(path: &Path) -> Self {
         files().push(path.to_path_buf());
@@ -31,7 +31,7 @@ impl Drop for Unfinished {
 pub fn remove_unfinished() {
     for path in files().drain(..) {
         // It may be in its place, or gone, already.
-        let _ = std::fs::remove_file(path);
+        let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
     }
 }
 

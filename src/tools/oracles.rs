@@ -7,7 +7,7 @@ use super::pair::{READING, said};
 use super::view::{Who, number, time};
 use super::{Argument, ArgumentKind, Arguments, Field, Kind, Tool, ToolError, WindowView};
 use crate::judge::{self, judge_under};
-use crate::metrics::{Context, MEASURES, measure};
+use crate::metrics::{Contact, Context, MEASURES, measure};
 use crate::verdict::Task;
 
 pub(super) const RECORDED_FUTURE: Tool = Tool {
@@ -122,7 +122,7 @@ fn measure_recorded(view: &WindowView<'_>, arguments: &Arguments) -> Result<Valu
 
 pub(super) const FIRST_CONTACT: Tool = Tool {
     name: "first_contact",
-    about: "The first recorded step at which the bodies of the ego and of an obstacle touch.",
+    about: "When the recorded bodies of the ego and of an obstacle first touch, at a step or between two.",
     kind: Kind::Oracle,
     arguments: &[],
     result: &[
@@ -146,24 +146,18 @@ pub(super) const FIRST_CONTACT: Tool = Tool {
 
 fn first_contact(view: &WindowView<'_>, _: &Arguments) -> Result<Value, ToolError> {
     let (scene, ..) = view.recording();
-    for step in scene.steps() {
-        let Some(ego) = scene.ego_at(step) else {
-            continue;
-        };
-        let touched = scene.participants().find(|p| {
-            p.placed_at(step)
-                .is_some_and(|other| ego.distance(&other) <= 0.0)
-        });
-        if let Some(touched) = touched {
-            return Ok(json!({
-                "contact": true,
-                "t": time(view.seconds(step)),
-                "obstacle": touched.obstacle.id,
-                "possible": touched.obstacle.is_occupancy_at(step),
-            }));
-        }
-    }
-    Ok(json!({"contact": false}))
+    let contacts = scene.participants();
+    let contacts = contacts.filter_map(|other| Contact::first(scene, &other));
+    let first = contacts.min_by(|a, b| a.time.total_cmp(&b.time));
+    Ok(match first {
+        Some(contact) => json!({
+            "contact": true,
+            "t": time(contact.time),
+            "obstacle": contact.obstacle,
+            "possible": contact.is_possible,
+        }),
+        None => json!({"contact": false}),
+    })
 }
 
 pub(super) const JUDGE: Tool = Tool {

@@ -30,7 +30,8 @@ pub use variant::{
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{Judgement, judge_collision, judge_recording};
 use crate::metrics::{
-    Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
+    Context, CriticalMoment, Grade, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series,
+    Thresholds,
 };
 use crate::render::scene::Basemap;
 use crate::scenario::{Scenario, Scene, Severity, Transform};
@@ -142,8 +143,8 @@ impl Opened {
             Ok(scene) => (Some(scene), None),
             Err(why) => (None, Some(why)),
         };
-        let series = scene.as_deref().map(|scene| series(scene, thresholds));
-        let headline = series.as_ref().map(Headline::from_series);
+        let measured = scene.as_deref().map(|scene| measured(scene, thresholds));
+        let (series, headline) = measured.unzip();
         let judged = |judge: fn(&Scene, &Thresholds) -> Judgement| {
             scene.as_deref().map(|scene| judge(scene, thresholds))
         };
@@ -152,7 +153,7 @@ impl Opened {
             name: change.map_or_else(|| entry.name.clone(), |c| c.name(&entry.name)),
             change,
             file: entry.display(),
-            ranking: series.as_ref().map(ranking).unwrap_or_default(),
+            ranking: headline.as_ref().map(ranking).unwrap_or_default(),
             basemap: Arc::new(Basemap::new(&scenario)),
             scenario,
             scene,
@@ -177,6 +178,13 @@ impl Opened {
         all.filter(|d| d.severity == Severity::Warning).count()
     }
 
+    /// The moment that matters, where it is no contact, which has a mark of its own.
+    #[must_use]
+    pub fn worst_untouched(&self) -> Option<&CriticalMoment> {
+        let worst = self.headline.as_ref().and_then(Headline::worst);
+        worst.filter(|moment| moment.grade != Grade::Contact)
+    }
+
     /// The steps to show: those of the ego, or of all obstacles where there is none.
     #[must_use]
     pub fn steps(&self) -> std::ops::Range<i64> {
@@ -187,33 +195,22 @@ impl Opened {
     }
 }
 
-/// The shown measures of a scene.
-fn series(scene: &Scene, thresholds: &Thresholds) -> Series {
+/// The shown measures of a scene, and what is most dangerous in it.
+fn measured(scene: &Scene, thresholds: &Thresholds) -> (Series, Headline) {
     let wanted = |m: &&'static Measure| SHOWN.contains(&m.id);
     let context = Context::under(scene, thresholds);
-    Series::from_context(&context, MEASURES.iter().filter(wanted).collect())
+    let series = Series::from_context(&context, MEASURES.iter().filter(wanted).collect());
+    let headline = Headline::new(&context, &series);
+    (series, headline)
 }
 
-/// Obstacles by their lowest risk, then their smallest distance.
-fn ranking(series: &Series) -> Vec<i64> {
-    let lowest = |measure: &str, id: i64| {
-        let values = series.row(measure, id).iter().filter_map(|r| r.value());
-        values.fold(f64::MAX, f64::min)
-    };
-    let mut ranked: Vec<(i64, f64, f64)> = series
-        .obstacles()
+/// Obstacles by their most severe moment.
+fn ranking(headline: &Headline) -> Vec<i64> {
+    headline
+        .moments
         .iter()
-        .map(|&id| (id, lowest("risk", id), lowest("distance", id)))
-        .filter(|(_, risk, _)| *risk < f64::MAX)
-        .collect();
-    ranked.sort_by(|a, b| {
-        let contact = |d: f64| d > 0.0;
-        (contact(a.2), a.1)
-            .partial_cmp(&(contact(b.2), b.1))
-            .unwrap_or(std::cmp::Ordering::Equal)
-            .then(a.2.total_cmp(&b.2))
-    });
-    ranked.into_iter().map(|(id, ..)| id).collect()
+        .map(|moment| moment.obstacle)
+        .collect()
 }
 
 /// The most dangerous value of a measure in a scenario with this ego; nothing without an ego or a value.

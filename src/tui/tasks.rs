@@ -278,8 +278,11 @@ impl Tasks {
         let sender = self.sender.clone();
         tokio::spawn(async move {
             let mut found = probe(&registry, &environment).await;
-            found.retain(|model| !model.is_no_chat());
-            let _ = sender.send(Msg::Discovered(found));
+            found.models.retain(|model| !model.is_no_chat());
+            let notes = found.notes.into_iter().map(Msg::Complaint);
+            for message in std::iter::once(Msg::Discovered(found.models)).chain(notes) {
+                let _ = sender.send(message);
+            }
         });
     }
 

@@ -85,6 +85,12 @@ impl Models {
         retired.or_else(|| self.registry.unlisted(id))
     }
 
+    /// Where a model's key is from, if that is a file of the current folder ([`Registry::key_of_folder`]).
+    #[must_use]
+    pub fn key_of_folder(&self, id: &str) -> Option<String> {
+        self.registry.key_of_folder(id, &self.environment)
+    }
+
     /// The providers.
     #[must_use]
     pub fn registry(&self) -> &Registry {

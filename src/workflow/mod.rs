@@ -66,7 +66,7 @@ pub use experiment::{
     EXPERIMENT_KEYS, Experiment, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentKey,
     ExperimentProgress, FolderOfExperiments, PreparedExperiment, WayProgress, WriteExperimentError,
     experiment_among, experiment_schema, experiments_in, hashes_in, hashes_of, is_experiment_file,
-    reasons_of, selected,
+    name_of, reasons_of, selected,
 };
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
@@ -78,7 +78,7 @@ pub use listing::{INDEX_RADIUS, find, find_in_pieces};
 pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };
-pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
+pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_of};
 pub use original::{Attacker, VariantOrigin};
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 pub use planner_failure::PlannerFailure;

@@ -58,6 +58,20 @@ pub enum OpenError {
     },
 }
 
+/// The scene of a scenario that was read, with its ego; or that none lies beside it.
+///
+/// # Errors
+/// The ego that was asked for cannot be the ego, or that beside it cannot be used.
+pub fn scene_of(
+    entry: &Entry,
+    scenario: &Arc<Scenario>,
+    ego: &EgoSelection,
+) -> Result<Result<Arc<Scene>, MissingEgo>, EgoError> {
+    let scene = |ego| Arc::new(Scene::new(Arc::clone(scenario), ego));
+    let ego = ego.resolve(entry, scenario)?;
+    Ok(ego.map(scene).ok_or(MissingEgo::NotRecorded))
+}
+
 /// Opens a scenario. Where no ego lies beside it, it has none.
 ///
 /// ```
@@ -91,9 +105,8 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
         }
         _ => ego,
     };
-    let scene = match ego.resolve(entry, &scenario) {
-        Ok(Some(ego)) => Ok(Arc::new(Scene::new(Arc::clone(&scenario), ego))),
-        Ok(None) => Err(MissingEgo::NotRecorded),
+    let scene = match scene_of(entry, &scenario, ego) {
+        Ok(scene) => scene,
         Err(error) if *ego == EgoSelection::Beside && !strict => {
             Err(MissingEgo::Unusable(error.to_string()))
         }

@@ -307,6 +307,13 @@ async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
 #[cfg(unix)]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_interrupt_ends_in_good_order() {
+    for signal in super::interrupted::signals() {
+        interrupted_and_resumed(signal).await;
+    }
+}
+
+#[cfg(unix)]
+async fn interrupted_and_resumed(signal: &str) {
     let server = Server::answering(|number, request| {
         Some(match number {
             0 | 1 => Script::chunked_events()
@@ -324,7 +331,7 @@ async fn an_interrupt_ends_in_good_order() {
     }
     let id = child.id().to_string();
     let sent = std::process::Command::new("kill")
-        .args(["-INT", &id])
+        .args([signal, &id])
         .status();
     assert!(sent.unwrap().success());
     let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
@@ -339,7 +346,11 @@ async fn an_interrupt_ends_in_good_order() {
     );
     let ended = run(&home, &["evaluate", "--resume", "last", "--json"]).status(0);
     assert_eq!(total(&cells(&ended), &["n"]), 64);
-    assert_eq!(server.requests().len(), 64);
+    assert_eq!(
+        server.requests().len(),
+        64,
+        "{signal}: nothing is paid for twice"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -118,6 +118,11 @@ fn hostile_bundles_are_refused_and_nothing_is_written() {
         ),
         ("stranger", with("evil.sh", b"x"), "no member of a bundle"),
         (
+            "a name that no file system takes",
+            with(&format!("scenarios/{}.xml", "x".repeat(300)), b"x"),
+            "no member of a bundle",
+        ),
+        (
             "twice",
             with("Experiment.toml", b"x"),
             "no member of a bundle",

@@ -182,3 +182,47 @@ fn every_mistake_of_the_configuration_is_named() {
         assert!(doctor.stdout.contains(words), "{words}: {}", doctor.stdout);
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn files_that_others_can_change_or_read_are_told() {
+    use std::os::unix::fs::PermissionsExt;
+    let home = Home::new();
+    let config = home.write(home.config().join("config.toml"), "mouse = false\n");
+    let here = home.write(".env", "LAB_KEY=x\n");
+    let open = |path: &std::path::Path, mode: u32| {
+        let mode = std::fs::Permissions::from_mode(mode);
+        std::fs::set_permissions(path, mode).unwrap();
+    };
+    let root = home.config().parent().unwrap().to_path_buf();
+    for (path, mode) in [
+        (&root, 0o755),
+        (&home.config(), 0o777),
+        (&home.files(), 0o755),
+        (&config, 0o666),
+        (&here, 0o644),
+    ] {
+        open(path, mode);
+    }
+    let said = home.run(&["doctor"]).status(0).stdout;
+    let warned = |words: &str| {
+        let line = said.lines().find(|line| line.contains(words));
+        assert!(
+            line.is_some_and(|l| l.starts_with("warning")),
+            "{words}: {said}"
+        );
+    };
+    warned("config.toml: other users can change it");
+    warned("`chmod go-w ");
+    warned(".env: other users can read the keys in it; close it with `chmod 600 .env`");
+    let told = [
+        "config.toml: other users can change it",
+        ".env: other users can read",
+    ];
+    home.run(&["--print-config"]).status(0).says(&told);
+    open(&home.config(), 0o700);
+    open(&here, 0o600);
+    let quiet = home.run(&["doctor"]).status(0).stdout;
+    assert!(!quiet.contains("other users"), "{quiet}");
+    assert_eq!(home.run(&["--print-config"]).status(0).stderr, "");
+}

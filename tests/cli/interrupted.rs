@@ -99,6 +99,24 @@ async fn an_interrupt_closes_the_connection_and_is_written_down() {
     assert_eq!(runs[0]["answer"], Some(SAID.concat()));
 }
 
+/// The signals that end a command: Ctrl-C, the end that a scheduler asks for, a terminal that is gone, Ctrl-\. The last
+/// two go unheard where whoever runs the tests ignores them.
+#[cfg(unix)]
+pub(super) fn signals() -> impl Iterator<Item = &'static str> {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|l| l.strip_prefix("SigIgn:"));
+    let mask = mask.map_or(0, |mask| u64::from_str_radix(mask.trim(), 16).unwrap());
+    let heard = move |(signal, number): &(&str, u32)| {
+        let heard = *number == 0 || mask >> (number - 1) & 1 == 0;
+        if !heard {
+            super::support::program::skipped(&format!("{signal} is ignored here"));
+        }
+        heard
+    };
+    let all = [("-INT", 0), ("-TERM", 0), ("-HUP", 1), ("-QUIT", 3)];
+    all.into_iter().filter(heard).map(|(signal, _)| signal)
+}
+
 /// What a program that was interrupted said, and how long it went on.
 #[cfg(unix)]
 struct Interrupted {
@@ -157,7 +175,7 @@ const SLOW: &str = "[planner]\nhorizon = 20\n[planner.sampling]\ndurations = 12\
 
 /// The cut-in with so many copies of all its obstacles.
 #[cfg(unix)]
-fn crowded(copies: usize) -> String {
+pub(super) fn crowded(copies: usize) -> String {
     let xml = bundled_xml(CUT_IN);
     let (open, close) = ("<dynamicObstacle id=\"", "</dynamicObstacle>");
     let (from, to) = (
@@ -205,9 +223,14 @@ fn every_command_ends_within_a_second_of_a_signal() {
         &["ask", "crowd.xml", "--task", "safety"],
         &["convert", "crowd.xml", "-o", "again.xml"],
     ];
-    for signal in ["-INT", "-TERM"] {
+    for signal in signals() {
+        // All signals take the same way.
+        let commands = match signal {
+            "-INT" | "-TERM" => &commands[..],
+            _ => &commands[..4],
+        };
         let mut interrupted = 0;
-        for arguments in commands {
+        for &arguments in commands {
             let begun = Instant::now();
             let child = home.start(arguments);
             let running = || begun.elapsed() > Duration::from_millis(700);
@@ -237,7 +260,10 @@ fn every_command_ends_within_a_second_of_a_signal() {
                 "{arguments:?}: half a line"
             );
         }
-        assert!(interrupted >= 6, "only {interrupted} were slow enough");
+        assert!(
+            2 * interrupted >= commands.len().min(12),
+            "{signal}: only {interrupted} were slow enough"
+        );
         let left = super::metrics::names(&home.files());
         let parts = left.iter().filter(|name| name.contains(".part"));
         assert_eq!(parts.count(), 0, "{left:?}");
@@ -257,7 +283,7 @@ fn every_command_ends_within_a_second_of_a_signal() {
 #[cfg(unix)]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_server_that_says_nothing_does_not_keep_a_command() {
-    for signal in ["-INT", "-TERM"] {
+    for signal in signals() {
         for command in ["ask", "evaluate"] {
             let script = || Script::chunked_events().chunk(delta("I ")).await_close();
             let server = Server::start(vec![script(), script()]).await;
@@ -276,4 +302,33 @@ async fn a_server_that_says_nothing_does_not_keep_a_command() {
             );
         }
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_nohup_started_goes_on_when_its_terminal_closes() {
+    let home = Home::new();
+    std::fs::write(home.config().join("config.toml"), SLOW).unwrap();
+    let program = home.command();
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", "trap '' HUP; exec \"$0\" plan \"$1\""]);
+    shell.arg(program.get_program()).arg(CUT_IN);
+    shell.current_dir(home.files());
+    shell.envs(program.get_envs().filter_map(|(k, v)| Some((k, v?))));
+    shell.stdout(std::process::Stdio::piped());
+    let mut child = shell.stderr(std::process::Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    let id = child.id().to_string();
+    let signal = |name: &str| {
+        let sent = std::process::Command::new("kill")
+            .args([name, &id])
+            .status();
+        assert!(sent.unwrap().success());
+    };
+    signal("-HUP");
+    std::thread::sleep(LATEST + Duration::from_secs(1));
+    assert_eq!(child.try_wait().unwrap(), None, "it goes on");
+    signal("-TERM");
+    let output = child.wait_with_output().unwrap();
+    Ended::of(&output).status(130).says(&["interrupted"]);
 }

@@ -208,3 +208,68 @@ fn wrong_arguments_are_told_in_words_of_the_protocol() {
     assert!(!said.contains("can be opened"), "{said}");
     client.end();
 }
+
+#[test]
+fn a_list_goes_on_from_cursors_that_were_given_alone() {
+    let home = Home::new();
+    for i in 0..230 {
+        let root = "<commonRoad timeStepSize=\"0.1\" commonRoadVersion=\"2020a\"/>";
+        home.write(format!("all/{i}.xml"), root);
+    }
+    let mut client = Client::start(&home, &["all"]);
+    let first = client.ask("resources/list", json!({"cursor": null}))["result"].clone();
+    assert_eq!(first["resources"].as_array().unwrap().len(), 200);
+    let next = client.ask("resources/list", json!({"cursor": first["nextCursor"]}));
+    assert_eq!(next["result"]["resources"].as_array().unwrap().len(), 30);
+    assert!(next["result"]["nextCursor"].is_null());
+    for (method, cursor) in [
+        ("resources/list", json!("next")),
+        ("resources/list", json!("")),
+        ("resources/list", json!("0")),
+        ("resources/list", json!("7")),
+        ("resources/list", json!("-200")),
+        ("resources/list", json!(200)),
+        ("resources/list", json!({})),
+        ("tools/list", json!("200")),
+        ("prompts/list", json!("")),
+        ("resources/templates/list", json!(1)),
+    ] {
+        let answer = client.ask(method, json!({ "cursor": cursor }));
+        assert_eq!(
+            answer["error"]["code"], -32602,
+            "{method} {cursor}: {answer}"
+        );
+    }
+    client.end();
+}
+
+/// A scenario that takes a while to read.
+#[cfg(unix)]
+#[test]
+fn while_a_scenario_is_read_a_ping_is_answered_and_a_request_taken_back() {
+    let home = Home::new();
+    for name in ["in/a.xml", "in/b.xml"] {
+        home.write(name, super::interrupted::crowded(300));
+    }
+    let mut client = Client::start(&home, &["in"]);
+    let send = |client: &mut Client, id: i64, method: &str, parameters: Value| {
+        let message = json!({"jsonrpc": "2.0", "id": id, "method": method, "params": parameters});
+        client.send(&message.to_string());
+    };
+    let call = |name: &str| {
+        let arguments = json!({"scenario": name, "ego": 1000301});
+        json!({"name": "list_obstacles", "arguments": arguments})
+    };
+    send(&mut client, 100, "tools/call", call("a.xml"));
+    send(&mut client, 101, "ping", json!({}));
+    assert_eq!(client.next()["id"], 101);
+    assert_eq!(client.next()["id"], 100);
+    send(&mut client, 102, "tools/call", call("b.xml"));
+    let taken_back = json!({"jsonrpc": "2.0", "method": "notifications/cancelled", "params": {"requestId": 102}});
+    client.send(&taken_back.to_string());
+    send(&mut client, 103, "ping", json!({}));
+    send(&mut client, 104, "tools/call", call("a.xml"));
+    assert_eq!(client.next()["id"], 103);
+    assert_eq!(client.next()["id"], 104);
+    client.end();
+}

@@ -230,3 +230,18 @@ fn who_has_no_token_or_comes_from_a_page_is_refused() {
     .status(2)
     .says(&["NEARMISS_MCP_TOKEN", "too short"]);
 }
+
+#[test]
+fn connections_that_say_nothing_shut_nobody_out() {
+    let home = Home::new();
+    let server = Http::start(&home);
+    let begun = std::time::Instant::now();
+    let silent: Vec<TcpStream> = (0..100)
+        .map(|_| TcpStream::connect(&server.address).unwrap())
+        .collect();
+    let session = server.begin();
+    let ping = server.post(Some(&session), &request(1, "ping", json!({})));
+    assert_eq!(ping.json()["result"], json!({}));
+    assert!(begun.elapsed() < std::time::Duration::from_secs(15));
+    drop(silent);
+}

@@ -64,7 +64,7 @@ fn the_convention_of_the_paper_begins_with_the_published_columns() {
     ];
     let at = header.iter().position(|h| *h == "wdominant").unwrap();
     assert_eq!(header[at..at + 8], risk);
-    assert_eq!(header.last(), Some(&"scenario"));
+    assert!(header.ends_with(&["distance", "scenario", "file", "hash", "ego"]));
     let rows = table(&text);
     assert!(rows.len() > 100);
     let infinite = |row: &&Vec<(String, String)>| cell(row, "ttc_long") == "inf";
@@ -85,7 +85,7 @@ fn the_convention_of_the_paper_begins_with_the_published_columns() {
         home.run(&["metrics", CUT_IN, "--convention", "exact"])
             .stdout
     );
-    assert!(exact.starts_with("scenario,timestep,time,"));
+    assert!(exact.starts_with("scenario,file,hash,ego,timestep,time,"));
     let ended = home
         .run(&["metrics", CUT_IN, "--convention", "loose"])
         .status(2);
@@ -283,7 +283,7 @@ fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
 fn the_list_tells_what_the_columns_are() {
     let home = Home::new();
     let table = home.run(&["metrics", CUT_IN]).status(0).stdout;
-    let columns: Vec<&str> = table.lines().next().unwrap().split(',').skip(5).collect();
+    let columns: Vec<&str> = table.lines().next().unwrap().split(',').skip(8).collect();
     let list = home
         .run(&["metrics", "--list", "--format", "json"])
         .status(0)

@@ -107,6 +107,21 @@ async fn servers_of_this_machine_are_listed() {
     assert_eq!(server.requests().len(), 2, "no server is asked");
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn names_that_are_none_are_left_out_and_told() {
+    let home = Home::new();
+    let names = ["x".repeat(70_000), "y".repeat(257), "z".repeat(256)];
+    let models = names.clone().map(|id| json!({ "id": id }));
+    let list = json!({ "data": models }).to_string();
+    let server = Server::start(vec![Script::json(200, &list)]).await;
+    let config = format!("[provider.lab]\nbase_url = \"{}\"\n", server.base_url());
+    home.write(home.config().join("config.toml"), config);
+    let ended = tokio::task::block_in_place(|| home.run(&["models"])).status(0);
+    let ended = ended.says(&["lab: 2 names of its list are left out", "256 characters"]);
+    assert!(ended.stdout.contains(&format!("lab/{} ", names[2])));
+    assert!(!ended.stdout.contains("yyy") && !ended.stdout.contains("xxx"));
+}
+
 #[test]
 fn a_wrong_entry_or_file_is_named() {
     let home = Home::new();
@@ -181,6 +196,10 @@ async fn a_key_in_a_file_is_used_and_shows_nowhere() {
     let arguments = ["ask", CUT_IN, "--model", "house/big", "--json"];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
     assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
+    // A file that came with downloaded scenarios would lead questions to a stranger's account.
+    let told = "nearmiss: house: asked with the key HOUSE_KEY in ./.env";
+    let ended = ended.says(&[told]);
+    assert_eq!(ended.stderr.matches(told).count(), 1);
     assert_eq!(
         home.files_with(KEY),
         [file],
@@ -190,6 +209,22 @@ async fn a_key_in_a_file_is_used_and_shows_nowhere() {
     assert_eq!(
         server.requests()[0].header("authorization"),
         Some(bearer.as_str())
+    );
+    let batch = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "house/big,house/small",
+        "--dry-run",
+    ];
+    let ended = tokio::task::block_in_place(|| home.run(&batch)).says(&[told]);
+    assert_eq!(ended.stderr.matches(told).count(), 1, "{}", ended.stderr);
+    std::fs::rename(home.files().join(".env"), home.config().join(".env")).unwrap();
+    let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
+    assert!(
+        !ended.stderr.contains("asked with the key"),
+        "{}",
+        ended.stderr
     );
 }
 

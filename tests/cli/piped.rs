@@ -122,6 +122,12 @@ fn a_full_disk_is_no_closed_pipe() {
         &["export", "--format", "csv"],
         &["metrics", CUT_IN],
         &["runs"],
+        &["--help"],
+        &["--version"],
+        &["ask", "--help"],
+        &["help", "store"],
+        &["man"],
+        &["completions", "bash"],
     ] {
         let full = std::fs::File::options().write(true).open("/dev/full");
         let mut command = home.command();

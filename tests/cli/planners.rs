@@ -182,6 +182,26 @@ fn each_misbehaviour_is_a_clear_outcome_and_leaves_nothing_running() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn no_signal_leaves_a_planner_running() {
+    for signal in super::interrupted::signals() {
+        let home = home();
+        let child = home.start(&["plan", CUT_IN, "--planner", "sh fake.sh hang"]);
+        let noted = || std::fs::read_to_string(home.files().join("ids")).unwrap_or_default();
+        let until = Instant::now() + Duration::from_secs(30);
+        while noted().lines().count() < 2 && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let id = child.id().to_string();
+        let sent = Command::new("kill").args([signal, &id]).status();
+        assert!(sent.unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        Ended::of(&output).status(130).says(&["interrupted"]);
+        nothing_left(&home);
+    }
+}
+
 #[test]
 fn a_planner_that_stands_still_is_driven_to_the_end() {
     let home = home();

@@ -256,9 +256,12 @@ fn metrics_are_a_table() {
     );
     let mut reader = csv::Reader::from_reader(ended.stdout.as_bytes());
     let header = reader.headers().unwrap().clone();
-    let first: Vec<&str> = header.iter().take(7).collect();
+    let first: Vec<&str> = header.iter().take(10).collect();
     let expected = [
         "scenario",
+        "file",
+        "hash",
+        "ego",
         "timestep",
         "time",
         "obstacle_id",
@@ -272,10 +275,10 @@ fn metrics_are_a_table() {
     for row in &rows {
         assert_eq!(&row[0], CUT_IN);
         assert!(
-            row[1].parse::<i64>().is_ok() && row[3].parse::<i64>().is_ok(),
+            row[4].parse::<i64>().is_ok() && row[6].parse::<i64>().is_ok(),
             "{row:?}"
         );
-        for cell in row.iter().skip(5).filter(|cell| !cell.is_empty()) {
+        for cell in row.iter().skip(8).filter(|cell| !cell.is_empty()) {
             assert!(cell.parse::<f64>().is_ok_and(f64::is_finite), "{row:?}");
         }
     }
@@ -301,7 +304,7 @@ fn metrics_are_a_table() {
             value => cell.parse::<f64>().ok() == value.as_f64(),
         };
         assert!(
-            same("ttc", &row[6]) && same("distance", &row[5]),
+            same("ttc", &row[9]) && same("distance", &row[8]),
             "{object} {row:?}"
         );
     }
@@ -340,7 +343,8 @@ fn metrics_of_a_folder_with_a_broken_file_are_those_of_the_others() {
         .status(1)
         .says(&["broken.xml", "1 of 3 scenarios"]);
     for (name, _) in &BUNDLED[..2] {
-        let alone = home.run(&["metrics", name]).status(0).stdout;
+        let alone = format!("all/{name}.xml");
+        let alone = home.run(&["metrics", &alone]).status(0).stdout;
         let rows = alone.split_once('\n').unwrap().1;
         assert!(ended.stdout.contains(rows), "{name}");
     }

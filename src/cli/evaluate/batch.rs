@@ -258,7 +258,7 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
     if let Some(why) = request.settings(None).misplaced(&frames, "--") {
         return Err(Failure::input(why));
     }
-    Ok(Matrix {
+    let matrix = Matrix {
         request: request.drawn(&tasks),
         tasks,
         frames,
@@ -268,7 +268,9 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
         more_leads: leads.collect(),
         transforms: each_once(changes.copied()),
         axes,
-    })
+    };
+    matrix.check_size().map_err(Failure::input)?;
+    Ok(matrix)
 }
 
 /// A model that every installation knows.

@@ -104,6 +104,9 @@ pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
     } else {
         output::text(&(rows.table() + &varied.tables()))?;
     }
+    output::say(&format!(
+        "nearmiss: `nearmiss report --batch {id}` has intervals and comparisons"
+    ));
     unanswered(context, id, None, |_| true)
 }
 

@@ -35,7 +35,10 @@ impl Truth {
     /// Describes the ground truth for people.
     pub fn words(&self) -> String {
         match self.is_geometry() {
-            true => "exact geometry of the recordings: bodies overlap at a recorded step".into(),
+            true => {
+                "exact geometry of the recordings: bodies touch at a recorded step or between two"
+                    .into()
+            }
             false => output::visible(&self.source.words()),
         }
     }

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use super::filters::{Filters, store, store_to_read};
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::locked::Unlock;
-use super::output::{self, Encoded, OutputFile, TableWriter, format_of, written};
+use super::output::{self, Encoded, ForSpreadsheet, OutputFile, TableWriter, format_of, written};
 use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::evaluation::{AnswerState, Provenance};
@@ -31,6 +31,8 @@ pub struct Export {
     /// Format [default: from the file name, else jsonl].
     #[arg(long, value_enum)]
     format: Option<Format>,
+    #[command(flatten)]
+    spreadsheet: ForSpreadsheet,
     #[command(flatten)]
     output: OutputFile,
     #[command(flatten)]
@@ -66,6 +68,7 @@ const ENDINGS: &[(&str, Format)] = &[
 pub fn run(arguments: &Export) -> Outcome {
     let file = arguments.output.file();
     if arguments.format == Some(Format::Chat) {
+        arguments.spreadsheet.check(false)?;
         return chats(arguments);
     }
     if let Some(option) = arguments.chat.given() {
@@ -81,6 +84,7 @@ pub fn run(arguments: &Export) -> Outcome {
         Format::Parquet | Format::Chat => output::Format::Parquet,
     };
     format.check(file)?;
+    arguments.spreadsheet.check(format == output::Format::Csv)?;
     let store = match arguments.unlock.is_given() {
         // A look is recorded.
         true => store()?,
@@ -105,6 +109,7 @@ pub fn run(arguments: &Export) -> Outcome {
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
     let (target, mut table) = (arguments.output.begin()?, columns::table());
+    table.spreadsheet = arguments.spreadsheet;
     if format == output::Format::Parquet {
         let runs = numbers.iter().copied().collect();
         let provenance = Provenance::of_runs(&store, &runs).map_err(Failure::input)?;

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 use super::variant::Generated;
 use crate::cli::output;
 use crate::cli::plan::failed;
+use crate::cli::row_file::short_hash;
 use crate::evaluation::generating::{Authored, ChosenBy};
 use crate::generation::{
     Attack, Avoidability, ClosedLoop, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
@@ -59,6 +60,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "rejected": null,
         "scenario": generated.name,
         "file": generated.file,
+        "hash": short_hash(&generated.workshop.closed.scenario().hash),
         "id": null,
         "by": by,
         "attackers": chosen.map(|c| attackers(generated, &c.attack)),
@@ -71,7 +73,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "ego_side": collision.map(|c| c.ego.name()),
         "other_side": collision.map(|c| c.other.name()),
         "min_distance": effect.and_then(Effect::distance),
-        "touched_after_step": effect.and_then(|e| e.between),
+        "touched_after_step": effect.and_then(Effect::touched_after_step),
         "min_risk_of_anyone_before": baseline.lowest(),
         "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
     });

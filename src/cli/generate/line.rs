@@ -25,6 +25,8 @@ pub struct Line {
 #[derive(Debug, Clone, Deserialize)]
 pub struct Figures {
     pub scenario: String,
+    #[serde(default)]
+    pub file: Option<String>,
     pub outcome: OutcomeName,
     pub attacker: Option<i64>,
     /// All attackers; of versions that knew only one none.

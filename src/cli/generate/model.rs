@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
-use crate::cli::open::user_thresholds;
+use crate::cli::open::{judge_of, user_thresholds};
 use crate::cli::{Failure, output};
 use crate::evaluation::batch::Spec;
 use crate::evaluation::generating::Author;
@@ -61,7 +61,7 @@ impl Writer {
             parameters,
             arguments.budget.or(config.budget),
         );
-        let judge = models.judge(model).map_err(Failure::input)?;
+        let judge = judge_of(&models, model)?;
         let library = validate(Library::load(Some(&folders.prompts())));
         for problem in &library.problems {
             output::say(&format!("nearmiss: {problem}"));

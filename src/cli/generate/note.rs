@@ -44,7 +44,6 @@ impl Generated {
         let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());
         if let Some(effect) = effect {
             notes.extend(uncounted(effect));
-            let driver = self.workshop.closed.driver();
             // Of a planner that is a process: ours plans only what the vehicle can do.
             if effect.drive.external.is_some()
                 && let Some(beyond) = effect.drive.beyond_vehicle()
@@ -54,11 +53,8 @@ impl Generated {
                     output::counted(beyond.steps, "step")
                 ));
             }
-            if effect.between.is_some()
-                && let Some(found) = driver.touched_between_by(&effect.scenario, &effect.drive)
-            {
-                notes.push(between(found));
-            }
+            let between = effect.contact.filter(|contact| contact.between);
+            notes.extend(between.map(|contact| between_words(&contact)));
             let original = self.workshop.closed.scenario();
             let gone = effect.attackers.iter().filter_map(|attacker| {
                 let gone = Gone::after(attacker.obstacle, attacker.until, original)?;
@@ -93,7 +89,7 @@ impl Generated {
     }
 }
 
-/// How many drives of a summary had contacts that are no collisions by the outcome.
+/// How many drives of a summary were hit from behind, and had contacts that no step shows.
 pub fn contacts(from_behind: usize, between: usize) -> String {
     let lines = [
         (from_behind, "hit from behind (no effect)"),
@@ -121,11 +117,12 @@ fn contact_words(contact: &Collision) -> String {
     }
 }
 
-/// That the steps do not see all: the step before it, and the obstacle.
-fn between((step, with): (i64, i64)) -> String {
+/// That the steps do not show the contact.
+fn between_words(contact: &Collision) -> String {
+    let (with, step) = (contact.with, contact.step);
     format!(
-        "contact with {with} only between steps {step} and {}",
-        step + 1
+        "contact with {with} only between steps {} and {step}",
+        step - 1
     )
 }
 
@@ -139,6 +136,7 @@ mod tests {
         let contact = Collision {
             step: 54,
             with: 30661,
+            between: false,
             ego: ContactSide::Rear,
             other: ContactSide::Front,
             is_possible: false,
@@ -160,7 +158,12 @@ mod tests {
             (wanted.into(), String::new())
         );
         assert_eq!(
-            between((79, 7)),
+            between_words(&Collision {
+                with: 7,
+                step: 80,
+                between: true,
+                ..contact
+            }),
             "contact with 7 only between steps 79 and 80"
         );
     }

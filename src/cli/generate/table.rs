@@ -3,6 +3,7 @@
 use super::line::Figures;
 use crate::cli::output;
 use crate::cli::output::Align::{Left, Right};
+use crate::cli::row_file::Labels;
 use crate::formats::Entry;
 
 /// Longer names push the columns behind them.
@@ -14,6 +15,7 @@ pub const PLAUSIBILITY: &str = "plausibility: log-likelihood of the attackers' m
 /// Width of the first column, and whether the header is written.
 #[derive(Debug)]
 pub struct Table {
+    labels: Labels,
     width: usize,
     /// Most obstacles that attack together.
     together: usize,
@@ -23,11 +25,10 @@ pub struct Table {
 impl Table {
     /// A table of these scenarios, with room for so many attackers.
     pub fn new(entries: &[Entry], together: usize) -> Self {
-        let names = entries
-            .iter()
-            .map(|e| output::visible(&e.name).chars().count());
+        let labels = Labels::new(entries);
         Self {
-            width: names.max().unwrap_or(0).clamp("scenario".len(), WIDEST),
+            width: labels.longest().clamp("scenario".len(), WIDEST),
+            labels,
             together: together.max(1),
             begun: false,
         }
@@ -90,7 +91,9 @@ impl Table {
             &format!("{:.1}", figures.seconds),
             &said.join("; "),
         ];
-        text.push_str(&self.line(&figures.scenario, &cells));
+        let file = figures.file.as_deref().unwrap_or_default();
+        let label = self.labels.of(&figures.scenario, file);
+        text.push_str(&self.line(&label, &cells));
         text
     }
 

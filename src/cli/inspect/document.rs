@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{obstacles, planning, traffic};
 use crate::cli::routes;
 use crate::formats::{EgoError, Entry};
-use crate::scenario::{Ego, Scenario, benchmark_id};
+use crate::scenario::{Ego, Motion, Scenario, benchmark_id};
 
 pub fn document(
     entry: &Entry,
@@ -41,12 +41,25 @@ pub fn all<'a, T>(things: &'a [T], of: impl Fn(&'a T) -> Value) -> Vec<Value> {
     things.iter().map(of).collect()
 }
 
+/// A recorded step, as the states of obstacles are.
+fn motion((step, motion): (i64, &Motion)) -> Value {
+    json!({
+        "time_step": step,
+        "x": motion.pose.position.x,
+        "y": motion.pose.position.y,
+        "orientation": motion.pose.heading,
+        "velocity": motion.velocity,
+        "acceleration": motion.acceleration,
+    })
+}
+
 fn ego(ego: &Result<Option<Ego>, EgoError>) -> Value {
     match ego {
         Ok(Some(ego)) => json!({
             "id": ego.id,
             "source": ego.source.to_string(),
             "steps": [ego.track.steps().start, ego.track.steps().end - 1],
+            "states": ego.track.iter().map(motion).collect::<Vec<_>>(),
             "diagnostics": ego.diagnostics,
         }),
         Ok(None) => Value::Null,

@@ -1,7 +1,7 @@
-//! `nearmiss inspect` of a folder: a line for each scenario.
+//! `nearmiss inspect` of a folder or several files: a line for each scenario.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -10,14 +10,16 @@ use serde::Serialize;
 
 use crate::cli::open::{found, not_opened};
 use crate::cli::parallel::in_order;
+use crate::cli::row_file::{Labels, short_hash};
 use crate::cli::{Failure, Outcome, json, output};
 use crate::formats::{EgoSelection, Entry};
 use crate::scenario::Severity;
 use crate::workflow::{OpenRequest, OpenedScene, open};
 
 /// Titles of the columns.
-const TITLES: [&str; 8] = [
+const TITLES: [&str; 9] = [
     "scenario",
+    "hash",
     "obstacles",
     "lanelets",
     "steps",
@@ -27,9 +29,10 @@ const TITLES: [&str; 8] = [
     "not used",
 ];
 
-/// Prints a line for each scenario in a folder or below; one that cannot be read is said and counted.
-pub fn run(folder: &Path, as_json: bool) -> Outcome {
-    let entries = found(&[PathBuf::from(folder)])?;
+/// Prints a line for each scenario at some paths; one that cannot be read is said and counted.
+pub fn run(paths: &[PathBuf], as_json: bool) -> Outcome {
+    let entries = found(paths)?;
+    let labels = Labels::new(&entries);
     let mut rows = vec![TITLES.map(String::from)];
     let (mut failed, mut written) = (0, Ok(()));
     in_order(
@@ -39,7 +42,7 @@ pub fn run(folder: &Path, as_json: bool) -> Outcome {
         |line| {
             match line {
                 Ok(line) if as_json => written = output::document(&line),
-                Ok(line) => rows.push(line.cells()),
+                Ok(line) => rows.push(line.cells(&labels)),
                 Err(failure) => {
                     failed += 1;
                     failure.say();
@@ -53,7 +56,7 @@ pub fn run(folder: &Path, as_json: bool) -> Outcome {
     );
     written?;
     if !as_json && rows.len() > 1 {
-        output::text(&output::table_lines(&rows, &[1, 2, 3, 4, 6, 7]).collect::<String>())?;
+        output::text(&output::table_lines(&rows, &[2, 3, 4, 5, 7, 8]).collect::<String>())?;
     }
     match failed {
         0 => Ok(()),
@@ -79,6 +82,8 @@ fn opened(entry: &Entry) -> Result<OpenedScene, Failure> {
 pub struct FolderLine {
     scenario: String,
     file: String,
+    /// First 12 digits of the SHA-256 of the scenario's content.
+    hash: String,
     /// Number of obstacles.
     obstacles: usize,
     /// Number of lanelets.
@@ -112,6 +117,7 @@ impl FolderLine {
         Self {
             scenario: entry.name.clone(),
             file: entry.display(),
+            hash: short_hash(&scenario.hash),
             obstacles: scenario.obstacles.len(),
             lanelets: scenario.network.lanelets.len(),
             steps: steps.end - steps.start,
@@ -123,16 +129,17 @@ impl FolderLine {
     }
 
     /// What can be typed for it: of one scenario in a file its address, as its name alone would not do.
-    fn typed(&self) -> String {
+    fn typed(&self, labels: &Labels) -> String {
         match self.file.contains('#') {
             true => self.file.clone(),
-            false => self.scenario.clone(),
+            false => labels.of(&self.scenario, &self.file),
         }
     }
 
-    fn cells(&self) -> [String; 8] {
+    fn cells(&self, labels: &Labels) -> [String; 9] {
         [
-            self.typed(),
+            self.typed(labels),
+            self.hash.clone(),
             self.obstacles.to_string(),
             self.lanelets.to_string(),
             self.steps.to_string(),

@@ -20,9 +20,10 @@ use crate::formats::commonroad::{Root, root_of_file};
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
 pub struct Inspect {
-    /// CommonRoad scenario or solution, name of a bundled scenario, or folder.
-    file: PathBuf,
-    /// Print everything that was read as one JSON object; of a folder, one summary a line.
+    /// CommonRoad scenario or solution, name of a bundled scenario, or folder; of several, one line each.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print everything that was read as one JSON object; of a folder or several files, one summary a line.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -31,16 +32,18 @@ pub struct Inspect {
 
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    if arguments.file.is_dir() {
-        if !arguments.ego.is_beside() {
+    let file = match arguments.files.as_slice() {
+        [file] if !file.is_dir() => file,
+        several if arguments.ego.is_beside() => return folder::run(several, arguments.json),
+        [folder] => {
             return Err(Failure::input(format!(
                 "{} is a folder; --ego needs one scenario",
-                arguments.file.display()
+                folder.display()
             )));
         }
-        return folder::run(&arguments.file, arguments.json);
-    }
-    let entry = open::entry(&arguments.file)?;
+        _ => return Err(Failure::input("--ego needs one scenario")),
+    };
+    let entry = open::entry(file)?;
     if let EntryLocation::File(path) = &entry.place
         && root_of_file(path) == Root::Solution
     {

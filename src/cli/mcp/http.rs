@@ -3,8 +3,9 @@
 //! As the specification of 2025-06-18 has it. Answers that come at once are JSON, those of jobs a stream of events with
 //! their progress. The server has nothing to say of its own, so that `GET` is refused.
 
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use http_body_util::{BodyExt, Limited};
@@ -14,11 +15,11 @@ use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use serde_json::Value;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::time::timeout;
 
 use super::clients::Clients;
+use super::connections::Connections;
 use super::lines::{LONGEST, RpcError, Wire};
 use super::response::{Answer, accepted, events, json, refused};
 use super::server::{Server, VERSIONS};
@@ -27,9 +28,6 @@ use crate::cli::{Failure, Outcome, interrupt, output};
 
 /// The path of the only address.
 const PATH: &str = "/mcp";
-
-/// Connections at once.
-const CONNECTIONS: usize = 64;
 
 /// How long head and body of a request may take.
 const READ: Duration = Duration::from_secs(20);
@@ -55,7 +53,7 @@ pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome
         clients: Clients::default(),
         token,
     });
-    let connections = Arc::new(Semaphore::new(CONNECTIONS));
+    let connections = Connections::default();
     loop {
         let stream = tokio::select! {
             accepted = listener.accept() => match accepted {
@@ -68,24 +66,25 @@ pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome
             },
             () = interrupt::signal() => break,
         };
-        let Ok(place) = Arc::clone(&connections).try_acquire_owned() else {
-            continue;
-        };
         let face = Arc::clone(&face);
-        tokio::spawn(async move {
-            let answer = hyper::service::service_fn(move |request| {
-                let face = Arc::clone(&face);
-                async move { Ok::<_, std::convert::Infallible>(face.answer(request).await) }
-            });
-            let mut connection = hyper::server::conn::http1::Builder::new();
-            connection
-                .timer(TokioTimer::new())
-                .header_read_timeout(READ);
-            // A client that breaks off is no error of ours.
-            let _ = connection
-                .serve_connection(TokioIo::new(stream), answer)
-                .await;
-            drop(place);
+        connections.add(|admitted| {
+            let served = async move {
+                let answer = hyper::service::service_fn(move |request| {
+                    let (face, admitted) = (Arc::clone(&face), Arc::clone(&admitted));
+                    async move {
+                        Ok::<_, std::convert::Infallible>(face.answer(request, &admitted).await)
+                    }
+                });
+                let mut connection = hyper::server::conn::http1::Builder::new();
+                connection
+                    .timer(TokioTimer::new())
+                    .header_read_timeout(READ);
+                // A client that breaks off is no error of ours.
+                let _ = connection
+                    .serve_connection(TokioIo::new(stream), answer)
+                    .await;
+            };
+            tokio::spawn(served).abort_handle()
         });
     }
     face.server.jobs.cancel_all(None);
@@ -103,9 +102,9 @@ struct Face {
 }
 
 impl Face {
-    async fn answer(&self, request: Request<Incoming>) -> Response<Answer> {
+    async fn answer(&self, request: Request<Incoming>, admitted: &AtomicBool) -> Response<Answer> {
         match self.admitted(&request) {
-            Ok(()) => {}
+            Ok(()) => admitted.store(true, Ordering::SeqCst),
             Err((status, why)) => return refused(status, &RpcError::request(why)),
         }
         let session = header(request.headers(), SESSION).map(str::to_owned);
@@ -132,12 +131,11 @@ impl Face {
     fn admitted(&self, request: &Request<Incoming>) -> Result<(), (StatusCode, &'static str)> {
         let headers = request.headers();
         // A page in a browser has an origin, and may reach this machine under a name of its own.
-        let local = |name| {
-            headers
-                .get(name)
-                .is_none_or(|value| value.to_str().is_ok_and(is_here))
+        let fits = |name, is_here: fn(&str) -> bool| {
+            let value = headers.get(name);
+            value.is_none_or(|value| value.to_str().is_ok_and(is_here))
         };
-        if !local(ORIGIN) || !local(HOST) {
+        if !fits(ORIGIN, is_origin_here) || !fits(HOST, is_host_here) {
             return Err((
                 StatusCode::FORBIDDEN,
                 "the request comes from another origin",
@@ -214,7 +212,7 @@ impl Face {
         let server = Arc::clone(&self.server);
         // Scenarios are read meanwhile.
         tokio::task::spawn_blocking(move || {
-            server.message(&message, &client, &Wire::Response(wire));
+            server.message(&message, &client, &Wire::Response(wire), &|work| work());
         });
         let mut response = match at_once(&mut answers).await {
             Ok(response) => response,
@@ -244,39 +242,74 @@ fn header<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
     headers.get(name)?.to_str().ok()
 }
 
-/// Whether an origin or a host is this machine.
-fn is_here(place: &str) -> bool {
-    let host = place.split_once("://").map_or(place, |(_, host)| host);
-    let host = match host.strip_prefix('[') {
-        Some(rest) => rest.split(']').next().unwrap_or_default(),
-        None => host.split([':', '/']).next().unwrap_or_default(),
+/// Whether an origin is a page of this machine.
+fn is_origin_here(origin: &str) -> bool {
+    let host = origin.strip_prefix("http://");
+    let host = host.or_else(|| origin.strip_prefix("https://"));
+    host.is_some_and(is_host_here)
+}
+
+/// Whether a host, with a port or without, is this machine, and nothing else.
+fn is_host_here(host: &str) -> bool {
+    let (name, port) = match host.strip_prefix('[') {
+        Some(rest) => rest.split_once(']').unwrap_or_default(),
+        None => host.split_at(host.find(':').unwrap_or(host.len())),
     };
-    let address = host.parse::<std::net::IpAddr>();
-    host.eq_ignore_ascii_case("localhost") || address.is_ok_and(|ip| ip.is_loopback())
+    let is_number = |port: &str| port.bytes().all(|byte| byte.is_ascii_digit());
+    let is_port = |port: &str| is_number(port) && port.parse::<u16>().is_ok();
+    if !(port.is_empty() || port.strip_prefix(':').is_some_and(is_port)) {
+        return false;
+    }
+    match host.starts_with('[') {
+        true => name.parse::<Ipv6Addr>().is_ok_and(|ip| ip.is_loopback()),
+        false => {
+            name.eq_ignore_ascii_case("localhost")
+                || name.parse::<Ipv4Addr>().is_ok_and(|ip| ip.is_loopback())
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::is_here;
+    use super::{is_host_here, is_origin_here};
 
     #[test]
-    fn origins_of_this_machine() {
-        for here in [
-            "http://localhost:3000",
-            "http://127.0.0.1",
+    fn origins_and_hosts_of_this_machine() {
+        let hosts = [
+            "localhost:3000",
+            "127.0.0.1",
             "[::1]:80",
-            "localhost",
-        ] {
-            assert!(is_here(here), "{here}");
+            "LocalHost",
+            "[::1]",
+        ];
+        for host in hosts {
+            assert!(is_host_here(host), "{host}");
+            assert!(is_origin_here(&format!("http://{host}")), "{host}");
+            assert!(is_origin_here(&format!("https://{host}")), "{host}");
+            assert!(!is_origin_here(host), "{host}");
         }
-        for there in [
-            "https://evil.example",
-            "http://127.0.0.1.evil.example",
+        for host in [
+            "evil.example",
+            "127.0.0.1.evil.example",
+            "127.0.0.1:38395.evil.example",
+            "localhost:80@evil.example",
+            "localhost:80/x",
+            "localhost/",
+            "localhost:",
+            "localhost:+80",
+            "localhost:65536",
+            "[::1].evil.example",
+            "[::1]:80.evil.example",
+            "[::1",
+            "::1",
+            "[127.0.0.1]",
+            "localhost.evil",
             "null",
             "",
-            "localhost.evil",
         ] {
-            assert!(!is_here(there), "{there}");
+            assert!(!is_host_here(host), "{host}");
+            assert!(!is_origin_here(&format!("http://{host}")), "{host}");
         }
+        assert!(!is_origin_here("file://localhost") && !is_origin_here("null"));
     }
 }

@@ -5,6 +5,7 @@
 
 mod catalogue;
 mod clients;
+mod connections;
 mod http;
 mod jobs;
 mod lines;
@@ -13,6 +14,7 @@ mod prompts;
 mod purse;
 mod resources;
 mod response;
+mod scenes;
 mod server;
 mod session;
 mod token;

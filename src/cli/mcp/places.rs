@@ -1,14 +1,13 @@
 //! The folders that clients may see, and scenarios in them; nothing else of the machine's files.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::SystemTime;
 
+use super::scenes::{Read, Scenes, as_is};
 use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
 use crate::scenario::Scene;
 use crate::system::{files_opened_by, shown_path};
-use crate::workflow::{OpenError, OpenRequest, open};
+use crate::workflow::scene_of;
 
 /// The folders, and the scenes opened so far.
 #[derive(Debug)]
@@ -17,33 +16,9 @@ pub struct Places {
     roots: Vec<PathBuf>,
     /// Where recordings have their maps by config.toml.
     maps: Option<PathBuf>,
-    scenes: Mutex<Scenes>,
-}
-
-/// Scenes by where they are, and by the obstacle that is the ego, where one was chosen.
-type Scenes = HashMap<(String, Option<i64>), Kept>;
-
-/// A scene with the files that it was read from.
-#[derive(Debug)]
-struct Kept {
-    files: Vec<(Option<Version>, PathBuf)>,
-    ego: Option<PathBuf>,
-    scene: Arc<Scene>,
-}
-
-/// Time of the last change and length of a file.
-type Version = (SystemTime, u64);
-
-fn version(file: &Path) -> Option<Version> {
-    let meta = std::fs::metadata(file).ok()?;
-    Some((meta.modified().ok()?, meta.len()))
-}
-
-impl Kept {
-    fn is_current(&self, ego: Option<&Path>) -> bool {
-        let mut files = self.files.iter();
-        self.ego.as_deref() == ego && files.all(|(read, file)| version(file) == *read)
-    }
+    scenes: Scenes,
+    /// One scenario is read at a time, so that several large ones are not in memory at once.
+    reading: Mutex<()>,
 }
 
 /// Why there is no scene.
@@ -79,9 +54,6 @@ impl NotOpened {
 /// Possible egos that an error names.
 const SHOWN: usize = 8;
 
-/// Scenes that are kept open.
-const KEPT: usize = 64;
-
 impl Places {
     /// These folders; `maps` is where recordings may have maps besides.
     ///
@@ -102,7 +74,8 @@ impl Places {
         Ok(Self {
             roots: folders.iter().map(root).collect::<Result<_, _>>()?,
             maps: maps.and_then(|maps| maps.canonicalize().ok()),
-            scenes: Mutex::default(),
+            scenes: Scenes::default(),
+            reading: Mutex::default(),
         })
     }
 
@@ -222,54 +195,50 @@ impl Places {
     }
 
     fn opened(&self, entry: &Entry, obstacle: Option<i64>) -> Result<Arc<Scene>, NotOpened> {
-        let key = (entry.display(), obstacle);
+        let name = entry.display();
         let selection = obstacle.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
-        let lock = || self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
-        // One that was recorded since counts, too.
-        let ego = entry.file().as_deref().and_then(find_recording);
-        if let Some(known) = lock().get(&key)
-            && known.is_current(ego.as_deref())
-        {
-            return Ok(Arc::clone(&known.scene));
+        let recorded = entry.file().as_deref().and_then(find_recording);
+        let kept = || self.scenes.get(&name, obstacle, recorded.as_deref());
+        if let Some((_, Some(scene))) = kept() {
+            return Ok(scene);
         }
-        let (opened, files) = files_opened_by(|| {
-            open(&OpenRequest {
-                entry,
-                ego: &selection,
-                transform: None,
-                strict: true,
-            })
-        });
+        let _reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        let unreadable = |why: String| NotOpened::Unreadable(self.told(&why));
+        let scenario = match kept() {
+            Some((_, Some(scene))) => return Ok(scene),
+            Some((scenario, None)) => scenario,
+            None => {
+                let (read, files) = files_opened_by(|| entry.read());
+                let files = self.allowed(files)?;
+                let scenario = read.map_err(|why| unreadable(why.to_string()))?;
+                self.scenes.keep(&name, files, &scenario);
+                scenario
+            }
+        };
+        let (scene, files) = files_opened_by(|| scene_of(entry, &scenario, &selection));
+        let files = self.allowed(files)?;
+        let scene = scene.map_err(|why| match obstacle {
+            None => NotOpened::NoEgo(self.told(&why.to_string()), Vec::new()),
+            Some(_) => unreadable(why.to_string()),
+        })?;
+        let scene = scene.map_err(|_| {
+            let why = "the scenario has no recorded ego".to_string();
+            NotOpened::NoEgo(why, scenario.possible_egos())
+        })?;
+        self.scenes.keep_scene(&name, obstacle, files, &scene);
+        Ok(scene)
+    }
+
+    /// Files that were read, as they are, if clients may see all of them.
+    fn allowed(&self, files: Vec<PathBuf>) -> Result<Vec<Read>, NotOpened> {
         let may_read = |file: &PathBuf| {
             let resolved = file.canonicalize();
             resolved.is_ok_and(|file| self.holds(&file) || self.is_map(&file))
         };
-        if !files.iter().all(may_read) {
-            return Err(NotOpened::Outside);
+        match files.iter().all(may_read) {
+            true => Ok(files.iter().map(|file| as_is(file)).collect()),
+            false => Err(NotOpened::Outside),
         }
-        let unreadable = |why: String| NotOpened::Unreadable(self.told(&why));
-        let opened = opened.map_err(|why| match why {
-            OpenError::Ego(why) if obstacle.is_none() => {
-                NotOpened::NoEgo(self.told(&why.to_string()), Vec::new())
-            }
-            other => unreadable(other.to_string()),
-        })?;
-        let scene = opened.scene.map_err(|_| {
-            let why = "the scenario has no recorded ego".to_string();
-            NotOpened::NoEgo(why, opened.scenario.possible_egos())
-        })?;
-        let files = files.into_iter().map(|file| (version(&file), file));
-        let kept = Kept {
-            files: files.collect(),
-            ego,
-            scene: Arc::clone(&scene),
-        };
-        let mut scenes = lock();
-        if scenes.len() >= KEPT {
-            scenes.clear();
-        }
-        scenes.insert(key, kept);
-        Ok(scene)
     }
 
     /// Whether the user says in config.toml that maps are there.

@@ -39,10 +39,37 @@ fn is_text(entry: &Entry) -> bool {
     }
 }
 
+/// The cursor of a request, which has to be one that an answer gave.
+fn cursor(parameters: &Value) -> Result<Option<usize>, RpcError> {
+    let cursor = &parameters["cursor"];
+    if cursor.is_null() {
+        return Ok(None);
+    }
+    let place = cursor.as_str().and_then(|cursor| cursor.parse().ok());
+    let given = place.filter(|place: &usize| *place > 0 && place.is_multiple_of(PAGE));
+    let none = || RpcError::parameters("`cursor` is none that this server gave; list without it");
+    given.map(Some).ok_or_else(none)
+}
+
+/// Checks that a list of one page is not asked for another one.
+///
+/// # Errors
+/// The request has a cursor.
+pub fn no_cursor(parameters: &Value) -> Result<(), RpcError> {
+    match parameters["cursor"].is_null() {
+        true => Ok(()),
+        false => Err(RpcError::parameters(
+            "`cursor`: this list has only one page",
+        )),
+    }
+}
+
 /// A page of the list.
-pub fn list(places: &Places, parameters: &Value) -> Value {
-    let from = parameters["cursor"].as_str();
-    let from: usize = from.and_then(|cursor| cursor.parse().ok()).unwrap_or(0);
+///
+/// # Errors
+/// The cursor is none that was given.
+pub fn list(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
+    let from = cursor(parameters)?.unwrap_or(0);
     let entries = places.entries();
     let page = entries.iter().skip(from).take(PAGE);
     let resources: Vec<Value> = page
@@ -58,7 +85,7 @@ pub fn list(places: &Places, parameters: &Value) -> Value {
     if from.saturating_add(PAGE) < entries.len() {
         list["nextCursor"] = (from + PAGE).to_string().into();
     }
-    list
+    Ok(list)
 }
 
 /// The text of one.

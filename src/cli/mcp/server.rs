@@ -1,8 +1,10 @@
-//! The server: reads requests, answers those about numbers at once, and jobs in threads of their own.
+//! The server: reads requests, answers those that need files one after the other beside that, and jobs in threads of
+//! their own.
 
 use std::io::BufRead;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::sync_channel;
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -23,6 +25,12 @@ use crate::tools::{Arguments, TOOLS, Tool, WindowView};
 /// Versions of the protocol that are spoken, the newest first.
 /// That of 2025-03-26 asks for batches, which no client sends and later versions have dropped.
 pub const VERSIONS: [&str; 3] = ["2025-11-25", "2025-06-18", "2024-11-05"];
+
+/// What waits for files, and answers then.
+pub type Deferred = Box<dyn FnOnce() + Send>;
+
+/// Requests over standard input that wait for one before them; more are not read meanwhile.
+const WAITING: usize = 64;
 
 /// How often an interrupt is looked for.
 const WATCHED: Duration = Duration::from_millis(100);
@@ -71,6 +79,9 @@ impl Server {
             end();
         });
         let (session, wire) = (Session::new(0), Wire::stdout());
+        // Scenarios are read there, so that a ping is answered and a request taken back meanwhile.
+        let (defer, deferred) = sync_channel::<Deferred>(WAITING);
+        let answering = std::thread::spawn(move || deferred.into_iter().for_each(|work| work()));
         while let Some(line) = next(&mut input) {
             let message = match line {
                 Line::TooLong => {
@@ -88,14 +99,23 @@ impl Server {
                 wire.error(&Value::Null, &error);
                 continue;
             };
-            server.message(&message, &session, &wire);
+            // The other end goes on as long as this one is there.
+            server.message(&message, &session, &wire, &|work| drop(defer.send(work)));
         }
+        drop(defer);
+        let _ = answering.join();
         server.jobs.cancel_all(None);
         server.jobs.wait();
     }
 
-    /// Reads a message of a client and answers it, now or when its job ends.
-    pub fn message(self: &Arc<Self>, message: &Value, session: &Session, wire: &Wire) {
+    /// Reads a message of a client and answers it: now, when its job ends, or when `defer` does what waits for files.
+    pub fn message(
+        self: &Arc<Self>,
+        message: &Value,
+        session: &Session,
+        wire: &Wire,
+        defer: &dyn Fn(Deferred),
+    ) {
         let id = message.get("id").cloned();
         let method = message.get("method").and_then(Value::as_str);
         let proper = message.get("jsonrpc").and_then(Value::as_str) == Some("2.0");
@@ -125,37 +145,49 @@ impl Server {
             let error = RpcError::request("the first request must be `initialize`");
             return wire.error(&id, &error);
         }
+        let request = (session.number, id.clone());
         let answer = match method {
             "initialize" => {
                 session.ready.store(true, Ordering::SeqCst);
                 Ok(initialized(parameters))
             }
             "ping" => Ok(json!({})),
-            "tools/list" => {
-                Ok(json!({"tools": catalogue::tools(self.oracles, self.purse.is_some())}))
-            }
+            "tools/list" => resources::no_cursor(parameters)
+                .map(|()| json!({"tools": catalogue::tools(self.oracles, self.purse.is_some())})),
             "tools/call" => {
                 let name = parameters["name"].as_str().unwrap_or_default();
                 let job = JOBS
                     .iter()
                     .find(|job| job.name == name && (self.purse.is_some() || !job.paid));
-                match job {
-                    Some(job) => {
-                        let work = |server: &Self| server.work(job, parameters);
-                        return self.start((session.number, id), wire, parameters, work);
-                    }
-                    None => self.call(name, &parameters["arguments"]),
+                if let Some(job) = job {
+                    let work = |server: &Self, parameters: &Value| server.work(job, parameters);
+                    return self.start(request, wire, parameters, defer, work);
                 }
+                return self.later(request, wire, parameters, defer, |server, parameters| {
+                    let name = parameters["name"].as_str().unwrap_or_default();
+                    server.call(name, &parameters["arguments"])
+                });
             }
-            "resources/list" => Ok(resources::list(&self.places, parameters)),
-            "resources/templates/list" => Ok(json!({"resourceTemplates": []})),
-            "resources/read" => resources::read(&self.places, parameters),
-            "prompts/list" => Ok(json!({"prompts": prompts::list()})),
+            "resources/list" => {
+                return self.later(request, wire, parameters, defer, |server, parameters| {
+                    resources::list(&server.places, parameters)
+                });
+            }
+            "resources/templates/list" => {
+                resources::no_cursor(parameters).map(|()| json!({"resourceTemplates": []}))
+            }
+            "resources/read" => {
+                return self.later(request, wire, parameters, defer, |server, parameters| {
+                    resources::read(&server.places, parameters)
+                });
+            }
+            "prompts/list" => {
+                resources::no_cursor(parameters).map(|()| json!({"prompts": prompts::list()}))
+            }
             "prompts/get" => {
-                let work = |server: &Self| {
+                return self.start(request, wire, parameters, defer, |server, parameters| {
                     prompts::work(&server.places, parameters).map_err(Refused::Error)
-                };
-                return self.start((session.number, id), wire, parameters, work);
+                });
             }
             other => Err(RpcError::method(other)),
         };
@@ -163,6 +195,29 @@ impl Server {
             Ok(result) => wire.result(&id, &result),
             Err(error) => wire.error(&id, &error),
         }
+    }
+
+    /// Answers a request when `defer` does it, unless it was taken back by then.
+    fn later(
+        self: &Arc<Self>,
+        (session, id): (u64, Value),
+        wire: &Wire,
+        parameters: &Value,
+        defer: &dyn Fn(Deferred),
+        answer: impl FnOnce(&Self, &Value) -> Result<Value, RpcError> + Send + 'static,
+    ) {
+        let cancel = self.jobs.begin_call(session, &id);
+        let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
+        defer(Box::new(move || {
+            let is_cancelled = || cancel.load(Ordering::SeqCst);
+            let answer = (!is_cancelled()).then(|| answer(&server, &parameters));
+            server.jobs.end_call(session, &id);
+            match answer.filter(|_| !is_cancelled()) {
+                Some(Ok(result)) => wire.result(&id, &result),
+                Some(Err(error)) => wire.error(&id, &error),
+                None => {}
+            }
+        }));
     }
 
     /// A call of a tool of the table. Mistakes of the caller are results, so that a model reads them.
@@ -230,34 +285,36 @@ impl Server {
         (tool.call)(&view, &arguments).map_err(|why| why.to_string())
     }
 
-    /// Starts a job; its answer is sent when it ends.
+    /// Starts a job when `defer` does it; its answer is sent when it ends.
     fn start(
         self: &Arc<Self>,
         (session, id): (u64, Value),
         wire: &Wire,
         parameters: &Value,
-        work: impl FnOnce(&Self) -> Result<Work, Refused>,
+        defer: &dyn Fn(Deferred),
+        work: impl FnOnce(&Self, &Value) -> Result<Work, Refused> + Send + 'static,
     ) {
         let cancel = match self.jobs.place(session, &id) {
             Ok(Ok(cancel)) => cancel,
             Ok(Err(why)) => return wire.result(&id, &failed(&why)),
             Err(error) => return wire.error(&id, &error),
         };
-        match work(self) {
+        let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
+        defer(Box::new(move || match work(&server, &parameters) {
             Ok(mut work) => {
                 let token = parameters.pointer("/_meta/progressToken").cloned();
                 work.token =
                     token.filter(|token| token.is_string() || token.is_i64() || token.is_u64());
-                launch(self, (session, id), wire.clone(), cancel, work);
+                launch(&server, (session, id), wire, cancel, work);
             }
             Err(refused) => {
-                self.jobs.leave(session, &id);
+                server.jobs.leave(session, &id);
                 match refused {
                     Refused::Result(why) => wire.result(&id, &failed(&why)),
                     Refused::Error(error) => wire.error(&id, &error),
                 }
             }
-        }
+        }));
     }
 
     /// The work of a job that is called as a tool, with what it may cost taken out of the budget.

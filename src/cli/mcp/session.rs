@@ -57,13 +57,15 @@ pub struct Work {
     pub token: Option<Value>,
 }
 
-/// Jobs by session and id of their request, with the flag that ends them.
+/// Requests by session and id, with the flag that ends them.
 type Running = HashMap<(u64, String), Arc<AtomicBool>>;
 
 /// All jobs of a server.
 #[derive(Debug, Default)]
 pub struct Jobs {
     running: Mutex<Running>,
+    /// Requests that are answered without a command, and wait for files.
+    calls: Mutex<Running>,
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
@@ -72,11 +74,31 @@ impl Jobs {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ends the job of a request; one that does not run needs no end.
+    fn calls(&self) -> MutexGuard<'_, Running> {
+        self.calls.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends the job of a request, or takes the request back; one that is answered already needs no end.
     pub fn cancel(&self, session: u64, id: &Value) {
-        if let Some(cancel) = self.running().get(&(session, id.to_string())) {
-            cancel.store(true, Ordering::SeqCst);
+        let key = (session, id.to_string());
+        for running in [self.running(), self.calls()] {
+            if let Some(cancel) = running.get(&key) {
+                cancel.store(true, Ordering::SeqCst);
+            }
         }
+    }
+
+    /// Notes a request that is answered later, without a command.
+    pub fn begin_call(&self, session: u64, id: &Value) -> Arc<AtomicBool> {
+        let cancel = Arc::<AtomicBool>::default();
+        let key = (session, id.to_string());
+        self.calls().insert(key, Arc::clone(&cancel));
+        cancel
+    }
+
+    /// Forgets it.
+    pub fn end_call(&self, session: u64, id: &Value) {
+        self.calls().remove(&(session, id.to_string()));
     }
 
     /// Whether a client has jobs that run.

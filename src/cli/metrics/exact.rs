@@ -1,17 +1,12 @@
 //! The table of the exact convention: every measure, between real bodies.
 
 use crate::cli::output::{Cell, Column, Kind, Row};
+use crate::cli::row_file::RowFile;
 use crate::metrics::{Context, MEASURES, Reading, Thresholds};
 use crate::scenario::Scene;
 
-/// Leading columns of every row: scenario and time.
-pub const WHEN: [Column; 3] = [
-    Column::new(
-        "scenario",
-        Kind::Text,
-        "",
-        "the file's name without its ending",
-    ),
+/// Columns of every row behind those of the file: the time.
+pub const WHEN: [Column; 2] = [
     Column::new("timestep", Kind::Integer, "", "time step of the scenario"),
     Column::new("time", Kind::Number, "s", "time since time step 0"),
 ];
@@ -30,11 +25,17 @@ pub fn columns() -> Vec<Column> {
     let measures = MEASURES
         .iter()
         .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
-    WHEN.into_iter().chain(WHO).chain(measures).collect()
+    let head = RowFile::COLUMNS.into_iter().chain(WHEN);
+    head.chain(WHO).chain(measures).collect()
 }
 
 /// Every measure of every obstacle whose centre is within `radius` metres of the ego's, at every step of the ego.
-pub fn rows(name: &str, scene: &Scene, radius: Option<f64>, thresholds: &Thresholds) -> Vec<Row> {
+pub fn rows(
+    file: &RowFile,
+    scene: &Scene,
+    radius: Option<f64>,
+    thresholds: &Thresholds,
+) -> Vec<Row> {
     let mut rows = Vec::new();
     let context = Context::under(scene, thresholds);
     for step in context.steps() {
@@ -51,7 +52,7 @@ pub fn rows(name: &str, scene: &Scene, radius: Option<f64>, thresholds: &Thresho
                 encounter.relation().direction.name().into(),
             ];
             let measures = MEASURES.iter().map(|m| cell(m.of(&encounter)));
-            let head = when(name, scene, step).into_iter().chain(who);
+            let head = file.cells().into_iter().chain(when(scene, step)).chain(who);
             rows.push(head.chain(measures).collect());
         }
     }
@@ -59,9 +60,8 @@ pub fn rows(name: &str, scene: &Scene, radius: Option<f64>, thresholds: &Thresho
 }
 
 /// The cells of the columns [`WHEN`].
-pub fn when(name: &str, scene: &Scene, step: i64) -> [Cell; 3] {
+pub fn when(scene: &Scene, step: i64) -> [Cell; 2] {
     [
-        name.to_owned().into(),
         Cell::Integer(step),
         Cell::finite(rounded(scene.time_of(step))),
     ]

@@ -24,6 +24,7 @@ use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, 
 use super::parallel::in_order;
 use super::parts::is_folder;
 use super::progress::Progress;
+use super::row_file::RowFile;
 use super::{Failure, Outcome};
 use crate::evaluation::Provenance;
 use crate::evaluation::batch::Spec;
@@ -66,6 +67,8 @@ pub struct Metrics {
     /// The same as --format json.
     #[arg(long, conflicts_with = "format")]
     json: bool,
+    #[command(flatten)]
+    spreadsheet: output::ForSpreadsheet,
     #[command(flatten)]
     output: OutputFile,
     #[command(flatten)]
@@ -119,12 +122,12 @@ struct Plan<'a> {
 }
 
 impl Plan<'_> {
-    fn rows(&self, name: &str, scene: &Scene) -> Result<Vec<Row>, String> {
+    fn rows(&self, file: &RowFile, scene: &Scene) -> Result<Vec<Row>, String> {
         let radius = self.arguments.radius;
         match self.rows {
-            Rows::Exact => Ok(exact::rows(name, scene, radius, &self.thresholds)),
-            Rows::Scene => Ok(scene::rows(name, scene, &self.thresholds)),
-            Rows::Paper => paper::rows(name, scene, radius),
+            Rows::Exact => Ok(exact::rows(file, scene, radius, &self.thresholds)),
+            Rows::Scene => Ok(scene::rows(file, scene, &self.thresholds)),
+            Rows::Paper => paper::rows(file, scene, radius),
         }
     }
 
@@ -174,6 +177,7 @@ fn radius(word: &str) -> Result<f64, String> {
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     let mut table = Table::new("measures", rows.columns());
+    table.spreadsheet = arguments.spreadsheet;
     table.json_keys = &[
         ("step", "timestep"),
         ("obstacle", "obstacle_id"),
@@ -244,6 +248,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     let file = arguments.output.file();
     let asked = arguments.asked();
     if let Some(folder) = arguments.folder() {
+        arguments.spreadsheet.check(false)?;
         return parts::run(arguments, folder);
     }
     let format = Format::chosen(asked, file)?;
@@ -257,6 +262,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
     let format = format.of_table();
     format.check(file)?;
+    arguments.spreadsheet.check(format == output::Format::Csv)?;
     let (rows, thresholds) = measured(arguments)?;
     let entries = arguments.many.part.of(found(&arguments.paths)?);
     if entries.is_empty() {
@@ -344,7 +350,7 @@ fn measured_rows(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Vec<Row
         Err(failure) => return (Vec::new(), Err(failure)),
     };
     let rows = plan
-        .rows(&output::visible(&entry.name), &scene)
+        .rows(&RowFile::new(entry, &scene), &scene)
         .map_err(|why| Failure::input(format!("{}: {why}", entry.display())));
     (doubts, rows)
 }

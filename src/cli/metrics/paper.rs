@@ -1,6 +1,7 @@
 //! The table of the paper's convention: published columns in their order, the risk score, and identifying columns.
 
 use crate::cli::output::{self, Cell, Column, Kind};
+use crate::cli::row_file::RowFile;
 use crate::metrics::paper::{Relation, Row, rows as measured};
 use crate::scenario::Scene;
 
@@ -12,7 +13,6 @@ struct PaperColumn {
 
 /// How to get a value from a row.
 enum Get {
-    Scenario,
     Text(fn(&Row) -> &'static str),
     Integer(fn(&Row) -> i64),
     Number(fn(&Row) -> f64),
@@ -26,7 +26,7 @@ const fn column(
     values: Get,
 ) -> PaperColumn {
     let kind = match values {
-        Get::Scenario | Get::Text(_) => Kind::Text,
+        Get::Text(_) => Kind::Text,
         Get::Integer(_) => Kind::Integer,
         Get::Number(_) | Get::Time(_) => Kind::Float,
     };
@@ -46,7 +46,7 @@ const TSC: &str = "grade of the time: 0.15, 0.65, 1.15, 3 and 5 s";
 const MIXED: &str = "both grades, weighted";
 
 /// Up to `ttc_lat` as in `relative_metrics.csv`; from `wdominant` to `risk_score` as in `risk_scores_*.csv`;
-/// `distance` as in `close_dynamic_obstacles.csv`. The scenario is last, so that the published columns come first.
+/// `distance` as in `close_dynamic_obstacles.csv`. The scenario and its file are last, so that the published columns come first.
 const COLUMNS: &[PaperColumn] = &[
     column(
         "timestep",
@@ -152,12 +152,6 @@ const COLUMNS: &[PaperColumn] = &[
         "centre to centre, not rounded",
         Get::Number(|r| r.distance),
     ),
-    column(
-        "scenario",
-        "",
-        "the file's name without its ending",
-        Get::Scenario,
-    ),
 ];
 
 pub fn columns() -> Vec<Column> {
@@ -165,16 +159,19 @@ pub fn columns() -> Vec<Column> {
         Get::Time(_) => c.column.clone().optional(),
         _ => c.column.clone(),
     });
-    columns.collect()
+    columns.chain(RowFile::COLUMNS).collect()
 }
 
 /// The rows of the obstacles whose centre is within `radius` metres of the ego's.
-pub fn rows(name: &str, scene: &Scene, radius: Option<f64>) -> Result<Vec<output::Row>, String> {
+pub fn rows(
+    file: &RowFile,
+    scene: &Scene,
+    radius: Option<f64>,
+) -> Result<Vec<output::Row>, String> {
     let mut rows = measured(scene).map_err(|error| error.to_string())?;
     rows.retain(|row| radius.is_none_or(|radius| row.distance <= radius));
     let cells = |row: &Row| -> output::Row {
         let cells = COLUMNS.iter().map(|c| match c.values {
-            Get::Scenario => name.to_owned().into(),
             Get::Text(get) => get(row).into(),
             Get::Integer(get) => Cell::Integer(get(row)),
             Get::Number(get) => Cell::finite(get(row)),
@@ -182,7 +179,7 @@ pub fn rows(name: &str, scene: &Scene, radius: Option<f64>) -> Result<Vec<output
                 get(&row.relation).map_or(Cell::Infinite("not approaching"), Cell::finite)
             }
         });
-        cells.collect()
+        cells.chain(file.cells()).collect()
     };
     Ok(rows.iter().map(cells).collect())
 }

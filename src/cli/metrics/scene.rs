@@ -2,6 +2,7 @@
 
 use super::exact::{WHEN, cell, when};
 use crate::cli::output::{Column, Kind, Row};
+use crate::cli::row_file::RowFile;
 use crate::metrics::{Context, SCENE_MEASURES, Thresholds};
 use crate::scenario::Scene;
 
@@ -9,11 +10,12 @@ pub fn columns() -> Vec<Column> {
     let measures = SCENE_MEASURES
         .iter()
         .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
-    WHEN.into_iter().chain(measures).collect()
+    let head = RowFile::COLUMNS.into_iter().chain(WHEN);
+    head.chain(measures).collect()
 }
 
 /// Every measure of the scene at every step at which the ego is recorded.
-pub fn rows(name: &str, scene: &Scene, thresholds: &Thresholds) -> Vec<Row> {
+pub fn rows(file: &RowFile, scene: &Scene, thresholds: &Thresholds) -> Vec<Row> {
     let context = Context::under(scene, thresholds);
     let steps = context.steps();
     let recorded = steps.filter(|step| scene.ego.track.at(*step).is_some());
@@ -21,7 +23,7 @@ pub fn rows(name: &str, scene: &Scene, thresholds: &Thresholds) -> Vec<Row> {
         let measures = SCENE_MEASURES
             .iter()
             .map(|m| cell((m.compute)(&context, step)));
-        let head = when(name, scene, step).into_iter();
+        let head = file.cells().into_iter().chain(when(scene, step));
         head.chain(measures).collect()
     };
     recorded.map(row).collect()

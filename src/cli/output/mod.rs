@@ -1,6 +1,7 @@
 //! What commands write: data on standard output or into a file, as text or as a table; words on standard error.
 
 mod parquet;
+mod spreadsheet;
 mod table;
 mod target;
 mod text;
@@ -9,6 +10,7 @@ mod writer;
 use std::io::{self, Write};
 
 use super::{Failure, Outcome, json};
+pub use spreadsheet::ForSpreadsheet;
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use target::{OutputFile, Target, file_of, format_of, format_of_name, refused, written};
 pub use text::{Align, line, lines as table_lines};

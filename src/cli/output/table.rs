@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use super::ForSpreadsheet;
+
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
@@ -138,7 +140,7 @@ impl From<&'static str> for Cell {
 }
 
 /// The columns of a table, and what formats that describe themselves say of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Table {
     /// What its rows are.
     pub name: &'static str,
@@ -151,6 +153,8 @@ pub struct Table {
     pub group: usize,
     /// Keys that JSON has for columns of other names, beside those: pairs of the key and the column.
     pub json_keys: &'static [(&'static str, &'static str)],
+    /// Whether its CSV is for a spreadsheet.
+    pub spreadsheet: ForSpreadsheet,
     /// Keys and values that every line of JSON has behind the columns.
     pub json_values: Vec<(&'static str, serde_json::Value)>,
 }
@@ -164,6 +168,7 @@ impl Table {
             metadata: Vec::new(),
             group: 65_536,
             json_keys: &[],
+            spreadsheet: ForSpreadsheet::default(),
             json_values: Vec::new(),
         }
     }

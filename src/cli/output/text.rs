@@ -5,6 +5,7 @@ use serde_json::{Map, Value};
 use super::table::{Cell, Row, Table};
 use super::visible;
 use crate::cli::json;
+use crate::system::{columns, pad_end, pad_start};
 
 /// The header of a CSV table.
 pub fn csv_header(table: &Table) -> Vec<u8> {
@@ -69,8 +70,8 @@ pub fn line(gap: &str, columns: &[Align], cells: &[impl AsRef<str>]) -> String {
     let padded = cells.iter().enumerate().map(|(place, cell)| {
         let cell = visible(cell.as_ref());
         match columns.get(place) {
-            Some(Align::Left(width)) => format!("{cell:width$}"),
-            Some(Align::Right(width)) => format!("{cell:>width$}"),
+            Some(Align::Left(width)) => pad_end(&cell, *width),
+            Some(Align::Right(width)) => pad_start(&cell, *width),
             None => cell,
         }
     });
@@ -83,13 +84,13 @@ pub fn lines<const N: usize>(
     rows: &[[String; N]],
     right: &[usize],
 ) -> impl Iterator<Item = String> {
-    let columns: [Align; N] = std::array::from_fn(|place| {
-        let widths = rows.iter().map(|row| row[place].chars().count());
+    let aligned: [Align; N] = std::array::from_fn(|place| {
+        let widths = rows.iter().map(|row| columns(&visible(&row[place])));
         let width = widths.max().unwrap_or(0);
         match right.contains(&place) {
             true => Align::Right(width),
             false => Align::Left(width),
         }
     });
-    rows.iter().map(move |row| line("  ", &columns, row))
+    rows.iter().map(move |row| line("  ", &aligned, row))
 }

@@ -49,7 +49,7 @@ impl Table {
     pub fn encode(&self, format: Format, rows: Vec<Row>) -> Encoded {
         let rows = self.completed(rows);
         match format {
-            Format::Csv => Encoded::Text(text::csv_rows(self, &rows)),
+            Format::Csv => Encoded::Text(self.spreadsheet.applied(text::csv_rows(self, &rows))),
             Format::Json => Encoded::Text(text::json_rows(self, &rows)),
             Format::Parquet => Encoded::Rows(rows),
         }

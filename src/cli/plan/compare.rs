@@ -13,6 +13,7 @@ use super::{PlanArguments, document};
 use crate::cli::interrupt::{INTERRUPTED, interrupted};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{self, line};
+use crate::cli::row_file::Labels;
 use crate::cli::{Failure, Outcome};
 use crate::formats::Entry;
 use crate::planner::Cancel;
@@ -51,15 +52,17 @@ pub fn run(
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
     let problem = arguments.how.planning_problem;
+    let labels = Labels::new(entries);
     let mut job = Comparison {
         json: arguments.json,
         export: Export::begin(
-            arguments.table.as_deref(),
+            (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
             None,
         )?,
         names: [output::visible(&first.name), output::visible(&second.name)],
-        width: widest(entries),
+        width: widest(&labels),
+        labels,
         pairs: Vec::new(),
         missed: 0,
         harmed: 0,
@@ -109,12 +112,9 @@ pub fn run(
     }
 }
 
-fn widest(entries: &[Entry]) -> usize {
-    let names = entries
-        .iter()
-        .map(|entry| output::visible(&entry.name).chars().count());
-    let all = names.chain(["drives beyond the vehicle".len()]);
-    all.max().unwrap_or(0).min(WIDEST)
+fn widest(labels: &Labels) -> usize {
+    let least = "drives beyond the vehicle".len();
+    labels.longest().max(least).min(WIDEST)
 }
 
 /// Both drives of a scenario; the second one is missing where it was cut short.
@@ -125,6 +125,7 @@ struct Comparison {
     /// The drives as a table in a file.
     export: Option<Export>,
     names: [String; 2],
+    labels: Labels,
     width: usize,
     pairs: Vec<(DrivenScenario, DrivenScenario)>,
     missed: usize,
@@ -207,8 +208,9 @@ impl Comparison {
                 let goal = driven.drive.seconds_to_goal();
                 goal.map_or("-".into(), |seconds| format!("{seconds:.1}"))
             };
+            let label = self.labels.of(&one.name, &one.file);
             let cells = [
-                one.name.as_str(),
+                label.as_str(),
                 one.outcome().name(),
                 two.outcome().name(),
                 &seconds(&one),

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::driven::DrivenScenario;
 use super::{monitor, rules};
+use crate::cli::row_file::short_hash;
 use crate::cli::{json, output};
 use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
@@ -37,6 +38,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
         "refined_cycles": driven.refined(),
         "scenario": driven.name,
         "file": driven.file,
+        "hash": short_hash(&driven.scenario.hash),
         "planning_problem": driven.problem,
         "prediction": driven.settings.forecast.name(),
         "vehicle": driven.settings.planner.vehicle.number(),

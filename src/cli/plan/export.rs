@@ -6,7 +6,9 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use crate::cli::many_files::FinishedFiles;
-use crate::cli::output::{self, Cell, Column, Format, Kind, Row, Table, TableWriter, Target};
+use crate::cli::output::{
+    self, Cell, Column, ForSpreadsheet, Format, Kind, Row, Table, TableWriter, Target,
+};
 use crate::cli::{Failure, Outcome};
 use crate::traffic_rules::Rule;
 
@@ -20,9 +22,10 @@ const ENDINGS: &[(&str, Format)] = &[
 
 /// The columns, and where their values are in what `plan --json` prints; lists are joined by spaces, lines of standard
 /// error by line breaks. Behind them each rule has a column with what became of it.
-const COLUMNS: [(&str, &str, Kind, &str); 41] = [
+const COLUMNS: [(&str, &str, Kind, &str); 42] = [
     ("scenario", "/scenario", Kind::Text, ""),
     ("file", "/file", Kind::Text, ""),
+    ("hash", "/hash", Kind::Text, ""),
     ("planner", "/planner", Kind::Text, ""),
     ("planner_name", "/external_planner/name", Kind::Text, ""),
     (
@@ -150,6 +153,7 @@ const RULES: [(&str, Rule); Rule::ALL.len()] = [
 pub struct Export {
     file: PathBuf,
     format: Format,
+    spreadsheet: ForSpreadsheet,
     target: Target,
     rows: Vec<Row>,
     /// The run that is continued.
@@ -162,11 +166,12 @@ impl Export {
     /// # Errors
     /// Its ending is unknown, or it cannot be written, or it exists and is not that of the run that is continued.
     pub fn begin(
-        file: Option<&Path>,
+        (file, spreadsheet): (Option<&Path>, ForSpreadsheet),
         overwrite: bool,
         finished: Option<Arc<FinishedFiles>>,
     ) -> Result<Option<Self>, Failure> {
         let Some(file) = file else {
+            spreadsheet.check(false)?;
             return Ok(None);
         };
         let format = output::format_of_name(file, ENDINGS).ok_or_else(|| {
@@ -175,6 +180,7 @@ impl Export {
                 file.display()
             ))
         })?;
+        spreadsheet.check(format == Format::Csv)?;
         let own = finished.as_ref().filter(|_| !overwrite && file.exists());
         if let Some(run) = own.filter(|run| !run.wrote_table(file)) {
             return Err(Failure::input(format!(
@@ -186,6 +192,7 @@ impl Export {
         Ok(Some(Self {
             file: file.to_path_buf(),
             format,
+            spreadsheet,
             target: Target::begin(Some(file), overwrite || own.is_some())?,
             rows: Vec::new(),
             finished,
@@ -230,7 +237,8 @@ impl Export {
             columns.map(|(name, _, kind, unit)| Column::new(name, *kind, unit, source).optional());
         let rules = RULES.iter();
         let rules = rules.map(|(name, _)| Column::new(name, Kind::Text, "", source).optional());
-        let table = Table::new("drives", columns.chain(rules).collect());
+        let mut table = Table::new("drives", columns.chain(rules).collect());
+        table.spreadsheet = self.spreadsheet;
         let rows = table.encode(self.format, self.rows);
         let written =
             TableWriter::begin(self.target, self.format, &table).and_then(|mut writer| {

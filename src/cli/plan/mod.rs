@@ -28,6 +28,7 @@ use super::many_files::Progressed;
 use super::open::{configuration, found};
 use super::parallel::in_order;
 use super::progress::Progress;
+use super::row_file::Labels;
 use super::{Failure, Outcome, output};
 use crate::formats::Entry;
 use crate::planner::Cancel;
@@ -71,6 +72,8 @@ pub struct PlanArguments {
     /// a cycle; .csv, .json, .jsonl or .parquet. With two planners each scenario has two rows.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
+    #[command(flatten)]
+    spreadsheet: output::ForSpreadsheet,
     #[command(flatten)]
     files: Files,
 }
@@ -134,23 +137,16 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         setup.announce(&entries, problem, &settings, &stop)?;
     }
     let monitor = setup.as_ref().map(|setup| setup.monitor());
-    let names = entries
-        .iter()
-        .map(|entry| output::visible(&entry.name).chars().count());
     let mut job = Job {
         arguments,
         entries: &entries,
         targets,
         export: Export::begin(
-            arguments.table.as_deref(),
+            (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
             finished.clone(),
         )?,
-        table: Table::new(
-            names.max().unwrap_or(0),
-            monitor.is_some(),
-            planner.is_some(),
-        ),
+        table: Table::new(Labels::new(&entries), monitor.is_some(), planner.is_some()),
         begun: false,
         gone: false,
         next: 0,
@@ -345,7 +341,9 @@ impl Job<'_> {
     fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
         if !self.arguments.json && self.next > 0 && (all > 1 || self.begun) {
-            let sum = std::mem::replace(&mut self.table, Table::new(0, false, false)).sum(missed);
+            let sum =
+                std::mem::replace(&mut self.table, Table::new(Labels::default(), false, false))
+                    .sum(missed);
             self.show(&sum)?;
         }
         if self.kept > 0 {

@@ -9,7 +9,7 @@ use tokio::runtime::{Builder, Runtime};
 
 use crate::cli::ask::budget;
 use crate::cli::interrupt::INTERRUPTED;
-use crate::cli::open::user_thresholds;
+use crate::cli::open::{judge_of, user_thresholds};
 use crate::cli::parallel::in_order;
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::{Judge, validate};
@@ -137,7 +137,7 @@ impl MonitorOptions {
             parameters,
             budget,
         );
-        let judge = models.judge(model).map_err(Failure::input)?;
+        let judge = judge_of(&models, model)?;
         if matches!(judge, Judge::Recorded(_)) {
             return Err(Failure::input(format!(
                 "--monitor {model}: recorded answers are about recorded drives; name reference/geometry or a model that can be asked"

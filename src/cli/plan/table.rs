@@ -9,6 +9,7 @@ use super::monitor_table as monitor;
 use super::rules::{self, RuleCounts};
 use crate::cli::output::Align::{Left, Right};
 use crate::cli::output::{counted, line, visible};
+use crate::cli::row_file::Labels;
 use crate::simulation::{CollisionKind, ContactSide, HitFromBehind};
 
 /// The outcomes, in the order in which they are listed.
@@ -41,6 +42,7 @@ const WIDEST: usize = 48;
 /// The table in the making.
 pub struct Table {
     /// Columns of the scenarios' names.
+    labels: Labels,
     width: usize,
     counts: [usize; OUTCOMES.len()],
     /// Collisions in which the ego's front is the side that is touched.
@@ -70,10 +72,11 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of scenarios with names at most `longest` characters long.
-    pub fn new(longest: usize, monitored: bool, compared: bool) -> Self {
+    /// A table of scenarios that are called so.
+    pub fn new(labels: Labels, monitored: bool, compared: bool) -> Self {
         Self {
-            width: longest.clamp("scenario".len(), WIDEST),
+            width: labels.longest().clamp("scenario".len(), WIDEST),
+            labels,
             counts: [0; OUTCOMES.len()],
             by_front: 0,
             unaware: 0,
@@ -161,7 +164,8 @@ impl Table {
         let figures = self.compared.then(|| figures(drive));
         let more = monitored.iter().flatten().chain(figures.iter().flatten());
         let more: Vec<&str> = more.map(String::as_str).collect();
-        self.line(text("scenario"), &cells, &more)
+        let label = self.labels.of(text("scenario"), text("file"));
+        self.line(&label, &cells, &more)
     }
 
     /// The columns of a monitor stand before the last one, which may be long.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::certificate::CertificateOption;
 use crate::cli::Failure;
-use crate::cli::at::At;
+use crate::cli::at::{AT, At};
 use crate::cli::many_files::ManyFiles;
 use crate::cli::open::{EgoChoice, task};
 use crate::cli::span::history;
@@ -24,11 +24,11 @@ pub struct Render {
     pub paths: Vec<PathBuf>,
     #[command(flatten)]
     pub ego: EgoChoice,
-    /// Moments to draw, separated by commas: time steps (32), seconds (3.2s), or worst: the first contact, else the
-    /// worst risk score at its smallest distance [default: worst].
+    /// Moments to draw, separated by commas: time steps (32), seconds (3.2s), worst (the most severe moment, see
+    /// `nearmiss help measures`), or the worst by one measure: worst:risk, worst:ttc, worst:distance [default: worst].
     #[arg(
         long,
-        value_name = "STEP|SECONDS|worst",
+        value_name = AT,
         value_delimiter = ',',
         allow_negative_numbers = true,
         conflicts_with = "all"

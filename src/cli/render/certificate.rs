@@ -86,9 +86,11 @@ impl Drive {
             words += &format!(" · gap {gap:.1} m ({id})");
         }
         if step >= self.steps().end - 1 {
-            words += match gap {
-                Some((_, gap)) if gap <= 0.0 => " · contact",
-                _ => " · no contact",
+            let obstacles = self.gaps.obstacles().iter();
+            let contacts = obstacles.filter_map(|id| self.gaps.contact(*id));
+            words += match { contacts }.any(|contact| contact.step <= shown) {
+                true => " · contact",
+                false => " · no contact",
             };
         }
         words

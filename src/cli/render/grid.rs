@@ -231,6 +231,10 @@ fn nearest_approach(
     let distance = MEASURES.iter().filter(|m| m.id == "distance").collect();
     let series = Series::of_obstacle(&context, distance, obstacle);
     let steps = series.steps();
+    let contact = series.contact(obstacle).map(|contact| contact.step);
+    if let Some(contact) = contact.filter(|step| *step >= from) {
+        return Some(contact);
+    }
     let steps = steps.start.max(from)..steps.end;
     let gaps = steps.filter_map(|step| match series.at("distance", obstacle, step) {
         Reading::Value(gap) => Some((step, gap)),

@@ -231,7 +231,7 @@ impl Job<'_> {
     /// The steps that are drawn.
     fn steps(&self, entry: &Entry, timeline: &Timeline<'_>) -> Result<Vec<i64>, Failure> {
         let all = timeline.steps.clone();
-        let worst = || worst_step(timeline.scene?, &self.thresholds);
+        let worst = |by| worst_step(timeline.scene?, &self.thresholds, by);
         let at = self.arguments.at.iter();
         let at = at.map(|at| at.step(&all, timeline.dt, worst));
         let at = at.collect::<Result<Vec<i64>, Failure>>();

@@ -83,6 +83,8 @@ pub struct ReportArguments {
     /// The same as --format json.
     #[arg(long, conflicts_with = "format")]
     json: bool,
+    #[command(flatten)]
+    spreadsheet: output::ForSpreadsheet,
     /// File to write; - is standard output, which is the default.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -150,7 +152,9 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     if arguments.overwrite && !to_files {
         return Err(Failure::input("--overwrite needs -o FILE or --pairs FILE"));
     }
+    let spreadsheet = arguments.spreadsheet;
     if let Some(figure) = arguments.figure {
+        spreadsheet.check(false)?;
         return figure::write(arguments, figure, file);
     }
     let asked = arguments.format.or(arguments.json.then_some(Format::Json));
@@ -159,6 +163,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     if format == Format::Parquet {
         output::Format::Parquet.check(file)?;
     }
+    spreadsheet.check(format == Format::Csv || arguments.pairs.is_some())?;
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {
         return Err(Failure::input(
             "--pairs: the report itself is written there; name another file",
@@ -179,6 +184,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     let provenance = made.provenance();
     match format {
         Format::Parquet => parquet::write((file, target), &made.rows(), provenance)?,
+        Format::Csv => target.save(&spreadsheet.applied(made.text(format)?.into_bytes()))?,
         _ => target.save(made.text(format)?.as_bytes())?,
     }
     if let (Format::Csv, Some(provenance)) = (format, provenance) {
@@ -191,7 +197,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     }
     match pairs {
         None => made.hint_at_pairs(format),
-        Some(target) => target.save(made.pairs_csv()?.as_bytes())?,
+        Some(target) => target.save(&spreadsheet.applied(made.pairs_csv()?.into_bytes()))?,
     }
     let required = arguments.required(&made.reports().collect::<Vec<_>>());
     let whole = match lost {

@@ -8,6 +8,7 @@ use crate::cli::{output, time};
 use crate::evaluation::{AnswerState, Spending};
 use crate::judge;
 use crate::store::{RunState, Summary};
+use crate::system::columns;
 use crate::verdict::Task;
 
 const TITLES: [&str; 10] = [
@@ -30,7 +31,8 @@ pub(super) fn table(runs: &[Summary]) -> String {
     }
     let titles = std::iter::once(TITLES.map(String::from));
     let rows: Vec<[String; 10]> = titles.chain(runs.iter().map(row)).collect();
-    let indent = rows.iter().map(|row| row[0].len()).max().unwrap_or(0);
+    let indent = rows.iter().map(|row| columns(&row[0])).max();
+    let indent = " ".repeat(indent.unwrap_or(0));
     // Numbers end where their column does.
     let mut lines = output::table_lines(&rows, &[0, 8]);
     let mut text = lines.next().unwrap_or_default();
@@ -38,7 +40,7 @@ pub(super) fn table(runs: &[Summary]) -> String {
         text += &line;
         if let Some(excerpt) = &run.excerpt {
             let words: Vec<_> = excerpt.split_whitespace().collect();
-            text += &output::visible(&format!("{:indent$}  {}\n", "", words.join(" ")));
+            text += &output::visible(&format!("{indent}  {}\n", words.join(" ")));
         }
     }
     text

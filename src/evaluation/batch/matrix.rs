@@ -1,5 +1,7 @@
 //! The matrix of a batch: every combination of task, frame, techniques, model and sample, in one fixed order.
 
+use std::collections::HashSet;
+
 use super::prepared::Ask;
 use super::variant::Variant;
 use super::windows::BatchWindows;
@@ -129,13 +131,43 @@ impl RequestSettings {
     }
 }
 
+/// Ways of asking that a matrix has at most.
+const MOST_WAYS: usize = 100_000;
+
 impl Matrix {
+    /// Checks that there are not too many combinations, without making them.
+    ///
+    /// # Errors
+    /// In words: how many there are, and of what.
+    pub fn check_size(&self) -> Result<(), String> {
+        let lists = [
+            ("task", self.tasks.len()),
+            ("frame", self.frames.len()),
+            ("technique", self.techniques.len()),
+            ("model", self.models.len()),
+        ];
+        let lists = lists.into_iter().chain(self.axes.sizes());
+        let lists: Vec<(&str, usize)> = lists.filter(|(_, size)| *size > 1).collect();
+        let ways = lists
+            .iter()
+            .fold(1_usize, |ways, (_, size)| ways.saturating_mul(*size));
+        if ways <= MOST_WAYS {
+            return Ok(());
+        }
+        let of = lists.iter().map(|(name, size)| format!("{size} of {name}"));
+        let of: Vec<String> = of.collect();
+        Err(format!(
+            "{ways} ways of asking ({}), and a batch has at most {MOST_WAYS}; name fewer values, or make several batches of them",
+            of.join(" × ")
+        ))
+    }
+
     /// Every way of asking, each once: by task, frame, techniques, model and values of axes, as they were named. The built-in judge,
     /// which is not asked in words, stands once for each task.
     #[must_use]
     pub fn ways(&self) -> Vec<PromptConfig> {
         let settings = self.axes.values();
-        let mut ways = Vec::new();
+        let (mut ways, mut known) = (Vec::new(), HashSet::new());
         for &task in &self.tasks {
             for &frame in &self.frames {
                 for &techniques in &self.techniques {
@@ -153,7 +185,7 @@ impl Matrix {
                                 },
                                 template: None,
                             };
-                            if !ways.contains(&way) {
+                            if known.insert(way.clone()) {
                                 ways.push(way);
                             }
                         }

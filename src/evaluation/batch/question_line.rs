@@ -13,6 +13,12 @@ use crate::store::NewItem;
 pub struct QuestionLine {
     /// Name of the scenario.
     pub scenario: String,
+    /// File of the scenario, or the name of a bundled one.
+    pub file: String,
+    /// First 12 digits of the SHA-256 of its content; null where it was not read.
+    pub hash: Option<String>,
+    /// Where the ego's motion is from; null where it was not read.
+    pub ego: Option<String>,
     /// The task.
     pub task: String,
     /// The frame of the description; null for the built-in judge.
@@ -64,6 +70,12 @@ impl QuestionLine {
             }
             lines.push(Self {
                 scenario: item.scenario.clone(),
+                file: item.path.clone(),
+                hash: item
+                    .scenario_hash
+                    .as_ref()
+                    .map(|hash| hash.chars().take(12).collect()),
+                ego: item.ego.clone(),
                 task: item.task.name().into(),
                 frame: item.frame.clone(),
                 techniques: item.techniques.clone(),

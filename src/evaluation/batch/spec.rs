@@ -1,6 +1,6 @@
 //! The stored specification of a batch: enough to resume it, or to detect that it has changed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -118,11 +118,11 @@ impl Spec {
     pub fn templates_of(matrix: &Matrix, library: &Library) -> BTreeMap<String, String> {
         let library = &library.clone().with_pack(matrix.request.pack);
         let mut found = BTreeMap::new();
-        for way in matrix.ways() {
-            let frame = way
-                .frame
-                .unwrap_or_else(|| default_frame(library, way.task));
-            if let Ok((file, template)) = template(library, way.task, frame) {
+        let ways = matrix.ways();
+        let asked = ways.iter().map(|way| (way.task, way.frame));
+        for (task, frame) in asked.collect::<BTreeSet<_>>() {
+            let frame = frame.unwrap_or_else(|| default_frame(library, task));
+            if let Ok((file, template)) = template(library, task, frame) {
                 found.insert(file.to_string(), library.hash(&template.source));
             }
         }

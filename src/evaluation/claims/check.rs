@@ -2,7 +2,7 @@
 
 use super::{Claim, ClaimedValue, Quantity, Side, Subject, excuse};
 use crate::geometry::Point;
-use crate::metrics::{Encounter, Relation, measure, paper};
+use crate::metrics::{Contact, Encounter, Relation, measure, paper};
 use crate::scenario::Participant;
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
@@ -246,7 +246,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             }
         }
         ClaimedValue::Contact => {
-            let touches = encounter.distance() == 0.0;
+            let touches = encounter.contact().is_some();
             checked.judgement = if touches {
                 Judgement::Right
             } else {
@@ -383,11 +383,8 @@ fn contact(subject: &Subject<'_>, participant: &Participant<'_>, now: bool) -> S
     if now {
         return "contact".into();
     }
-    let scene = subject.scene;
-    let touches =
-        |step: &i64| Encounter::at(scene, participant, *step).is_some_and(|e| e.distance() == 0.0);
-    match scene.steps().find(touches) {
-        Some(step) => format!("first contact at step {step}"),
+    match Contact::first(subject.scene, participant) {
+        Some(contact) => format!("first contact at step {}", contact.step),
         None => "no contact at any step".into(),
     }
 }

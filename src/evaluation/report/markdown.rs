@@ -1,6 +1,7 @@
 //! Reports as Markdown with GitHub tables, aligned to be readable as plain text.
 
 use super::document::{Align, Block, Document, Table, clean};
+use crate::system::{columns, pad_end, pad_start};
 
 impl Document {
     /// The report as Markdown; figures are left out.
@@ -29,15 +30,15 @@ fn markdown(table: &Table) -> String {
     let width = |column: usize| {
         let cells = rows.iter().map(|row| &row[column]);
         let cells = cells.chain([&titles[column]]);
-        cells.map(|c| c.chars().count()).max().unwrap_or(0).max(3)
+        cells.map(|c| columns(c)).max().unwrap_or(0).max(3)
     };
     let widths: Vec<usize> = (0..titles.len()).map(width).collect();
     let line = |cells: &[String]| {
         let mut line = String::from("|");
         for ((cell, width), (_, align)) in cells.iter().zip(&widths).zip(&table.columns) {
             line += &match align {
-                Align::Left => format!(" {cell:<width$} |"),
-                Align::Right => format!(" {cell:>width$} |"),
+                Align::Left => format!(" {} |", pad_end(cell, *width)),
+                Align::Right => format!(" {} |", pad_start(cell, *width)),
             };
         }
         line + "\n"

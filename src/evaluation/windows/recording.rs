@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::super::{Label, Labelled, Lead};
 use super::Moment;
 use super::matching::Candidate;
+use crate::metrics::Contact;
 use crate::scenario::{Participant, Scene, Window};
 
 /// How long after the horizon of a safe window nothing is touched either, seconds: a contact just after the horizon
@@ -22,7 +23,7 @@ pub struct Recording {
     steps: std::ops::Range<i64>,
     /// The first contact of the label: the exact one, else the last recorded step of what is labelled a collision.
     contact: Option<i64>,
-    /// Steps at which the ego touches an obstacle, with its id, in order; where a risk score is the truth, steps of
+    /// Steps at which or on the way to which the ego touches an obstacle, with its id, in order; where a risk score is the truth, steps of
     /// extreme risk.
     touches: Vec<(i64, i64)>,
     /// By step: ids of the obstacles whose centre is near the ego's.
@@ -39,10 +40,9 @@ impl Recording {
         let steps = scene.steps();
         let everyone: Vec<Participant<'_>> = scene.participants().collect();
         let touched = |step: i64| {
-            let touched = everyone
-                .iter()
-                .filter(move |other| touch(scene, other, step));
-            touched.map(move |other| (step, other.obstacle.id))
+            let contacts = everyone.iter();
+            let contacts = contacts.filter_map(move |other| Contact::at(scene, other, step));
+            contacts.map(move |contact| (step, contact.obstacle))
         };
         let touches = steps.clone().flat_map(touched).collect();
         let contact = match case.label {
@@ -247,11 +247,4 @@ fn near(scene: &Scene, everyone: &[Participant<'_>], step: i64, radius: f64) -> 
     };
     let near = everyone.iter().filter(is_near);
     near.map(|other| other.obstacle.id).collect()
-}
-
-fn touch(scene: &Scene, other: &Participant<'_>, step: i64) -> bool {
-    match (scene.ego_at(step), other.placed_at(step)) {
-        (Some(ego), Some(other)) => ego.distance(&other) == 0.0,
-        _ => false,
-    }
 }

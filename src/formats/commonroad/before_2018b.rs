@@ -79,8 +79,113 @@ fn own_frame(at: &impl SourceLocation, first: &State, body: &mut Option<Footprin
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::formats::commonroad::{ReadError, read};
+    use crate::geometry::Point;
+    use crate::scenario::Scenario;
+
+    fn state(time: &str, x: f64) -> String {
+        format!(
+            "<state><position><point><x>{x}</x><y>0</y></point></position><orientation><exact>0</exact></orientation>\
+             <time>{time}</time><velocity><exact>10</exact></velocity></state>"
+        )
+    }
+
+    /// A scenario with a moving obstacle, a standing one in world coordinates, one given as a set, and a task.
+    fn scenario(version: &str, times: [&str; 3], yaw_rate: &str) -> Result<Scenario, ReadError> {
+        let states: String = times
+            .iter()
+            .zip([0.0, 1.0, 2.0])
+            .map(|(time, x)| state(&format!("<exact>{time}</exact>"), x))
+            .collect();
+        let square = "<shape><rectangle><length>4</length><width>2</width></rectangle></shape>";
+        let text = format!(
+            "<commonRoad commonRoadVersion='{version}' benchmarkID='A' timeStepSize='0.1'>\
+             <obstacle id='1'><role>dynamic</role><type>car</type>{square}<trajectory>{states}</trajectory></obstacle>\
+             <obstacle id='2'><role>static</role><type>unknown</type><shape><rectangle><length>4</length><width>2</width>\
+             <orientation>1.5</orientation><center><x>50</x><y>7</y></center></rectangle></shape></obstacle>\
+             <obstacle id='3'><role>dynamic</role><type>car</type><occupancySet><occupancy><shape><circle>\
+             <radius>1</radius><center><x>30</x><y>0</y></center></circle></shape><time><intervalStart>{}</intervalStart>\
+             <intervalEnd>{}</intervalEnd></time></occupancy></occupancySet></obstacle>\
+             <planningProblem id='4'>{}<goalRegion><state><time><intervalStart>{}</intervalStart>\
+             <intervalEnd>{}</intervalEnd></time></state></goalRegion></planningProblem></commonRoad>",
+            times[0],
+            times[1],
+            state(&format!("<exact>{}</exact>", times[0]), 0.0)
+                .replace("state>", "initialState>")
+                .replace(
+                    "</initialState>",
+                    &format!("<yawRate><exact>{yaw_rate}</exact></yawRate></initialState>")
+                ),
+            times[1],
+            times[2],
+        );
+        read(text.as_bytes(), "a.xml")
+    }
+
+    #[test]
+    fn seconds_first_states_and_world_shapes_become_those_of_later_versions() {
+        for version in ["2017a", "2018a"] {
+            let read = scenario(version, ["0.0", "0.10", "0.2"], "NaN").unwrap();
+            let car = read.obstacle(1).unwrap();
+            assert_eq!(car.track().steps(), 0..3);
+            assert!(car.initial.is_some() && car.states().count() == 3);
+            let stands = read.obstacle(2).unwrap();
+            let pose = stands.motion_at(7).unwrap().pose;
+            assert!((pose.position - Point::new(50.0, 7.0)).norm() < 1e-9);
+            assert!((pose.heading - 1.5).abs() < 1e-9);
+            let corners = stands.placed_at(7).unwrap().outlines().concat();
+            let far = |p: &Point| (p - pose.position).norm();
+            assert!(corners.iter().all(|p| far(p) < 2.3), "{corners:?}");
+            let set = read.obstacle(3).unwrap();
+            assert!(set.is_occupancy_at(0) && set.is_occupancy_at(1) && !set.is_occupancy_at(2));
+            let problem = &read.planning_problems[0];
+            assert_eq!(problem.goals[0].time, Steps { from: 1, to: 2 });
+            assert!(problem.initial.more.is_empty(), "NaN is left out");
+            let said: Vec<String> = read.diagnostics.iter().map(ToString::to_string).collect();
+            assert!(
+                said.iter().any(|d| d.contains("times in seconds")),
+                "{said:?}"
+            );
+            assert!(
+                said.iter()
+                    .any(|d| d.contains("yawRate") && d.contains("left out"))
+            );
+            assert!(
+                !said
+                    .iter()
+                    .any(|d| d.contains("no goal") || d.contains("no initial state"))
+            );
+        }
+    }
+
+    #[test]
+    fn later_versions_have_whole_steps() {
+        let read = scenario("2018b", ["0", "1.0", "2"], "0").unwrap();
+        assert_eq!(read.obstacle(1).unwrap().track().steps(), 0..3);
+        assert_eq!(read.planning_problems[0].initial.more.len(), 1);
+        for version in ["2018b", "2020a", ""] {
+            let error = scenario(version, ["0", "0.1", "0.2"], "0").unwrap_err();
+            assert!(
+                error
+                    .message
+                    .contains("`0.1` is no time step; it looks like seconds, 1 step"),
+                "{error}"
+            );
+        }
+        let odd = scenario("2018a", ["0", "0.15", "0.2"], "0").unwrap_err();
+        assert!(
+            odd.message.contains("no whole number of time steps"),
+            "{odd}"
+        );
+        let open = scenario("2020a", ["0", "1", "100000000"], "0").unwrap_err();
+        assert!(
+            open.message.contains("implausible"),
+            "a state is at no open time: {open}"
+        );
+    }
 
     #[test]
     fn versions_are_in_order() {

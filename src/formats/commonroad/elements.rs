@@ -33,7 +33,7 @@ pub(super) fn point<'a>(
 /// The `ref` attribute of an element without content.
 pub(super) fn reference<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<i64, ReadError> {
     let id = xml.id_attribute(element, "ref")?;
-    xml.skip()?;
+    xml.close()?;
     xml.refer(element, id);
     Ok(id)
 }

@@ -91,7 +91,7 @@ fn adjacent<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Adjacent, Rea
         _ => None,
     };
     let adjacent = builder::adjacent(&xml.at(element), id, same_direction);
-    xml.skip()?;
+    xml.close()?;
     xml.refer(element, id);
     Ok(adjacent)
 }

@@ -49,10 +49,9 @@ pub(super) fn signs(xml: &mut Xml<'_>, lanelets: &mut [Lanelet], used: i64) -> V
     signs
 }
 
-/// Says of speed limits in a version that has signs for them that they are not used.
-pub(super) fn note_unused(xml: &mut Xml<'_>) {
+/// Counts speed limits of a version that has signs for them as not used.
+pub(super) fn count_unused(xml: &mut Xml<'_>) {
     for (_, _, place) in xml.take_speed_limits() {
-        let message = "this version has signs for speed limits; left out".into();
-        xml.note_at(Severity::Note, &place, message);
+        xml.unused_at(&place);
     }
 }

@@ -4,6 +4,7 @@ mod bounds;
 mod deferred_checks;
 mod malformed;
 mod numbers;
+mod unused;
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -13,6 +14,7 @@ use quick_xml::events::Event;
 use quick_xml::events::attributes::Attributes;
 
 pub(super) use deferred_checks::SourceLocation;
+pub(super) use unused::KnownAttributes;
 
 use super::builder::{self, Diagnostics, TimeScale};
 pub(in crate::formats) use super::encoding::{Decoded, decoded};
@@ -55,6 +57,8 @@ pub(in crate::formats) struct Xml<'a> {
     counted: Cell<(usize, usize)>,
     /// How times are written.
     pub(super) times: TimeScale,
+    /// The attributes that count as used, where they are counted.
+    pub(super) known_attributes: Option<KnownAttributes>,
     later: deferred_checks::DeferredChecks<'a>,
 }
 
@@ -79,6 +83,7 @@ impl<'a> Xml<'a> {
             diagnostics: Diagnostics::default(),
             counted: Cell::new((0, 1)),
             times: TimeScale::default(),
+            known_attributes: None,
             later: deferred_checks::DeferredChecks::default(),
         }
     }
@@ -97,6 +102,7 @@ impl<'a> Xml<'a> {
                         at,
                     };
                     self.check_bounds(element)?;
+                    self.count_attributes(element);
                     self.path.push(element);
                     return Ok(Some(element));
                 }
@@ -162,6 +168,7 @@ impl<'a> Xml<'a> {
                 }
                 Ok(Event::Start(start)) => {
                     let name = start.name();
+                    self.count_unused(name.as_ref(), self.reader.buffer_position() as usize);
                     match self.reader.read_to_end(name) {
                         Ok(_) => continue,
                         Err(error) => return Err(self.malformed(&error)),
@@ -243,16 +250,6 @@ impl<'a> Xml<'a> {
         self.diagnostics.push(severity, place, message);
     }
 
-    /// Passes over an element that is not known, which counts as not used.
-    pub fn skip_unknown(&mut self, element: Element<'a>) -> Result<(), ReadError> {
-        self.skip()?;
-        let names = self.path.iter().map(|open| open.name);
-        let names: Vec<String> = names.chain([element.name]).map(short).collect();
-        let line = || self.line_of(element.at);
-        self.diagnostics.unused(names.join("/"), line);
-        Ok(())
-    }
-
     /// The path of the elements within which the text ends or stops being XML.
     pub fn path_at_end(mut self) -> String {
         loop {
@@ -281,7 +278,7 @@ impl<'a> Xml<'a> {
     }
 
     /// The line of a byte offset, counted on from the last one asked for.
-    fn line_of(&self, at: usize) -> usize {
+    pub fn line_of(&self, at: usize) -> usize {
         let at = at.min(self.text.len());
         let (from, line) = match self.counted.get() {
             (from, line) if from <= at => (from, line),

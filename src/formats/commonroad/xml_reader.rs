@@ -33,6 +33,7 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         return Err(xml.fail(root.at, message));
     }
     let mut header = header(&xml, root)?;
+    xml.known_attributes = Some(known_attributes);
     let is_old = before_2018b::is_meant(&header.version);
     xml.times = match is_old {
         true => TimeScale::in_seconds(header.time_step_size),
@@ -58,13 +59,29 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         let signs = speed_limits::signs(&mut xml, &mut builder.lanelets, used);
         builder.signs.extend(signs);
     } else {
-        speed_limits::note_unused(&mut xml);
+        speed_limits::count_unused(&mut xml);
     }
     let mut scenario = builder.finish(header, ContentHash::digest(bytes));
     references::check(&mut xml, &scenario.network);
     places.note_doubts(&mut xml, &scenario);
     scenario.diagnostics = xml.into_diagnostics();
     Ok(scenario)
+}
+
+/// The attributes of an element that are read; those of the root are, or kept.
+fn known_attributes(element: &str) -> &'static [&'static str] {
+    match element {
+        "trafficSign" => &["id", "virtual"],
+        "adjacentLeft" | "adjacentRight" => &["ref", "drivingDir"],
+        // Goals refer to lanelets by the same name.
+        "lanelet" => &["id", "ref"],
+        "trafficLight" | "intersection" | "incoming" | "planningProblem" => &["id"],
+        name if role_of(name).is_some() => &["id"],
+        "predecessor" | "successor" | "succecessor" | "trafficSignRef" | "trafficLightRef"
+        | "incomingLanelet" | "successorsRight" | "successorsStraight" | "successorsLeft"
+        | "isLeftOf" | "crossingLanelet" => &["ref"],
+        _ => &[],
+    }
 }
 
 /// Reads an element below the root.
@@ -98,7 +115,7 @@ fn read_child<'a>(
         "location" => builder.location = Some(location::location(xml)?),
         "scenarioTags" => {
             while let Some(tag) = xml.next()? {
-                xml.skip()?;
+                xml.close()?;
                 builder.tags.extend(tag_of(xml, tag, tag.name));
             }
         }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use super::commonroad::xml_writer::XmlWriter;
 use super::commonroad::{WriteError, write};
 use super::opendrive::{date, write_opendrive};
-use crate::scenario::{Ego, LaneletNetwork, Scenario, Scene};
+use crate::scenario::{Ego, LaneletNetwork, Scenario, Scene, driven_way};
 pub use actor::ExportedEgo;
 pub(super) use actor::SINGLE_STATES;
 use actor::{Actor, Notes, actors};
@@ -93,14 +93,20 @@ pub fn write_openscenario(export: &Export<'_>) -> Result<Exported, WriteError> {
     })
 }
 
-/// The last step of an ego that touches an obstacle then.
+/// The last step of an ego that touches an obstacle then, or on the way there.
 fn contact_at_end(scenario: &Scenario, ego: &Ego) -> Option<i64> {
     let last = ego.track.steps().end - 1;
     let scene = Scene::new(Arc::new(scenario.clone()), ego.clone());
     let own = scene.ego_at(last)?;
     let touches = |p: crate::scenario::Participant<'_>| {
-        p.placed_at(last)
-            .is_some_and(|other| own.distance(&other) <= CONTACT)
+        let at_last = |other| own.distance(&other) <= CONTACT;
+        let on_the_way = || {
+            let (before, dt) = (last - 1, scenario.dt());
+            let own = driven_way(scene.ego_at(before)?, own, dt)?;
+            let other = driven_way(p.placed_at(before)?, p.placed_at(last)?, dt)?;
+            own.first_touch(&other)
+        };
+        p.placed_at(last).is_some_and(at_last) || on_the_way().is_some()
     };
     scene.participants().any(touches).then_some(last)
 }

@@ -13,6 +13,7 @@ mod lane_shape;
 mod lanelet2;
 mod leftovers;
 mod levelx;
+mod named_files;
 mod nuplan;
 mod opendrive;
 mod openscenario;

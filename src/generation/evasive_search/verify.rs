@@ -34,7 +34,6 @@ impl Search<'_> {
         let check = Feasibility::new(*driver.limits(), driver.dt());
         (arrived || over)
             && check.states(reaction, &changed).is_ok()
-            && driver.touched_between(self.scenario, drive).is_none()
             && (over || self.can_go_on(drive))
     }
 
@@ -49,7 +48,7 @@ impl Search<'_> {
         let later = (GOING_ON / dt).round() as i64;
         let start = state.centre(limits);
         GOING_ON_WITH.iter().any(|acceleration| {
-            let (mut s, mut v) = (0.0, start.velocity);
+            let (mut s, mut v, mut before) = (0.0, start.velocity, start.pose);
             (1..=later).all(|k| {
                 let next = (v + acceleration * dt).clamp(0.0, limits.speed);
                 s += f64::midpoint(v, next) * dt;
@@ -59,7 +58,8 @@ impl Search<'_> {
                     ..start.pose
                 };
                 let body = driver.road().body().at(pose);
-                Collision::at(self.scenario, &body, end + k, without).is_none()
+                let was = Some(std::mem::replace(&mut before, pose));
+                Collision::first(self.scenario, &body, was, end + k, without).is_none()
             })
         })
     }

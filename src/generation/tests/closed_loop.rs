@@ -128,7 +128,7 @@ fn the_sides_of_a_contact_are_those_of_the_first_touch() {
 }
 
 #[test]
-fn who_goes_through_the_ego_between_two_steps_is_told() {
+fn who_goes_through_the_ego_between_two_steps_collides() {
     let closed = behind_a_car(25.0, Forecast::Lane);
     let ego = &closed.baseline().drive().states;
     let recorded = *closed
@@ -138,7 +138,7 @@ fn who_goes_through_the_ego_between_two_steps_is_told() {
         .track()
         .at(20)
         .unwrap();
-    // From one side of the road to the other within a step, as no car could: at the steps it is 15 m away.
+    // From one side of the road to the other within a step, as no car could: at the steps it is beside the ego.
     let (step, own) = ego[20];
     let aside = |metres: f64| Motion {
         pose: Pose {
@@ -149,19 +149,23 @@ fn who_goes_through_the_ego_between_two_steps_is_told() {
     };
     let motions = vec![
         (step - 1, recorded),
-        (step, aside(15.0)),
-        (step + 1, aside(-15.0)),
+        (step, aside(3.0)),
+        (step + 1, aside(-3.0)),
     ];
     let change = Change {
         obstacle: CAR,
         motions,
     };
     let effect = closed.effect(&change.into()).unwrap();
-    assert_eq!(effect.between, Some(step));
-    assert!(effect.contact.is_none(), "{:?}", effect.consequence);
-    let unchanged = closed.driver();
-    let drive = closed.baseline().drive();
-    assert_eq!(unchanged.touched_between(closed.scenario(), drive), None);
+    let contact = effect.contact.unwrap();
+    assert_eq!((contact.with, contact.step), (CAR, step + 1));
+    assert!(contact.between && contact.ego == ContactSide::Left);
+    assert_eq!(effect.touched_after_step(), Some(step));
+    assert_eq!(effect.consequence, Consequence::Collision(contact));
+    assert_eq!(
+        (effect.distance(), effect.lowest_after()),
+        (Some(0.0), Some(0))
+    );
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Sums over the rest of the recording that several measures share, from the last step to the first.
+//! Sums over the rest of the recording that several measures share, from the last step to the first. Steps of contact are
+//! not in them: there is no gap left to close.
 
 use super::{crash_potential, drac, lane_ttc};
 use crate::metrics::Context;

@@ -33,7 +33,12 @@ impl Following {
         }
         let gap = other.rear - ego.front;
         if gap <= TOUCHING {
-            return Err(NoValue::Beside);
+            let touch = context.distances(participant)[index] == Some(0.0);
+            return Err(if touch {
+                NoValue::Contact
+            } else {
+                NoValue::Beside
+            });
         }
         if ego.clearance(&other) > WIDEST {
             return Err(NoValue::OtherLane);

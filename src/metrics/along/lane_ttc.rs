@@ -1,7 +1,7 @@
 //! Time to collision along the lane, with acceleration.
 //!
 //! The first t > 0 with Δd + Δv·t + ½Δa·t² = 0, where Δd is the headway, Δv the other's speed along the route
-//! minus the ego's and Δa the same of the accelerations, all kept. Source: Jansson, Collision Avoidance Theory,
+//! minus the ego's and Δa the same of the accelerations, all kept; 0 while the bodies touch. Source: Jansson, Collision Avoidance Theory,
 //! 2005, eq. 5.26. The root is written so that Δa = 0 needs no case of its own.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
@@ -23,7 +23,10 @@ const HORIZON: f64 = 100.0;
 
 fn compute(encounter: &Encounter<'_>) -> Reading {
     let following = encounter.ask(|c, other, index| c.following(other, index));
-    following.and_then(|f| time(&f)).into()
+    match following {
+        Err(NoValue::Contact) => Reading::Value(0.0),
+        following => following.and_then(|f| time(&f)).into(),
+    }
 }
 
 /// The time to collision of a follower, seconds.

@@ -1,6 +1,6 @@
 //! Time headway: the time until the ego's front is where the rear of the one ahead is now, as recorded.
 //!
-//! THW = min { t ≥ 0 : front_ego(t₀ + t) ≥ rear_other(t₀) } along the route, over the recorded steps.
+//! THW = min { t ≥ 0 : front_ego(t₀ + t) ≥ rear_other(t₀) } along the route; between two recorded steps it goes evenly.
 //! Source: Jansson, Collision Avoidance Theory, 2005.
 
 use super::super::{Context, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
@@ -25,5 +25,12 @@ fn time(context: &Context<'_>, participant: usize, index: usize) -> Result<f64, 
     let reached = context
         .ego_reaches(rear, index)
         .ok_or(NoValue::NotReached)?;
-    Ok(context.time(index, reached))
+    // On the way to that step; a gap in the recording before it hides when.
+    let front = |index| context.ego_along(index).map(|ego| ego.front);
+    let before = reached.checked_sub(1).filter(|before| *before >= index);
+    let late = match (before.and_then(|before| front(before).ok()), front(reached)) {
+        (Some(before), Ok(front)) if front > before => (front - rear) / (front - before),
+        _ => 0.0,
+    };
+    Ok(context.time(index, reached as f64 - late.clamp(0.0, 1.0)))
 }

@@ -1,14 +1,17 @@
 //! The closest that recorded bodies come from each step on, in one pass from the last step to the first.
 
-/// The future distance between two recorded bodies.
+use crate::metrics::{Contact, Context};
+use crate::scenario::driven_way;
+
+/// The future distance between two recorded bodies; moments are places of steps, with a share of the way to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::metrics) struct Closest {
     /// The smallest distance from now on, metres.
     pub distance: f64,
-    /// The first place at which it is as small.
-    pub index: usize,
-    /// The first place at which the bodies overlap.
-    pub overlap: Option<usize>,
+    /// The first moment at which it is as small.
+    pub at: f64,
+    /// The first moment at which the bodies touch.
+    pub contact: Option<f64>,
 }
 
 /// Distances that differ by less are alike, metres: of two that stand, the first step counts.
@@ -16,45 +19,76 @@ const ALIKE: f64 = 1e-6;
 
 impl Closest {
     /// By step; nothing at steps where one of the two is not there.
-    pub fn rows(distances: &[Option<f64>]) -> Vec<Option<Self>> {
+    pub fn rows(context: &Context<'_>, participant: usize) -> Vec<Option<Self>> {
+        let distances = context.distances(participant);
+        let mut contacts = context.contacts(participant).iter().rev().peekable();
         let mut rows = vec![None; distances.len()];
         let mut ahead: Option<Self> = None;
-        for (index, distance) in distances.iter().enumerate().rev() {
-            let &Some(distance) = distance else { continue };
-            let overlap = (distance == 0.0).then_some(index);
-            let mut here = Self {
-                distance,
-                index,
-                overlap: overlap.or(ahead.and_then(|a| a.overlap)),
-            };
-            if let Some(ahead) = ahead.filter(|a| a.distance < distance) {
-                here.distance = ahead.distance;
-                if ahead.distance < distance - ALIKE {
-                    here.index = ahead.index;
-                }
+        for (index, &distance) in distances.iter().enumerate().rev() {
+            let Some(distance) = distance else { continue };
+            let step = context.step(index);
+            // What is touched on the way to a later step is touched before that.
+            let after = |contact: &&Contact| contact.step > step;
+            while let Some(contact) = contacts.next_if(after) {
+                let steps = contact.time / context.dt() - context.steps().start as f64;
+                ahead = Some(Self::touching(steps.max(index as f64)));
             }
+            if let Some(between) = between(context, participant, index, distance, ahead) {
+                ahead = Some(Self {
+                    contact: ahead.and_then(|ahead| ahead.contact),
+                    ..between
+                });
+            }
+            let here = Self {
+                distance,
+                at: index as f64,
+                contact: ahead.and_then(|ahead| ahead.contact),
+            };
+            let here = match ahead {
+                _ if distance == 0.0 => Self::touching(index as f64),
+                Some(ahead) if ahead.distance < distance - ALIKE => ahead,
+                Some(ahead) => Self {
+                    distance: ahead.distance.min(distance),
+                    ..here
+                },
+                None => here,
+            };
             ahead = Some(here);
             rows[index] = ahead;
         }
         rows
     }
+
+    fn touching(at: f64) -> Self {
+        Self {
+            distance: 0.0,
+            at,
+            contact: Some(at),
+        }
+    }
 }
 
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_future_counts_and_the_first_of_equals() {
-        let rows = Closest::rows(&[Some(3.0), None, Some(1.0), Some(0.0), Some(0.0), Some(2.0)]);
-        let at = |i: usize| rows[i].unwrap();
-        assert_eq!(
-            (at(0).distance, at(0).index, at(0).overlap),
-            (0.0, 3, Some(3))
-        );
-        assert_eq!((at(4).index, at(4).overlap), (4, Some(4)));
-        assert_eq!((at(5).distance, at(5).overlap), (2.0, None));
-        assert!(rows[1].is_none());
+/// The nearest on the way from a place of a step to the next one, where that is nearer than at both and than all that
+/// comes after.
+fn between(
+    context: &Context<'_>,
+    participant: usize,
+    index: usize,
+    distance: f64,
+    ahead: Option<Closest>,
+) -> Option<Closest> {
+    let least = ahead.map_or(distance, |ahead| ahead.distance.min(distance));
+    if least == 0.0 {
+        return None;
     }
+    let (ego, other) = context.placed(participant, index)?;
+    let (ego_next, other_next) = context.placed(participant, index + 1)?;
+    let ego = driven_way(ego, ego_next, context.dt())?;
+    let other = driven_way(other, other_next, context.dt())?;
+    let (share, distance) = ego.nearest(&other, least)?;
+    Some(Closest {
+        distance,
+        at: index as f64 + share,
+        contact: None,
+    })
 }

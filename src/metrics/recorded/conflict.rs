@@ -7,7 +7,7 @@ use super::swept::Swept;
 use crate::geometry::{Bounds, Vector};
 use crate::metrics::{Context, NoValue};
 
-/// When the two are in their conflict area: first and last recorded step of each.
+/// When the two are in their conflict area: first and last time of each, at steps and between them.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::metrics) struct Conflict(Result<Passages, NoValue>);
 
@@ -20,8 +20,9 @@ struct Passages {
 /// When a participant is in the conflict area.
 #[derive(Debug, Clone, Copy)]
 struct Inside {
-    first: i64,
-    last: i64,
+    /// In steps.
+    first: f64,
+    last: f64,
     /// Whether the recording begins before, and ends after.
     enters: bool,
     leaves: bool,
@@ -34,7 +35,7 @@ impl Conflict {
     }
 
     /// Time steps from entering to leaving of the ego.
-    pub fn encroachment(&self) -> Result<i64, NoValue> {
+    pub fn encroachment(&self) -> Result<f64, NoValue> {
         let ego = self.0?.ego;
         if ego.enters && ego.leaves {
             Ok(ego.last - ego.first)
@@ -44,7 +45,7 @@ impl Conflict {
     }
 
     /// Time steps from the leaving of the first to the entering of the second.
-    pub fn post_encroachment(&self) -> Result<i64, NoValue> {
+    pub fn post_encroachment(&self) -> Result<f64, NoValue> {
         let Passages { ego, other } = self.0?;
         let (first, second) = if ego.last < other.first {
             (ego, other)
@@ -103,7 +104,7 @@ fn near(area: &Swept, places: impl Iterator<Item = Bounds>) -> bool {
 
 fn inside(body: &Swept, other: &Swept) -> Option<Inside> {
     let (first, last) = body.inside(other)?;
-    let (begin, end) = body.steps()?;
+    let (begin, end) = body.times()?;
     Some(Inside {
         first,
         last,
@@ -117,7 +118,7 @@ impl Context<'_> {
         self.ego_swept.get_or_init(|| {
             let steps = self.steps().zip(&self.ego);
             let bodies = steps.filter_map(|(step, here)| here.map(|(m, b)| (step, m.pose, b)));
-            Swept::from_poses(bodies, self.origin())
+            Swept::from_poses(bodies, self.dt(), self.origin())
         })
     }
 
@@ -125,7 +126,7 @@ impl Context<'_> {
         let motions = self.motions(participant).iter();
         let participant = self.participants()[participant];
         let bodies = motions.map(|(step, m)| (*step, m.pose, participant.footprint_at(*step)));
-        Swept::from_poses(bodies, self.origin())
+        Swept::from_poses(bodies, self.dt(), self.origin())
     }
 
     /// Near everything, so that no digits are lost far from the map's origin.

@@ -1,8 +1,8 @@
 //! Encroachment time: how long the ego's body is in the conflict area, as recorded.
 //!
-//! The conflict area is all places that both bodies sweep in their whole recordings; the time runs from the first
-//! to the last recorded step at which the ego touches it. One value for the pair, the same at every step.
-//! Source: Allen, Shin and Cooper 1978.
+//! The conflict area is all places that both bodies sweep in their whole recordings; the time runs from when the
+//! ego first touches it to when it last does, at a step or between two, where it goes evenly. One value for
+//! the pair, the same at every step. Source: Allen, Shin and Cooper 1978.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 
@@ -18,6 +18,6 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
 };
 
 fn compute(encounter: &Encounter<'_>) -> Reading {
-    let time = encounter.ask(|c, other, _| Ok(c.conflict(other).encroachment()? as f64 * c.dt()));
+    let time = encounter.ask(|c, other, _| Ok(c.conflict(other).encroachment()? * c.dt()));
     time.into()
 }

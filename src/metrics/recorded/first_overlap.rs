@@ -1,6 +1,6 @@
 //! Recorded time to collision, TTC*: the time until the recorded bodies first overlap.
 //!
-//! Unlike `ttc` it predicts nothing. Source: the TTC* of CommonRoad-CriMe (Lin and Althoff 2023).
+//! At a step or between two: 0 while they overlap. Unlike `ttc` it predicts nothing. Source: the TTC* of CommonRoad-CriMe (Lin and Althoff 2023).
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 
@@ -18,8 +18,8 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
 fn compute(encounter: &Encounter<'_>) -> Reading {
     let time = encounter.ask(|c, other, i| {
         let closest = c.closest(other, i).ok_or(NoValue::Absent)?;
-        let overlap = closest.overlap.ok_or(NoValue::NoRecordedOverlap)?;
-        Ok(c.time(i, overlap))
+        let contact = closest.contact.ok_or(NoValue::NoRecordedOverlap)?;
+        Ok(c.time(i, contact))
     });
     time.into()
 }

@@ -1,9 +1,9 @@
 //! Post-encroachment time: from one leaving the conflict area to the other entering it, as recorded.
 //!
 //! PET = t_entry(second) − t_exit(first), whichever is first. The conflict area is all places that both bodies sweep
-//! in their whole recordings; exit is the last and entry the first recorded step at which a body touches it. One
-//! value for the pair, the same at every step; who follows another has none, as both are in it together.
-//! Source: Allen, Shin and Cooper 1978.
+//! in their whole recordings; exit is when a body last touches it and entry when it first does, at a step or between
+//! two, where bodies go evenly. One value for the pair, the same at every step; who follows another has none, as both
+//! are in it together. Source: Allen, Shin and Cooper 1978.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 
@@ -19,7 +19,6 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
 };
 
 fn compute(encounter: &Encounter<'_>) -> Reading {
-    let time =
-        encounter.ask(|c, other, _| Ok(c.conflict(other).post_encroachment()? as f64 * c.dt()));
+    let time = encounter.ask(|c, other, _| Ok(c.conflict(other).post_encroachment()? * c.dt()));
     time.into()
 }

@@ -1,22 +1,24 @@
 //! The latest start of each emergency manoeuvre that still avoids the recorded overlap.
 //!
 //! Source: Hillenbrand, Spieker and Kroschel 2006; Tamke, Dang and Breuel 2011. Until its start the ego does what
-//! was recorded, all others do so always, and bodies are compared at the recorded steps to the end of the ego's
-//! recording. Who avoids it with a late start is taken to avoid it with an earlier one: the latest start is looked
+//! was recorded, all others do so always, and bodies are compared at the recorded steps and on the ways between them, to
+//! the end of the ego's recording; starts are at steps. Who avoids it with a late start is taken to avoid it with an earlier one: the latest start is looked
 //! for backwards from the overlap in doubled strides down to the first step, then by bisection. Where none of these
 //! avoids it, no start is taken to.
 
 use std::ops::Range;
 
 use super::Manoeuvre;
+use crate::geometry::{Placed, Way};
 use crate::metrics::{Context, NoValue};
+use crate::scenario::driven_way;
 
 /// Latest starts, as places of steps.
 #[derive(Debug, Clone)]
 pub(in crate::metrics) struct Starts {
-    /// The first recorded overlap.
+    /// The first step of a recorded contact, or after one between two steps.
     overlap: Option<usize>,
-    /// The last recorded overlap.
+    /// The last step that a recorded contact is at or after.
     last: usize,
     brake: Option<usize>,
     kick_down: Option<usize>,
@@ -28,11 +30,12 @@ impl Starts {
     pub fn new(context: &Context<'_>, participants: Range<usize>) -> Self {
         let (mut first, mut last): (Option<usize>, usize) = (None, 0);
         for participant in participants.clone() {
-            for (index, distance) in context.distances(participant).iter().enumerate() {
-                if *distance == Some(0.0) {
-                    first = Some(first.map_or(index, |f| f.min(index)));
-                    last = last.max(index);
-                }
+            for contact in context.contacts(participant) {
+                let Some(index) = context.index(contact.step) else {
+                    continue;
+                };
+                first = Some(first.map_or(index, |f| f.min(index)));
+                last = last.max(index - usize::from(!contact.overlaps));
             }
         }
         let latest =
@@ -119,15 +122,29 @@ fn avoids(
     let Some((motion, body)) = context.ego[start] else {
         return false;
     };
+    let placed = |index: usize| {
+        let time = context.time(start, index as f64);
+        body.at(manoeuvre.pose(motion, time, context.limits()))
+    };
+    let mut before = None;
     (start..context.length()).all(|index| {
-        let ego = body.at(manoeuvre.pose(motion, context.time(start, index), context.limits()));
+        let ego = placed(index);
+        let was: Option<Placed<'_>> = before.replace(ego);
         participants.clone().all(|participant| {
-            let Some((other, other_body)) = context.other(participant, index) else {
+            let there = |index| {
+                let (other, other_body) = context.other(participant, index)?;
+                Some(other_body.at(other.pose))
+            };
+            let Some(other) = there(index) else {
                 return true;
             };
-            let reach = body.reach() + other_body.reach();
+            let reach = body.reach() + other.footprint.reach();
             let apart = (other.pose.position - ego.pose.position).norm() > reach;
-            apart || ego.distance(&other_body.at(other.pose)) > 0.0
+            let touched_on_the_way = || {
+                let way = driven_way(there(index.checked_sub(1)?)?, other, context.dt())?;
+                Way::new(was?, ego).first_touch(&way)
+            };
+            (apart || ego.distance(&other) > 0.0) && touched_on_the_way().is_none()
         })
     })
 }

@@ -1,6 +1,6 @@
 //! Time to the closest encounter: when the recorded bodies are at their smallest distance from now on.
 //!
-//! The first of several steps alike. Source: Eggert 2014 (TTCE).
+//! At a step or between two; the first of several moments alike. Source: Eggert 2014 (TTCE).
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 
@@ -18,7 +18,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
 fn compute(encounter: &Encounter<'_>) -> Reading {
     let time = encounter.ask(|c, other, i| {
         let closest = c.closest(other, i).ok_or(NoValue::Absent)?;
-        Ok(c.time(i, closest.index))
+        Ok(c.time(i, closest.at))
     });
     time.into()
 }

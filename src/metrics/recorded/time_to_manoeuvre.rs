@@ -55,6 +55,7 @@ pub(in crate::metrics) const REACT: Measure = measure(
 );
 
 fn time(encounter: &Encounter<'_>, until: fn(&Starts, usize) -> Result<usize, NoValue>) -> Reading {
-    let time = encounter.ask(|c, other, now| Ok(c.time(0, until(c.starts_before(other), now)?)));
+    let time =
+        encounter.ask(|c, other, now| Ok(until(c.starts_before(other), now)? as f64 * c.dt()));
     time.into()
 }

@@ -4,11 +4,14 @@ use std::collections::HashSet;
 
 use super::marking::{MarkingLine, lines_of};
 use super::road::{Surface, SurfaceKind};
-use crate::geometry::{Bounds, Point};
+use crate::geometry::{Bounds, Point, Rings};
 use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking};
 
 /// What has more than one part in so many within another surface is crossed by it.
 const MOST_CROSSED: usize = 5;
+
+/// What lies nearer to the edge of a surface than this, metres, does not cross it.
+const EDGE: f64 = 0.6;
 
 /// A border between lanes, or of the road.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,15 +27,15 @@ pub struct Border {
 }
 
 /// Every border once; what is painted beats what is not said.
-pub(super) fn borders(lanelets: &[Lanelet], surfaces: &[Surface]) -> Vec<Border> {
+pub(super) fn borders(lanelets: &[Lanelet], driven: &DrivenSurfaces<'_>) -> Vec<Border> {
     let silent = |m: LineMarking| matches!(m, LineMarking::NoMarking | LineMarking::Unknown);
     let mut drawn = HashSet::new();
     let mut found = Vec::new();
     for wanted in [false, true] {
-        let driven = lanelets
+        let lanes = lanelets
             .iter()
             .filter(|l| !l.types.contains(&LaneletType::Crosswalk));
-        let bounds = driven.flat_map(|l| [&l.left, &l.right]);
+        let bounds = lanes.flat_map(|l| [&l.left, &l.right]);
         for bound in bounds.filter(|b| silent(b.marking) == wanted) {
             if let Some(bounds) = Bounds::from_points(&bound.points)
                 && drawn.insert(key(bound))
@@ -41,7 +44,7 @@ pub(super) fn borders(lanelets: &[Lanelet], surfaces: &[Surface]) -> Vec<Border>
                     points: bound.points.clone(),
                     lines: lines_of(bound.marking),
                     bounds,
-                    is_crossed: is_crossed(&bound.points, &bounds, surfaces),
+                    is_crossed: driven.are_crossed_by(&middles(&bound.points), None),
                 });
             }
         }
@@ -49,25 +52,52 @@ pub(super) fn borders(lanelets: &[Lanelet], surfaces: &[Surface]) -> Vec<Border>
     found
 }
 
-/// Whether a border runs through the inside of some surface on which traffic drives.
-fn is_crossed(points: &[Point], bounds: &Bounds, surfaces: &[Surface]) -> bool {
-    let middles = points.windows(2);
-    let middles = middles.map(|pair| nalgebra::center(&pair[0], &pair[1]));
-    runs_through(&middles.collect::<Vec<_>>(), bounds, surfaces.iter())
+/// The middles of the pieces of a border.
+fn middles(points: &[Point]) -> Vec<Point> {
+    let pieces = points.windows(2);
+    pieces
+        .map(|pair| nalgebra::center(&pair[0], &pair[1]))
+        .collect()
 }
 
-/// Whether enough of these points within `bounds` lie inside one of the surfaces on which traffic drives.
-pub(super) fn runs_through<'a>(
-    points: &[Point],
-    bounds: &Bounds,
-    surfaces: impl Iterator<Item = &'a Surface>,
-) -> bool {
-    let driven = surfaces.filter(|s| s.kind != SurfaceKind::Crossing);
-    let mut near = driven.filter(|s| s.bounds.overlaps(bounds));
-    near.any(|surface| {
-        let within = points.iter().filter(|p| surface.has_inside(p));
-        within.count() * MOST_CROSSED > points.len()
-    })
+/// The surfaces on which traffic drives.
+pub(super) struct DrivenSurfaces<'a> {
+    surfaces: Vec<&'a Surface>,
+    rings: Rings<'a>,
+}
+
+impl<'a> DrivenSurfaces<'a> {
+    pub fn new(surfaces: &'a [Surface]) -> Self {
+        let driven = surfaces.iter().filter(|s| s.kind != SurfaceKind::Crossing);
+        let surfaces: Vec<&Surface> = driven.collect();
+        let rings = surfaces.iter().map(|s| (&s.ring[..], s.left_points));
+        Self {
+            rings: Rings::new(rings),
+            surfaces,
+        }
+    }
+
+    /// Whether enough of these points lie inside one of them; not that of the lanelet `own`.
+    pub fn are_crossed_by(&self, points: &[Point], own: Option<i64>) -> bool {
+        let mut known = HashSet::new();
+        points.iter().any(|p| {
+            // Of many surfaces over each other the first one decides.
+            let mut near = self.rings.near(p);
+            near.any(|place| {
+                known.insert(place)
+                    && own != Some(self.surfaces[place].lanelet)
+                    && self.is_crossed_by(place, points)
+            })
+        })
+    }
+
+    fn is_crossed_by(&self, place: usize, points: &[Point]) -> bool {
+        let mut within = 0;
+        points.iter().any(|p| {
+            within += usize::from(self.rings.has_inside(place, p, EDGE));
+            within * MOST_CROSSED > points.len()
+        })
+    }
 }
 
 /// The same for a border and for its neighbour's, whichever way it is drawn.
@@ -91,6 +121,7 @@ fn key(bound: &Bound) -> [[i64; 2]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::LaneletNetwork;
 
     #[test]
     fn a_border_and_its_neighbours_are_one() {
@@ -129,7 +160,7 @@ mod tests {
                 bound(-3.0, LineMarking::Unknown),
             ),
         ];
-        let found = borders(&lanelets, &[]);
+        let found = borders(&lanelets, &DrivenSurfaces::new(&[]));
         let lines: Vec<_> = found.iter().map(|b| (b.points[0].y, b.lines)).collect();
         assert_eq!(
             lines,
@@ -139,5 +170,42 @@ mod tests {
                 (-3.0, lines_of(LineMarking::Unknown)),
             ]
         );
+    }
+
+    /// With each middle looked at against each edge, or each border against each surface, these take minutes.
+    #[test]
+    fn long_borders_and_many_lanelets_in_one_place_take_no_longer_than_they_are() {
+        let lanelet = |id: i64, points: u32, turn: f64| {
+            let (sin, cos) = turn.sin_cos();
+            let bound = |y: f64| Bound {
+                points: (0..points)
+                    .map(|i| f64::from(i) / f64::from(points - 1) * 100.0 - 50.0)
+                    .map(|x| Point::new(x * cos - y * sin, x * sin + y * cos))
+                    .collect(),
+                heights: Vec::new(),
+                marking: LineMarking::Solid,
+            };
+            Lanelet {
+                id,
+                left: bound(2.0),
+                right: bound(-2.0),
+                ..Lanelet::default()
+            }
+        };
+        let long = vec![lanelet(1, 30_000, 0.3), lanelet(2, 30_000, 1.2)];
+        let alike = (0..1000).map(|id| lanelet(id, 10, 0.3)).collect();
+        let star = (0..300).map(|id| lanelet(id, 10, f64::from(id as i32) * 0.02));
+        let begun = std::time::Instant::now();
+        for (lanelets, crossed) in [(long, false), (alike, true), (star.collect(), true)] {
+            let network = LaneletNetwork::new(lanelets, Vec::new(), Vec::new(), Vec::new());
+            let surfaces: Vec<Surface> = { network.lanelets.iter().enumerate() }
+                .map(|(place, lanelet)| Surface::new(lanelet, network.bounds_of(place)))
+                .collect();
+            let driven = DrivenSurfaces::new(&surfaces);
+            assert!(surfaces.iter().all(|s| s.is_crossed_by(&driven) == crossed));
+            borders(&network.lanelets, &driven);
+        }
+        let took = begun.elapsed();
+        assert!(took < std::time::Duration::from_secs(20), "{took:?}");
     }
 }

@@ -1,7 +1,8 @@
-//! Where the ego and another body touch at a step.
+//! Where the ego and another body touch at a step, or on the way to it from the step before.
 
 use super::MapRequest;
 use crate::geometry::{Point, contains};
+use crate::metrics;
 
 /// A place where the ego touches another body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,19 +18,16 @@ pub struct Contact {
 /// Every contact.
 pub(super) fn all(request: &MapRequest<'_>) -> Vec<Contact> {
     let step = request.step;
-    let Some((scene, ego)) = request
-        .subject
-        .scene
-        .and_then(|scene| Some((scene, scene.ego_at(step)?)))
-    else {
+    let Some(scene) = request.subject.scene else {
         return Vec::new();
     };
-    let reach = scene.ego_footprint_at(step).reach();
     let touching = scene.participants().filter_map(|other| {
-        let placed = other.placed_at(step)?;
-        let apart = (placed.pose.position - ego.pose.position).norm();
-        let near = apart <= reach + other.footprint_at(step).reach();
-        (near && ego.distance(&placed) <= 0.0).then(|| Contact {
+        let contact = metrics::Contact::at(scene, &other, step)?;
+        let (mut ego, mut placed) = (scene.ego_at(step)?, other.placed_at(step)?);
+        if !contact.overlaps {
+            (ego.pose, placed.pose) = (contact.ego, contact.other);
+        }
+        Some(Contact {
             obstacle: other.obstacle.id,
             at: between(&ego.outlines().concat(), &placed.outlines().concat()),
             is_possible: other.obstacle.is_occupancy_at(step),

@@ -1,7 +1,9 @@
 //! What lies below everything and never changes: surfaces, borders, stop lines and goals, built once a scenario.
 
-use super::borders::{Border, borders, runs_through};
-use crate::geometry::{Bounds, Point, Polyline, Vector, contains, distance_to_segment};
+use std::collections::HashSet;
+
+use super::borders::{Border, DrivenSurfaces, borders};
+use crate::geometry::{Bounds, Point, Polyline, Vector};
 use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking, Position, Scenario};
 
 /// Metres from one arrow of the driving direction to the next, and the length of its legs along and across the lane.
@@ -9,8 +11,6 @@ const ARROWS_APART: f64 = 18.0;
 const ARROW: f64 = 0.8;
 /// Width of a stripe of a crossing and of the gap beside it, metres.
 pub const STRIPE: f64 = 0.5;
-/// What lies nearer to the edge of a surface than this, metres, does not cross it.
-const EDGE: f64 = 0.6;
 /// Metres between the points along the middle of a lane at which it may be crossed.
 const MIDDLES_APART: f64 = 2.0;
 /// Lines across a surface at most.
@@ -61,6 +61,8 @@ pub struct Surface {
     pub kind: SurfaceKind,
     /// Its outline, not closed.
     pub ring: Vec<Point>,
+    /// How many of its points are the left edge; the others are the right one.
+    pub(super) left_points: usize,
     /// The box around it.
     pub bounds: Bounds,
     /// Arrows of the driving direction, where it is driven in one.
@@ -108,15 +110,15 @@ impl Basemap {
         let mut surfaces: Vec<Surface> = lanelets
             .map(|(place, lanelet)| Surface::new(lanelet, network.bounds_of(place)))
             .collect();
-        let crossed: Vec<bool> = surfaces
-            .iter()
-            .map(|s| s.is_crossed_by(&surfaces))
-            .collect();
+        let driven = DrivenSurfaces::new(&surfaces);
+        let borders = borders(&network.lanelets, &driven);
+        let crossed = surfaces.iter().map(|s| s.is_crossed_by(&driven));
+        let crossed: Vec<bool> = crossed.collect();
         for (surface, crossed) in surfaces.iter_mut().zip(crossed) {
             surface.is_crossed = crossed;
         }
         Self {
-            borders: borders(&network.lanelets, &surfaces),
+            borders,
             surfaces,
             stop_lines: network.lanelets.iter().filter_map(StopLine::of).collect(),
             goals: goals(scenario),
@@ -148,12 +150,13 @@ impl SurfaceKind {
 }
 
 impl Surface {
-    fn new(lanelet: &Lanelet, bounds: Bounds) -> Self {
+    pub(super) fn new(lanelet: &Lanelet, bounds: Bounds) -> Self {
         let line = |bound: &Bound| Polyline::new(bound.points.iter().copied());
         let mut surface = Self {
             lanelet: lanelet.id,
             kind: SurfaceKind::of(lanelet),
             ring: lanelet.ring(),
+            left_points: lanelet.left.points.len(),
             bounds,
             arrows: Vec::new(),
             is_crossed: false,
@@ -180,22 +183,14 @@ impl Surface {
     }
 
     /// Whether it is driven on and its middle runs through other lanes.
-    fn is_crossed_by(&self, surfaces: &[Self]) -> bool {
+    pub(super) fn is_crossed_by(&self, surfaces: &DrivenSurfaces<'_>) -> bool {
         let driven = [SurfaceKind::Driving, SurfaceKind::Bus, SurfaceKind::Bicycle];
         if !driven.contains(&self.kind) {
             return false;
         }
         let middles = self.across(MIDDLES_APART, 0.5);
         let middles = middles.map(|(left, right)| nalgebra::center(&left, &right));
-        let others = surfaces.iter().filter(|s| s.lanelet != self.lanelet);
-        runs_through(&middles.collect::<Vec<_>>(), &self.bounds, others)
-    }
-
-    /// Whether a point lies in it, and not just at its edge.
-    pub(super) fn has_inside(&self, p: &Point) -> bool {
-        let next = self.ring.iter().cycle().skip(1);
-        let mut edges = self.ring.iter().zip(next);
-        contains(&self.ring, p) && edges.all(|(a, b)| distance_to_segment(p, a, b) > EDGE)
+        surfaces.are_crossed_by(&middles.collect::<Vec<_>>(), Some(self.lanelet))
     }
 
     /// Lines from the left to the right edge, about `every` metres; the first one after the part `first` of that.
@@ -257,19 +252,17 @@ impl StopLine {
 }
 
 fn goals(scenario: &Scenario) -> Vec<GoalArea> {
-    let lanelets = &scenario.network.lanelets;
-    let mut found: Vec<GoalArea> = Vec::new();
+    let network = &scenario.network;
+    let (mut found, mut known) = (Vec::new(), HashSet::new());
     let goals = scenario.planning_problems.iter().flat_map(|p| &p.goals);
     for position in goals.flat_map(|goal| &goal.positions) {
         match position {
             Position::Region(region) => found.push(GoalArea::Region(region.outlines())),
             Position::Point(at) => found.push(GoalArea::Point(*at)),
             Position::Lanelets(ids) => {
-                for id in ids {
-                    let place = lanelets.iter().position(|l| l.id == *id);
-                    let goal = place.map(GoalArea::Lanelet);
-                    found.extend(goal.filter(|goal| !found.contains(goal)));
-                }
+                let places = ids.iter().filter_map(|id| network.place(*id));
+                let new = places.filter(|place| known.insert(*place));
+                found.extend(new.map(GoalArea::Lanelet));
             }
         }
     }

@@ -13,7 +13,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         found.warn(
             ElementRef::Scenario,
             format!(
-                "a time step of {dt} s is unusually long; collisions between steps may be missed"
+                "a time step of {dt} s is unusually long; between steps, all are taken to go straight and evenly"
             ),
         );
     }

@@ -35,10 +35,10 @@ pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
         let mut say = |message: String| {
             found.warn(about, format!("lanelet {}: {message}", lanelet.id));
         };
-        let sides = [("left", &lanelet.left), ("right", &lanelet.right)];
+        let (left, right) = (&lanelet.left, &lanelet.right);
         let mut whole = true;
-        for (side, bound) in sides {
-            whole &= self::bound(side, bound, &mut say);
+        for (side, bound, other) in [("left", left, right), ("right", right, left)] {
+            whole &= self::bound(side, bound, other, &mut say);
         }
         if whole {
             between(lanelet, &mut say);
@@ -47,8 +47,32 @@ pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
     }
 }
 
+/// Cosine of a turn that is none: 10°.
+const STRAIGHT: f64 = 0.985;
+
+/// Whether a segment of a bound goes on as its neighbours do, or as the other bound where it has none: a straight line
+/// needs no more points, however long it is.
+fn goes_on(points: &[Point], at: usize, other: &[Point]) -> bool {
+    let leg = |i: usize| Some(points.get(i + 1)? - points.get(i)?);
+    let Some(own) = leg(at) else {
+        return false;
+    };
+    let beside = [at.checked_sub(1).and_then(leg), leg(at + 1)];
+    let beside: Vec<_> = beside.into_iter().flatten().collect();
+    if beside.is_empty() {
+        let ends = [
+            (points.first(), other.first()),
+            (points.last(), other.last()),
+        ];
+        let near = |(a, b): (Option<&Point>, Option<&Point>)| Some((a? - b?).norm() < WIDEST);
+        return ends.into_iter().all(|pair| near(pair) == Some(true));
+    }
+    let along = |leg: &crate::geometry::Vector| own.dot(leg) >= STRAIGHT * own.norm() * leg.norm();
+    beside.iter().all(along)
+}
+
 /// One bound; whether it leads anywhere.
-fn bound(side: &str, bound: &Bound, say: &mut impl FnMut(String)) -> bool {
+fn bound(side: &str, bound: &Bound, other: &Bound, say: &mut impl FnMut(String)) -> bool {
     let points = &bound.points;
     let (mut length, mut longest, mut spike) = (0.0, (0.0, 0), None);
     let mut before: Option<crate::geometry::Vector> = None;
@@ -72,7 +96,7 @@ fn bound(side: &str, bound: &Bound, say: &mut impl FnMut(String)) -> bool {
         return false;
     }
     let (metres, at) = longest;
-    if metres > LONGEST_SEGMENT {
+    if metres > LONGEST_SEGMENT && !goes_on(points, at, &other.points) {
         say(format!(
             "{side} bound jumps {metres:.0} m from point {} to {}; is a coordinate wrong?",
             at + 1,

@@ -1,10 +1,10 @@
 //! What one lane is to another: its continuation, a neighbour, one that crosses it or joins it.
 
-use std::cell::RefCell;
-use std::collections::{HashMap, VecDeque};
+use std::cell::{OnceCell, RefCell};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use super::Lane;
-use crate::geometry::{Bounds, Point, Pose, angle_between, distance_to_segment};
+use crate::geometry::{Bounds, BoxTree, Point, Pose, angle_between, distance_to_segment};
 use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
 
 /// What the lane under one participant is to the lane under another, the closest relation first.
@@ -74,6 +74,8 @@ pub struct LaneRelations<'n> {
     ahead: Vec<i64>,
     /// Of lanelets that are connected with them.
     connected: HashMap<i64, LaneRelation>,
+    /// Their centre lines, made when they are first asked for.
+    lines: OnceCell<CentreLines>,
     /// Whether a lanelet leads across them.
     crosses: RefCell<HashMap<i64, bool>>,
 }
@@ -156,6 +158,7 @@ impl LaneletNetwork {
             network: self,
             ahead,
             connected,
+            lines: OnceCell::new(),
             crosses: RefCell::default(),
         }
     }
@@ -169,13 +172,14 @@ impl LaneletNetwork {
         reach: f64,
     ) -> Vec<i64> {
         let mut found: Vec<i64> = starts.to_vec();
+        let mut known: HashSet<i64> = starts.iter().copied().collect();
         let mut open: VecDeque<(i64, f64)> = starts.iter().map(|id| (*id, 0.0)).collect();
         while let Some((id, far)) = open.pop_front() {
             let Some(lanelet) = self.lanelet(id) else {
                 continue;
             };
             for &id in next(lanelet) {
-                let Some(after) = self.lanelet(id).filter(|_| !found.contains(&id)) else {
+                let Some(after) = self.lanelet(id).filter(|_| known.insert(id)) else {
                     continue;
                 };
                 found.push(id);
@@ -234,45 +238,69 @@ impl LaneRelations<'_> {
         }
         let network = self.network;
         let theirs = network.followed(&[id], |l| &l.successors, CROSSING_REACH);
-        let not_ours = theirs.iter().filter(|id| !self.ahead.contains(id));
-        let ours = lines(network, self.ahead.iter());
-        let crosses = lines(network, not_ours)
-            .iter()
-            .any(|a| ours.iter().any(|b| cross(a, b)));
+        let ours = self
+            .lines
+            .get_or_init(|| CentreLines::new(network, &self.ahead));
+        let mut not_ours = theirs.iter().filter(|id| !ours.lanelets.contains(id));
+        let crosses = not_ours.any(|id| centre_line(network, *id).is_some_and(|l| ours.meet(&l)));
         self.crosses.borrow_mut().insert(id, crosses);
         crosses
     }
 }
 
-/// Centre lines with the boxes around them.
-fn lines<'i>(
-    network: &LaneletNetwork,
-    ids: impl Iterator<Item = &'i i64>,
-) -> Vec<(Bounds, Vec<Point>)> {
-    let lanes = ids.filter_map(|id| network.lanelet(*id).and_then(Lane::from_lanelet));
-    let points = lanes.map(|lane| lane.centre().points().to_vec());
-    let lines = points.filter_map(|points| Some((Bounds::from_points(&points)?, points)));
-    lines.collect()
+/// The middle of a lanelet; `None` where it has no length.
+fn centre_line(network: &LaneletNetwork, id: i64) -> Option<Vec<Point>> {
+    let lane = Lane::from_lanelet(network.lanelet(id)?)?;
+    Some(lane.centre().points().to_vec())
+}
+
+/// The middles of lanelets, in pieces.
+#[derive(Debug)]
+struct CentreLines {
+    lanelets: HashSet<i64>,
+    pieces: Vec<[Point; 2]>,
+    boxes: BoxTree,
+}
+
+impl CentreLines {
+    fn new(network: &LaneletNetwork, lanelets: &[i64]) -> Self {
+        let lines = lanelets.iter().filter_map(|id| centre_line(network, *id));
+        let pieces: Vec<[Point; 2]> = lines.flat_map(|line| in_pieces(&line)).collect();
+        Self {
+            lanelets: lanelets.iter().copied().collect(),
+            boxes: BoxTree::new(pieces.iter().map(around)),
+            pieces,
+        }
+    }
+
+    /// Whether a line crosses one of them.
+    fn meet(&self, line: &[Point]) -> bool {
+        in_pieces(line).iter().any(|s| {
+            let crosses = |place: usize| pieces_cross(s, &self.pieces[place]);
+            self.boxes.any_meeting(&around(s), crosses)
+        })
+    }
+}
+
+fn in_pieces(line: &[Point]) -> Vec<[Point; 2]> {
+    line.windows(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// The box around a piece.
+fn around(piece: &[Point; 2]) -> Bounds {
+    let [a, b] = piece.map(|p| Bounds { min: p, max: p });
+    a.union(&b)
 }
 
 /// Sine of the least angle between lines that cross: where one joins the other, they have nearly the same direction.
 const LEAST_SINE: f64 = 0.35;
 
-/// Whether two lines cross.
-fn cross((around, a): &(Bounds, Vec<Point>), (box_of, b): &(Bounds, Vec<Point>)) -> bool {
-    around.overlaps(box_of)
-        && a.windows(2).any(|s| {
-            b.windows(2)
-                .any(|t| pieces_cross((&s[0], &s[1]), (&t[0], &t[1])))
-        })
-}
-
-/// The same of two pieces of lines, ends included, so that a corner on the other line counts.
-fn pieces_cross(s: (&Point, &Point), t: (&Point, &Point)) -> bool {
-    let (along, across) = (s.1 - s.0, t.1 - t.0);
+/// Whether two pieces of lines cross, ends included, so that a corner on the other line counts.
+fn pieces_cross(s: &[Point; 2], t: &[Point; 2]) -> bool {
+    let (along, across) = (s[1] - s[0], t[1] - t[0]);
     let steep = along.perp(&across).abs() > LEAST_SINE * along.norm() * across.norm();
-    let side = |p: &Point, of: (&Point, &Point)| (of.1 - of.0).perp(&(p - of.0));
-    steep && side(s.0, t) * side(s.1, t) <= 0.0 && side(t.0, s) * side(t.1, s) <= 0.0
+    let side = |p: &Point, of: &[Point; 2]| (of[1] - of[0]).perp(&(p - of[0]));
+    steep && side(&s[0], t) * side(&s[1], t) <= 0.0 && side(&t[0], s) * side(&t[1], s) <= 0.0
 }
 
 fn with_direction(beside: &[(i64, bool)], same: bool) -> Vec<i64> {

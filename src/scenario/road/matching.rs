@@ -90,15 +90,22 @@ impl LaneGraph<'_> {
             let node = state.candidate.node;
             near.entry(node).or_insert_with(|| self.reach(node));
         }
+        // The ways to each candidate, by the lane that it is on.
+        let mut ways_to: HashMap<NodeIndex, Vec<(f64, usize, &Reached)>> = HashMap::new();
+        for candidate in &candidates {
+            ways_to.entry(candidate.node).or_default();
+        }
+        for (place, state) in before.iter().enumerate() {
+            for way in &near[&state.candidate.node] {
+                if let Some(ways) = ways_to.get_mut(&way.node) {
+                    // Backwards on one lane is slower than any recording's noise.
+                    ways.push((state.cost + way.cost, place, way));
+                }
+            }
+        }
         let mut column = Vec::new();
         for candidate in &candidates {
-            let ways = before.iter().enumerate().filter_map(|(place, state)| {
-                let reached = near.get(&state.candidate.node)?;
-                let way = reached.iter().find(|r| r.node == candidate.node)?;
-                // Backwards on one lane is slower than any recording's noise.
-                Some((state.cost + way.cost, place, way))
-            });
-            let mut ways: Vec<_> = ways.collect();
+            let mut ways = ways_to.remove(&candidate.node).unwrap_or_default();
             let best = least(&ways, |way| way.0).map(|i| ways.swap_remove(i));
             column.extend(best.map(|(cost, place, way)| State {
                 candidate: *candidate,

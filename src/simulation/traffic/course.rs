@@ -3,7 +3,6 @@
 use crate::geometry::Pose;
 use crate::scenario::Track;
 use crate::scenario::prediction::Path;
-use crate::simulation::collision::between;
 
 /// A way, by the distance driven on it since the first recorded state.
 #[derive(Debug, Clone)]
@@ -108,7 +107,7 @@ impl Course {
             next.checked_sub(1).map(|i| self.places[i]),
             self.places.get(next),
         ) {
-            (Some((from, a)), Some((to, b))) => between(&a, b, (s - from) / (to - from)),
+            (Some((from, a)), Some((to, b))) => a.towards(b, (s - from) / (to - from)),
             (Some((end, _)), None) => self.beyond.pose_at(s - end),
             (None, _) => self.places[0].1,
         }

@@ -49,7 +49,7 @@ table! {
     Faster, Global, "faster", [">", "space t f"], 0, "faster", "Play twice as fast.";
     Slower, Global, "slower", ["<", "space t s"], 0, "slower", "Play half as fast.";
     MinimumStep, Global, "minimum", ["g m"], 0, "minimum", "Go to the most dangerous value of the plotted measure, of the picked obstacle or of all.";
-    CollisionStep, Global, "worst", ["x", "g w"], 0, "worst", "Go to the first contact, or the step of the worst risk score.";
+    CollisionStep, Global, "worst", ["x", "g w"], 0, "worst", "Go to the moment that matters: contact, else a course to contact or a close pass.";
     ContactStep, Global, "contact", ["g c"], 0, "contact", "Go to the first contact of the ego.";
     NextDisagreement, Global, "next-disagreement", ["g d"], 0, "disagreement", "Go to the next answer that differs from the built-in judge, here or in another scenario of the list.";
     Loop, Global, "loop", ["space t l"], 0, "loop", "Loop playback: everything, the window, or off.";

@@ -1,7 +1,7 @@
 //! Prints the keymap to the shell: as a table, or as a starter file.
 
 use super::Keymap;
-use crate::system::KeyBinding;
+use crate::system::{KeyBinding, columns, pad_end};
 use crate::tui::action::{ACTIONS, Entry, Scope};
 
 /// Where, name, keys and a sentence of every action, in columns.
@@ -17,14 +17,14 @@ pub fn as_table(map: &Keymap) -> String {
         }
     };
     let widest = |of: &dyn Fn(&Entry) -> usize| ACTIONS.iter().map(of).max().unwrap_or(0);
-    let id = widest(&|entry| entry.id.len());
-    let keys = widest(&|entry| shown(entry).chars().count());
+    let id = widest(&|entry| columns(entry.id));
+    let keys = widest(&|entry| columns(&shown(entry)));
     for (scope, name, _) in Scope::ALL {
         for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
             text.push_str(&format!(
-                "{name:9}  {:id$}  {:keys$}  {}\n",
-                entry.id,
-                shown(entry),
+                "{name:9}  {}  {}  {}\n",
+                pad_end(entry.id, id),
+                pad_end(&shown(entry), keys),
                 entry.doc
             ));
         }

@@ -107,7 +107,7 @@ fn text(model: &Model, width: usize) -> Text<'static> {
                     Span::raw(lines.next().unwrap_or_default().into_owned()),
                 ]));
                 for more in lines {
-                    text.push_line(format!("{:indent$}{more}", ""));
+                    text.push_line(format!("{}{more}", pad("", indent)));
                 }
             }
         }

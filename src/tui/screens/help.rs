@@ -238,7 +238,7 @@ fn rules(model: &Model) -> Vec<(String, String)> {
 const LIST_SIGNS: [(&str, &str); 6] = [
     (
         "0X 3",
-        "worst risk score of the recording: 0 (collision), 1 extreme, 2 high, 3 medium, 4 low, 5 (negligible); X: contact",
+        "severity of the moment that matters: 0 contact, 1 conflict, 2 near miss, 3 course to contact, 4 later course or pass, 5 none of these; X: contact",
     ),
     ("– !", "no ego or no value; the file cannot be read"),
     ("· …", "not read yet; being computed"),
@@ -262,6 +262,6 @@ const SIGNS: [(&str, &str); 4] = [
     ),
     (
         "[ ] ▼ ≠ ( )",
-        "on the timeline: the window, the extreme of the plotted measure, an answer that differs, what is looped",
+        "on the timeline: the window, the moment that matters, an answer that differs, what is looped",
     ),
 ];

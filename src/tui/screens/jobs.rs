@@ -9,6 +9,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::{Screen, Step};
 use crate::description::visible;
+use crate::system::pad_start;
 use crate::tui::action::{Action, Scope};
 use crate::tui::model::{Job, JobKind, JobState, Model};
 use crate::tui::widgets::hints::{self, Hint};
@@ -175,7 +176,7 @@ impl Facts {
     /// In columns as wide as all tasks need; what none of them has takes none.
     fn padded(&self, widths: [usize; 4]) -> String {
         let columns = self.0.iter().zip(widths).filter(|(_, width)| *width > 0);
-        let columns = columns.map(|(fact, width)| format!("{fact:>width$}"));
+        let columns = columns.map(|(fact, width)| pad_start(fact, width));
         columns.collect::<Vec<_>>().join("  ")
     }
 }

@@ -260,18 +260,26 @@ fn where_nothing_can_be_planned_every_key_says_why_and_what_to_do() {
 }
 
 #[test]
-fn regions_that_are_not_avoided_are_told() {
+fn occupancy_sets_are_told() {
     let mut bench = driven();
     bench.model.toasts.clear();
     bench.press("space e w");
-    assert!(!bench.frame(200, 60).contains("not seen"));
+    assert!(!bench.frame(200, 60).contains("is given as"));
     let opened = bench.model.opened.as_mut().unwrap();
     let mut scenario = (*opened.scenario).clone();
     let first = scenario.obstacles[0].clone();
     let region = first.footprint.as_ref().unwrap().shape().clone();
-    let time = crate::scenario::Steps { from: 0, to: 9 };
-    scenario.obstacles[0].prediction =
-        Prediction::Occupancies(vec![crate::scenario::Occupancy { time, region }]);
+    let time = crate::scenario::Steps { from: 1, to: 9 };
+    let parts = crate::scenario::ObstacleParts {
+        id: first.id,
+        role: crate::scenario::ObstacleRole::Dynamic,
+        kind: first.kind,
+        footprint: first.footprint.clone(),
+        initial: first.initial.clone(),
+        prediction: Prediction::Occupancies(vec![crate::scenario::Occupancy { time, region }]),
+        signals: Vec::new(),
+    };
+    scenario.obstacles[0] = crate::scenario::Obstacle::new(parts, scenario.dt());
     opened.scenario = scenario.into();
     let panel = bench.frame(200, 60);
     assert!(

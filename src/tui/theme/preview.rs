@@ -9,6 +9,7 @@ use unicode_width::UnicodeWidthStr;
 use super::{ColorDepth, Named, ROLES, Theme, ansi, color};
 use crate::description::visible;
 use crate::settings::ThemeFile;
+use crate::system::pad_end;
 use crate::tui::user_file::first;
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal.
@@ -132,13 +133,14 @@ fn whole(theme: &Theme, depth: ColorDepth) -> Vec<Line<'static>> {
         };
         let style = Style::new().fg(color);
         let reversed = style.add_modifier(Modifier::REVERSED);
-        let value = match color == said {
-            true => said.to_string(),
-            false => format!("{said}, shown as {}", here(color)),
+        let value = match (color == said, said) {
+            (true, Color::Reset) => here(said),
+            (true, _) => said.to_string(),
+            (false, _) => format!("{said}, shown as {}", here(color)),
         };
         lines.push(Line::from(vec![
             Span::styled("    ", reversed),
-            Span::styled(format!(" {role:widest$}  "), style),
+            Span::styled(format!(" {}  ", pad_end(role, widest)), style),
             Span::raw(value),
         ]));
     }

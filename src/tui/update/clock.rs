@@ -51,30 +51,25 @@ fn go_to_contact(model: &mut Model) {
     let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
     match headline.map(crate::metrics::Headline::collides) {
         Some(false) => model.say("no contact in this scenario"),
-        _ => go_to_nearest(model, |h| h.distance),
+        _ => go_to_worst(model),
     }
 }
 
-fn go_to_nearest(
-    model: &mut Model,
-    which: impl Fn(&crate::metrics::Headline) -> Option<crate::metrics::Nearest>,
-) {
+/// Goes to the moment that matters, picks its obstacle and says why it matters.
+fn go_to_worst(model: &mut Model) {
     let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
-    match headline.and_then(which) {
-        Some(nearest) => {
-            model.clock.go(nearest.step);
-            model.picked = Some(nearest.obstacle);
+    match headline.and_then(|headline| headline.worst().copied()) {
+        Some(moment) => {
+            model.clock.go(moment.step);
+            model.picked = Some(moment.obstacle);
+            model.say(format!("{}: {}", moment.obstacle, moment.hazard));
         }
         None if model.scene().is_none() => {
             let why = model.without_ego();
             model.say(why);
         }
-        None => model.say("no obstacle is near at any step"),
+        None => model.say("no obstacle is there with the ego at any step"),
     }
-}
-
-fn go_to_worst(model: &mut Model) {
-    go_to_nearest(model, |h| h.worst());
 }
 
 /// Moves to the end of the task's default window, unless the user went to another step.

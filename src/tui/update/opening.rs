@@ -102,8 +102,8 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     if !same_ego {
         frame_map(model, &opened);
     }
-    let riskiest = opened.headline.as_ref().and_then(|h| h.risk);
-    model.picked = riskiest.map(|n| n.obstacle);
+    let worst = opened.headline.as_ref().and_then(|h| h.worst());
+    model.picked = worst.map(|moment| moment.obstacle);
     if let Some(kept) = kept {
         if kept.same_ego {
             model.picked = kept.picked;

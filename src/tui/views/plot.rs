@@ -92,7 +92,7 @@ fn window(model: &Model, dt: f64) -> Option<(f64, f64)> {
     Some((window.first() as f64 * dt, window.last() as f64 * dt))
 }
 
-/// The contact, and the most dangerous value of all.
+/// The contact or else the moment that matters, and the most dangerous value of all.
 fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
     let (theme, measure) = (&model.theme, model.plot.measure);
     let event = |step: i64, sign, words: &str, color| Event {
@@ -104,8 +104,10 @@ fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
     let contact = opened.collision.as_ref().and_then(|c| c.decisive_step);
     let contact = contact.map(|step| event(step, 'X', "contact", theme.danger));
     let extreme = series.most_dangerous(measure.id);
-    let extreme = extreme.map(|(step, _)| event(step, '▼', measure.extreme(), theme.text));
-    contact.into_iter().chain(extreme).collect()
+    let extreme = extreme.map(|(step, _)| event(step, '▾', measure.extreme(), theme.text));
+    let worst = opened.worst_untouched();
+    let worst = worst.map(|moment| event(moment.step, '▼', "worst", theme.text));
+    contact.into_iter().chain(worst).chain(extreme).collect()
 }
 
 /// Draws the curves between the axes, levels as steps.

@@ -73,7 +73,7 @@ impl Lines {
             Span::styled(lines.next().unwrap_or_default().into_owned(), style),
         ]));
         for more in lines {
-            let line = format!("{:indent$}{more}", "");
+            let line = format!("{}{more}", pad("", indent));
             self.text.push_line(Line::styled(line, style));
         }
     }

@@ -51,6 +51,9 @@ pub enum BatchError {
         /// Why.
         error: SpecError,
     },
+    /// There would be more ways of asking than a batch has.
+    #[error("{0}")]
+    TooLarge(String),
     /// A stored question holds a word that this version does not know.
     #[error("{0}")]
     Question(String),

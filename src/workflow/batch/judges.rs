@@ -1,5 +1,6 @@
 //! Who answers the questions of a batch: its models, with its server, its parameters and a budget.
 
+use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 use std::path::Path;
 
@@ -55,6 +56,10 @@ impl BatchModels<'_> {
             spec.matrix.request.parameters(),
             self.budget,
         );
+        let keys = models.iter().filter_map(|id| known.key_of_folder(id));
+        keys.collect::<BTreeSet<_>>()
+            .into_iter()
+            .for_each(&mut *on_warning);
         let mut judges = Judges::new();
         for id in models {
             if id.starts_with("reference/") && id != judge::MODEL {

@@ -79,6 +79,7 @@ impl ResumeRequest {
         let mut items = store.items(batch.id)?;
         let mut before = spec.clone();
         spec.matrix.extend(&self.more);
+        spec.matrix.check_size().map_err(BatchError::TooLarge)?;
         let first_lead = newly_named(&before.matrix, &spec.matrix);
         for item in &mut items {
             if item.asked.task == Task::Safety {

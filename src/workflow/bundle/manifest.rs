@@ -66,8 +66,9 @@ pub(super) const BATCH: &str = "batch.jsonl";
 /// Ratings, one a line.
 pub(super) const RATINGS: &str = "ratings.jsonl";
 
-/// Bytes of the longest path below a folder.
+/// Bytes of the longest path below a folder, and of the longest of its parts that file systems take.
 const LONGEST: usize = 1000;
+const LONGEST_PART: usize = 255;
 
 /// Whether a name is one that bundles have, and stays below the folder that it is written to.
 pub(super) fn is_safe(name: &str) -> bool {
@@ -76,7 +77,8 @@ pub(super) fn is_safe(name: &str) -> bool {
             name.strip_prefix(folder)
                 .is_some_and(|rest| !rest.is_empty())
         });
-    known && name.len() <= LONGEST && name.split('/').all(|part| part == safe_part(part))
+    let is_safe = |part: &str| part.len() <= LONGEST_PART && part == safe_part(part);
+    known && name.len() <= LONGEST && name.split('/').all(is_safe)
 }
 
 /// A part of a path that every system takes.
@@ -136,6 +138,8 @@ mod tests {
         ] {
             assert!(!is_safe(name), "{name}");
         }
+        let long = |bytes: usize| format!("scenarios/{}/a.xml", "x".repeat(bytes));
+        assert!(is_safe(&long(255)) && !is_safe(&long(256)));
         assert_eq!(safe("a:b/../c\n.xml"), "a_b/_/c_.xml");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! [`pack`] reads a batch and writes the file: paths become names, and what reports would read off the scenarios (the
 //! built-in judge's verdicts, ids of renumbered obstacles, counts of claims) is recorded. [`unpack`] checks the whole file
-//! before it writes anything. [`read_manifest`] says what is in it.
+//! before any of it is in its place. [`read_manifest`] says what is in it.
 
 mod archive;
 mod manifest;
@@ -10,6 +10,7 @@ mod pack;
 mod placement;
 mod runs;
 mod scenarios;
+mod staged;
 mod unpack;
 
 use std::io;

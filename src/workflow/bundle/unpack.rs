@@ -1,6 +1,7 @@
-//! Unpacking: the answers of a bundle go into the store, its files into a folder; nothing before all of it was checked.
+//! Unpacking: the answers of a bundle go into the store, its files into a folder; nothing before all of it was checked
+//! and all files were written beside the folder.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -8,10 +9,11 @@ use super::BundleError;
 use super::archive::{self, hash};
 use super::manifest::{BATCH, Manifest, Member, RATINGS, TEMPLATES, is_file};
 use super::placement::Placement;
+use super::staged::Staged;
 use crate::evaluation::batch::Spec;
 use crate::prompts::Library;
 use crate::store::{Batch, BatchId, MergeCounts, Rating, Record, RecordIntake, Store};
-use crate::system::{self, save};
+use crate::system;
 
 /// Bytes of the longest line; an answer has some ten thousand.
 const LONGEST: u64 = 64 << 20;
@@ -46,19 +48,27 @@ pub struct Unpacked {
 }
 
 /// What the first reading found.
-#[derive(Default)]
 struct Checked {
     batch: Option<Batch>,
     templates: BTreeMap<String, String>,
-    there: BTreeSet<String>,
+    /// Files that are there already.
+    there: usize,
+    /// The others.
+    staged: Staged,
 }
 
 /// Unpacks a bundle. A second time it changes nothing.
 ///
 /// # Errors
-/// See [`BundleError`]. Unless writing itself fails, nothing is changed then; after that, unpacking again completes it.
+/// See [`BundleError`]. Nothing is changed then, unless it is the store that cannot be written: unpacking again completes
+/// it.
 pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
-    let mut checked = Checked::default();
+    let mut checked = Checked {
+        batch: None,
+        templates: BTreeMap::new(),
+        there: 0,
+        staged: Staged::begin(request.into)?,
+    };
     let manifest = archive::read(request.file, &mut |_, member, content| {
         check(request, &mut checked, member, content)
     })?;
@@ -78,8 +88,9 @@ pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
         spec: spec.to_json(),
         ..batch
     };
+    let written = checked.staged.place(request.into)?;
     let mut intake = RecordIntake::new(request.store);
-    let (mut written, mut batch, mut ratings) = (0, None, Vec::new());
+    let (mut batch, mut ratings) = (None, Vec::new());
     archive::read(request.file, &mut |_, member, content| {
         match member.name.as_str() {
             BATCH => lines(content, &mut |line| {
@@ -100,11 +111,7 @@ pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
                 ratings.push(rating(line)?);
                 Ok(())
             })?,
-            name if checked.there.contains(name) => {}
-            name => {
-                write(request.into, name, content, member)?;
-                written += 1;
-            }
+            _ => {}
         }
         Ok(())
     })?;
@@ -120,7 +127,7 @@ pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
         counts: intake.counts(),
         ratings: new,
         written,
-        kept: checked.there.len(),
+        kept: checked.there,
     })
 }
 
@@ -152,7 +159,7 @@ pub fn stored_bundle(file: &Path) -> Result<(Store, BatchId), BundleError> {
     }
 }
 
-/// Checks a member without writing anything.
+/// Checks a member, and writes it beside the folder where it is a file.
 fn check(
     request: &UnpackRequest<'_>,
     checked: &mut Checked,
@@ -178,21 +185,21 @@ fn check(
     if name == RATINGS {
         return lines(content, &mut |line| rating(line).map(drop));
     }
-    let path = request.into.join(name);
+    let mut path = request.into.join(name);
     if path.symlink_metadata().is_ok() {
         let there = system::read_file(&path, system::LARGEST);
         match there.is_ok_and(|bytes| hash(&bytes) == member.sha256) {
-            true => drop(checked.there.insert(name.into())),
+            true => checked.there += 1,
             false => return Err(BundleError::InTheWay(path)),
         }
+    } else {
+        checked.staged.add(name, content)?;
+        path = checked.staged.path(name);
     }
     if let Some(file) = name.strip_prefix(TEMPLATES) {
-        let mut text = Vec::new();
-        let read = content.take(system::LARGEST_TEXT).read_to_end(&mut text);
-        read.map_err(|source| BundleError::io(request.file, source))?;
-        let text =
-            system::text_of(text).map_err(|why| BundleError::Batch(format!("{name}: {why}")))?;
-        checked.templates.insert(file.into(), text);
+        let text = system::read_text(&path, system::LARGEST_TEXT);
+        let wrong = |why| BundleError::Batch(format!("{name}: {}", system::words(&why)));
+        checked.templates.insert(file.into(), text.map_err(wrong)?);
     }
     Ok(())
 }
@@ -228,26 +235,6 @@ fn record(line: &str) -> Result<Record, BundleError> {
 
 fn rating(line: &str) -> Result<Rating, BundleError> {
     Rating::from_record(line).map_err(|error| BundleError::Batch(format!("{RATINGS}: {error}")))
-}
-
-/// Writes a file of the bundle; its hash was right a moment ago, and is looked at again.
-fn write(
-    into: &Path,
-    name: &str,
-    content: &mut dyn Read,
-    member: &Member,
-) -> Result<(), BundleError> {
-    let path = into.join(name);
-    let mut bytes = Vec::new();
-    let read = content.take(system::LARGEST).read_to_end(&mut bytes);
-    read.map_err(|source| BundleError::io(&path, source))?;
-    if hash(&bytes) != member.sha256 {
-        return Err(BundleError::Batch(format!("{name} has another hash")));
-    }
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| BundleError::io(folder, source))?;
-    }
-    Ok(save(&path, &bytes, false)?)
 }
 
 /// The batch here that was packed, or unpacked before: begun at the same time, about the same. Of a part also the one in

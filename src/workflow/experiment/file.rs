@@ -10,6 +10,9 @@ use crate::evaluation::Lead;
 use crate::evaluation::report::{Axis, Measure, PivotRequest};
 use crate::system::{TomlText, shown_value, unknown};
 
+/// Values of one key, at most: more are no choice of a person.
+const MOST_MEMBERS: usize = 10_000;
+
 /// The text of an experiment file, and what is wrong with it.
 pub(super) struct Reading<'a> {
     toml: TomlText<'a>,
@@ -245,6 +248,12 @@ impl<'a> Reading<'a> {
             self.toml.mistake(&value.span(), words);
             return Vec::new();
         };
+        // Scenarios may be named one by one.
+        if members.len() > MOST_MEMBERS && key != "scenarios" {
+            let words = format!("{key}: {} values, at most {MOST_MEMBERS}", members.len());
+            self.toml.mistake(&value.span(), words);
+            return Vec::new();
+        }
         let mut found = Vec::new();
         for member in members.iter() {
             match read(member.get_ref()) {

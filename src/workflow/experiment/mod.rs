@@ -23,7 +23,7 @@ use crate::prompts::Library;
 
 pub use axes::ExperimentAxis;
 pub use files::{ExperimentFile, FolderOfExperiments, experiments_in};
-pub use hashes::{hashes_in, hashes_of};
+pub use hashes::{hashes_in, hashes_of, name_of};
 pub use keys::{ExperimentKey, KEYS as EXPERIMENT_KEYS, schema as experiment_schema};
 pub use prepare::{
     ExperimentContext, PreparedExperiment, experiment_among, is_experiment_file, selected,

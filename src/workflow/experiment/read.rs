@@ -169,7 +169,9 @@ impl Experiment {
         if let Some(why) = asked.request.settings(None).misplaced(&asked.frames, "") {
             reading.mistake("frames", &why);
         }
-        if let Some(name) = unknown_name(&experiment) {
+        if let Err(why) = asked.check_size() {
+            reading.mistake("models", &why);
+        } else if let Some(name) = unknown_name(&experiment) {
             let key = match experiment.comparison.baseline.as_ref() == Some(&name) {
                 true => "baseline",
                 false => "compare",

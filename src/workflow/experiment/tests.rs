@@ -303,3 +303,40 @@ fn scenarios_with_other_contents_are_named_before_anything_is_asked() {
     );
     assert!(refused("gone").contains("gone is not among the scenarios"));
 }
+
+#[test]
+fn too_many_ways_are_counted_and_not_made() {
+    let list = |count: usize| {
+        (0..count)
+            .map(|i| i.to_string())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let text = |seeds: usize, more: &str| {
+        format!(
+            "scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\ntasks = [\"collision\"]\n\
+             effort = [\"low\", \"medium\", \"high\"]\nseed = [{}]\nstride = [{}]\n{more}",
+            list(seeds),
+            (1..=30)
+                .map(|i| i.to_string())
+                .collect::<Vec<_>>()
+                .join(", ")
+        )
+    };
+    let begun = std::time::Instant::now();
+    let why = read(&text(9000, "compare = [\"lab/a\", \"lab/b\"]\n")).unwrap_err();
+    for words in [
+        "models: 810000 ways of asking",
+        "3 of effort",
+        "9000 of seed",
+        "30 of stride",
+        "at most 100000",
+    ] {
+        assert!(why.contains(words), "{words}: {why}");
+    }
+    let why = read(&text(20_000, "")).unwrap_err();
+    assert!(why.contains("seed: 20000 values, at most 10000"), "{why}");
+    assert!(begun.elapsed() < std::time::Duration::from_secs(10));
+    // Each is made once, without looking at all others.
+    assert_eq!(read(&text(1000, "")).unwrap().matrix.ways().len(), 90_000);
+}

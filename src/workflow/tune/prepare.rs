@@ -17,7 +17,7 @@ use crate::prompts::{Library, Techniques, Template};
 use crate::store::{NewItem, SplitPart};
 use crate::verdict::Task;
 use crate::workflow::batch::{BatchError, BatchPlan, BatchRequest, DryRun, PlanningEvent};
-use crate::workflow::{Experiment, ExperimentContext, selected};
+use crate::workflow::{Experiment, ExperimentContext, name_of, selected};
 
 /// Which way of asking is tuned, where an experiment has several.
 #[derive(Debug, Clone, Default)]
@@ -65,7 +65,7 @@ impl Experiment {
         let is_dev = |name: &str| Split::part(&split, name) == SplitPart::Dev;
         let (dev, test): (Vec<Entry>, Vec<Entry>) =
             found.into_iter().partition(|entry| is_dev(&entry.name));
-        one.hashes.retain(|name, _| is_dev(name));
+        one.hashes.retain(|key, _| is_dev(name_of(key)));
         let asked = Spec::templates_of(&one.matrix, context.library);
         one.templates.retain(|name, _| asked.contains_key(name));
         let dev = selected(dev, &one.subset, context.thresholds).map_err(named)?;

@@ -39,7 +39,7 @@ pub(super) fn truth_words(plan: &TunePlan, asked: &TuneQuestion) -> String {
             "no: the ego's body touches no other body within {} s after the last described moment",
             case.horizon
         ),
-        (Label::Collision(_), _) => format!("yes: the ego's body overlaps that of {whom}"),
-        (Label::Safe, _) => "no: no body overlaps the ego's at any step".to_string(),
+        (Label::Collision(_), _) => format!("yes: the ego's body touches that of {whom}"),
+        (Label::Safe, _) => "no: no body touches the ego's at any step or between two".to_string(),
     }
 }

@@ -6,8 +6,7 @@ use super::states::state;
 use super::values::ids;
 use super::words::TAGS;
 use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::scenario::{Goal, PlanningProblem, Position, Severity, StateField};
+use crate::scenario::{Goal, PlanningProblem, Position, StateField};
 
 pub(super) fn problem(
     at: &FieldPath<'_>,
@@ -19,9 +18,8 @@ pub(super) fn problem(
     let goals = message.goal_states.iter().enumerate();
     let goals = goals.map(|(i, message)| goal(&at.nth("goal_states", i), message));
     let goals = goals.collect::<Result<_, _>>()?;
-    if let Some(ego) = message.ego_id {
-        let message = format!("`ego_id` {ego} is not supported and was left out");
-        at.note(Severity::Note, message);
+    if message.ego_id.is_some() {
+        at.no_place_for("ego_id");
     }
     Ok(PlanningProblem {
         id: id.into(),
@@ -44,9 +42,7 @@ fn goal(at: &FieldPath<'_>, message: &GoalState) -> Result<Goal, ReadError> {
     let acceleration = state.acceleration.map(|_| StateField::Acceleration);
     let rest = state.more.iter().map(|(field, _)| *field);
     for field in acceleration.into_iter().chain(rest) {
-        let name = field.name();
-        let message = format!("`{name}` of a goal is not supported and was left out");
-        at.note(Severity::Note, message);
+        at.no_place_for(field.name());
     }
     Ok(Goal {
         time: state.time,

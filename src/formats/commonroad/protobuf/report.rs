@@ -26,7 +26,7 @@ pub(super) struct Report {
     tiny: RefCell<Option<(String, f64, usize)>>,
     /// Offset of the element being read, bytes.
     element: Cell<usize>,
-    /// Whether it was noted that the element has fields that are not known.
+    /// Whether it was counted that the element has fields that are not known.
     incomplete: Cell<bool>,
 }
 
@@ -97,12 +97,18 @@ impl<'a> FieldPath<'a> {
         value.ok_or_else(|| self.fail(format!("the required field `{name}` is missing")))
     }
 
-    /// Notes that a scenario cannot hold a field of the message.
+    /// Counts a field of the message that is not used: a scenario cannot hold it.
     pub fn no_place_for(&self, field: &str) {
-        self.note(
-            Severity::Note,
-            format!("`{field}` is not supported and was left out"),
-        );
+        let kind = self.field(field).kind();
+        self.report.diagnostics.unused(kind, || 0);
+    }
+
+    /// The names of the fields that lead to it, without places.
+    fn kind(&self) -> String {
+        match self.up.filter(|up| !up.name.is_empty()) {
+            Some(up) => format!("{}/{}", up.kind(), self.name),
+            None => self.name.to_string(),
+        }
     }
 
     /// Reads the fields of the file's own message one after the other, so that no more than one of its elements is in
@@ -136,13 +142,10 @@ impl<'a> FieldPath<'a> {
         Err(self.fail(message))
     }
 
-    /// Notes a field of the file's own message that no schema knows.
+    /// Counts a field of the file's own message that no schema knows as not used.
     pub fn skip_unknown(&self, field: &Field<'_>) {
-        let message = format!(
-            "unknown field {} at byte {} was left out",
-            field.number, field.offset
-        );
-        self.note(Severity::Note, message);
+        let number = format!("field {}", field.number);
+        self.no_place_for(&number);
     }
 
     /// The message in a field of the file's own message.
@@ -178,13 +181,9 @@ impl<'a> FieldPath<'a> {
             error
         })?;
         let known = message.encoded_len();
+        // Of fields that are in no schema nothing but their bytes is known; within others they are counted once.
         if known < bytes.len() && !self.report.incomplete.replace(true) {
-            let message = format!(
-                "{} of its {} bytes are unknown or repeated fields and were left out",
-                bytes.len() - known,
-                bytes.len()
-            );
-            self.note(Severity::Note, message);
+            self.no_place_for("unknown or repeated fields");
         }
         Ok(message)
     }

@@ -9,7 +9,7 @@ use crate::scenario::Severity;
 #[derive(Debug, Clone)]
 pub(in crate::formats) struct SourceLocation<'a> {
     pub element: Element<'a>,
-    around: Rc<[Element<'a>]>,
+    pub(super) around: Rc<[Element<'a>]>,
 }
 
 /// Elements kept for later diagnostics.

@@ -3,6 +3,7 @@
 use super::tree::Node;
 use crate::formats::commonroad::ReadError;
 use crate::geometry::{Point, Pose, Vector};
+use crate::scenario::plausibility::limits::refused_coordinate;
 
 /// A cubic from an offset on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -45,6 +46,48 @@ pub fn value(of: &[Cubic], at: f64) -> f64 {
     cubic.map_or(0.0, |c| c.value(at - c.from))
 }
 
+/// How the header of a file moves all its roads: first by x and y, then by a turn about the origin.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Offset {
+    /// Metres.
+    by: Vector,
+    /// Radians.
+    turn: f64,
+}
+
+impl Offset {
+    /// That of a header; none where it has none.
+    pub fn read(header: Option<&Node>) -> Result<Self, ReadError> {
+        let Some(node) = header.and_then(|h| h.child("offset")) else {
+            return Ok(Self::default());
+        };
+        Ok(Self {
+            by: Vector::new(node.or_zero("x")?, node.or_zero("y")?),
+            turn: node.or_zero("hdg")?,
+        })
+    }
+
+    /// A pose of the file where it is in the world.
+    pub fn apply(&self, pose: Pose) -> Pose {
+        let moved = pose.position + self.by;
+        let world = Pose::new(0.0, 0.0, self.turn).to_world(&moved);
+        Pose {
+            position: world,
+            heading: pose.heading + self.turn,
+        }
+    }
+
+    /// What it does, in words; nothing where it does nothing.
+    pub fn words(&self) -> Option<String> {
+        (*self != Self::default()).then(|| {
+            format!(
+                "the offset of the header moves the roads by {} m, {} m and turns them by {} rad",
+                self.by.x, self.by.y, self.turn
+            )
+        })
+    }
+}
+
 /// The shape of a piece of a reference line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
@@ -56,6 +99,42 @@ enum Kind {
     Poly3(Cubic),
     /// Ahead and to the left, over a parameter that ends at a value.
     ParamPoly3(Cubic, Cubic, f64),
+}
+
+impl Kind {
+    /// Reads the shape of a piece.
+    fn read(node: &Node, length: f64) -> Result<Self, ReadError> {
+        Ok(match node.name.as_str() {
+            "arc" => Self::Arc(node.needed_number("curvature")?),
+            "spiral" => {
+                // Files leave out curvatures of 0.
+                let (from, to) = (node.or_zero("curvStart")?, node.or_zero("curvEnd")?);
+                let turn = from.abs().max(to.abs()) * length;
+                if turn > MOST_TURN {
+                    return Err(node.fail(format!(
+                        "it may turn by {turn:.0} rad; no road does: is a curvature or the length wrong?"
+                    )));
+                }
+                Self::Spiral(from, to)
+            }
+            "poly3" => Self::Poly3(Cubic::read(node, "")?),
+            "paramPoly3" => {
+                let cubic = |axis: &str| -> Result<Cubic, ReadError> {
+                    let mut of = [0.0; 4];
+                    for (value, name) in of.iter_mut().zip(["a", "b", "c", "d"]) {
+                        *value = node.or_zero(&format!("{name}{axis}"))?;
+                    }
+                    Ok(Cubic { from: 0.0, of })
+                };
+                let end = match node.text("pRange") {
+                    Some("arcLength") => length,
+                    _ => 1.0,
+                };
+                Self::ParamPoly3(cubic("U")?, cubic("V")?, end)
+            }
+            _ => Self::Line,
+        })
+    }
 }
 
 /// A piece of a reference line.
@@ -72,54 +151,53 @@ pub struct Piece {
 /// No piece is longer, metres.
 const LONGEST: f64 = 1e6;
 
+/// No piece turns by more, radians: some thirty times.
+const MOST_TURN: f64 = 200.0;
+
+/// The elements that tell the shape of a piece.
+const SHAPES: [&str; 5] = ["line", "arc", "spiral", "poly3", "paramPoly3"];
+
 impl Piece {
-    /// Reads a `<geometry>`.
-    pub fn read(node: &Node) -> Result<Self, ReadError> {
+    /// Reads a `<geometry>` of a file that is moved so.
+    pub fn read(node: &Node, moved: &Offset) -> Result<Self, ReadError> {
         let number = |name: &str| node.needed_number(name);
         let length = number("length")?;
         if !(0.0..=LONGEST).contains(&length) {
             return Err(node.fail(format!("length=\"{length}\" is not from 0 to {LONGEST}")));
         }
-        let mut found = None;
-        for child in &node.children {
-            let kind = match child.name.as_str() {
-                "line" => Kind::Line,
-                "arc" => Kind::Arc(child.needed_number("curvature")?),
-                "spiral" => {
-                    let curvature = |name: &str| child.needed_number(name);
-                    Kind::Spiral(curvature("curvStart")?, curvature("curvEnd")?)
-                }
-                "poly3" => Kind::Poly3(Cubic::read(child, "")?),
-                "paramPoly3" => {
-                    let cubic = |axis: &str| -> Result<Cubic, ReadError> {
-                        let mut of = [0.0; 4];
-                        for (value, name) in of.iter_mut().zip(["a", "b", "c", "d"]) {
-                            *value = child.or_zero(&format!("{name}{axis}"))?;
-                        }
-                        Ok(Cubic { from: 0.0, of })
-                    };
-                    let end = match child.text("pRange") {
-                        Some("arcLength") => length,
-                        _ => 1.0,
-                    };
-                    Kind::ParamPoly3(cubic("U")?, cubic("V")?, end)
-                }
-                _ => continue,
-            };
-            found = Some(kind);
+        let shape = node.first(|c| SHAPES.contains(&c.name.as_str()));
+        let shape =
+            shape.ok_or_else(|| node.fail("no line, arc, spiral, poly3 or paramPoly3 in it"))?;
+        let start = moved.apply(Pose::new(number("x")?, number("y")?, number("hdg")?));
+        for value in [start.position.x, start.position.y] {
+            if let Some(why) = refused_coordinate(value) {
+                return Err(node.fail(format!("moved by the offset of the header: {why}")));
+            }
         }
-        let kind =
-            found.ok_or_else(|| node.fail("no line, arc, spiral, poly3 or paramPoly3 in it"))?;
         Ok(Self {
             s: number("s")?,
-            start: Pose::new(number("x")?, number("y")?, number("hdg")?),
+            start,
             length,
-            kind,
+            kind: Kind::read(shape, length)?,
         })
     }
 
-    /// The pose after so many metres.
+    /// Its first pose.
+    pub fn start(&self) -> Pose {
+        self.start
+    }
+
+    /// The pose after so many metres. Behind its end a line or arc goes on as it is, all else straight ahead.
     pub fn at(&self, along: f64) -> Pose {
+        let goes_on = matches!(self.kind, Kind::Line | Kind::Arc(_));
+        let beyond = if goes_on { 0.0 } else { along - self.length };
+        if beyond > 0.0 {
+            let end = self.at(self.length);
+            return Pose {
+                position: end.to_world(&Point::new(beyond, 0.0)),
+                ..end
+            };
+        }
         let (x, y, turn) = match &self.kind {
             Kind::Line => (along, 0.0, 0.0),
             Kind::Arc(k) => turned(*k, along),
@@ -195,7 +273,7 @@ fn spiral(k: f64, change: f64, s: f64) -> (f64, f64, f64) {
 
 /// How far ahead a cubic is after so many metres of its own length.
 fn ahead(cubic: &Cubic, along: f64) -> f64 {
-    let steps = (along / 0.5).ceil().clamp(1.0, 20_000.0);
+    let steps = (along / 0.5).ceil().clamp(1.0, 2000.0);
     let step = along / steps;
     let rate = |x: f64| 1.0 / cubic.slope(x).hypot(1.0);
     let mut x = 0.0;
@@ -210,10 +288,12 @@ fn ahead(cubic: &Cubic, along: f64) -> f64 {
     x
 }
 
-/// The pose of a reference line at an arc length.
+/// The pose of a reference line at an arc length; the last piece goes on behind its end.
 pub fn pose(pieces: &[Piece], s: f64) -> Pose {
     let place = pieces.partition_point(|p| p.s <= s + 1e-9).max(1) - 1;
+    let is_last = place + 1 == pieces.len();
     match pieces.get(place) {
+        Some(piece) if is_last => piece.at((s - piece.s).max(0.0)),
         Some(piece) => piece.at((s - piece.s).clamp(0.0, piece.length)),
         None => Pose::new(0.0, 0.0, 0.0),
     }

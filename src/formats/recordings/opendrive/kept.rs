@@ -4,8 +4,9 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use std::mem::{replace, take};
 
 use super::TOLERANCE;
+use super::lane::Lane;
 use super::links::Key;
-use super::road::{Lane, Road};
+use super::road::Road;
 use crate::formats::opendrive::signals::{STOP_LINE, SignalKey};
 use crate::formats::opendrive::user_data::KeptLanelet;
 use crate::formats::recordings::assembly::Map;

@@ -4,8 +4,11 @@ use std::collections::{HashMap, HashSet};
 
 use super::TOLERANCE;
 use super::kept::{self, KeptSigns};
-use super::links::{Key, contacts};
-use super::road::{End, Lane, Road, Section};
+use super::lane::{Lane, Section};
+use super::links::{Connection, Key, contacts};
+use super::road::{End, Road};
+use super::signal::Signal;
+use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::opendrive::words::marking;
 use crate::formats::recordings::assembly::Map;
 use crate::formats::recordings::ids::Ids;
@@ -25,11 +28,6 @@ const LIMIT: &str = "274";
 /// The type of traffic lights.
 const LIGHT: &str = "1000001";
 
-/// Whether a lane is driven the way its road runs.
-pub fn is_along(road: &Road, lane: &Lane) -> bool {
-    (lane.id < 0) != road.left_hand
-}
-
 /// What roads became.
 pub struct Lanes {
     /// The lanelets, signs and lights.
@@ -41,7 +39,12 @@ pub struct Lanes {
 }
 
 /// The lanelets of roads.
-pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
+pub fn lanelets(
+    roads: &[Road],
+    connections: &[Connection],
+    report: &Report,
+    ids: &mut Ids,
+) -> Lanes {
     let lanes = || {
         roads
             .iter()
@@ -67,14 +70,25 @@ pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
     let mut limits = HashMap::new();
     for (r, road) in roads.iter().enumerate() {
         for (x, section) in road.sections.iter().enumerate() {
-            let borders = bounds(road, section);
+            let (borders, is_exact) = bounds(road, section);
+            if !is_exact {
+                let at = report.at(format!("road {}", road.id));
+                at.warn(format!(
+                    "too curved for borders within {TOLERANCE} m: they have as many points as are read"
+                ));
+            }
             for (l, lane) in section.lanes.iter().enumerate() {
                 let Some((left, right)) = lanelet_bounds(road, section, l, &borders) else {
                     continue;
                 };
                 let id = lane.lanelet.filter(|id| taken.contains(id));
                 let id = id.unwrap_or_else(|| ids.fresh());
-                let (types, one_way, both) = words(road, lane);
+                let of_road = road.kind(section.from);
+                let (types, mut one_way, mut both) =
+                    words(road, of_road.map(|t| t.kind.as_str()), lane);
+                if lane.is_both_ways {
+                    both.append(&mut one_way);
+                }
                 let mut lanelet = Lanelet {
                     id,
                     left,
@@ -84,7 +98,8 @@ pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
                     users_bidirectional: both,
                     ..Lanelet::default()
                 };
-                if let Some(limit) = lane.limit.or(road.limit).filter(|_| lane.kind == "driving") {
+                let limit = lane.limit.or(of_road.and_then(|t| t.limit));
+                if let Some(limit) = limit.filter(|_| lane.kind == "driving") {
                     let at = lanelet.right.points.first().copied();
                     let sign = limits.entry(limit.to_bits()).or_insert_with(|| {
                         map.signs.push(limit_sign(ids.fresh(), limit, at));
@@ -98,8 +113,8 @@ pub fn lanelets(roads: &[Road], report: &Report, ids: &mut Ids) -> Lanes {
         }
     }
     neighbours(roads, &places, &mut map);
-    successors(roads, &places, &mut map);
-    let lights = signals(roads, &places, &mut map, &mut signal_ids, ids);
+    successors(roads, connections, &places, &mut map);
+    let lights = signals(roads, &places, &mut map, &mut signal_ids, report, ids);
     let kept = kept::restore(roads, &places, &mut map);
     if map.lanelets.is_empty() {
         report.note("the roads have no lanes");
@@ -119,10 +134,10 @@ fn limit_sign(id: i64, limit: f64, position: Option<Point>) -> Sign {
     }
 }
 
-/// The points of all borders of a section, from the left to the right, along the road.
-fn bounds(road: &Road, section: &Section) -> Vec<Vec<Point>> {
+/// The points of all borders of a section, from the left to the right, along the road, and whether they are enough.
+fn bounds(road: &Road, section: &Section) -> (Vec<Vec<Point>>, bool) {
     let mut all = vec![Vec::new(); section.lanes.len() + 1];
-    let places = road.places(section, TOLERANCE);
+    let (places, is_exact) = road.places(section, TOLERANCE);
     let last = places.len().saturating_sub(1);
     for (i, s) in places.iter().enumerate() {
         // At its end a section is what it was, not what begins there.
@@ -132,7 +147,7 @@ fn bounds(road: &Road, section: &Section) -> Vec<Vec<Point>> {
             border.push(road.point(*s, t));
         }
     }
-    all
+    (all, is_exact)
 }
 
 fn lanelet_bounds(
@@ -173,7 +188,7 @@ fn lanelet_bounds(
             marking,
         })
     };
-    let along = is_along(road, lane);
+    let along = road.is_along(lane);
     let (a, b) = (
         bound(left, marks(place), along)?,
         bound(right, marks(place + 1), along)?,
@@ -184,8 +199,8 @@ fn lanelet_bounds(
 type Users = Vec<RoadUser>;
 
 /// The types of a lane, and the road users that may use it one way and both ways.
-fn words(road: &Road, lane: &Lane) -> (Vec<LaneletType>, Users, Users) {
-    let of_road = match road.kind.as_str() {
+fn words(road: &Road, of_road: Option<&str>, lane: &Lane) -> (Vec<LaneletType>, Users, Users) {
+    let of_road = match of_road.unwrap_or_default() {
         "motorway" | "townExpressway" => Some(LaneletType::Highway),
         "rural" | "townArterial" => Some(LaneletType::Country),
         "town" | "townLocal" | "townCollector" | "lowSpeed" => Some(LaneletType::Urban),
@@ -235,7 +250,7 @@ fn neighbours(roads: &[Road], places: &HashMap<Key, usize>, map: &mut Map) {
                 ) else {
                     continue;
                 };
-                let same = is_along(road, &pair[0]) == is_along(road, &pair[1]);
+                let same = road.is_along(&pair[0]) == road.is_along(&pair[1]);
                 let (left, right) = (map.lanelets[a].id, map.lanelets[b].id);
                 let beside = |id| {
                     Some(Adjacent {
@@ -244,11 +259,11 @@ fn neighbours(roads: &[Road], places: &HashMap<Key, usize>, map: &mut Map) {
                     })
                 };
                 // Seen along the road; the other way round for those that drive against it.
-                match is_along(road, &pair[0]) {
+                match road.is_along(&pair[0]) {
                     true => map.lanelets[a].adjacent_right = beside(right),
                     false => map.lanelets[a].adjacent_left = beside(right),
                 }
-                match is_along(road, &pair[1]) {
+                match road.is_along(&pair[1]) {
                     true => map.lanelets[b].adjacent_left = beside(left),
                     false => map.lanelets[b].adjacent_right = beside(left),
                 }
@@ -257,13 +272,18 @@ fn neighbours(roads: &[Road], places: &HashMap<Key, usize>, map: &mut Map) {
     }
 }
 
-fn successors(roads: &[Road], places: &HashMap<Key, usize>, map: &mut Map) {
+fn successors(
+    roads: &[Road],
+    connections: &[Connection],
+    places: &HashMap<Key, usize>,
+    map: &mut Map,
+) {
     let leaves = |key: &Key, at: End| {
         let road = &roads[key.0];
         let lane = road.sections[key.1].lanes.iter().find(|l| l.id == key.2);
-        lane.is_some_and(|lane| is_along(road, lane) == (at == End::End))
+        lane.is_some_and(|lane| road.is_along(lane) == (at == End::End))
     };
-    for ((a, end_a), (b, end_b)) in contacts(roads) {
+    for ((a, end_a), (b, end_b)) in contacts(roads, connections) {
         let (Some(x), Some(y)) = (places.get(&a).copied(), places.get(&b).copied()) else {
             continue;
         };
@@ -285,9 +305,11 @@ fn signals(
     places: &HashMap<Key, usize>,
     map: &mut Map,
     own_ids: &mut HashSet<i64>,
+    report: &Report,
     ids: &mut Ids,
 ) -> HashMap<String, i64> {
     let mut lights = HashMap::new();
+    let mut idle = 0;
     for (r, road) in roads.iter().enumerate() {
         for signal in &road.signals {
             let s = signal.s.clamp(0.0, road.length);
@@ -296,15 +318,13 @@ fn signals(
                 .iter()
                 .rposition(|x| x.from <= s + 1e-9)
                 .unwrap_or(0);
-            let holds = |lane: &Lane| {
-                let within = |(a, b): &(i64, i64)| (*a.min(b)..=*a.max(b)).contains(&lane.id);
-                signal.lanes.is_empty() || signal.lanes.iter().any(within)
-            };
-            let lanes = road.sections[section].lanes.iter().filter(|l| holds(l));
+            let lanes = road.sections[section].lanes.iter();
+            let lanes = lanes.filter(|lane| holds(signal, road, lane));
             let on: Vec<usize> = lanes
                 .filter_map(|l| places.get(&(r, section, l.id)).copied())
                 .collect();
             if on.is_empty() {
+                idle += 1;
                 continue;
             }
             let written = signal.id.parse().ok();
@@ -344,5 +364,18 @@ fn signals(
             on.iter().for_each(|l| map.lanelets[*l].signs.push(id));
         }
     }
+    report.note_count(idle, |n| {
+        format!("signals for which there is no lane in the direction that they face: {n}; left out")
+    });
     lights
+}
+
+/// Whether a signal is for those on a lane.
+fn holds(signal: &Signal, road: &Road, lane: &Lane) -> bool {
+    let within = |(a, b): &(i64, i64)| (*a.min(b)..=*a.max(b)).contains(&lane.id);
+    match (&signal.lanes[..], road.is_along(lane)) {
+        ([], true) => signal.along || lane.is_both_ways,
+        ([], false) => signal.against || lane.is_both_ways,
+        (lanes, _) => lanes.iter().any(within),
+    }
 }

@@ -2,7 +2,12 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::road::{End, Lane, Road, RoadLink};
+use super::lane::Lane;
+use super::road::{End, Road, RoadLink, contact};
+use super::tree::Node;
+use crate::formats::commonroad::ReadError;
+use crate::formats::recordings::report::Report;
+use crate::geometry::Point;
 
 /// A lane: the place of its road, of its section, and its id.
 pub type Key = (usize, usize, i64);
@@ -13,8 +18,73 @@ pub type At = (Key, End);
 /// The links of a lane to one side.
 type Links = fn(&Lane) -> &Vec<i64>;
 
+/// A connection of a junction.
+pub struct Connection {
+    junction: String,
+    incoming: String,
+    /// The connecting road, or in direct junctions the road that it goes on to, and the end there.
+    road: String,
+    end: End,
+    /// Lanes of the first and of the second road.
+    lanes: Vec<(i64, i64)>,
+}
+
+/// The connections of all junctions.
+pub fn connections(root: &Node, report: &Report) -> Result<Vec<Connection>, ReadError> {
+    let mut all = Vec::new();
+    let mut others = 0;
+    for junction in root.all("junction") {
+        // Virtual junctions lie amid a road, crossings have no lanes.
+        if matches!(junction.text("type"), Some("virtual" | "crossing")) {
+            others += 1;
+            continue;
+        }
+        for node in junction.all("connection") {
+            // Others refer to it by that.
+            node.skip_attributes(&["id"]);
+            let road = node.text("connectingRoad").or(node.text("linkedRoad"));
+            let (Some(incoming), Some(road)) = (node.text("incomingRoad"), road) else {
+                continue;
+            };
+            let mut lanes = Vec::new();
+            for lane in node.all("laneLink") {
+                let id = |name: &str| Ok::<i64, ReadError>(lane.or_zero(name)? as i64);
+                lanes.push((id("from")?, id("to")?));
+            }
+            all.push(Connection {
+                junction: junction.text("id").unwrap_or_default().to_string(),
+                incoming: incoming.to_string(),
+                road: road.to_string(),
+                end: contact(node),
+                lanes,
+            });
+        }
+    }
+    report.note_count(others, |n| {
+        format!("virtual junctions and crossings: {n}; their connections are not read")
+    });
+    Ok(all)
+}
+
+/// The section at an end of a road.
+fn section_at(road: &Road, end: End) -> usize {
+    match end {
+        End::Start => 0,
+        End::End => road.sections.len() - 1,
+    }
+}
+
+/// Where the reference line of a road ends.
+fn place_of(road: &Road, end: End) -> Point {
+    let s = match end {
+        End::Start => 0.0,
+        End::End => road.length,
+    };
+    road.pose(s).position
+}
+
 /// Pairs of ends of lanes that touch, each once.
-pub fn contacts(roads: &[Road]) -> BTreeSet<(At, At)> {
+pub fn contacts(roads: &[Road], connections: &[Connection]) -> BTreeSet<(At, At)> {
     let places: HashMap<&str, usize> = roads.iter().map(|r| r.id.as_str()).zip(0..).collect();
     let mut all = BTreeSet::new();
     let mut touch = |a: At, b: At| {
@@ -45,20 +115,39 @@ pub fn contacts(roads: &[Road]) -> BTreeSet<(At, At)> {
             let Some(other) = places.get(id.as_str()).copied() else {
                 continue;
             };
-            let own = if end == End::Start {
-                0
-            } else {
-                road.sections.len() - 1
-            };
-            let theirs = match contact {
-                End::Start => 0,
-                End::End => roads[other].sections.len() - 1,
-            };
+            let own = section_at(road, end);
+            let theirs = section_at(&roads[other], *contact);
             for lane in &road.sections[own].lanes {
                 for id in links(lane) {
                     touch(((r, own, lane.id), end), ((other, theirs, *id), *contact));
                 }
             }
+        }
+    }
+    for connection in connections {
+        let place = |id: &str| places.get(id).copied();
+        let (Some(r), Some(other)) = (place(&connection.incoming), place(&connection.road)) else {
+            continue;
+        };
+        let meets = place_of(&roads[other], connection.end);
+        let away = |end: &End| (place_of(&roads[r], *end) - meets).norm();
+        // A road may begin and end at one junction.
+        let ends = [(0, End::Start), (1, End::End)].into_iter().filter(|(side, _)| {
+            matches!(&roads[r].links[*side], Some(RoadLink::Junction(id)) if *id == connection.junction)
+        });
+        let nearest = ends
+            .map(|(_, end)| end)
+            .min_by(|a, b| away(a).total_cmp(&away(b)));
+        let Some(end) = nearest else {
+            continue;
+        };
+        let own = section_at(&roads[r], end);
+        let theirs = section_at(&roads[other], connection.end);
+        for (from, to) in &connection.lanes {
+            touch(
+                ((r, own, *from), end),
+                ((other, theirs, *to), connection.end),
+            );
         }
     }
     all

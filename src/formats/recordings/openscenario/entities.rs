@@ -3,14 +3,15 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::parameters;
+use super::catalogs::Catalogs;
 use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::openscenario::body;
-use crate::formats::recordings::opendrive::tree::{self, Node};
+use crate::formats::recordings::opendrive::tree::Node;
+use crate::formats::recordings::report::Report;
 use crate::formats::recordings::sizes;
 use crate::geometry::{Point, Pose, Shape};
 use crate::scenario::ObstacleType;
-use crate::system;
 
 /// An entity.
 #[derive(Debug, Clone)]
@@ -31,29 +32,46 @@ pub struct Entity {
 }
 
 /// Reads the entities of a scenario; catalogs lie in folders named from that of the file.
-pub fn entities(root: &Node, file: &Path) -> Result<Vec<Entity>, ReadError> {
+pub fn entities(root: &Node, file: &Path, report: &Report) -> Result<Vec<Entity>, ReadError> {
     let mut all = Vec::new();
     let Some(list) = root.child("Entities") else {
         return Ok(all);
     };
+    let mut catalogs = Catalogs::of(root, file);
     for object in list.all("ScenarioObject") {
         let name = object.needed("name")?.to_string();
-        let inline = object
-            .children
-            .iter()
-            .find(|c| matches!(c.name.as_str(), "Vehicle" | "Pedestrian" | "MiscObject"));
+        let inline = object.first(|c| INLINE.contains(&c.name.as_str()));
         let entity = match (inline, object.child("CatalogReference")) {
             (Some(described), _) => entity(name, described)?,
-            (None, Some(reference)) => match from_catalog(root, reference, file)? {
-                Some(described) => entity(name, &described)?,
-                None => unknown(name),
+            (None, Some(reference)) => match catalogs.entry(reference, report)? {
+                Some(described) => {
+                    let entity = entity(name, &described)?;
+                    catalogs.account(reference, &described);
+                    entity
+                }
+                None => {
+                    let words = Catalogs::words(reference)?;
+                    let at = report.at(format!("entity `{name}`"));
+                    at.warn(format!(
+                        "{words} is in no catalog of the scenario; taken for a car"
+                    ));
+                    unknown(name)
+                }
             },
-            (None, None) => unknown(name),
+            (None, None) => {
+                let at = report.at(format!("entity `{name}`"));
+                at.warn("nothing says what it is; taken for a car");
+                unknown(name)
+            }
         };
         all.push(entity);
     }
+    catalogs.report(report);
     Ok(all)
 }
+
+/// Entities that are described where they are named.
+const INLINE: [&str; 3] = ["Vehicle", "Pedestrian", "MiscObject"];
 
 /// An entity of which only the name is known.
 fn unknown(name: String) -> Entity {
@@ -100,13 +118,21 @@ fn entity(name: String, node: &Node) -> Result<Entity, ReadError> {
     Ok(entity)
 }
 
+/// The properties that exports write; of others, which only their players know, the values are not read.
 fn properties(node: &Node) -> HashMap<String, String> {
     let all = node
         .child("Properties")
         .into_iter()
         .flat_map(|p| p.all("Property"));
+    let own = all.filter(|p| p.text("name").is_some_and(is_own_property));
     let pair = |p: &Node| Some((p.text("name")?.to_string(), p.text("value")?.to_string()));
-    all.filter_map(pair).collect()
+    own.filter_map(pair).collect()
+}
+
+/// Whether this is the name of a property that exports write.
+pub fn is_own_property(name: &str) -> bool {
+    const OWN: [&str; 3] = ["commonroad_", "attacker", "plineInterpolation"];
+    OWN.iter().any(|begin| name.starts_with(begin))
 }
 
 /// A kind by the category of the standard.
@@ -132,55 +158,6 @@ fn kind_of(node: &Node) -> ObstacleType {
         _ => ObstacleType::Unknown,
     }
 }
-
-/// An entry of a catalog; nothing where its folder or entry is not there.
-fn from_catalog(root: &Node, reference: &Node, file: &Path) -> Result<Option<Node>, ReadError> {
-    let catalog = reference.needed("catalogName")?;
-    let entry = reference.needed("entryName")?;
-    let Some(locations) = root.child("CatalogLocations") else {
-        return Ok(None);
-    };
-    for location in &locations.children {
-        let Some(folder) = location.child("Directory").and_then(|d| d.text("path")) else {
-            continue;
-        };
-        let folder = file.parent().unwrap_or(Path::new("")).join(folder);
-        let Ok(files) = folder.read_dir() else {
-            continue;
-        };
-        let mut files: Vec<_> = files.flatten().map(|f| f.path()).collect();
-        files.retain(|f| {
-            f.extension()
-                .is_some_and(|x| x.eq_ignore_ascii_case("xosc"))
-        });
-        files.sort();
-        for path in files.into_iter().take(MOST_CATALOGS) {
-            let Ok(bytes) = system::read_file(&path, system::LARGEST) else {
-                continue;
-            };
-            let Ok(read) = tree::read(&bytes, &path.display().to_string(), "OpenSCENARIO") else {
-                continue;
-            };
-            let Some(found) = read
-                .child("Catalog")
-                .filter(|c| c.text("name") == Some(catalog))
-            else {
-                continue;
-            };
-            let found = found
-                .children
-                .iter()
-                .find(|e| e.text("name") == Some(entry));
-            if let Some(found) = found {
-                return parameters::assigned(found.clone(), reference).map(Some);
-            }
-        }
-    }
-    Ok(None)
-}
-
-/// Files of a folder of catalogs that are looked into.
-const MOST_CATALOGS: usize = 100;
 
 impl Entity {
     /// A value that was written beside it.

@@ -1,4 +1,6 @@
-//! Expressions in attributes of OpenSCENARIO: `${$speed / 3.6}`.
+//! Expressions in attributes of OpenSCENARIO: `${$speed / 3.6}`, `${not $isFast}`.
+//!
+//! Operators and functions are those of the standard's versions 1.1 to 1.3, constants those of esmini.
 
 use std::collections::HashMap;
 
@@ -20,9 +22,47 @@ pub fn replaced(text: &str, values: &Values) -> Option<String> {
         values,
         depth: 0,
     };
-    let value = reader.sum()?;
-    let whole = reader.rest.trim().is_empty() && value.is_finite();
-    whole.then(|| value.to_string())
+    let value = reader.either()?;
+    reader.rest.trim().is_empty().then(|| value.written())?
+}
+
+/// What an expression is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Value {
+    Number(f64),
+    Truth(bool),
+}
+
+impl Value {
+    fn number(self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(number),
+            Self::Truth(_) => None,
+        }
+    }
+
+    fn truth(self) -> Option<bool> {
+        match self {
+            Self::Truth(truth) => Some(truth),
+            Self::Number(_) => None,
+        }
+    }
+
+    fn of(text: &str) -> Option<Self> {
+        match text.trim() {
+            "true" => Some(Self::Truth(true)),
+            "false" => Some(Self::Truth(false)),
+            number => number.parse().ok().map(Self::Number),
+        }
+    }
+
+    /// As an attribute has it; nothing for what is no number.
+    fn written(self) -> Option<String> {
+        match self {
+            Self::Number(number) => number.is_finite().then(|| number.to_string()),
+            Self::Truth(truth) => Some(truth.to_string()),
+        }
+    }
 }
 
 /// Reads an expression from its beginning on.
@@ -49,35 +89,61 @@ impl<'a> Reader<'a> {
         word
     }
 
-    fn sum(&mut self) -> Option<f64> {
+    /// Whether this word comes next, which is passed over.
+    fn passes_word(&mut self, word: &str) -> bool {
+        self.rest = self.rest.trim_start();
+        let behind = self.rest.strip_prefix(word);
+        let behind = behind.filter(|b| !b.starts_with(|c: char| c.is_alphanumeric() || c == '_'));
+        self.rest = behind.unwrap_or(self.rest);
+        behind.is_some()
+    }
+
+    fn either(&mut self) -> Option<Value> {
+        let mut value = self.both()?;
+        while self.passes_word("or") {
+            let other = self.both()?.truth()?;
+            value = Value::Truth(value.truth()? || other);
+        }
+        Some(value)
+    }
+
+    fn both(&mut self) -> Option<Value> {
+        let mut value = self.sum()?;
+        while self.passes_word("and") {
+            let other = self.sum()?.truth()?;
+            value = Value::Truth(value.truth()? && other);
+        }
+        Some(value)
+    }
+
+    fn sum(&mut self) -> Option<Value> {
         let mut value = self.product()?;
         loop {
-            if self.passes('+') {
-                value += self.product()?;
-            } else if self.passes('-') {
-                value -= self.product()?;
-            } else {
+            let plus = self.passes('+');
+            if !plus && !self.passes('-') {
                 return Some(value);
             }
+            let (a, b) = (value.number()?, self.product()?.number()?);
+            value = Value::Number(if plus { a + b } else { a - b });
         }
     }
 
-    fn product(&mut self) -> Option<f64> {
+    fn product(&mut self) -> Option<Value> {
         let mut value = self.factor()?;
         loop {
-            if self.passes('*') {
-                value *= self.factor()?;
-            } else if self.passes('/') {
-                value /= self.factor()?;
-            } else if self.passes('%') {
-                value %= self.factor()?;
-            } else {
+            let Some(symbol) = ['*', '/', '%'].into_iter().find(|s| self.passes(*s)) else {
                 return Some(value);
-            }
+            };
+            let (a, b) = (value.number()?, self.factor()?.number()?);
+            value = Value::Number(match symbol {
+                '*' => a * b,
+                '/' => a / b,
+                _ => a % b,
+            });
         }
     }
 
-    fn factor(&mut self) -> Option<f64> {
+    fn factor(&mut self) -> Option<Value> {
         self.depth += 1;
         if self.depth > DEEPEST {
             return None;
@@ -87,25 +153,28 @@ impl<'a> Reader<'a> {
         value
     }
 
-    fn signed(&mut self) -> Option<f64> {
+    fn signed(&mut self) -> Option<Value> {
         if self.passes('-') {
-            return Some(-self.factor()?);
+            return Some(Value::Number(-self.factor()?.number()?));
         }
         if self.passes('+') {
             return self.factor();
         }
+        if self.passes_word("not") {
+            return Some(Value::Truth(!self.factor()?.truth()?));
+        }
         if self.passes('(') {
-            let value = self.sum()?;
+            let value = self.either()?;
             return self.passes(')').then_some(value);
         }
         if self.passes('$') {
             let name = self.word(|c| c.is_alphanumeric() || c == '_');
-            return self.values.get(name)?.trim().parse().ok();
+            return Value::of(self.values.get(name)?);
         }
         if self.rest.starts_with(|c: char| c.is_alphabetic()) {
-            return self.function();
+            return self.named();
         }
-        self.number()
+        self.number().map(Value::Number)
     }
 
     fn number(&mut self) -> Option<f64> {
@@ -123,19 +192,24 @@ impl<'a> Reader<'a> {
         (mantissa > 0).then(|| begin[..end].parse().ok()).flatten()
     }
 
-    fn function(&mut self) -> Option<f64> {
+    /// A constant, or a function with its arguments.
+    fn named(&mut self) -> Option<Value> {
         let name = self.word(char::is_alphanumeric);
         if !self.passes('(') {
-            return None;
+            return match name {
+                "pi" | "PI" => Some(Value::Number(std::f64::consts::PI)),
+                "e" => Some(Value::Number(std::f64::consts::E)),
+                truth => Value::of(truth).filter(|v| v.truth().is_some()),
+            };
         }
-        let mut of = vec![self.sum()?];
+        let mut of = vec![self.either()?.number()?];
         while self.passes(',') {
-            of.push(self.sum()?);
+            of.push(self.either()?.number()?);
         }
         if !self.passes(')') {
             return None;
         }
-        Some(match (name, &of[..]) {
+        let value = match (name, &of[..]) {
             ("abs", [x]) => x.abs(),
             ("sign", [x]) if *x == 0.0 => 0.0,
             ("sign", [x]) => x.signum(),
@@ -153,7 +227,8 @@ impl<'a> Reader<'a> {
             ("min", [x, y]) => x.min(*y),
             ("max", [x, y]) => x.max(*y),
             _ => return None,
-        })
+        };
+        Some(Value::Number(value))
     }
 }
 
@@ -163,7 +238,12 @@ mod tests {
 
     #[test]
     fn expressions_are_worked_out() {
-        let values = [("Speed", "90"), ("_a1", "-2.5"), ("word", "car")];
+        let values = [
+            ("Speed", "90"),
+            ("_a1", "-2.5"),
+            ("word", "car"),
+            ("isFast", "true"),
+        ];
         let values: Values = values
             .map(|(k, v)| (k.to_string(), v.to_string()))
             .into_iter()
@@ -176,6 +256,24 @@ mod tests {
             ("${2 + 3 * (4 - -1)}", Some("17")),
             ("${-(1.5e1) % 4}", Some("-3")),
             ("${max(pow(2, 3), sqrt(9)) - abs($_a1)}", Some("5.5")),
+            ("${pi}", Some("3.141592653589793")),
+            ("${pi/2}", Some("1.5707963267948966")),
+            ("${-PI * 2}", Some("-6.283185307179586")),
+            ("${floor(e) + sign(-3) + round(2.5) + ceil(0.1)}", Some("5")),
+            ("${atan(0) + cos(0) + min(1, 2) + abs(asin(0))}", Some("2")),
+            ("$isFast", Some("true")),
+            ("${not $isFast}", Some("false")),
+            ("${$isFast and (false or not(false))}", Some("true")),
+            ("${false and true or true}", Some("true")),
+            ("${not 1}", None),
+            ("${1 and true}", None),
+            ("${true + 1}", None),
+            ("${nothing}", None),
+            ("${pie}", None),
+            ("${notTrue}", None),
+            ("${true or }", None),
+            ("${inf}", None),
+            ("${nan}", None),
             ("${1 / 0}", None),
             ("${$missing + 1}", None),
             ("${$word + 1}", None),

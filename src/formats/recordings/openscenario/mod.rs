@@ -1,21 +1,28 @@
 //! OpenSCENARIO XML with its OpenDRIVE: scenarios whose entities follow trajectories, and recordings that a player made.
 
+mod actions;
+mod catalogs;
 mod entities;
 mod expression;
 mod kept;
 mod lights;
 mod motion;
 mod parameters;
+mod played;
 mod player_log;
 mod position;
+mod storyboard;
 mod tracks;
+mod trajectory;
+mod triggers;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::assembly::{About, Map, assemble};
 use super::ids::Ids;
-use super::opendrive;
+use super::named_files::named_file;
 use super::opendrive::tree::{self, Node};
+use super::opendrive::{self, Network};
 use super::report::Report;
 use super::{sizes, whole_file};
 use crate::formats::address::Address;
@@ -26,9 +33,9 @@ use crate::formats::openscenario::DOCUMENT;
 use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{ContentHash, Scenario};
 use crate::system;
-use entities::{Entity, entities};
-use motion::motions;
-use tracks::{Timeline, followed, own_number, recorded};
+use entities::{Entity, entities, is_own_property};
+use played::Played;
+use tracks::{Timeline, own_number};
 
 /// The format.
 pub struct OpenScenario;
@@ -59,6 +66,7 @@ impl Format for OpenScenario {
             return roads_alone(&bytes, file, report);
         }
         let root = tree::read(&bytes, &shown, "OpenSCENARIO")?;
+        check_version(&root, &report)?;
         scenario(file, &bytes, parameters::filled(root)?, report)
     }
 }
@@ -77,14 +85,86 @@ fn roads_alone(bytes: &[u8], file: &Path, report: Report) -> Result<Scenario, Re
     assemble(report, about, network.map, Vec::new())
 }
 
-/// The road file of a scenario.
-fn road_file(root: &Node, file: &Path) -> Option<PathBuf> {
-    let named = root.at(&["RoadNetwork", "LogicFile"])?.text("filepath")?;
-    (!named.is_empty()).then(|| file.parent().unwrap_or(Path::new("")).join(named))
+/// The newest version of the standard whose elements are known.
+const NEWEST: (i64, i64) = (1, 3);
+
+/// Refuses what is no OpenSCENARIO of the versions that are read.
+fn check_version(root: &Node, report: &Report) -> Result<(), ReadError> {
+    let Some(header) = root.child("FileHeader") else {
+        return Ok(());
+    };
+    let number = |name: &str| header.text(name).and_then(|v| v.trim().parse::<i64>().ok());
+    let (Some(major), Some(minor)) = (number("revMajor"), number("revMinor")) else {
+        return Ok(());
+    };
+    if major < 1 {
+        return Err(header.fail(format!(
+            "OpenSCENARIO {major}.{minor} is not read, only 1.0 and later; convert it with the migration script (XSLT) \
+             that ASAM ships with OpenSCENARIO 1.0"
+        )));
+    }
+    if (major, minor) > NEWEST {
+        let (newest, of) = NEWEST;
+        let words = format!("OpenSCENARIO {major}.{minor} is read as {newest}.{of}");
+        report.at("FileHeader").warn(words);
+    }
+    Ok(())
+}
+
+/// The roads of a scenario; words where their file cannot be read.
+fn roads(
+    root: &Node,
+    file: &Path,
+    report: &Report,
+    ids: &mut Ids,
+    hashed: &mut Vec<Vec<u8>>,
+) -> Result<Result<Network, String>, ReadError> {
+    let named = root.at(&["RoadNetwork", "LogicFile"]);
+    let named = named
+        .and_then(|l| l.text("filepath"))
+        .filter(|n| !n.is_empty());
+    let Some(named) = named else {
+        return Ok(Err("names no road file".into()));
+    };
+    let path = named_file(file, named);
+    let shown = path.display().to_string();
+    match system::read_file(&path, system::LARGEST) {
+        Ok(roads) => {
+            let read = opendrive::read(&roads, &shown, report, ids)?;
+            hashed.push(roads);
+            Ok(Ok(read))
+        }
+        Err(error) => Ok(Err(format!("{shown}: {}", system::words(&error)))),
+    }
+}
+
+/// Elements that only hold others.
+const GROUPS: [&str; 5] = [
+    "ParameterDeclarations",
+    "CatalogLocations",
+    "Properties",
+    "StartTrigger",
+    "StopTrigger",
+];
+
+/// Notes what of the document was not used.
+fn account(root: &Node, report: &Report) {
+    if let Some(header) = root.child("FileHeader") {
+        // What says of a file what it is, not what happens.
+        header.child("License").into_iter().for_each(Node::skip);
+        header.skip_attributes(&["author", "date", "description"]);
+        let properties = header.child("Properties");
+        let properties = properties.into_iter().flat_map(|p| p.all("Property"));
+        let is_own = |p: &&Node| p.text("name").is_some_and(is_own_property);
+        properties.filter(is_own).for_each(Node::skip);
+    }
+    for (kind, line) in root.unused(&GROUPS) {
+        report.unused(kind, line);
+    }
 }
 
 fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Scenario, ReadError> {
-    let entities = entities(&root, file)?;
+    let entities = entities(&root, file, &report)?;
     let numbers = entities.iter().filter_map(own_number);
     let ego_id = |e: &Entity| {
         e.property("commonroad_id")
@@ -95,30 +175,11 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         ids.take(id);
     });
     let mut hashed = vec![bytes.to_vec()];
-    let mut missing_roads = None;
-    let network = match road_file(&root, file) {
-        None => {
-            report
-                .at("")
-                .warn("names no road file; the scenario has no lanes");
-            None
-        }
-        Some(path) => match system::read_file(&path, system::LARGEST) {
-            Ok(roads) => {
-                let read = opendrive::read(&roads, &path.display().to_string(), &report, &mut ids)?;
-                hashed.push(roads);
-                Some(read)
-            }
-            Err(error) => {
-                let why = format!("{}: {}", path.display(), system::words(&error));
-                report
-                    .at("")
-                    .warn(format!("{why}; the scenario has no lanes"));
-                missing_roads = Some(why);
-                None
-            }
-        },
-    };
+    let roads = roads(&root, file, &report, &mut ids, &mut hashed)?;
+    if let Err(why) = &roads {
+        let words = format!("{why}; the scenario has no lanes");
+        report.at("").warn(words);
+    }
     let header = root.child("FileHeader");
     let header_property = |name: &str| {
         let all = header?.child("Properties")?.all("Property");
@@ -128,64 +189,20 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let dt = header_property("commonroad_time_step").and_then(|t| t.parse().ok());
     let dt = dt.filter(|dt| refused_time_step(*dt).is_none());
     let origin = header_property("commonroad_first_step").and_then(|s| s.parse().ok());
-    let log = file.with_extension("csv");
-    let motions = motions(&root, network.as_ref()).map_err(|mut error| {
-        if let Some(why) = &missing_roads {
-            error.message = format!("{} ({why})", error.message);
-        }
-        error
-    });
     let document = header_property(DOCUMENT);
     let ego = ego(&entities, document.is_some());
-    // What only a player works out, or what nothing tells: a recording beside it has that.
-    let is_open = match &motions {
-        Err(_) => true,
-        Ok(all) => all
-            .values()
-            .any(|m| m.other.is_some() || m.is_free() || m.is_controlled),
+    let played = Played {
+        root: &root,
+        file,
+        entities: &entities,
+        ego,
+        timeline: Timeline {
+            dt: dt.unwrap_or(STEP),
+            origin: origin.unwrap_or(0),
+            end: storyboard::end(&root),
+        },
     };
-    let played = match is_open {
-        true => system::read_file(&log, system::LARGEST).ok(),
-        false => None,
-    };
-    let (dt, tracks) = match played {
-        Some(read) => {
-            let text = String::from_utf8_lossy(&read).into_owned();
-            hashed.push(read);
-            let shown = log.display().to_string();
-            let seen = player_log::read(&text, &Report::about(shown.clone()))?;
-            report.note(format!("motion as a player recorded it in {shown}"));
-            recorded(&entities, seen, &mut ids)
-        }
-        None => {
-            let motions = motions?;
-            let acting = entities.iter().find_map(|e| {
-                let motion = motions.get(&e.name)?;
-                let is_ego = ego.is_some_and(|ego| ego.name == e.name);
-                let drives_on = motion.is_free() && !is_ego;
-                let on = || format!("begins at {} m/s and drives on by itself", motion.speed);
-                let does = motion.other.clone();
-                Some((e, does.or_else(|| drives_on.then(on))?))
-            });
-            if let Some((entity, does)) = acting {
-                let element = format!("entity `{}`", entity.name);
-                return Err(report.at(element).fail(format!(
-                    "{does}, which only a player works out; put its recording beside it as {}: esmini --osc {} \
-                     --headless --fixed_timestep 0.1 --csv_logger {}",
-                    log.display(),
-                    file.display(),
-                    log.display()
-                )));
-            }
-            let timeline = Timeline {
-                dt: dt.unwrap_or(STEP),
-                origin: origin.unwrap_or(0),
-                end: motion::end(&root),
-            };
-            let own = followed(&entities, &motions, timeline, &report, &mut ids);
-            (timeline.dt, own)
-        }
-    };
+    let (dt, tracks) = played.tracks(&roads, &report, &mut ids, &mut hashed)?;
     let assumed = entities.iter().filter(|e| e.assumed).map(|e| e.kind);
     let assumed: Vec<_> = assumed.collect();
     report.note_count(assumed.len(), |n| {
@@ -223,7 +240,7 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     };
     let mut map = Map::default();
     let mut signs = None;
-    if let Some(network) = network {
+    if let Ok(network) = roads {
         (map, signs) = (network.map, network.kept);
         let clock = lights::Clock {
             dt,
@@ -231,6 +248,7 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         };
         lights::phases(&root, clock, &network.lights, &mut map.lights)?;
     }
+    account(&root, &report);
     let mut scenario = assemble(report, about, map, all)?;
     if let Some(document) = document {
         kept::restore(&mut scenario, &document, signs);

@@ -20,7 +20,7 @@ const POSITIONS: [&str; 5] = [
 /// The kind of a position that only a player works out: of a kind that is not read, or told from an entity that begins
 /// at such a one.
 pub fn unread_position(position: &Node, all: &HashMap<String, Motions>) -> Option<String> {
-    let of = position.children.first()?;
+    let of = position.children().next()?;
     let base = of.text("entityRef").and_then(|name| all.get(name));
     let unread = !POSITIONS.contains(&of.name.as_str());
     let from_unread = base.is_some_and(|m| m.start.is_none() && m.other.is_some());
@@ -29,7 +29,7 @@ pub fn unread_position(position: &Node, all: &HashMap<String, Motions>) -> Optio
 
 /// Whether a position tells a heading.
 pub fn has_heading(position: &Node) -> bool {
-    let Some(of) = position.children.first() else {
+    let Some(of) = position.children().next() else {
         return false;
     };
     of.text("h").is_some()
@@ -38,21 +38,18 @@ pub fn has_heading(position: &Node) -> bool {
             .is_some_and(|o| o.text("h").is_some())
 }
 
-/// The pose of a position; `starts` are the poses of entities.
+/// The pose of a position; `known` tells where entities are.
 pub fn position_of(
     node: &Node,
-    starts: &HashMap<&str, Pose>,
+    known: &dyn Fn(&str) -> Option<Pose>,
     network: Option<&Network>,
 ) -> Result<Pose, ReadError> {
-    let Some(of) = node.children.first() else {
+    let Some(of) = node.children().next() else {
         return Err(node.fail("no position in it"));
     };
     let other = || -> Result<Pose, ReadError> {
         let name = of.needed("entityRef")?;
-        starts
-            .get(name)
-            .copied()
-            .ok_or_else(|| of.fail(format!("entityRef=\"{name}\" has no known position")))
+        known(name).ok_or_else(|| of.fail(format!("entityRef=\"{name}\" has no known position")))
     };
     let turn = |base: f64, along: f64| -> Result<f64, ReadError> {
         let Some(orientation) = of.child("Orientation") else {
@@ -71,11 +68,11 @@ pub fn position_of(
     };
     let missing = |id: &str| of.fail(format!("road `{id}` or its lane is not in the road file"));
     match of.name.as_str() {
-        "WorldPosition" => Ok(Pose::new(
-            of.needed_number("x")?,
-            of.needed_number("y")?,
-            of.or_zero("h")?,
-        )),
+        "WorldPosition" => {
+            let (x, y) = (of.needed_number("x")?, of.needed_number("y")?);
+            let pose = Pose::new(x, y, of.or_zero("h")?);
+            Ok(network.map_or(pose, |network| network.in_world(pose)))
+        }
         "RelativeWorldPosition" => {
             let base = other()?;
             let heading = turn(base.heading, base.heading)?;

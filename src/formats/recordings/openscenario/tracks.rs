@@ -1,11 +1,13 @@
 //! Tracks of entities: what they follow step by step, or what a player recorded.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use super::STEP;
 use super::entities::Entity;
 use super::motion::Motions;
 use super::player_log::Seen;
+use super::storyboard::AllMotions;
+use super::trajectory::SAME_TIME;
 use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::openscenario::SINGLE_STATES;
 use crate::formats::recordings::assembly::{RecordedTrack, TrackState};
@@ -66,65 +68,106 @@ fn single_states(entity: &Entity, origin: i64) -> Vec<(i64, Pose)> {
 /// Tracks by the names of their entities.
 pub type Named = Vec<(String, RecordedTrack)>;
 
-/// The tracks of entities that follow trajectories or stand.
-pub fn followed(
-    entities: &[Entity],
-    motions: &HashMap<String, Motions>,
-    timeline: Timeline,
-    report: &Report,
-    ids: &mut Ids,
-) -> Named {
-    let Timeline { dt, origin, end } = timeline;
-    let origin = origin.clamp(-MOST_STEPS, MOST_STEPS);
-    let last = |m: &Motions| {
-        let ends = m.followed.iter().filter_map(|f| f.vertices.last());
-        ends.map(|(t, _)| *t).fold(0.0, f64::max)
-    };
-    let longest = motions.values().map(last).fold(0.0, f64::max);
-    // The moment of the end may be a little before the last step, or none of ours at all.
-    let until = end
-        .filter(|e| *e > 0.0 && *e < 1e5)
-        .map_or(longest, |e| e.max(longest));
-    let steps = ((until / dt + 0.01).floor() as i64).clamp(0, MOST_STEPS);
-    let mut all = Vec::new();
-    for entity in entities {
-        let Some(motion) = motions.get(&entity.name) else {
-            report.note(format!(
-                "entity `{}` has no position; left out",
-                entity.name
+/// How entities move, over which time.
+pub struct Course<'a> {
+    pub entities: &'a [Entity],
+    pub motions: &'a AllMotions,
+    pub timeline: Timeline,
+}
+
+impl Course<'_> {
+    /// The last moment at which anything happens, or that of the end where it is later, seconds.
+    fn until(&self) -> f64 {
+        let last = self
+            .motions
+            .values()
+            .map(Motions::until)
+            .fold(0.0, f64::max);
+        // The moment of the end may be a little before the last step, or none of ours at all.
+        let end = self.timeline.end.filter(|e| *e > 0.0 && *e < 1e5);
+        end.map_or(last, |end| end.max(last))
+    }
+
+    /// Entities that are still moving where their trajectories end, and when, seconds: they stand there from then on.
+    pub fn halts(&self) -> Vec<(&str, f64)> {
+        let until = self.until();
+        let halts = |e: &Entity| self.motions.get(&e.name)?.halts(until, self.timeline.dt);
+        // An export tells of each of its states.
+        let open = self
+            .entities
+            .iter()
+            .filter(|e| e.property(VELOCITIES).is_none());
+        open.filter_map(|e| Some((e.name.as_str(), halts(e)?)))
+            .collect()
+    }
+
+    /// The tracks of entities that follow trajectories or stand.
+    pub fn tracks(&self, report: &Report, ids: &mut Ids) -> Named {
+        let dt = self.timeline.dt;
+        let until = self.until();
+        let all = (until / dt + 0.01).floor() as i64;
+        let steps = all.clamp(0, MOST_STEPS);
+        if steps < all {
+            let last = steps as f64 * dt;
+            report.at("").warn(format!(
+                "{all} steps until {until} s; no more than {steps} are read, until {last} s"
             ));
-            continue;
-        };
-        if motion.is_free() {
-            report.note(format!(
-                "entity `{}` begins at {} m/s and follows nothing; left out (a player's recording beside it would have its motion)",
-                entity.name, motion.speed
-            ));
-            continue;
         }
-        let mut poses: BTreeMap<i64, Pose> = BTreeMap::new();
-        for step in 0..=steps {
-            let time = step as f64 * dt;
-            let on_way = motion.followed.iter().find_map(|f| f.at(time));
-            let pose = match (on_way, motion.followed.is_empty()) {
-                (Some(pose), _) => pose,
-                (None, true) => match motion.start {
-                    Some(start) if is_there(motion, time, dt) => start,
-                    _ => continue,
-                },
-                (None, false) => continue,
-            };
-            poses.insert(step, pose);
+        let mut tracks = Vec::new();
+        for entity in self.entities {
+            let name = &entity.name;
+            match self.motions.get(name) {
+                None => report.note(format!("entity `{name}` has no position; left out")),
+                Some(motion) if motion.is_free() => {
+                    let does = motion.unknown().unwrap_or_default();
+                    report.note(format!(
+                        "entity `{name}` {does}; left out (a player's recording beside it would have its motion)"
+                    ));
+                }
+                Some(motion) => {
+                    let track = self.track(entity, motion, steps, report, ids);
+                    tracks.push((name.clone(), track));
+                }
+            }
         }
-        poses.extend(single_states(entity, origin));
-        let speeds = entity.numbers("commonroad_velocity");
-        let accelerations = entity.numbers("commonroad_acceleration");
+        tracks
+    }
+
+    fn track(
+        &self,
+        entity: &Entity,
+        motion: &Motions,
+        steps: i64,
+        report: &Report,
+        ids: &mut Ids,
+    ) -> RecordedTrack {
+        let dt = self.timeline.dt;
+        let origin = self.timeline.origin.clamp(-MOST_STEPS, MOST_STEPS);
         let stands = motion.followed.is_empty();
-        let values = |all: &Option<Vec<f64>>| all.as_ref().map_or(0, Vec::len);
-        for (name, count) in [
-            ("commonroad_velocity", values(&speeds)),
-            ("commonroad_acceleration", values(&accelerations)),
-        ] {
+        let speeds = entity.numbers(VELOCITIES);
+        let accelerations = entity.numbers(ACCELERATIONS);
+        let poses = |holds: &dyn Fn(f64) -> bool| -> BTreeMap<i64, Pose> {
+            let at = |step: i64| {
+                let time = step as f64 * dt;
+                let pose = motion.pose_at(time).filter(|_| holds(time))?;
+                Some((step, pose))
+            };
+            let mut poses: BTreeMap<i64, Pose> = (0..=steps).filter_map(at).collect();
+            poses.extend(single_states(entity, origin));
+            poses
+        };
+        let on_its_way = poses(&|time| motion.is_on_its_way(time));
+        // An export tells each of its states: it is not there at other times, where its trajectory goes on behind the end.
+        let is_told = !stands
+            && speeds
+                .as_ref()
+                .is_some_and(|all| all.len() == on_its_way.len());
+        let poses = match is_told {
+            true => on_its_way,
+            false => poses(&|time| motion.is_there(time, dt)),
+        };
+        for (name, values) in [(VELOCITIES, &speeds), (ACCELERATIONS, &accelerations)] {
+            let count = values.as_ref().map_or(0, Vec::len);
             let is_one_for_all = stands && count == 1;
             if entity.property(name).is_some() && count != poses.len() && !is_one_for_all {
                 let at = report.at(format!("entity `{}`", entity.name));
@@ -140,22 +183,22 @@ pub fn followed(
             Some(all) if stands && all.len() == 1 => all.first().copied(),
             _ => None,
         };
-        let states = poses
-            .iter()
-            .enumerate()
-            .map(|(i, (step, pose))| TrackState {
+        let states = poses.iter().enumerate().map(|(i, (step, pose))| {
+            let rests = !motion.is_on_its_way(*step as f64 * dt);
+            TrackState {
                 step: *step + origin,
                 position: entity.position(pose),
                 heading: pose.heading,
-                velocity: whole(&speeds, i).or(stands.then_some(0.0)),
+                velocity: whole(&speeds, i).or(rests.then_some(0.0)),
                 acceleration: whole(&accelerations, i),
-            });
+            }
+        });
         let mut states: Vec<TrackState> = states.collect();
         let is_static = stands && entity.property("commonroad_role") == Some("static");
         if is_static {
             states.truncate(1);
         }
-        let track = RecordedTrack {
+        RecordedTrack {
             id: id_of(entity, ids),
             kind: entity.kind,
             length: entity.length,
@@ -163,29 +206,49 @@ pub fn followed(
             shape: entity.shape.clone(),
             is_static,
             states,
-        };
-        all.push((entity.name.clone(), track));
+        }
     }
-    all
 }
 
-/// Whether an entity that stands is there at a moment.
-fn is_there(motion: &Motions, time: f64, dt: f64) -> bool {
-    // What is triggered at a moment is done in the step that begins there.
-    let done = |moments: &[f64]| moments.iter().filter(|m| **m < time - dt / 2.0).count();
-    let (came, went) = (done(&motion.appears), done(&motion.vanishes));
-    match motion.is_late {
-        true => came > went,
-        false => came >= went,
-    }
+/// Properties with the velocities and accelerations of an export, one a state.
+const VELOCITIES: &str = "commonroad_velocity";
+const ACCELERATIONS: &str = "commonroad_acceleration";
+
+/// Whether an entity of a recording is the ghost of another one: esmini lets it drive ahead, for a controller to look at.
+fn is_ghost(name: &str, entities: &[Entity]) -> bool {
+    let is_entity = |name: &str| entities.iter().any(|e| e.name == name);
+    let of = name.strip_suffix("_ghost");
+    of.is_some_and(is_entity) && !is_entity(name)
 }
 
 /// The tracks of a player's recording, and its time step.
 pub fn recorded(
     entities: &[Entity],
-    seen: BTreeMap<String, Vec<Seen>>,
+    mut seen: BTreeMap<String, Vec<Seen>>,
+    report: &Report,
     ids: &mut Ids,
 ) -> (f64, Named) {
+    let ghosts: Vec<String> = seen
+        .keys()
+        .filter(|n| is_ghost(n, entities))
+        .cloned()
+        .collect();
+    ghosts.iter().for_each(|name| {
+        seen.remove(name);
+    });
+    report.note_count(ghosts.len(), |n| {
+        let names = ghosts.join(", ");
+        format!("ghosts, which drive ahead of their entities in esmini and are no bodies, left out: {n} ({names})")
+    });
+    let mut early = 0;
+    for states in seen.values_mut() {
+        let before = states.len();
+        states.retain(|s| s.time > -SAME_TIME);
+        early += before - states.len();
+    }
+    report.note_count(early, |n| {
+        format!("states before time 0, when only ghosts drive, left out: {n}")
+    });
     let mut times: Vec<f64> = seen.values().flatten().map(|s| s.time).collect();
     times.sort_by(f64::total_cmp);
     times.dedup_by(|a, b| (*a - *b).abs() < 1e-6);

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::Row;
-use crate::metrics::{Danger, MEASURES, Measure};
+use crate::metrics::{CriticalMoment, Danger, MEASURES, Measure};
 
 /// By what the list is sorted; scenarios of which that is not known come last.
 #[derive(Debug, Clone, Copy, Default)]
@@ -13,6 +13,8 @@ pub enum Order {
     Found,
     /// By name.
     Name,
+    /// By the moment that matters, the most severe first.
+    Severity,
     /// By the most dangerous value of a measure, the most dangerous one first.
     Measure(&'static Measure),
     /// By the number of obstacles, the most first.
@@ -23,6 +25,11 @@ pub enum Order {
     Verdicts,
 }
 
+/// The moment that matters of a scenario.
+fn worst(row: &Row) -> Option<&CriticalMoment> {
+    row.facts()?.headline.as_ref()?.worst()
+}
+
 impl PartialEq for Order {
     fn eq(&self, other: &Self) -> bool {
         self.id() == other.id()
@@ -31,9 +38,10 @@ impl PartialEq for Order {
 
 impl Order {
     /// Every one but the measures.
-    pub const PLAIN: [Self; 5] = [
+    pub const PLAIN: [Self; 6] = [
         Self::Found,
         Self::Name,
+        Self::Severity,
         Self::Obstacles,
         Self::Duration,
         Self::Verdicts,
@@ -45,6 +53,7 @@ impl Order {
         match self {
             Self::Found => "found",
             Self::Name => "name",
+            Self::Severity => "severity",
             Self::Measure(measure) => measure.id,
             Self::Obstacles => "obstacles",
             Self::Duration => "duration",
@@ -66,6 +75,9 @@ impl Order {
         match self {
             Self::Found => "by path",
             Self::Name => "by name, ignoring folders",
+            Self::Severity => {
+                "the most severe moment first: contact, courses to contact, close passes"
+            }
             Self::Measure(measure) => measure.name,
             Self::Obstacles => "the most obstacles first",
             Self::Duration => "the longest first",
@@ -102,6 +114,12 @@ impl Order {
         match self {
             Self::Found => turn(a.rank.cmp(&b.rank)),
             Self::Name => turn(a.entry.name.cmp(&b.entry.name)),
+            Self::Severity => match (worst(a), worst(b)) {
+                (Some(x), Some(y)) => turn(x.compare_across(y)),
+                (Some(_), None) => Ordering::Less,
+                (None, Some(_)) => Ordering::Greater,
+                (None, None) => Ordering::Equal,
+            },
             Self::Measure(m) => numbers(&|row| row.value_of(m).flatten(), m.danger),
             Self::Obstacles => numbers(&|row| Some(row.facts()?.obstacles as f64), Danger::High),
             Self::Duration => numbers(&|row| Some(row.facts()?.seconds), Danger::High),

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use super::*;
-use crate::metrics::{Headline, Nearest, measure};
+use crate::geometry::Pose;
+use crate::metrics::{Contact, Headline, Nearest, measure};
 use crate::tui::loaded::Tally;
 
 /// Scenarios of these files, all found.
@@ -31,6 +32,15 @@ fn facts(risk: f64, tags: &[&str], differ: u32, agree: u32) -> Facts {
         country: "DEU".into(),
         tags: tags.iter().map(ToString::to_string).collect(),
         headline: Some(Headline {
+            contact: (risk == 0.0).then_some(Contact {
+                obstacle: 7,
+                step: 3,
+                time: 0.3,
+                overlaps: true,
+                closing_speed: 9.4,
+                ego: Pose::new(0.0, 0.0, 0.0),
+                other: Pose::new(4.0, 0.0, 0.0),
+            }),
             distance: nearest(risk),
             ttc: None,
             risk: nearest(risk),

@@ -11,7 +11,7 @@ use super::{ALL, CoverageScreen};
 use crate::corpus::{CellCounts, CorpusIndex, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
 use crate::description::visible;
 use crate::metrics::RISK_LEVELS;
-use crate::system::shown_path;
+use crate::system::{pad_start, shown_path};
 use crate::tui::action::Action;
 use crate::tui::model::{ListIndex, Model};
 use crate::tui::widgets::window;
@@ -139,7 +139,7 @@ fn draw_table(
             fit(name, width - 1 - mark.chars().count().min(width - 1))
         );
         let style = if chosen { bold } else { dim };
-        head.push(Span::styled(format!("{:>width$}", name), style));
+        head.push(Span::styled(pad_start(&name, width), style));
     }
     let mut lines = vec![Line::from(head)];
     let at = |row: usize, column: usize| {
@@ -203,7 +203,7 @@ fn cell_text(
         }
     };
     if width < WITH_BARS {
-        return format!("{text:>width$}");
+        return pad_start(&text, width);
     }
     let most = counts.windows.iter().copied().max().unwrap_or(0);
     let bars: String = match windows {
@@ -217,7 +217,7 @@ fn cell_text(
         }
     };
     let left = width - SEVERITIES - 1;
-    format!("{text:>left$}{bars} ")
+    format!("{}{bars} ", pad_start(&text, left))
 }
 
 fn draw_cell(

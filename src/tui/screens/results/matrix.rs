@@ -10,6 +10,7 @@ use unicode_width::UnicodeWidthStr;
 use super::draw::foot;
 use crate::description::visible;
 use crate::evaluation::{Outcome, PromptConfig, Results, report};
+use crate::system::pad_start;
 use crate::tui::model::{Model, RESULTS_COLUMNS, ResultsDrawn};
 use crate::tui::theme::Theme;
 use crate::tui::widgets::window;
@@ -247,7 +248,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
                 Shown::Interval => Span::styled(format!("  {}", interval(row, judging)), dim),
                 Shown::Naming(which) => {
                     let share = &named(row, judging)[which];
-                    Span::styled(format!("{share:>width$}"), dim)
+                    Span::styled(pad_start(share, width), dim)
                 }
             });
         }
@@ -309,7 +310,7 @@ fn number(
         "0" | "…" => Style::new().fg(theme.dim),
         _ => color_of(theme, column).map_or(Style::new(), |c| Style::new().fg(c)),
     };
-    Span::styled(format!("{words:>width$}"), style)
+    Span::styled(pad_start(&words, width), style)
 }
 
 /// First columns and widths of the numbers, by their places; those without room have no width.

@@ -231,14 +231,6 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         let words = format!("{beside:+.1} nats/s beside recorded motions (0: like them)");
         lines.say("plausible", &words);
     }
-    let touched = effect.between.and_then(|_| {
-        let driver = made.closed.driver();
-        driver.touched_between_by(&effect.scenario, &effect.drive)
-    });
-    if let Some((step, with)) = touched {
-        let words = format!("{with} between steps {step} and {} only", step + 1);
-        lines.say("between", &words);
-    }
     if let Some(distance) = effect.distance() {
         lines.say(
             "distance",

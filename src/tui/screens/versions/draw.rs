@@ -8,6 +8,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::description::visible;
 use crate::evaluation::{AnswerStatus, Outcome, Scored};
+use crate::system::pad_start;
 use crate::tui::action::Action;
 use crate::tui::model::{Model, VersionKind};
 use crate::tui::theme::Theme;
@@ -264,7 +265,7 @@ fn heads(names: usize, wide: bool, theme: &Theme) -> Line<'static> {
         ("cost B", COST),
     ];
     for (word, width) in consumed.into_iter().filter(|_| wide) {
-        words.push_str(&format!("{word:>width$}"));
+        words.push_str(&pad_start(word, width));
     }
     Line::styled(
         words,

@@ -24,6 +24,7 @@ pub fn draw(
 ) {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
+    let touches = |id| scene.contacts.iter().any(|contact| contact.obstacle == id);
     let mut labels = Vec::new();
     for named in scene.named(NAMED) {
         let outside = !view.sees_point(&named.motion.pose.position);
@@ -37,8 +38,8 @@ pub fn draw(
                 None => ("ego".into(), bold(theme.ego)),
             },
             _ if outside || !(model.map.layers.labels || named.highlighted.is_some()) => continue,
-            Owner::Obstacle(id) => match (named.distance, named.importance) {
-                (Some(0.0), _) => (format!("X {id} contact"), bold(theme.danger)),
+            Owner::Obstacle(id) => match (touches(id), named.importance) {
+                (true, _) => (format!("X {id} contact"), bold(theme.danger)),
                 (_, Importance::Danger) => (format!("! {id}"), bold(theme.danger)),
                 (_, Importance::Highlighted) => (id.to_string(), bold(theme.picked)),
                 (_, Importance::Risky) => (id.to_string(), Style::new().fg(theme.warning)),

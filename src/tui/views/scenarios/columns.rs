@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Span;
 
-use crate::metrics::{Headline, Measure, measure};
+use crate::metrics::{Grade, Headline, Measure, measure};
 use crate::tui::loaded::Tally;
 use crate::tui::model::{HEADLINE, List, Model, Order, Row, nearest};
 use crate::tui::widgets::words::fit;
@@ -21,8 +21,8 @@ pub enum Column {
     Country,
     /// Verdicts of stored answers: agreement and count; the narrow form shows agreement only.
     Answers { wide: bool },
-    /// The worst risk score and a mark; the wide one has room for its name above it.
-    Risk { wide: bool },
+    /// How severe the moment that matters is, and a mark of contact; the wide one has room for its name above it.
+    Severity { wide: bool },
 }
 
 impl Column {
@@ -33,8 +33,8 @@ impl Column {
             Self::Value(_) | Self::Duration => 6,
             Self::Obstacles | Self::Country => 4,
             Self::Answers { wide: false } => 2,
-            Self::Risk { wide: true } => 5,
-            Self::Risk { wide: false } => 3,
+            Self::Severity { wide: true } => 5,
+            Self::Severity { wide: false } => 3,
         }
     }
 
@@ -50,7 +50,7 @@ impl Column {
             Self::Duration => "time".into(),
             Self::Country => "cty".into(),
             Self::Answers { wide } => if wide { "says" } else { "" }.into(),
-            Self::Risk { wide } => if wide { "risk" } else { "" }.into(),
+            Self::Severity { wide } => if wide { "sev" } else { "" }.into(),
         }
     }
 
@@ -67,16 +67,16 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         Order::Measure(measure) => Some(Column::Value(measure)),
         Order::Obstacles => Some(Column::Obstacles),
         Order::Duration => Some(Column::Duration),
-        Order::Found | Order::Name | Order::Verdicts => None,
+        Order::Found | Order::Name | Order::Severity | Order::Verdicts => None,
     };
     // Names come first: agreement of answers is shown if it fits beside them.
     let sorting: usize = sorted.iter().map(|c| c.width()).sum();
-    let named = 2 + list.longest.min(LEAST) + Column::Risk { wide: false }.width() + sorting;
+    let named = 2 + list.longest.min(LEAST) + Column::Severity { wide: false }.width() + sorting;
     let narrow = Column::Answers { wide: false };
     let answers = (list.answered && named + narrow.width() <= width).then_some(narrow);
     let used: usize = sorted.iter().chain(&answers).map(|c| c.width()).sum();
-    // The sign before the name, and the risk behind everything.
-    let needed = 2 + list.longest.min(NAME) + Column::Risk { wide: false }.width();
+    // The sign before the name, and the severity behind everything.
+    let needed = 2 + list.longest.min(NAME) + Column::Severity { wide: false }.width();
     let mut room = width.saturating_sub(used + needed);
     let mut take = |columns: usize| {
         let fits = room >= columns;
@@ -92,7 +92,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
     let distance = measure("distance").filter(|m| !shows(m.id) && take(6));
     let country = take(4);
     let more = wide || ttc.is_some() || obstacles || duration || sorted.is_some();
-    let risk = Column::Risk {
+    let severity = Column::Severity {
         wide: more && take(2),
     };
     let columns = [
@@ -103,12 +103,12 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         ttc.map(Column::Value),
         sorted,
         answers.map(|_| Column::Answers { wide }),
-        Some(risk),
+        Some(severity),
     ];
     (columns.into_iter().flatten().collect(), more)
 }
 
-/// Columns that names need before anything but the risk stands beside them, if they are so long.
+/// Columns that names need before anything but the severity stands beside them, if they are so long.
 const LEAST: usize = 24;
 
 /// Columns that are left to names at least, if they are so long.
@@ -156,12 +156,12 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             };
             Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
         }
-        Column::Risk { .. } => {
+        Column::Severity { .. } => {
             let (words, color) = match (taken, &row.facts) {
-                (Some(headline), _) => risk(model, Some(headline)),
+                (Some(headline), _) => severity(model, Some(headline)),
                 (None, None) => ("·".into(), theme.dim),
                 (None, Some(Err(_))) => ("!".into(), theme.danger),
-                (None, Some(Ok(facts))) => risk(model, facts.headline.as_ref()),
+                (None, Some(Ok(facts))) => severity(model, facts.headline.as_ref()),
             };
             Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
         }
@@ -187,15 +187,17 @@ fn at_most_99(count: u32) -> u32 {
     count.min(99)
 }
 
-/// The worst risk score, and an X for a contact; – without an ego.
-fn risk(model: &Model, headline: Option<&Headline>) -> (String, Color) {
+/// The severity of the moment that matters, and an X for a contact; – without an ego or an obstacle.
+fn severity(model: &Model, headline: Option<&Headline>) -> (String, Color) {
     let theme = &model.theme;
-    let Some((headline, risk)) = headline.and_then(|h| Some((h, h.risk?))) else {
+    let Some(worst) = headline.and_then(Headline::worst) else {
         return ("–".into(), theme.dim);
     };
-    if headline.collides() {
-        (format!("{}X", risk.value), theme.danger)
-    } else {
-        (format!("{}", risk.value), theme.risk(risk.value))
+    match worst.grade {
+        Grade::Contact => ("0X".into(), theme.danger),
+        grade => (
+            grade.number().to_string(),
+            theme.risk(grade.number().into()),
+        ),
     }
 }

@@ -5,6 +5,7 @@ use ratatui::text::{Line, Span};
 
 use super::LABEL;
 use crate::metrics::Danger;
+use crate::system::pad_end;
 use crate::tui::clock::PlayRange;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
@@ -18,7 +19,7 @@ pub struct Mark {
     style: Style,
 }
 
-/// The contact, answers that differ, the second map's moment, the extreme of the plotted measure, what is looped and the
+/// The contact, answers that differ, the second map's moment, the moment that matters, what is looped and the
 /// window: the most important first.
 pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
     let theme = &model.theme;
@@ -37,20 +38,8 @@ pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> V
     let second = model.second_moment();
     let second = second.filter(|then| then.step != model.clock.step());
     marks.extend(second.map(|then| mark(then.step, '◆', "second map", theme.accent)));
-    let measure = model.plot.measure;
-    let series = model.plot.series.as_deref();
-    if let Some((step, _)) = series.and_then(|series| series.most_dangerous(measure.id)) {
-        let word = match measure.is_ordinal() {
-            true => measure.extreme(),
-            false => extreme(measure.danger),
-        };
-        marks.push(mark(
-            step,
-            '▼',
-            &format!("{word} {}", measure.id),
-            theme.text,
-        ));
-    }
+    let worst = opened.worst_untouched();
+    marks.extend(worst.map(|moment| mark(moment.step, '▼', "worst", theme.text)));
     if let PlayRange::Part(first, last) = model.clock.lap() {
         marks.push(mark(first, '(', "", theme.accent));
         marks.push(mark(last, ')', "", theme.accent));
@@ -94,10 +83,7 @@ pub fn marks_row(
         row.words((first + 2..).take(most.saturating_sub(1)), words, dim);
         row.fill(first..last + 1, '─', dim);
     }
-    let mut line = Line::from(Span::styled(
-        format!("{:<width$}", "marks", width = usize::from(LABEL)),
-        dim,
-    ));
+    let mut line = Line::from(Span::styled(pad_end("marks", usize::from(LABEL)), dim));
     line.spans.extend(row.spans());
     line
 }

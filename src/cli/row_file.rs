@@ -1,0 +1,136 @@
+//! Which file and which ego a row of a table is about: names alone can be those of several files.
+
+use std::collections::{BTreeMap, HashSet};
+
+use super::output::{self, Cell, Column, Kind};
+use crate::formats::Entry;
+use crate::scenario::{ContentHash, Scene};
+
+/// Digits of a hash that tell files apart, as elsewhere.
+const DIGITS: usize = 12;
+
+/// The beginning of a file's hash, as tables have it.
+pub fn short_hash(hash: &ContentHash) -> String {
+    hash.to_string().chars().take(DIGITS).collect()
+}
+
+/// The scenario, its file and its ego, for the rows about it.
+#[derive(Debug, Clone)]
+pub struct RowFile([Cell; 4]);
+
+impl RowFile {
+    /// The columns.
+    pub const COLUMNS: [Column; 4] = [
+        Column::new(
+            "scenario",
+            Kind::Text,
+            "",
+            "the file's name without its ending",
+        ),
+        Column::new("file", Kind::Text, "", "path as it was found"),
+        Column::new(
+            "hash",
+            Kind::Text,
+            "",
+            "first 12 digits of the SHA-256 of the scenario's content",
+        ),
+        Column::new("ego", Kind::Text, "", "where the ego's motion is from"),
+    ];
+
+    /// That of a scene.
+    pub fn new(entry: &Entry, scene: &Scene) -> Self {
+        Self([
+            output::visible(&entry.name).into(),
+            output::visible(&entry.display()).into(),
+            short_hash(&scene.scenario.hash).into(),
+            output::visible(&scene.ego.source.short()).into(),
+        ])
+    }
+
+    /// The cells under [`Self::COLUMNS`].
+    pub fn cells(&self) -> [Cell; 4] {
+        self.0.clone()
+    }
+}
+
+/// What printed tables call scenarios: by their names, or by their files where several have the name.
+#[derive(Debug, Default)]
+pub struct Labels {
+    /// Names that several have.
+    shared: HashSet<String>,
+    longest: usize,
+}
+
+impl Labels {
+    /// Of these scenarios.
+    pub fn new(entries: &[Entry]) -> Self {
+        let shared = shared(entries).into_keys();
+        let mut labels = Self {
+            shared: shared.map(output::visible).collect(),
+            longest: 0,
+        };
+        let lengths = entries.iter().map(|entry| {
+            let (name, file) = (output::visible(&entry.name), entry.display());
+            labels.of(&name, &file).chars().count()
+        });
+        labels.longest = lengths.max().unwrap_or(0);
+        labels
+    }
+
+    /// The label of a scenario.
+    pub fn of(&self, name: &str, file: &str) -> String {
+        match self.shared.contains(name) && !file.is_empty() {
+            true => output::visible(file),
+            false => name.to_string(),
+        }
+    }
+
+    /// Characters of the longest one.
+    pub fn longest(&self) -> usize {
+        self.longest
+    }
+}
+
+/// The scenarios whose name several have, by it.
+fn shared(entries: &[Entry]) -> BTreeMap<&str, Vec<&Entry>> {
+    let mut by_name: BTreeMap<&str, Vec<&Entry>> = BTreeMap::new();
+    for entry in entries {
+        by_name.entry(&entry.name).or_default().push(entry);
+    }
+    by_name.retain(|_, of_name| of_name.len() > 1);
+    by_name
+}
+
+/// Says which files have the same name.
+pub fn say_shared_names(entries: &[Entry]) {
+    let shared = shared(entries);
+    let Some((name, of_name)) = shared.first_key_value() else {
+        return;
+    };
+    let files: Vec<String> = of_name.iter().map(|entry| entry.display()).collect();
+    let more = match shared.len() - 1 {
+        0 => String::new(),
+        n => format!("; so have files of {}", output::counted(n, "other name")),
+    };
+    output::say(&format!(
+        "nearmiss: {} have the same name, {name}: tell them apart by file and hash{more}",
+        files.join(" and ")
+    ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn files_of_one_name_are_called_by_their_paths() {
+        let entries = ["a/x.xml", "b/x.xml", "b/y.xml"];
+        let entries = entries.map(|path| Entry::of_file(Path::new(path)));
+        let labels = Labels::new(&entries);
+        let label = |entry: &Entry| labels.of(&entry.name, &entry.display());
+        assert_eq!(entries.each_ref().map(label), ["a/x.xml", "b/x.xml", "y"]);
+        assert_eq!(labels.longest(), 7);
+        assert_eq!(Labels::new(&entries[1..]).of("x", "b/x.xml"), "x");
+    }
+}

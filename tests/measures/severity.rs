@@ -1,0 +1,178 @@
+//! Severity: contact before courses, courses before passes, and nothing for what is only near.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nearmiss::formats::bundled;
+use nearmiss::geometry::{Footprint, Shape};
+use nearmiss::metrics::{CriticalMoment, Grade, Hazard, Headline, Thresholds};
+use nearmiss::scenario::*;
+
+use super::definitions::{car, scene};
+
+fn moments(obstacles: Vec<Obstacle>) -> Vec<CriticalMoment> {
+    Headline::compute(&scene(obstacles), Thresholds::shipped()).moments
+}
+
+#[track_caller]
+fn worst(obstacles: Vec<Obstacle>) -> CriticalMoment {
+    moments(obstacles)[0]
+}
+
+/// A static obstacle: a parked car of 4 m × 2 m.
+fn parked(id: i64, (x, y): (f64, f64)) -> Obstacle {
+    let state = State {
+        position: Some(Position::Point(nearmiss::geometry::Point::new(x, y))),
+        orientation: Some(Quantity::Exact(0.0)),
+        ..State::at(Steps::exact(0))
+    };
+    let parts = ObstacleParts {
+        id,
+        role: ObstacleRole::Static,
+        kind: ObstacleType::ParkedVehicle,
+        footprint: Some(Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()),
+        initial: Some(state),
+        prediction: Prediction::None,
+        signals: Vec::new(),
+    };
+    Obstacle::new(parts, 0.1)
+}
+
+#[test]
+fn contact_comes_first_and_the_harder_one_before_the_earlier() {
+    let ego = || car(1, (0.0, 0.0), 0.0, 10.0, 0.0);
+    // 2 is touched after 2 s with 2 m/s, 3 after 4 s with 6 m/s; 4 needs hard braking and is passed.
+    let soft = car(2, (8.0, 0.0), 0.0, 8.0, 0.0);
+    let hard = car(3, (28.0, 1.5), 0.0, 4.0, 0.0);
+    let found = moments(vec![ego(), soft, hard]);
+    assert_eq!((found[0].obstacle, found[1].obstacle), (3, 2));
+    assert_eq!(found[0].grade, Grade::Contact);
+    let Hazard::Contact { closing_speed, .. } = found[0].hazard else {
+        panic!("{:?}", found[0]);
+    };
+    assert!((closing_speed - 6.0).abs() < 1e-9, "{closing_speed}");
+    assert_eq!(found[0].step, 40);
+}
+
+#[test]
+fn a_course_is_graded_by_its_time_and_the_braking_that_it_needs() {
+    // The ego comes from 20 m/s with -4 m/s² behind one of 5 m/s: it closes to the least gap after 3.75 s.
+    let found = worst(vec![
+        car(1, (0.0, 0.0), 0.0, 20.0, -4.0),
+        car(2, (35.0, 0.0), 0.0, 5.0, 0.0),
+    ]);
+    assert_eq!(
+        (found.obstacle, found.grade),
+        (2, Grade::Conflict),
+        "{found:?}"
+    );
+    let Hazard::Course { seconds, braking } = found.hazard else {
+        panic!("{found:?}");
+    };
+    // Gap 31 − 15t + 2t², closing 15 − 4t: needed is closing² over twice the gap.
+    let t = found.step as f64 * 0.1;
+    let (gap, closing) = (31.0 - 15.0 * t + 2.0 * t * t, 15.0 - 4.0 * t);
+    assert!((seconds - gap / closing).abs() < 1e-6, "{seconds}");
+    assert!(
+        (braking - closing * closing / (2.0 * gap)).abs() < 1e-6,
+        "{braking}"
+    );
+    // The same more slowly is a course, no conflict, and far away something for later.
+    let grade = |x: f64, v: f64| {
+        worst(vec![
+            car(1, (0.0, 0.0), 0.0, v, 0.0),
+            car(2, (x + 4.0, 0.0), 0.0, v - 2.0, 0.0),
+        ])
+        .grade
+    };
+    assert_eq!(grade(25.0, 10.0), Grade::Course);
+    assert_eq!(grade(27.0, 10.0), Grade::Ahead);
+    assert_eq!(grade(33.0, 10.0), Grade::LaterCourse);
+}
+
+#[test]
+fn what_is_near_and_on_its_own_way_is_not_severe() {
+    // Beside a parked car at 0.6 m and beside a car in the next lane at 0.8 m, one far ahead is approached.
+    let found = moments(vec![
+        car(1, (0.0, 0.0), 0.0, 10.0, 0.0),
+        parked(2, (50.0, -2.6)),
+        car(3, (1.0, 2.8), 0.0, 10.0, 0.0),
+        car(4, (70.0, 0.0), 0.0, 5.0, 0.55),
+    ]);
+    assert_eq!(found[0].obstacle, 4, "{found:?}");
+    let of = |id: i64| found.iter().find(|m| m.obstacle == id).unwrap().grade;
+    assert_eq!((of(2), of(3)), (Grade::Standing, Grade::Near));
+    assert_eq!(
+        found.last().unwrap().obstacle,
+        2,
+        "the parked one is the last"
+    );
+}
+
+#[test]
+fn who_crosses_closely_counts_by_time_and_distance() {
+    // 2 crosses from the right: its front is at the ego's way when the ego's rear is 4 m beyond, 0.4 s later.
+    let ego = || car(1, (0.0, 0.0), 0.0, 10.0, 0.0);
+    let crossing = |x: f64| car(2, (60.0, x), FRAC_PI_2, 10.0, 0.0);
+    let found = worst(vec![ego(), crossing(-70.0)]);
+    assert_eq!(
+        (found.obstacle, found.grade),
+        (2, Grade::NearMiss),
+        "{found:?}"
+    );
+    let Hazard::Crossing {
+        seconds: Some(seconds),
+        ..
+    } = found.hazard
+    else {
+        panic!("{found:?}");
+    };
+    assert!((seconds - 0.4).abs() < 0.11, "{seconds}");
+    assert_eq!(worst(vec![ego(), crossing(-80.0)]).grade, Grade::Pass);
+    assert_eq!(worst(vec![ego(), crossing(-95.0)]).grade, Grade::Near);
+}
+
+#[test]
+fn who_cuts_in_counts_by_the_gap_in_time() {
+    // From the left lane, 12 m ahead at the same speed, with 0.1 rad to the right.
+    let found = worst(vec![
+        car(1, (0.0, 0.0), 0.0, 20.0, 0.0),
+        car(2, (16.0, 3.5), -0.05, 20.03, 0.0),
+    ]);
+    assert_eq!(
+        (found.obstacle, found.grade),
+        (2, Grade::NearMiss),
+        "{found:?}"
+    );
+    let Hazard::CutIn { seconds, metres } = found.hazard else {
+        panic!("{found:?}");
+    };
+    assert!((metres / 20.0 - seconds).abs() < 1e-3 && (11.5..12.5).contains(&metres));
+}
+
+#[test]
+fn the_story_of_each_bundled_scenario_is_its_moment() {
+    let stories: [(&str, &[i64], Grade); 8] = [
+        ("ZAM_CutIn-1_1_T-1", &[301], Grade::Conflict),
+        ("ZAM_HardBraking-1_1_T-1", &[301], Grade::Contact),
+        ("ZAM_JamTail-1_1_T-1", &[304], Grade::Ahead),
+        ("ZAM_Merge-1_1_T-1", &[301, 302], Grade::Pass),
+        ("ZAM_Overtaking-1_1_T-1", &[305], Grade::Conflict),
+        ("ZAM_Pedestrian-1_1_T-1", &[302], Grade::Course),
+        ("ZAM_RedLight-1_1_T-1", &[301], Grade::Contact),
+        ("ZAM_RightTurn-1_1_T-1", &[301], Grade::NearMiss),
+    ];
+    for (name, obstacles, grade) in stories {
+        let entry = bundled()
+            .into_iter()
+            .find(|entry| entry.name == name)
+            .unwrap();
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let headline = Headline::compute(&Scene::new(scenario, ego), Thresholds::shipped());
+        let found = headline.worst().unwrap();
+        assert!(
+            obstacles.contains(&found.obstacle) && found.grade == grade,
+            "{name}: {found:?}"
+        );
+    }
+}
