@@ -124,15 +124,15 @@ fn what_looks_like_a_scenario_and_is_not_known_to_be_one_is_named_with_why() {
     assert_eq!(
         passed_over,
         [
-            "deep.xml: no XML element in its first 64 KiB".into(),
-            "empty.pb: empty".into(),
-            "empty.xml: empty".into(),
-            "graph.pb: not a CommonRoad message, or damaged at its beginning".into(),
-            "markup.pb: XML; its name should end in .xml".into(),
-            "packed.pb: compressed with gzip; unpack it first".into(),
-            "packed.xml: compressed with gzip; unpack it first".into(),
-            "sub/zip.xml: a ZIP archive; unpack it first".into(),
-            "words.xml: no XML element in its first 64 KiB".into(),
+            "deep.xml: no XML element in its first 64 KiB",
+            "empty.pb: empty",
+            "empty.xml: empty",
+            "graph.pb: not a CommonRoad message, or damaged at its beginning",
+            "markup.pb: XML; its name should end in .xml",
+            "packed.pb: compressed with gzip; unpack it first",
+            "packed.xml: compressed with gzip; unpack it first",
+            "sub/zip.xml: a ZIP archive; unpack it first",
+            "words.xml: no XML element in its first 64 KiB",
         ]
     );
 }
