@@ -1,6 +1,7 @@
 //! The server: reads requests, answers those that need files one after the other beside that, and jobs in threads of
 //! their own.
 
+use std::cell::Cell;
 use std::io::BufRead;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -99,11 +100,19 @@ impl Server {
                 wire.error(&Value::Null, &error);
                 continue;
             };
-            // The other end goes on as long as this one is there.
-            server.message(&message, &session, &wire, &|work| drop(defer.send(work)));
+            // The other end goes on as long as this one is there, unless it has panicked.
+            let has_ended = Cell::new(false);
+            server.message(&message, &session, &wire, &|work| {
+                has_ended.set(defer.send(work).is_err());
+            });
+            if has_ended.get() {
+                break;
+            }
         }
         drop(defer);
-        let _ = answering.join();
+        if let Err(panic) = answering.join() {
+            std::panic::resume_unwind(panic);
+        }
         server.jobs.cancel_all(None);
         server.jobs.wait();
     }
