@@ -280,7 +280,7 @@ mod tests {
     fn columns_are_found_by_any_spelling_of_which_there_is_one() {
         let column = |header: &str| {
             let mut notes = Vec::new();
-            let table = Table::begin(header.as_bytes(), "f", b',').unwrap();
+            let mut table = Table::begin(header.as_bytes(), "f", b',').unwrap();
             let found = table.column("x_position", &mut notes);
             (found.map_err(|e| e.to_string()), notes.len())
         };

@@ -32,11 +32,13 @@ fn facts(risk: f64, tags: &[&str], differ: u32, agree: u32) -> Facts {
         country: "DEU".into(),
         tags: tags.iter().map(ToString::to_string).collect(),
         headline: Some(Headline {
+            moments: Vec::new(),
             contact: (risk == 0.0).then_some(Contact {
                 obstacle: 7,
                 step: 3,
                 time: 0.3,
                 overlaps: true,
+                is_possible: false,
                 closing_speed: 9.4,
                 ego: Pose::new(0.0, 0.0, 0.0),
                 other: Pose::new(4.0, 0.0, 0.0),
