@@ -192,6 +192,7 @@ impl Node {
                 }
             }
         }
+        all.sort_by_key(|(_, line)| *line);
         all
     }
 
