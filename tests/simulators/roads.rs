@@ -1,6 +1,6 @@
 //! Roads of others: moved, reversed, cut by side, torn, too long; their signals and junctions; what a reader does not know.
 
-use super::made::{alone, at_x, on_road, place, road, said, says, unused};
+use super::made::{alone, on_road, place, road, said, says, unused};
 use super::*;
 
 /// The first points of the bounds of lanelets.

@@ -193,6 +193,7 @@ impl Node {
                 }
             }
         }
+        all.sort_by_key(|(_, line)| *line);
         all
     }
 

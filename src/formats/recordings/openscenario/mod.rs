@@ -111,6 +111,9 @@ fn check_version(root: &Node, report: &Report) -> Result<(), ReadError> {
     Ok(())
 }
 
+/// Why a scenario that names no roads has none.
+const NO_ROADS: &str = "names no road file";
+
 /// The roads of a scenario; words where their file cannot be read.
 fn roads(
     root: &Node,
@@ -124,7 +127,7 @@ fn roads(
         .and_then(|l| l.text("filepath"))
         .filter(|n| !n.is_empty());
     let Some(named) = named else {
-        return Ok(Err("names no road file".into()));
+        return Ok(Err(NO_ROADS.into()));
     };
     let path = named_file(file, named);
     let shown = path.display().to_string();

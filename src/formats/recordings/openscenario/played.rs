@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::NO_ROADS;
 use super::entities::Entity;
 use super::motion::Motions;
 use super::player_log;
@@ -34,7 +35,9 @@ impl Played<'_> {
         hashed: &mut Vec<Vec<u8>>,
     ) -> Result<(f64, Named), ReadError> {
         let motions = motions(self.root, roads.as_ref().ok()).map_err(|mut error| {
-            if let Err(why) = &roads {
+            if let Err(why) = roads
+                && why != NO_ROADS
+            {
                 error.message = format!("{} ({why})", error.message);
             }
             error
