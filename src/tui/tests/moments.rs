@@ -5,7 +5,6 @@ use ratatui::layout::Position;
 use super::bench::Bench;
 use super::making;
 use crate::formats::bundled;
-use crate::metrics::Headline;
 use crate::tui::action::ACTIONS;
 use crate::tui::message::{Mouse, Msg};
 use crate::tui::model::{Moment, On, Pane};
@@ -109,29 +108,22 @@ fn it_shows_the_contact_or_the_worst_of_the_picked_one() {
         if headline.collides() {
             contacts += 1;
             bench.press("n");
-            assert_eq!(then(&bench).step, headline.distance.unwrap().step);
+            assert_eq!(then(&bench).step, headline.contact.unwrap().step);
             continue;
         }
-        let series = opened.series.as_ref().unwrap();
         for &id in opened.ranking.iter().take(3) {
             bench.model.picked = Some(id);
-            // The lowest score, at its smallest distance, at its first step, by hand.
-            let distances = series.row("distance", id).iter();
-            let rows = series.row("risk", id).iter().zip(distances);
-            let values = series.steps().zip(rows).filter_map(|(step, (r, d))| {
-                Some((step, r.value()?, d.value().unwrap_or(f64::INFINITY)))
-            });
-            let lowest = values.min_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
-            let lowest = lowest.unwrap();
+            let moment = headline.worst_with(id).unwrap();
             // Not beside itself.
-            bench.model.clock.go(if lowest.0 == 0 { 1 } else { 0 });
-            assert_eq!(then(&bench).step, lowest.0, "{} {id}", entry.name);
+            bench.model.clock.go(if moment.step == 0 { 1 } else { 0 });
+            assert_eq!(then(&bench).step, moment.step, "{} {id}", entry.name);
             assert!(titles(&bench).contains(&format!("worst of {id}")));
         }
         bench.model.picked = None;
         bench.model.clock.go(1);
-        let worst = Headline::from_series(series).worst().unwrap();
+        let worst = headline.worst().unwrap();
         assert_eq!(then(&bench).step, worst.step);
+        assert_eq!(worst.obstacle, opened.ranking[0]);
     }
     assert!(contacts > 0, "a scenario has a contact");
 }
