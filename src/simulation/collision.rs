@@ -98,7 +98,7 @@ impl Collision {
             let way = way_to(obstacle, step, scenario.dt());
             let touch = way.and_then(|way| Some((way, own.first_touch(&way)?)));
             let Some((way, share)) = touch.filter(|(_, share)| *share > 0.0) else {
-                return Some((1.0, at_step()?));
+                return at_step().map(|collision| (1.0, collision));
             };
             let deep = (share + DEEP).min(1.0);
             let (ego, other) = sides(&own.at(deep), &way.at(deep));

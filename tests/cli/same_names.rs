@@ -8,10 +8,10 @@ use super::{CUT_IN, bundled_ego, bundled_xml};
 /// Two folders with a scenario of the same name each, of other contents.
 fn twins(home: &Home) {
     for (folder, from) in [("one", CUT_IN), ("two", "ZAM_Merge-1_1_T-1")] {
-        home.write(format!("{folder}/twin.xml"), &bundled_xml(from));
+        home.write(format!("{folder}/twin.xml"), bundled_xml(from));
         home.write(
             format!("{folder}/twin.ego_trajectory.csv"),
-            &bundled_ego(from),
+            bundled_ego(from),
         );
     }
 }
