@@ -26,6 +26,10 @@ const SHORTEST: f64 = 1e-5;
 /// A first touch is found to this share of the way.
 const EXACT: f64 = 1e-9;
 
+/// What is touched only on the way counts where bodies get deeper into each other than this, metres. A body that
+/// brakes or turns with 8 m/s² is as far off the straight line within 0.1 s.
+const GRAZE: f64 = 0.01;
+
 /// The smallest distance is found to this, metres.
 const NEAREST: f64 = 1e-4;
 
@@ -61,17 +65,21 @@ impl<'a> Way<'a> {
         })
     }
 
-    /// The share of the way after which the two first touch; 0 if they do from the beginning.
+    /// The share of the way after which the two first touch; 0 if they do from the beginning. A graze of less than 1 cm
+    /// that neither end shows is none: it is less than straight lines tell.
     #[must_use]
     pub fn first_touch(&self, other: &Self) -> Option<f64> {
         if !self.can_come_within(other, 0.0) {
             return None;
         }
-        let mut stretches = Pair::of(self, other).into_iter();
-        stretches.find_map(|stretch| {
+        let stretches = Pair::of(self, other);
+        let touch = stretches.iter().find_map(|stretch| {
             let touches = stretch.parts().filter_map(|(a, b)| stretch.touch(a, b));
             touches.min_by(f64::total_cmp)
-        })
+        })?;
+        let told = |share| self.at(share).distance(&other.at(share)) <= 0.0;
+        let deep = || stretches.iter().any(|stretch| stretch.gets_deep(touch));
+        (touch <= 0.0 || told(1.0) || deep()).then_some(touch)
     }
 
     /// The share of the way at which the two are nearest, and their distance there, metres; `None` where they nowhere
@@ -256,6 +264,36 @@ impl<'a> Pair<'a> {
             }
         }
         Some(touching)
+    }
+
+    /// Whether any two parts get deeper into each other than a graze, from a share of the way on.
+    fn gets_deep(&self, from: f64) -> bool {
+        let turning: f64 = { self.turned.iter().zip(self.bodies) }
+            .map(|(turned, body)| turned.abs() * body.reach())
+            .sum();
+        let fastest = (self.moved[1] - self.moved[0]).norm() + turning;
+        self.parts().any(|(a, b)| {
+            let mut share = from.max(self.from);
+            while share <= self.to {
+                let left = GRAZE - self.depth(a, b, share);
+                if left <= 0.0 {
+                    return true;
+                }
+                // No point gets there sooner.
+                share += (left / fastest).max(SHORTEST);
+            }
+            false
+        })
+    }
+
+    /// How deep two parts are in each other there, metres; their distance is negative.
+    fn depth(&self, a: Part<'_>, b: Part<'_>, share: f64) -> f64 {
+        let (here, there) = (self.pose(0, share) * a.0, self.pose(1, share) * b.0);
+        let found = query::contact(&here, a.1, &there, b.1, f64::MAX);
+        found
+            .ok()
+            .flatten()
+            .map_or(f64::MIN, |contact| -contact.dist)
     }
 
     /// Makes `best`, a share and a distance, that of two parts where they come nearer.
