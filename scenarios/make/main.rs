@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nearmiss::formats::{commonroad, read_ego};
-use nearmiss::metrics::{Headline, Nearest, Series, measure};
+use nearmiss::metrics::{Headline, Nearest, Thresholds};
 use nearmiss::scenario::Scene;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -29,8 +29,7 @@ fn line(made: &make::Made, recording: &str) -> Result<String, Box<dyn Error>> {
     let scenario = commonroad::read(&made.xml, made.name)?;
     let ego = read_ego(&made.csv, recording, &scenario, None)?;
     let scene = Scene::new(Arc::new(scenario), ego);
-    let measures = ["distance", "ttc", "risk"].into_iter().filter_map(measure);
-    let headline = Headline::from_series(&Series::compute(&scene, measures.collect()));
+    let headline = Headline::compute(&scene, Thresholds::shipped());
     let say = |nearest: Option<Nearest>, unit: &str| {
         nearest.map_or("none".into(), |n| {
             format!("{:.2} {unit} to {} at {}", n.value, n.obstacle, n.step)

@@ -1,4 +1,4 @@
-//! Bodies on their way from one place to the next: when two first touch, and how near they come.
+//! Bodies on their way from one place to the next: when two first touch.
 //!
 //! The position goes evenly along a straight line, the heading evenly the shorter way round. Nothing is sampled: two
 //! convex parts are separated by a line, which both can only reach after some share of the way, so everything up to
@@ -26,8 +26,9 @@ const SHORTEST: f64 = 1e-5;
 /// A first touch is found to this share of the way.
 const EXACT: f64 = 1e-9;
 
-/// The smallest distance is found to this, metres.
-const NEAREST: f64 = 1e-4;
+/// What is touched only on the way counts where bodies get deeper into each other than this, metres. A body that
+/// brakes or turns with 8 m/s² is as far off the straight line within 0.1 s.
+const GRAZE: f64 = 0.01;
 
 impl Pose {
     /// The pose a share of the way on to another: the position along a straight line, the heading the shorter way round.
@@ -61,33 +62,21 @@ impl<'a> Way<'a> {
         })
     }
 
-    /// The share of the way after which the two first touch; 0 if they do from the beginning.
+    /// The share of the way after which the two first touch; 0 if they do from the beginning. A graze of less than 1 cm
+    /// that neither end shows is none: it is less than straight lines tell.
     #[must_use]
     pub fn first_touch(&self, other: &Self) -> Option<f64> {
-        if !self.can_come_within(other, 0.0) {
+        if !self.can_touch(other) {
             return None;
         }
-        let mut stretches = Pair::of(self, other).into_iter();
-        stretches.find_map(|stretch| {
+        let stretches = Pair::of(self, other);
+        let touch = stretches.iter().find_map(|stretch| {
             let touches = stretch.parts().filter_map(|(a, b)| stretch.touch(a, b));
             touches.min_by(f64::total_cmp)
-        })
-    }
-
-    /// The share of the way at which the two are nearest, and their distance there, metres; `None` where they nowhere
-    /// come nearer than `within`.
-    #[must_use]
-    pub fn nearest(&self, other: &Self, within: f64) -> Option<(f64, f64)> {
-        if !self.can_come_within(other, within) {
-            return None;
-        }
-        let mut best = (f64::NAN, within);
-        for stretch in Pair::of(self, other) {
-            for (a, b) in stretch.parts() {
-                stretch.nearest(a, b, &mut best);
-            }
-        }
-        (!best.0.is_nan()).then_some(best)
+        })?;
+        let told = |share| self.at(share).distance(&other.at(share)) <= 0.0;
+        let deep = || stretches.iter().any(|stretch| stretch.gets_deep(touch));
+        (touch <= 0.0 || told(1.0) || deep()).then_some(touch)
     }
 
     fn moved(&self) -> Vector {
@@ -118,8 +107,8 @@ impl<'a> Way<'a> {
         self.from.footprint.reach().max(self.to.footprint.reach())
     }
 
-    /// Discs around both that never come so near spare everything else.
-    fn can_come_within(&self, other: &Self, metres: f64) -> bool {
+    /// Discs around both that never meet spare everything else.
+    fn can_touch(&self, other: &Self) -> bool {
         let between = other.from.pose.position - self.from.pose.position;
         let moved = other.moved() - self.moved();
         let length = moved.norm_squared();
@@ -127,7 +116,7 @@ impl<'a> Way<'a> {
             true => (-between.dot(&moved) / length).clamp(0.0, 1.0),
             false => 0.0,
         };
-        (between + moved * share).norm() <= self.reach() + other.reach() + metres
+        (between + moved * share).norm() <= self.reach() + other.reach()
     }
 }
 
@@ -258,36 +247,34 @@ impl<'a> Pair<'a> {
         Some(touching)
     }
 
-    /// Makes `best`, a share and a distance, that of two parts where they come nearer.
-    fn nearest(&self, a: Part<'_>, b: Part<'_>, best: &mut (f64, f64)) {
-        let look = |share: f64, best: &mut (f64, f64)| {
-            let gap = self.gap(a, b, share);
-            let metres = gap.map_or(0.0, |gap| gap.metres.max(0.0));
-            if metres < best.1 {
-                *best = (share, metres);
+    /// Whether any two parts get deeper into each other than a graze, from a share of the way on.
+    fn gets_deep(&self, from: f64) -> bool {
+        let turning: f64 = { self.turned.iter().zip(self.bodies) }
+            .map(|(turned, body)| turned.abs() * body.reach())
+            .sum();
+        let fastest = (self.moved[1] - self.moved[0]).norm() + turning;
+        self.parts().any(|(a, b)| {
+            let mut share = from.max(self.from);
+            while share <= self.to {
+                let left = GRAZE - self.depth(a, b, share);
+                if left <= 0.0 {
+                    return true;
+                }
+                // No point gets there sooner.
+                share += (left / fastest).max(SHORTEST);
             }
-            gap
-        };
-        let ends = look(self.from, best).zip(look(self.to, best));
-        let mut open: Vec<(Gap, Gap)> = ends.into_iter().collect();
-        while let Some((left, right)) = open.pop() {
-            // Lines from both ends that the distance is above; where they cross it is least.
-            let (down, up) = (left.slope.0.min(0.0), right.slope.1.max(0.0));
-            let length = right.share - left.share;
-            let cross = (left.metres - right.metres + up * length) / (up - down);
-            let cross = if up > down {
-                cross.clamp(0.0, length)
-            } else {
-                0.0
-            };
-            if length < SHORTEST || left.metres + down * cross >= best.1 - NEAREST {
-                continue;
-            }
-            let share = left.share + cross.clamp(length * 0.01, length * 0.99);
-            if let Some(middle) = look(share, best) {
-                open.extend([(middle, right), (left, middle)]);
-            }
-        }
+            false
+        })
+    }
+
+    /// How deep two parts are in each other there, metres; their distance is negative.
+    fn depth(&self, a: Part<'_>, b: Part<'_>, share: f64) -> f64 {
+        let (here, there) = (self.pose(0, share) * a.0, self.pose(1, share) * b.0);
+        let found = query::contact(&here, a.1, &there, b.1, f64::MAX);
+        found
+            .ok()
+            .flatten()
+            .map_or(f64::MIN, |contact| -contact.dist)
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::Judgement;
 use super::reasoning::{metres, moment, name, risk, situation, touching, value};
-use crate::metrics::{Contact, Encounter, Thresholds};
+use crate::metrics::{Contact, Context, Encounter, Thresholds};
 use crate::scenario::{Participant, Scene};
 use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
@@ -26,10 +26,9 @@ const MOST_LISTED: usize = 5;
 /// possible, and has no probability: how likely the obstacle is where in its region nobody says.
 #[must_use]
 pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
-    let mut histories: Vec<_> = scene
-        .participants()
-        .filter_map(|p| history(scene, p, thresholds))
-        .collect();
+    let context = Context::under(scene, thresholds);
+    let everyone = 0..context.participants().len();
+    let mut histories: Vec<_> = everyone.filter_map(|p| history(&context, p)).collect();
     histories.sort_by(|a, b| {
         // Bodies that touch before regions that do.
         let key = |h: &History<'_>| {
@@ -107,31 +106,25 @@ fn by_distance<'a, 'b>(histories: &'b [History<'a>]) -> Option<&'b History<'a>> 
         .min_by(|a, b| a.nearest.total_cmp(&b.nearest))
 }
 
-fn history<'a>(
-    scene: &'a Scene,
-    participant: Participant<'a>,
-    thresholds: &Thresholds,
-) -> Option<History<'a>> {
+fn history<'a>(context: &Context<'a>, place: usize) -> Option<History<'a>> {
     let mut found: Option<History<'a>> = None;
-    for step in scene.steps() {
-        let Some(encounter) = Encounter::at(scene, &participant, step) else {
+    for step in context.steps() {
+        let Some(encounter) = context.encounter(place, step) else {
             continue;
         };
-        let encounter = encounter.under(thresholds);
         let distance = encounter.distance();
         let risk = value("risk", &encounter).map_or(5, |r| r as u8);
         let h = found.get_or_insert(History {
-            participant,
+            participant: context.participants()[place],
             nearest: distance,
             nearest_step: step,
-            contact: None,
+            contact: context.contacts(place).first().copied(),
             risk,
         });
         if distance < h.nearest {
             (h.nearest, h.nearest_step) = (distance, step);
         }
         h.risk = h.risk.min(risk);
-        h.contact = h.contact.or_else(|| encounter.contact());
     }
     found
 }

@@ -24,8 +24,8 @@ pub struct Encounter<'a> {
 enum Place<'a> {
     /// Prepared, with the places of the other and of the step.
     Context(&'a Context<'a>, usize, usize),
-    /// Not prepared, with the id of the other and the step.
-    Scene(&'a Scene, i64, i64),
+    /// Not prepared, with the other and the step.
+    Scene(&'a Scene, Participant<'a>, i64),
     /// None.
     #[cfg(test)]
     Nowhere,
@@ -44,7 +44,7 @@ impl<'a> Encounter<'a> {
             other: other.at(step)?,
             other_body: other.footprint_at(step),
             thresholds: Thresholds::shipped(),
-            place: Place::Scene(scene, other.obstacle.id, step),
+            place: Place::Scene(scene, *other, step),
         })
     }
 
@@ -136,11 +136,7 @@ impl<'a> Encounter<'a> {
             Place::Context(context, participant, index) => {
                 context.contact_at(participant, index).copied()
             }
-            Place::Scene(scene, id, step) => {
-                let mut all = scene.participants();
-                let other = all.find(|p| p.obstacle.id == id)?;
-                Contact::at(scene, &other, step)
-            }
+            Place::Scene(scene, other, step) => Contact::at(scene, &other, step),
             #[cfg(test)]
             Place::Nowhere => None,
         }
@@ -163,10 +159,10 @@ impl<'a> Encounter<'a> {
     ) -> Result<T, NoValue> {
         match self.place {
             Place::Context(context, participant, index) => question(context, participant, index),
-            Place::Scene(scene, id, step) => {
+            Place::Scene(scene, other, step) => {
                 let context = Context::under(scene, self.thresholds);
                 let mut all = context.participants().iter();
-                let place = all.position(|p| p.obstacle.id == id);
+                let place = all.position(|p| p.obstacle.id == other.obstacle.id);
                 let (participant, index) = place.zip(context.index(step)).ok_or(NoValue::Absent)?;
                 question(&context, participant, index)
             }

@@ -93,27 +93,36 @@ impl Collision {
             return Self::at(scenario, ego, step, without);
         };
         let own = Way::new(ego.footprint.at(before), *ego);
-        let touched = solid(scenario, without).filter_map(|obstacle| {
-            let at_step = || Self::with(obstacle, ego, step);
-            let way = way_to(obstacle, step, scenario.dt());
-            let touch = way.and_then(|way| Some((way, own.first_touch(&way)?)));
-            let Some((way, share)) = touch.filter(|(_, share)| *share > 0.0) else {
-                return at_step().map(|collision| (1.0, collision));
-            };
-            let deep = (share + DEEP).min(1.0);
-            let (ego, other) = sides(&own.at(deep), &way.at(deep));
-            let collision = Self {
-                with: obstacle.id,
-                step,
-                between: at_step().is_none(),
-                ego,
-                other,
-                is_possible: obstacle.is_occupancy_at(step),
-            };
-            Some((share, collision))
-        });
+        let touched = solid(scenario, without)
+            .filter_map(|obstacle| Self::on_the_way(obstacle, &own, ego, (step, scenario.dt())));
         let first = touched.min_by(|a, b| a.0.total_cmp(&b.0));
         first.map(|(_, collision)| collision)
+    }
+
+    /// With one obstacle at a step or on the way there, and after which share of the way.
+    fn on_the_way(
+        obstacle: &Obstacle,
+        own: &Way<'_>,
+        ego: &Placed<'_>,
+        (step, dt): (i64, f64),
+    ) -> Option<(f64, Self)> {
+        let at_step = Self::with(obstacle, ego, step);
+        let way = way_to(obstacle, step, dt);
+        let touch = way.and_then(|way| Some((way, own.first_touch(&way)?)));
+        let Some((way, share)) = touch.filter(|(_, share)| *share > 0.0) else {
+            return at_step.map(|collision| (1.0, collision));
+        };
+        let deep = (share + DEEP).min(1.0);
+        let (ego, other) = sides(&own.at(deep), &way.at(deep));
+        let collision = Self {
+            with: obstacle.id,
+            step,
+            between: at_step.is_none(),
+            ego,
+            other,
+            is_possible: obstacle.is_occupancy_at(step),
+        };
+        Some((share, collision))
     }
 
     /// With one obstacle at a step.

@@ -1,7 +1,7 @@
 //! Other obstacles at a step: bodies, or the occupancy sets of set-based predictions.
 
-use crate::geometry::{Footprint, Placed, Point, Pose};
-use crate::scenario::{ObstacleRole, Prediction, Scenario, Steps};
+use crate::geometry::{Footprint, Placed, Point, Pose, Way};
+use crate::scenario::{Obstacle, ObstacleRole, Prediction, Scenario, Steps, driven_way};
 
 /// A region in which an obstacle is for a while.
 #[derive(Debug, Clone)]
@@ -62,11 +62,11 @@ pub(super) fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
     (a.pose.position - b.pose.position).norm_squared() <= far * far && a.distance(b) <= 0.0
 }
 
-/// The obstacles that a body touches at a step, without itself.
+/// The obstacles that a body touches at a step or on the way there from where it was a step before, without itself.
 pub(super) fn overlapped<'s>(
     scenario: &'s Scenario,
     regions: &'s Regions,
-    body: &'s Placed<'_>,
+    (before, body): (Option<Placed<'s>>, &'s Placed<'_>),
     itself: i64,
     step: i64,
 ) -> impl Iterator<Item = i64> + 's {
@@ -74,7 +74,16 @@ pub(super) fn overlapped<'s>(
         matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && o.id != itself
     });
     let others = others.filter(move |o| !o.is_occupancy_at(step));
-    let bodies = others.filter(move |o| o.placed_at(step).is_some_and(|p| touch(body, &p)));
+    let way = before.map(|before| Way::new(before, *body));
+    let on_the_way = move |other: &Obstacle, there: Placed<'_>| {
+        let before = other.placed_at(step.checked_sub(1)?)?;
+        let touch = way?.first_touch(&driven_way(before, there, scenario.dt())?)?;
+        (touch > 0.0).then_some(touch)
+    };
+    let bodies = others.filter(move |o| {
+        o.placed_at(step)
+            .is_some_and(|p| touch(body, &p) || on_the_way(o, p).is_some())
+    });
     let regions = regions.overlapped(body, step);
     bodies
         .map(|o| o.id)

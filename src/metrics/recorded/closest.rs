@@ -1,7 +1,7 @@
-//! The closest that recorded bodies come from each step on, in one pass from the last step to the first.
+//! The closest that recorded bodies come at each step or later, in one pass from the last step to the first; a contact
+//! counts also where it is between two steps.
 
 use crate::metrics::{Contact, Context};
-use crate::scenario::driven_way;
 
 /// The future distance between two recorded bodies; moments are places of steps, with a share of the way to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,12 +33,6 @@ impl Closest {
                 let steps = contact.time / context.dt() - context.steps().start as f64;
                 ahead = Some(Self::touching(steps.max(index as f64)));
             }
-            if let Some(between) = between(context, participant, index, distance, ahead) {
-                ahead = Some(Self {
-                    contact: ahead.and_then(|ahead| ahead.contact),
-                    ..between
-                });
-            }
             let here = Self {
                 distance,
                 at: index as f64,
@@ -66,29 +60,4 @@ impl Closest {
             contact: Some(at),
         }
     }
-}
-
-/// The nearest on the way from a place of a step to the next one, where that is nearer than at both and than all that
-/// comes after.
-fn between(
-    context: &Context<'_>,
-    participant: usize,
-    index: usize,
-    distance: f64,
-    ahead: Option<Closest>,
-) -> Option<Closest> {
-    let least = ahead.map_or(distance, |ahead| ahead.distance.min(distance));
-    if least == 0.0 {
-        return None;
-    }
-    let (ego, other) = context.placed(participant, index)?;
-    let (ego_next, other_next) = context.placed(participant, index + 1)?;
-    let ego = driven_way(ego, ego_next, context.dt())?;
-    let other = driven_way(other, other_next, context.dt())?;
-    let (share, distance) = ego.nearest(&other, least)?;
-    Some(Closest {
-        distance,
-        at: index as f64 + share,
-        contact: None,
-    })
 }

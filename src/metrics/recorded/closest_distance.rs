@@ -1,6 +1,6 @@
 //! Distance of the closest encounter: the smallest distance of the recorded bodies from now on.
 //!
-//! At a step or between two. At the first step it is the minimum distance of the whole recording (MDC). Source: Eggert
+//! At a step; 0 where the bodies touch, also between two steps. At the first step it is the minimum distance of the whole recording (MDC). Source: Eggert
 //! 2014 (DCE).
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};

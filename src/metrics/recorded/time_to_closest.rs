@@ -1,6 +1,6 @@
 //! Time to the closest encounter: when the recorded bodies are at their smallest distance from now on.
 //!
-//! At a step or between two; the first of several moments alike. Source: Eggert 2014 (TTCE).
+//! At a step, or where the bodies touch between two; the first of several moments alike. Source: Eggert 2014 (TTCE).
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 
