@@ -9,7 +9,7 @@ use std::sync::Arc;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use nearmiss::formats::{commonroad, read_ego};
 use nearmiss::judge::judge;
-use nearmiss::metrics::{Headline, MEASURES, Series};
+use nearmiss::metrics::{Headline, Thresholds};
 use nearmiss::scenario::{Scene, Window};
 use nearmiss::verdict::Task;
 use quick_xml::Reader;
@@ -51,11 +51,7 @@ fn open(xml: &[u8], csv: &[u8]) -> usize {
     let scenario = Arc::new(commonroad::read(xml, "bench").expect("a scenario"));
     let ego = read_ego(csv, "bench", &scenario, None).expect("an ego");
     let scene = Scene::new(scenario, ego);
-    let shown = MEASURES
-        .iter()
-        .filter(|m| ["distance", "ttc", "risk"].contains(&m.id));
-    let series = Series::compute(&scene, shown.collect());
-    let headline = Headline::from_series(&series);
+    let headline = Headline::compute(&scene, Thresholds::shipped());
     let window = Window::ending_at(&scene, i64::MAX, 1);
     let judgement = judge(&scene, Task::Collision, &window);
     judgement.reasoning.len() + usize::from(headline.collides())

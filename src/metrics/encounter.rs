@@ -98,10 +98,7 @@ impl<'a> Encounter<'a> {
                 let other = &context.participants()[participant];
                 other.obstacle.is_occupancy_at(context.step(index))
             }
-            Place::Scene(scene, id, step) => {
-                let other = scene.scenario.obstacle(id);
-                other.is_some_and(|obstacle| obstacle.is_occupancy_at(step))
-            }
+            Place::Scene(_, other, step) => other.obstacle.is_occupancy_at(step),
             #[cfg(test)]
             Place::Nowhere => false,
         }
