@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use nearmiss::formats::{Entry, EntryLocation, commonroad, find};
-use nearmiss::metrics::{Headline, MEASURES, Series};
+use nearmiss::metrics::{Headline, Thresholds};
 use nearmiss::scenario::Scene;
 use quick_xml::Reader;
 use quick_xml::events::Event;
@@ -72,14 +72,8 @@ fn reading(criterion: &mut Criterion) {
 fn facts(entry: &Entry) -> Option<Headline> {
     let scenario = entry.read().expect("a scenario");
     let ego = entry.recorded_ego(&scenario).expect("readable")?;
-    let shown = MEASURES
-        .iter()
-        .filter(|m| ["distance", "ttc", "risk"].contains(&m.id));
     let scene = Scene::new(scenario, ego);
-    Some(Headline::from_series(&Series::compute(
-        &scene,
-        shown.collect(),
-    )))
+    Some(Headline::compute(&scene, Thresholds::shipped()))
 }
 
 fn folder(criterion: &mut Criterion) {
