@@ -270,11 +270,11 @@ impl<'a> Pair<'a> {
     /// How deep two parts are in each other there, metres; their distance is negative.
     fn depth(&self, a: Part<'_>, b: Part<'_>, share: f64) -> f64 {
         let (here, there) = (self.pose(0, share) * a.0, self.pose(1, share) * b.0);
-        let found = query::contact(&here, a.1, &there, b.1, f64::MAX);
-        found
-            .ok()
-            .flatten()
-            .map_or(f64::MIN, |contact| -contact.dist)
+        // Of what is far apart it finds nothing, and of what is deep in each other only without a margin.
+        match query::contact(&here, a.1, &there, b.1, 0.0) {
+            Ok(Some(contact)) => -contact.dist,
+            _ => -query::distance(&here, a.1, &there, b.1).unwrap_or(0.0),
+        }
     }
 }
 

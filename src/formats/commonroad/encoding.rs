@@ -335,7 +335,7 @@ mod tests {
             &b"\xff\xfe<\0a\0"[..],
             b"\xfe\xff\0<\0a",
             b"<\0a\0",
-            b"\0<\0a\0",
+            b"\0<\0a",
         ] {
             assert_eq!(beginning(bytes).trim_start_matches('\u{feff}'), "<a");
         }

@@ -138,7 +138,7 @@ fn who_goes_through_the_ego_between_two_steps_collides() {
         .track()
         .at(20)
         .unwrap();
-    // From one side of the road to the other within a step, as no car could: at the steps it is beside the ego.
+    // From one side of the road to the other at 6 m a step, as no car could: at the steps it is beside the ego.
     let (step, own) = ego[20];
     let aside = |metres: f64| Motion {
         pose: Pose {
@@ -148,9 +148,11 @@ fn who_goes_through_the_ego_between_two_steps_collides() {
         ..recorded
     };
     let motions = vec![
-        (step - 1, recorded),
+        (step - 2, recorded),
+        (step - 1, aside(9.0)),
         (step, aside(3.0)),
         (step + 1, aside(-3.0)),
+        (step + 2, aside(-9.0)),
     ];
     let change = Change {
         obstacle: CAR,

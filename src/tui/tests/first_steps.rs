@@ -144,7 +144,7 @@ fn help_on_the_list_begins_with_its_signs() {
     let frame = bench.frame(120, 40);
     let signs = frame.find("signs in the list").unwrap();
     assert!(signs < frame.find("here: in the list").unwrap(), "{frame}");
-    assert!(frame.contains("0 (collision)"), "{frame}");
+    assert!(frame.contains("0 contact"), "{frame}");
 }
 
 #[test]
