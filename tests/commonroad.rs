@@ -169,12 +169,8 @@ fn bombs_are_harmless() {
         let error = read(text.as_bytes(), "numbers").unwrap_err();
         assert!(error.element.ends_with("x"), "{number}: {error}");
     }
-    assert!(
-        read(b"\xff\xfe<\0c\0", "utf16")
-            .unwrap_err()
-            .message
-            .contains("UTF-8")
-    );
+    // An element that begins and does not end, in UTF-16.
+    assert!(read(b"\xff\xfe<\0c\0", "utf16").is_err());
 }
 
 #[test]

@@ -214,7 +214,8 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     let ended = run(&home, &small(&["--model", "reference/geometry"])).status(0);
     assert!(ended.stdout.contains("lab/tiny") && ended.stdout.contains("reference/geometry"));
     let ended = ended.says(&["b1: 2 requests", "2 by the built-in judge"]);
-    assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+    // What it took, and the report to read.
+    assert_eq!(ended.stderr.lines().count(), 2, "{}", ended.stderr);
     assert_eq!(server.requests().len(), 2);
     let dry = run(&home, &small(&["--samples", "3", "--dry-run", "--json"]))
         .status(0)

@@ -93,8 +93,8 @@ fn thousands_of_lanelets_in_one_place_take_no_longer_than_they_are() {
         assert_eq!(relations.of(COUNT + id), LaneRelation::OtherRoad);
     }
     let poses = (0..40).map(|i| Pose::new(f64::from(i) * 2.0 + 5.0, 0.2, 0.0));
-    let route = network.lane_graph(None).route_along(poses).unwrap();
-    assert_eq!(route.lanelets(), [1]);
+    // Each lanelet is said to follow the one that it lies on: no way leads there.
+    assert!(network.lane_graph(None).route_along(poses).is_err());
     let took = begun.elapsed();
     assert!(took < std::time::Duration::from_secs(30), "{took:?}");
 }

@@ -107,7 +107,11 @@ mod tests {
             let found = unused(&format!("{start}<odd><point>1</point></odd>{end}"));
             assert_eq!(found.len(), 1, "in <{name}>: {found:?}");
             // Any element in it is a tag.
-            let odd = if name == "scenarioTags" { "odd/point" } else { "odd" };
+            let odd = if name == "scenarioTags" {
+                "odd/point"
+            } else {
+                "odd"
+            };
             assert!(found[0].ends_with(&format!("{name}/{odd}")), "{found:?}");
             if name != "commonRoad" {
                 let found = unused(&format!("{before} odd='1'>{end}"));
