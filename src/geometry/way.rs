@@ -273,7 +273,7 @@ impl<'a> Pair<'a> {
         // Of what is far apart it finds nothing, and of what is deep in each other only without a margin.
         match query::contact(&here, a.1, &there, b.1, 0.0) {
             Ok(Some(contact)) => -contact.dist,
-            _ => -query::distance(&here, a.1, &there, b.1).unwrap_or(0.0),
+            _ => query::distance(&here, a.1, &there, b.1).map_or(0.0, |apart| -apart.distance),
         }
     }
 }
