@@ -134,7 +134,7 @@ fn drives_are_exported_as_tables() {
     let rows: Vec<&str> = csv.lines().collect();
     assert_eq!(rows.len(), 3, "{csv}");
     assert!(
-        rows[0].starts_with("scenario,file,planner,planner_name"),
+        rows[0].starts_with("scenario,file,hash,ego,planner,planner_name"),
         "{csv}"
     );
     for column in [
@@ -243,12 +243,7 @@ fn a_drive_of_a_planner_is_converted_for_simulators() {
     // Where the drive leads is what a player is given.
     let metrics = |file: &str, ego: &[&str]| {
         let asked = [&["metrics", file, "--format", "csv"], ego].concat();
-        let table = home.run(&asked).status(0).stdout;
-        // The first column is the scenario's name.
-        let rows = table
-            .lines()
-            .map(|row| row.split_once(',').unwrap().1.to_string());
-        rows.collect::<Vec<_>>()
+        home.run(&asked).status(0).measures()
     };
     assert_eq!(
         metrics("own.xosc", &[]),

@@ -109,12 +109,7 @@ fn what_is_written_of_a_log_measures_the_same() {
         .says(&["longer than 30 s", "a.db#track=ego@0.0s"]);
     let into = home.files().join("written.xml").display().to_string();
     home.run(&["convert", files[0], "-o", &into]).status(0);
-    let measures = |path: &str| -> Vec<String> {
-        let ended = home.run(&["metrics", path]).status(0);
-        let lines = ended.stdout.lines();
-        let values = lines.map(|line| line.split_once(',').expect("columns").1.to_string());
-        values.collect()
-    };
+    let measures = |path: &str| home.run(&["metrics", path]).status(0).measures();
     let (before, after) = (measures(files[0]), measures(&into));
     assert!(before.len() > 1000, "{}", before.len());
     assert_eq!(before, after);

@@ -19,11 +19,9 @@ fn both_files_are_written_once_and_open_again() {
     // Back in CommonRoad, with the ego beside it.
     home.run(&["convert", "a.xosc", "-o", "back.xml"]).status(0);
     let [before, after] = ["a.xosc", "back.xml"].map(|file| {
-        let measured = home.run(&["metrics", file]).status(0);
-        let rows = measured.stdout.lines().skip(1).map(|row| {
-            let mut values = row.split(',').skip(1);
-            [1, 2, 1].map(|skipped| values.nth(skipped - 1).unwrap_or_default().to_string())
-        });
+        let measured = home.run(&["metrics", file]).status(0).measures();
+        // The obstacle's number is another one in the other format.
+        let rows = measured.into_iter().map(|row| [0, 2, 3].map(|column| row[column].clone()));
         rows.collect::<Vec<_>>()
     });
     assert_eq!(before, after);

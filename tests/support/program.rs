@@ -198,6 +198,20 @@ impl Ended {
         serde_json::from_str(&self.stdout).expect("standard output is JSON")
     }
 
+    /// The rows of a CSV table on standard output without the columns that tell which file and ego they are of.
+    #[track_caller]
+    pub fn measures(&self) -> Vec<Vec<String>> {
+        let mut reader = csv::Reader::from_reader(self.stdout.as_bytes());
+        let header = reader.headers().expect("a header").clone();
+        let told = |at: usize| ["scenario", "file", "hash", "ego"].contains(&&header[at]);
+        let rows = reader.records().map(|row| {
+            let row = row.expect("a row");
+            let cells = row.iter().enumerate().filter(|(at, _)| !told(*at));
+            cells.map(|(_, cell)| cell.to_string()).collect()
+        });
+        rows.collect()
+    }
+
     /// Standard output as JSON documents, one a line.
     #[track_caller]
     pub fn json_lines(&self) -> Vec<serde_json::Value> {
