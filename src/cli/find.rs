@@ -78,13 +78,13 @@ struct FindWindow {
     obstacle_type: &'static str,
     /// First and last step of the window.
     window: [i64; 2],
-    /// Step of the worst risk score.
+    /// The most severe step.
     worst_step: i64,
     /// What the obstacle does to the ego, such as cut_in, following or crossing.
     manoeuvre: &'static str,
     /// Kind of road under the ego.
     road: &'static str,
-    /// Worst risk score in the window, 0 (collision) to 5 (negligible).
+    /// Severity of the most severe step of the window, 0 (contact) to 5 (none).
     severity: u8,
     /// Values of the measures that the filter compares, by id.
     values: std::collections::BTreeMap<&'static str, Option<f64>>,

@@ -7,10 +7,10 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::index::severity_names;
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
 use crate::corpus::{Axis, Candidate, Columns, Drawn, IndexError, Part, PartRow, Sampler};
+use crate::metrics::SEVERITY_NAMES;
 use crate::system::unknown;
 use crate::workflow::index_parts;
 
@@ -73,7 +73,7 @@ pub struct SampleLine {
     manoeuvre: String,
     /// Kind of road under the ego.
     road: String,
-    /// Worst risk score in the window, 0 (collision) to 5 (negligible).
+    /// Severity of the most severe step of the window, 0 (contact) to 5 (none).
     severity: i64,
     /// Why it was drawn.
     reason: String,
@@ -183,11 +183,11 @@ fn candidate(line: &SampleLine, by: &[Axis]) -> Candidate {
     }
 }
 
-/// `1 extreme`: in order, and with its name.
+/// `1 conflict`: in order, and with its name.
 fn severity_word(severity: i64) -> String {
     let name = usize::try_from(severity).ok();
-    let name = name.and_then(|place| severity_names().get(place).copied());
-    format!("{severity} {}", name.unwrap_or_default())
+    let name = name.and_then(|place| SEVERITY_NAMES.get(place));
+    format!("{severity} {}", name.unwrap_or(&""))
 }
 
 fn with_reason(drawn: Drawn<SampleLine>) -> SampleLine {

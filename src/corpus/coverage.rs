@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-/// Risk scores from 0 (collision) to 5 (negligible).
-pub const SEVERITIES: usize = 6;
+use crate::metrics::SEVERITY_NAMES;
+
+/// Severities from 0 (contact) to 5 (none).
+pub const SEVERITIES: usize = SEVERITY_NAMES.len();
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -36,7 +36,7 @@ pub struct CellWindows {
     pub manoeuvre: Manoeuvre,
     /// The road under the ego.
     pub road: RoadType,
-    /// The worst risk score, 0 (collision) to 5 (negligible).
+    /// The severity of their most severe steps, 0 (contact) to 5 (none).
     pub severity: u8,
     /// The obstacle's type.
     pub actor: ObstacleType,
@@ -59,7 +59,7 @@ pub struct WindowPlace {
     pub obstacle: i64,
     /// First and last step.
     pub steps: (i64, i64),
-    /// The step at which the worst risk score is first reached.
+    /// Its most severe step.
     pub worst_step: i64,
 }
 

@@ -10,6 +10,7 @@ use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 
+use crate::metrics::SEVERITY_NAMES;
 use crate::system;
 
 /// Why an index cannot be read.
@@ -53,6 +54,9 @@ pub enum IndexError {
         /// That version.
         version: String,
     },
+    /// A part whose severities are others: risk scores, as before there were grades.
+    #[error("{}: its severities are of another scale than {}; run `nearmiss index` again with --overwrite", .0.display(), SEVERITY_NAMES.join(", "))]
+    OtherSeverities(PathBuf),
 }
 
 /// The parts of an index in a folder, in order.
@@ -161,11 +165,14 @@ const BLOCK: usize = 4096;
 /// The key of the version in the metadata of a part.
 const VERSION: &str = "nearmiss.version";
 
+/// The key of the names of its severities.
+const SEVERITIES: &str = "nearmiss.severities";
+
 impl Part {
     /// Opens a part.
     ///
     /// # Errors
-    /// It is no whole Parquet file, no part of an index, or another version wrote it.
+    /// It is no whole Parquet file, no part of an index, or another version wrote it or with other severities.
     pub fn open(path: &Path) -> Result<Self, IndexError> {
         let io = |e: &std::io::Error| IndexError::Io {
             path: path.to_path_buf(),
@@ -175,14 +182,20 @@ impl Part {
         let file = File::open(path).map_err(|e| io(&e))?;
         let reader = SerializedFileReader::new(file).map_err(|e| damaged(path, &e))?;
         let metadata = reader.metadata().file_metadata();
-        let mut known = metadata.key_value_metadata().into_iter().flatten();
-        let version = known.find(|entry| entry.key == VERSION);
-        let version = version.and_then(|entry| entry.value.clone());
-        match version {
-            Some(version) if version == env!("CARGO_PKG_VERSION") => Ok(Self {
-                path: path.to_path_buf(),
-                reader,
-            }),
+        let known = |key: &str| {
+            let mut entries = metadata.key_value_metadata().into_iter().flatten();
+            entries.find(|entry| entry.key == key)?.value.clone()
+        };
+        match known(VERSION) {
+            Some(version) if version == env!("CARGO_PKG_VERSION") => {
+                match known(SEVERITIES).is_some_and(|names| names == SEVERITY_NAMES.join(",")) {
+                    true => Ok(Self {
+                        path: path.to_path_buf(),
+                        reader,
+                    }),
+                    false => Err(IndexError::OtherSeverities(path.to_path_buf())),
+                }
+            }
             Some(version) => Err(IndexError::OtherVersion {
                 part: path.to_path_buf(),
                 version: visible(&version),

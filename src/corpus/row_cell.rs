@@ -12,7 +12,7 @@ pub struct RowCell {
     pub manoeuvre: Manoeuvre,
     /// The road under the ego.
     pub road: RoadType,
-    /// The worst risk score, 0 (collision) to 5 (negligible).
+    /// The severity of its most severe step, 0 (contact) to 5 (none).
     pub severity: u8,
     /// The obstacle's type.
     pub actor: ObstacleType,

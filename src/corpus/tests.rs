@@ -122,41 +122,32 @@ fn worst_moments_are_those_of_the_index() {
             Thresholds::shipped(),
         );
         assert!(!moments.is_empty(), "{name}");
-        assert!(
-            moments.is_sorted_by_key(|m| m.severity),
-            "{name}: {moments:?}"
-        );
+        let severity = |m: &WorstMoment| m.moment.grade.number();
+        assert!(moments.is_sorted_by_key(severity), "{name}: {moments:?}");
         let windows = windows(name);
         let worst = |ego: i64| {
             let of_ego = windows.iter().filter(|w| w.ego == WindowEgo::Obstacle(ego));
             of_ego.map(|w| w.severity).min()
         };
-        for moment in &moments {
-            assert_eq!(
-                Some(moment.severity),
-                worst(moment.ego),
-                "{name}: {moment:?}"
-            );
+        for one in &moments {
+            assert_eq!(Some(severity(one)), worst(one.ego), "{name}: {one:?}");
             let here = windows.iter().find(|w| {
-                w.ego == WindowEgo::Obstacle(moment.ego)
-                    && w.obstacle == moment.other
-                    && w.severity == moment.severity
-                    && (w.steps.0..=w.steps.1).contains(&moment.step)
+                w.ego == WindowEgo::Obstacle(one.ego)
+                    && w.obstacle == one.moment.obstacle
+                    && w.severity == severity(one)
+                    && w.worst_step == one.moment.step
             });
-            assert!(here.is_some(), "{name}: {moment:?} is in no window");
+            assert!(here.is_some(), "{name}: {one:?} is in no window");
             // Each pair once.
-            let twin = |m: &&WorstMoment| (m.ego, m.other) == (moment.other, moment.ego);
-            assert!(
-                moments
-                    .iter()
-                    .find(twin)
-                    .is_none_or(|t| (t.step - moment.step).abs() >= 100)
-            );
+            let twin =
+                |m: &&WorstMoment| (m.ego, m.moment.obstacle) == (one.moment.obstacle, one.ego);
+            let apart = |t: &WorstMoment| (t.moment.step - one.moment.step).abs() >= 100;
+            assert!(moments.iter().find(twin).is_none_or(apart));
         }
         // What is left out is not worse.
         let least = windows.iter().filter(|w| w.ego != WindowEgo::Recorded);
         assert_eq!(
-            Some(moments[0].severity),
+            Some(severity(&moments[0])),
             least.map(|w| w.severity).min(),
             "{name}"
         );

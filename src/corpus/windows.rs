@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::manoeuvre::PairMotion;
 use super::{Manoeuvre, RoadType};
 use crate::geometry::angle_between;
-use crate::metrics::{Context, MEASURES, Measure, Thresholds};
+use crate::metrics::{Context, CriticalMoment, Measure, Moments, PairMoments, Thresholds};
 use crate::scenario::{
     Ego, LaneRelation, LaneRelations, Motion, ObstacleRole, Scenario, Scene, Track,
 };
@@ -20,7 +20,7 @@ pub struct IndexOptions {
     pub stride: f64,
     /// Pairs whose centres are farther apart at all steps of a window are left out, metres.
     pub radius: f64,
-    /// What is measured; the risk score is always there.
+    /// What is measured.
     pub measures: Vec<&'static Measure>,
 }
 
@@ -48,9 +48,9 @@ pub struct IndexedWindow {
     pub manoeuvre: Manoeuvre,
     /// The road under the ego at the last step.
     pub road: RoadType,
-    /// The worst risk score, 0 (collision) to 5 (negligible).
+    /// The severity of its most severe step, 0 (contact) to 5 (none).
     pub severity: u8,
-    /// The step at which that is first reached.
+    /// That step.
     pub worst_step: i64,
     /// The most dangerous value of each measure of [`IndexOptions::measures`]; of a measure that only describes, the
     /// lowest.
@@ -74,14 +74,16 @@ pub fn for_each_window(
         Some((WindowEgo::Obstacle(id), scene))
     });
     for (ego, scene) in recorded.into_iter().chain(tracks) {
+        let context = Context::under(&scene, thresholds);
         let egos = EgoWindows {
             ego,
-            context: Context::under(&scene, thresholds),
+            moments: Moments::new(&context),
+            context: &context,
             scene: &scene,
             options,
             lanes: scene.steps().map(|_| OnceCell::new()).collect(),
         };
-        for place in 0..egos.context.participants().len() {
+        for place in 0..context.participants().len() {
             egos.of_pair(place, take);
         }
     }
@@ -90,29 +92,31 @@ pub fn for_each_window(
 /// The lanelets under the ego, and what other lanes are to them.
 type Lanes<'s> = (Vec<i64>, LaneRelations<'s>);
 
-/// The readings of a step: risk score first.
-type Readings = Option<(f64, Vec<Option<f64>>)>;
+/// How severe a step is, and its measures.
+type Readings = Option<(CriticalMoment, Vec<Option<f64>>)>;
 
-struct EgoWindows<'s> {
+struct EgoWindows<'c, 's> {
     ego: WindowEgo,
     scene: &'s Scene,
-    context: Context<'s>,
+    context: &'c Context<'s>,
+    moments: Moments<'c, 's>,
     options: &'s IndexOptions,
     /// By step of the ego.
     lanes: Vec<OnceCell<Option<Lanes<'s>>>>,
 }
 
-impl<'s> EgoWindows<'s> {
+impl<'s> EgoWindows<'_, 's> {
     fn of_pair(&self, place: usize, take: &mut dyn FnMut(IndexedWindow)) {
         let steps = self.scene.steps();
         let count = |seconds: f64| ((seconds / self.scene.scenario.dt()).round() as i64).max(1);
         let (length, stride) = (count(self.options.length), count(self.options.stride));
         let all = usize::try_from(steps.end - steps.start).unwrap_or(0);
         let readings: Vec<OnceCell<Readings>> = vec![OnceCell::new(); all];
+        let moments = self.moments.with(place);
         let mut first = steps.start;
         while first < steps.end {
             let end = (first + length).min(steps.end);
-            if let Some(window) = self.window(place, first..end, &readings) {
+            if let Some(window) = self.window(place, first..end, &moments, &readings) {
                 take(window);
             }
             // The rest of a recording is in the last window that reaches its end.
@@ -127,6 +131,7 @@ impl<'s> EgoWindows<'s> {
         &self,
         place: usize,
         steps: std::ops::Range<i64>,
+        moments: &PairMoments<'_, '_>,
         readings: &[OnceCell<Readings>],
     ) -> Option<IndexedWindow> {
         let other = self.context.participants()[place];
@@ -136,14 +141,15 @@ impl<'s> EgoWindows<'s> {
         let last = both.next_back().unwrap_or(first);
         let start = self.scene.steps().start;
         let mut values: Vec<Option<f64>> = vec![None; self.options.measures.len()];
-        let mut worst: Option<(f64, i64)> = None;
+        let mut worst: Option<CriticalMoment> = None;
         for step in first..=last {
             let index = usize::try_from(step - start).ok()?;
-            let Some((risk, here)) = readings[index].get_or_init(|| self.read(place, step)) else {
+            let read = || self.read(place, moments, step);
+            let Some((moment, here)) = readings[index].get_or_init(read) else {
                 continue;
             };
-            if worst.is_none_or(|(lowest, _)| *risk < lowest) {
-                worst = Some((*risk, step));
+            if worst.is_none_or(|worst| moment.precedes(&worst)) {
+                worst = Some(*moment);
             }
             for ((value, here), measure) in values.iter_mut().zip(here).zip(&self.options.measures)
             {
@@ -155,7 +161,7 @@ impl<'s> EgoWindows<'s> {
             }
         }
         // No step within the radius.
-        let (risk, worst_step) = worst?;
+        let worst = worst?;
         Some(IndexedWindow {
             ego: self.ego,
             obstacle: other.obstacle.id,
@@ -163,24 +169,22 @@ impl<'s> EgoWindows<'s> {
             steps: (first, last),
             manoeuvre: self.manoeuvre(place, first, last)?,
             road: self.road(last),
-            severity: risk as u8,
-            worst_step,
+            severity: worst.grade.number(),
+            worst_step: worst.step,
             values,
         })
     }
 
     /// The readings of a step; nothing beyond the radius.
-    fn read(&self, place: usize, step: i64) -> Readings {
+    fn read(&self, place: usize, moments: &PairMoments<'_, '_>, step: i64) -> Readings {
         let encounter = self.context.encounter(place, step)?;
         let apart = encounter.other.pose.position - encounter.ego.pose.position;
         if apart.norm() > self.options.radius {
             return None;
         }
-        let risk = MEASURES.iter().find(|m| m.id == "risk")?;
-        let score = risk.of(&encounter).value()?;
         let measures = self.options.measures.iter();
         let values = measures.map(|m| m.of(&encounter).value()).collect();
-        Some((score, values))
+        Some((moments.at(step)?, values))
     }
 
     fn lanes_at(&self, step: i64) -> Option<&Lanes<'s>> {

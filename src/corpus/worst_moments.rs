@@ -1,28 +1,20 @@
-//! The moment of a recording that is worst for each road user, by the measure that the index grades windows with.
+//! The moment of a recording that is most severe for each road user.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::metrics::{Context, MEASURES, Measure, Thresholds, UNROUNDED_RISK};
-use crate::scenario::{ObstacleRole, Scenario, Scene};
+use crate::metrics::{Context, CriticalMoment, Grade, Moments, Thresholds};
+use crate::scenario::{Scenario, Scene};
 
-/// The worst moment of a road user.
+/// The most severe moment of a road user.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorstMoment {
     /// The road user, as the ego.
     pub ego: i64,
-    /// Who endangers it.
-    pub other: i64,
-    /// The step.
-    pub step: i64,
-    /// The risk score at it, 0 (collision) to 5 (negligible).
-    pub severity: u8,
-    /// The same before it is rounded.
-    pub risk: f64,
-    /// The time to collision at it, seconds; infinite where they would not meet.
-    pub ttc: f64,
+    /// Who endangers it, when and how.
+    pub moment: CriticalMoment,
     /// Whether the other one is ahead of the ego at it.
     other_is_ahead: bool,
 }
@@ -33,10 +25,10 @@ const STANDING: f64 = 0.5;
 /// Moments of the same two nearer to each other than this are one, seconds.
 const SAME: f64 = 10.0;
 
-/// The worst moment of each of these road users that moves, the most dangerous first; each pair is there once, with the one behind
-/// as the ego. Pairs whose centres are farther apart than `radius` metres are not measured.
+/// The most severe moment of each of these road users that moves, the most severe first; each pair is there once, with
+/// the one behind as the ego. Pairs whose centres are farther apart than `radius` metres are not measured.
 ///
-/// Moments without any risk are left out if there are others.
+/// Moments of nothing but nearness are left out if there are others.
 #[must_use]
 pub fn worst_moments(
     scenario: &Arc<Scenario>,
@@ -44,20 +36,18 @@ pub fn worst_moments(
     radius: f64,
     thresholds: &Thresholds,
 ) -> Vec<WorstMoment> {
-    let Some(measures) = Measures::find() else {
-        return Vec::new();
-    };
     let worst = egos.par_iter().filter_map(|id| {
         let scene = Scene::with_obstacle_as_ego(Arc::clone(scenario), *id).ok()?;
         let mut moving = scene.ego.track.iter();
         if !moving.any(|(_, motion)| motion.velocity.abs() >= STANDING) {
             return None;
         }
-        measures.worst_of(&Context::under(&scene, thresholds), radius)
+        worst_of(&Context::under(&scene, thresholds), radius)
     });
     let mut all: Vec<WorstMoment> = worst.collect();
-    if all.iter().any(WorstMoment::is_any_risk) {
-        all.retain(WorstMoment::is_any_risk);
+    let is_any = |worst: &WorstMoment| worst.moment.grade <= Grade::LaterCourse;
+    if all.iter().any(is_any) {
+        all.retain(is_any);
     }
     all.sort_by(|a, b| a.compare(b).then(a.ego.cmp(&b.ego)));
     once_each(all, (SAME / scenario.dt()) as i64)
@@ -66,101 +56,51 @@ pub fn worst_moments(
 /// Each pair once at a time, with the one behind as the ego.
 fn once_each(all: Vec<WorstMoment>, near: i64) -> Vec<WorstMoment> {
     let mut taken: Vec<WorstMoment> = Vec::with_capacity(all.len());
-    for moment in all {
+    for one in all {
+        let pair = |w: &WorstMoment| (w.ego, w.moment.obstacle);
         let twin = taken.iter_mut().find(|t| {
-            (t.ego, t.other) == (moment.other, moment.ego) && (t.step - moment.step).abs() < near
+            let apart = (t.moment.step - one.moment.step).abs();
+            pair(t) == (one.moment.obstacle, one.ego) && apart < near
         });
         match twin {
-            Some(twin) if moment.other_is_ahead && !twin.other_is_ahead => *twin = moment,
+            Some(twin) if one.other_is_ahead && !twin.other_is_ahead => *twin = one,
             Some(_) => {}
-            None => taken.push(moment),
+            None => taken.push(one),
         }
     }
     taken
 }
 
 impl WorstMoment {
-    /// The more dangerous one first.
     fn compare(&self, other: &Self) -> Ordering {
-        let severity = self.severity.cmp(&other.severity);
-        let risk = severity.then(self.risk.total_cmp(&other.risk));
-        risk.then(self.ttc.total_cmp(&other.ttc))
-    }
-
-    fn is_any_risk(&self) -> bool {
-        self.severity < 5 || self.ttc.is_finite()
+        self.moment.compare_across(&other.moment)
     }
 }
 
-/// What moments are compared by.
-struct Measures {
-    risk: &'static Measure,
-    ttc: &'static Measure,
-}
-
-impl Measures {
-    fn find() -> Option<Self> {
-        let find = |id: &str| MEASURES.iter().find(|measure| measure.id == id);
-        Some(Self {
-            risk: find("risk")?,
-            ttc: find("ttc")?,
+fn worst_of(context: &Context<'_>, radius: f64) -> Option<WorstMoment> {
+    let moments = Moments::new(context);
+    let participants = 0..context.participants().len();
+    let all = participants.filter_map(|participant| {
+        let near = |step: &i64| apart(context, participant, *step).is_some_and(|d| d <= radius);
+        // Most are never near: nothing of theirs is computed.
+        context.steps().find(near)?;
+        let pair = moments.with(participant);
+        let moment = pair.worst(context.steps().filter(near))?;
+        let encounter = context.encounter(participant, moment.step)?;
+        let ego = encounter.ego.pose;
+        let there = encounter.other.pose.position - ego.position;
+        Some(WorstMoment {
+            ego: context.scene().ego.id,
+            moment,
+            other_is_ahead: there.dot(&ego.forward()) >= 0.0,
         })
-    }
+    });
+    all.min_by(|a, b| a.moment.compare(&b.moment))
+}
 
-    fn worst_of(&self, context: &Context<'_>, radius: f64) -> Option<WorstMoment> {
-        let track = &context.scene().ego.track;
-        let mut worst: Option<WorstMoment> = None;
-        for (place, other) in context.participants().iter().enumerate() {
-            let own = track.steps();
-            let theirs = match other.obstacle.role {
-                ObstacleRole::Static => own.clone(),
-                _ => other.obstacle.track().steps(),
-            };
-            for step in own.start.max(theirs.start)..own.end.min(theirs.end) {
-                let (Some(ego), Some(body)) = (track.at(step), other.at(step)) else {
-                    continue;
-                };
-                let apart = body.pose.position - ego.pose.position;
-                if apart.norm() > radius {
-                    continue;
-                }
-                let Some(encounter) = context.encounter(place, step) else {
-                    continue;
-                };
-                let Some(risk) = self.risk.of(&encounter).value() else {
-                    continue;
-                };
-                let mut moment = WorstMoment {
-                    ego: context.scene().ego.id,
-                    other: other.obstacle.id,
-                    step,
-                    severity: risk as u8,
-                    risk: 0.0,
-                    ttc: f64::INFINITY,
-                    other_is_ahead: apart.dot(&ego.pose.forward()) >= 0.0,
-                };
-                // Each is computed only where those before it do not tell.
-                let known = worst.map(|worst| moment.severity.cmp(&worst.severity));
-                if known == Some(Ordering::Greater) {
-                    continue;
-                }
-                moment.risk = UNROUNDED_RISK.of(&encounter).value().unwrap_or(risk);
-                let known = worst.map(|worst| {
-                    moment.compare(&WorstMoment {
-                        ttc: f64::INFINITY,
-                        ..worst
-                    })
-                });
-                if known == Some(Ordering::Greater) {
-                    continue;
-                }
-                let ttc = self.ttc.of(&encounter).value();
-                moment.ttc = ttc.unwrap_or(f64::INFINITY);
-                if worst.is_none_or(|worst| moment.compare(&worst).is_lt()) {
-                    worst = Some(moment);
-                }
-            }
-        }
-        worst
-    }
+/// How far the centres are apart, where both are there, metres.
+fn apart(context: &Context<'_>, participant: usize, step: i64) -> Option<f64> {
+    let ego = context.scene().ego.track.at(step)?;
+    let other = context.participants()[participant].at(step)?;
+    Some((other.pose.position - ego.pose.position).norm())
 }

@@ -44,6 +44,8 @@ pub use risk::{RISK_LEVELS, RiskLevel, RiskTable, UNROUNDED_RISK};
 pub use risk_scores::{RiskConvention, ScoreAt};
 pub use scene_measures::{SCENE_MEASURES, SceneMeasure};
 pub use series::Series;
-pub use severity::{CriticalMoment, Grade, Hazard, critical_moments};
+pub use severity::{
+    CriticalMoment, Grade, Hazard, Moments, PairMoments, SEVERITY_NAMES, critical_moments,
+};
 pub use thresholds::{Change, Threshold, ThresholdError, Thresholds};
 pub use time_to_collision::HORIZON;

@@ -4,6 +4,7 @@ use super::color::Color;
 use super::display::{Anchor, Area, Picture, Provenance, Text};
 use super::palette::Palette;
 use crate::corpus::{Coverage, SEVERITIES};
+use crate::metrics::SEVERITY_NAMES;
 
 /// Size of the letters, points.
 const LETTERS: f64 = 8.0;
@@ -16,11 +17,7 @@ const MARGIN: f64 = 6.0;
 
 /// Draws the table: darker cells have more windows, on a logarithmic scale; each has its number.
 #[must_use]
-pub fn coverage_picture(
-    coverage: &Coverage,
-    severities: &[&str; SEVERITIES],
-    palette: &Palette,
-) -> Picture {
+pub fn coverage_picture(coverage: &Coverage, palette: &Palette) -> Picture {
     let names: Vec<String> = coverage
         .rows()
         .map(|(cell, _)| format!("{}, {}", cell.manoeuvre, cell.road))
@@ -35,7 +32,7 @@ pub fn coverage_picture(
     let mut picture = Picture::new(size, palette.background);
     let base = |y: f64| y + (CELL.1 + 0.7 * LETTERS) / 2.0;
     let column = |place: usize| left + CELL.0 * place as f64;
-    for (place, name) in severities.iter().enumerate() {
+    for (place, name) in SEVERITY_NAMES.iter().enumerate() {
         let at = (column(place) + CELL.0 / 2.0, base(MARGIN));
         picture.text(Text::new(at, *name, LETTERS, palette.text).anchored(Anchor::Middle));
     }

@@ -117,8 +117,7 @@ pub fn search_index(
     let filter = checked_filter(search.filter).map_err(SearchError::Filter)?;
     let parts = index_parts(search.folder)?;
     let mut measures: Vec<&'static Measure> = Vec::new();
-    // The risk score of a window is its severity.
-    for measure in filter.measures().filter(|m| m.id != "risk") {
+    for measure in filter.measures() {
         if !measures.iter().any(|known| known.id == measure.id) {
             measures.push(measure);
         }
@@ -217,12 +216,9 @@ impl Searching<'_> {
     fn take(&mut self, name: &str, file: &str, window: CellWindows, values: Vec<Option<f64>>) {
         self.found.of += 1;
         let measures = &self.found.measures;
-        let value = |measure: &Measure| match measure.id {
-            "risk" => Some(f64::from(window.severity)),
-            id => {
-                let at = measures.iter().position(|m| m.id == id);
-                at.and_then(|at| values[at])
-            }
+        let value = |measure: &Measure| {
+            let at = measures.iter().position(|m| m.id == measure.id);
+            at.and_then(|at| values[at])
         };
         if !self.found.nowhere.is_empty() && self.filter.is_of_kind(&window) {
             self.found

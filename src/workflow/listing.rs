@@ -1,4 +1,4 @@
-//! Finds scenarios; of long recordings the windows that the index would grade worst.
+//! Finds scenarios; of long recordings the most severe windows.
 
 use std::path::PathBuf;
 
@@ -9,8 +9,8 @@ use crate::metrics::Thresholds;
 /// Pairs farther apart are not measured, metres: as far as `nearmiss index` looks where nothing else is said.
 pub const INDEX_RADIUS: f64 = 50.0;
 
-/// The scenarios at `paths`, as [`formats::find`] finds them; of long recordings the windows around the worst moments,
-/// the most dangerous first.
+/// The scenarios at `paths`, as [`formats::find`] finds them; of long recordings the windows around the most severe
+/// moments, those first.
 ///
 /// # Errors
 /// As [`formats::find`].
@@ -38,7 +38,7 @@ fn worst_windows(recording: &LongRecording) -> Vec<String> {
         INDEX_RADIUS,
         Thresholds::shipped(),
     );
-    let windows = recording.windows(moments.iter().map(|m| (m.ego, m.step)));
+    let windows = recording.windows(moments.iter().map(|m| (m.ego, m.moment.step)));
     match windows.is_empty() {
         true => recording.beginnings(),
         false => windows,

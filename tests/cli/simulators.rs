@@ -21,7 +21,9 @@ fn both_files_are_written_once_and_open_again() {
     let [before, after] = ["a.xosc", "back.xml"].map(|file| {
         let measured = home.run(&["metrics", file]).status(0).measures();
         // The obstacle's number is another one in the other format.
-        let rows = measured.into_iter().map(|row| [0, 2, 3].map(|column| row[column].clone()));
+        let rows = measured
+            .into_iter()
+            .map(|row| [0, 2, 3].map(|column| row[column].clone()));
         rows.collect::<Vec<_>>()
     });
     assert_eq!(before, after);

@@ -17,7 +17,7 @@ use crate::metrics::{MEASURES, Measure, Thresholds, measure};
 use crate::settings::Folders;
 use crate::system::unknown;
 use crate::workflow::INDEX_RADIUS;
-pub use show::{ShowDocument, severity_names};
+pub use show::ShowDocument;
 use throughput::Throughput;
 
 /// Arguments of `index`.
@@ -68,7 +68,7 @@ enum Action {
 }
 
 /// The measures of a window unless others are named.
-const USUAL: &str = "distance,ttc,ttc_lane,drac,time_gap,btn,stn,pet,rss_margin";
+const USUAL: &str = "distance,risk,ttc,ttc_lane,drac,time_gap,btn,stn,pet,rss_margin";
 
 /// A measure, or all of them.
 #[derive(Debug, Clone, Copy)]
@@ -106,9 +106,7 @@ impl Index {
                 Named::All => true,
             })
         };
-        // The risk score has columns of its own.
-        let others = MEASURES.iter().filter(|m| m.id != "risk");
-        others.filter(wanted).collect()
+        MEASURES.iter().filter(wanted).collect()
     }
 }
 

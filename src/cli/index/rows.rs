@@ -7,7 +7,7 @@ use crate::cli::metrics::rounded;
 use crate::cli::output::{self, Cell, Column, Kind, Row, Table};
 use crate::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
 use crate::formats::Entry;
-use crate::metrics::Thresholds;
+use crate::metrics::{SEVERITY_NAMES, Thresholds};
 use crate::scenario::Scenario;
 
 /// The columns before those of measures.
@@ -34,10 +34,10 @@ fn fixed() -> Vec<Column> {
         text("road", "kind of road under the ego at the last step"),
         integer(
             "severity",
-            "worst risk score, 0 (collision) to 5 (negligible)",
+            "severity of the most severe step, 0 (contact) to 5 (none)",
         ),
-        text("severity_name", "name of that score"),
-        integer("worst_step", "step at which it is first reached"),
+        text("severity_name", "name of that number"),
+        integer("worst_step", "that step"),
     ]
 }
 
@@ -53,6 +53,7 @@ pub fn table(options: &IndexOptions, thresholds: &Thresholds) -> Table {
     table.metadata = vec![
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("columns", columns.collect::<Value>().to_string()),
+        ("severities", SEVERITY_NAMES.join(",")),
         ("window", options.length.to_string()),
         ("stride", options.stride.to_string()),
         ("radius", options.radius.to_string()),
@@ -85,27 +86,19 @@ pub fn measure(
         scenario.hash.to_string().into(),
     ];
     let mut take = |window: IndexedWindow| {
-        rows.push(row(&head, &scenario, &window, recorded_id, thresholds));
+        rows.push(row(&head, &scenario, &window, recorded_id));
     };
     for_each_window(&scenario, recorded, options, thresholds, &mut take);
     (said, Ok(rows))
 }
 
-fn row(
-    head: &[Cell; 3],
-    scenario: &Scenario,
-    window: &IndexedWindow,
-    recorded: i64,
-    thresholds: &Thresholds,
-) -> Row {
+fn row(head: &[Cell; 3], scenario: &Scenario, window: &IndexedWindow, recorded: i64) -> Row {
     let (source, ego) = match window.ego {
         WindowEgo::Recorded => ("recorded", recorded),
         WindowEgo::Obstacle(id) => ("obstacle", id),
     };
     let (first, last) = window.steps;
     let time = |step: i64| Cell::finite(rounded(step as f64 * scenario.dt()));
-    let level = thresholds.risk.level(window.severity);
-    let name = level.map_or_else(String::new, |level| level.name.clone());
     let known = [
         source.into(),
         Cell::Integer(ego),
@@ -118,7 +111,7 @@ fn row(
         window.manoeuvre.name().into(),
         window.road.name().into(),
         Cell::Integer(window.severity.into()),
-        name.into(),
+        SEVERITY_NAMES[usize::from(window.severity)].into(),
         Cell::Integer(window.worst_step),
     ];
     let values = window.values.iter();

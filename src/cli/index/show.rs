@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::cli::output::{self, Target};
 use crate::cli::{Failure, Outcome, json};
 use crate::corpus::{self, Coverage, SEVERITIES};
-use crate::metrics::RISK_LEVELS;
+use crate::metrics::SEVERITY_NAMES;
 use crate::planner::Cancel;
 use crate::render::{Format, Palette, coverage_picture};
 use crate::workflow::read_index;
@@ -34,8 +34,8 @@ pub struct Show {
 pub struct ShowDocument {
     /// Number of windows.
     windows: u64,
-    /// Windows by manoeuvre and road: `manoeuvre`, `road` and `counts`, whose place is the severity from 0 (collision)
-    /// to 5 (negligible).
+    /// Windows by manoeuvre and road: `manoeuvre`, `road` and `counts`, whose place is the severity from 0 (contact)
+    /// to 5 (none).
     coverage: Vec<ShowRow>,
 }
 
@@ -61,15 +61,6 @@ pub fn run(arguments: &Show) -> Outcome {
         true => output::document(&document(&coverage)),
         false => output::text(&text(&coverage)),
     }
-}
-
-/// Names of the severities.
-pub fn severity_names() -> [&'static str; SEVERITIES] {
-    let name = |place: usize| {
-        let level = u8::try_from(place).ok().and_then(|s| RISK_LEVELS.level(s));
-        level.map_or("", |level| level.name.as_str())
-    };
-    std::array::from_fn(name)
 }
 
 fn coverage(folder: &Path) -> Result<Coverage, Failure> {
@@ -108,7 +99,7 @@ fn text(coverage: &Coverage) -> String {
     let mut head: [String; SEVERITIES + 3] = Default::default();
     head[0] = "manoeuvre".into();
     head[1] = "road".into();
-    for (cell, name) in head[2..].iter_mut().zip(severity_names()) {
+    for (cell, name) in head[2..].iter_mut().zip(SEVERITY_NAMES) {
         *cell = name.into();
     }
     head[SEVERITIES + 2] = "all".into();
@@ -129,7 +120,7 @@ fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
             path.display()
         ))
     })?;
-    let picture = coverage_picture(coverage, &severity_names(), &Palette::paper());
+    let picture = coverage_picture(coverage, &Palette::paper());
     let bytes = format.encode(&picture, format.usual_dpi());
     let bytes = bytes.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     Target::begin(Some(path), overwrite)?.save(&bytes)?;

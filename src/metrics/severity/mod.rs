@@ -9,9 +9,9 @@
 //!    surrogate safety measures device of SUMO); the harder braking first.
 //! 2. **near miss**: one crosses the other's path or cuts in within 1 s or 1 m; the closer first.
 //! 3. **course**: a course that ends in contact within 3 s; the harder braking first.
-//! 4. **ahead**: a course that ends in contact within 5 s (our own limit), the sooner first; then a **pass**: one crosses
-//!    or cuts in within 2 s (SUMO's limit of the post-encroachment time); the closer first.
-//! 5. nothing of note, in this order: a course that ends in contact within 10 s, the sooner first; bodies that would touch
+//! 4. **later**: a course that ends in contact within 5 s (our own limit), the sooner first; then who crosses or cuts in
+//!    within 2 s (SUMO's limit of the post-encroachment time); the closer first.
+//! 5. **none** of these, in this order: a course that ends in contact within 10 s, the sooner first; bodies that would touch
 //!    on straight lines where neither road nor drive goes; one that follows the other; the nearest that moves; who stands.
 //!
 //! A *course* is what both bodies do with the speeds of the moment, headings kept ([`super::time_to_collision`]), where
@@ -26,6 +26,7 @@
 mod course;
 mod pass;
 
+use std::cell::OnceCell;
 use std::cmp::Ordering;
 use std::fmt;
 
@@ -142,24 +143,22 @@ impl Grade {
         }
     }
 
-    /// Its name.
+    /// The name of its number, see [`SEVERITY_NAMES`].
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Contact => "contact",
-            Self::Conflict => "conflict",
-            Self::NearMiss => "near miss",
-            Self::Course => "course",
-            Self::Ahead => "ahead",
-            Self::Pass => "pass",
-            Self::LaterCourse
-            | Self::StraightCourse
-            | Self::Following
-            | Self::Near
-            | Self::Standing => "none",
-        }
+        SEVERITY_NAMES[usize::from(self.number())]
     }
 }
+
+/// What the numbers of severities are called, from 0.
+pub const SEVERITY_NAMES: [&str; 6] = [
+    "contact",
+    "conflict",
+    "near miss",
+    "course",
+    "later",
+    "none",
+];
 
 /// The most severe moment with one obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -181,6 +180,13 @@ impl CriticalMoment {
     #[must_use]
     pub fn compare(&self, other: &Self) -> Ordering {
         self.compare_across(other).then(self.step.cmp(&other.step))
+    }
+
+    /// Whether it is the moment that matters of the two, which are of the same pair and in the order of time: the first
+    /// contact, however hard a later one is, for after it nothing is as recorded; else the more severe one.
+    #[must_use]
+    pub fn precedes(&self, earlier: &Self) -> bool {
+        earlier.grade != Grade::Contact && self.compare(earlier).is_lt()
     }
 
     /// The more severe one first, of moments of different recordings.
@@ -210,92 +216,140 @@ const STANDING: f64 = 0.5;
 /// none.
 #[must_use]
 pub fn critical_moments(context: &Context<'_>) -> Vec<CriticalMoment> {
-    let scene = context.scene();
-    let ego = DrivenPath::of(scene.ego.track.iter().map(|(step, m)| (step, *m)));
+    let moments = Moments::new(context);
     let participants = 0..context.participants().len();
-    let mut all: Vec<_> = participants
-        .filter_map(|participant| most_severe(context, participant, &ego))
-        .collect();
+    let worst = participants.filter_map(|participant| {
+        let pair = moments.with(participant);
+        pair.worst(context.steps())
+    });
+    let mut all: Vec<_> = worst.collect();
     all.sort_by(CriticalMoment::compare);
     all
 }
 
-fn most_severe(
-    context: &Context<'_>,
-    participant: usize,
-    ego: &DrivenPath,
-) -> Option<CriticalMoment> {
-    let obstacle = context.participants()[participant].obstacle.id;
-    let contacts = context.contacts(participant).first();
-    if let Some(contact) = contacts {
-        return Some(CriticalMoment {
-            obstacle,
-            step: contact.step,
-            grade: Grade::Contact,
-            hazard: Hazard::Contact {
-                closing_speed: contact.closing_speed,
-                is_possible: contact.is_possible,
-            },
-            // Bodies that touch before regions that do, which have no speed.
-            order: match contact.is_possible {
-                true => contact.time,
-                false => -contact.closing_speed,
-            },
-        });
+/// The moments of a recording, obstacle by obstacle and step by step.
+#[derive(Debug)]
+pub struct Moments<'c, 's> {
+    context: &'c Context<'s>,
+    ego: DrivenPath,
+}
+
+impl<'c, 's> Moments<'c, 's> {
+    /// Those of the ego of a context.
+    #[must_use]
+    pub fn new(context: &'c Context<'s>) -> Self {
+        let ego = &context.scene().ego.track;
+        Self {
+            context,
+            ego: DrivenPath::of(ego.iter().map(|(step, motion)| (step, *motion))),
+        }
     }
-    let motions = context.motions(participant);
-    let other = DrivenPath::of(motions.iter().copied());
-    let pair = PairPaths {
-        context,
-        participant,
-        ego,
-        other: &other,
-    };
-    let mut worst: Option<CriticalMoment> = None;
-    let mut take = |(step, grade, order, hazard)| {
-        let moment = CriticalMoment {
-            obstacle,
+
+    /// Those with the participant at a place of [`Context::participants`].
+    #[must_use]
+    pub fn with(&self, participant: usize) -> PairMoments<'_, 's> {
+        let motions = self.context.motions(participant);
+        PairMoments {
+            pair: PairPaths {
+                context: self.context,
+                participant,
+                ego: &self.ego,
+                other: DrivenPath::of(motions.iter().copied()),
+            },
+            passes: OnceCell::new(),
+        }
+    }
+}
+
+/// The moments of the ego with one obstacle.
+#[derive(Debug)]
+pub struct PairMoments<'c, 's> {
+    pair: PairPaths<'c, 's>,
+    /// What passed closely in the whole recording.
+    passes: OnceCell<Vec<Graded>>,
+}
+
+impl PairMoments<'_, '_> {
+    /// How severe a step is; nothing where one of the two is not there.
+    #[must_use]
+    pub fn at(&self, step: i64) -> Option<CriticalMoment> {
+        let pair = &self.pair;
+        let context = pair.context;
+        let other = context.participants()[pair.participant].obstacle;
+        let encounter = context.encounter(pair.participant, step)?;
+        let moment = |(step, grade, order, hazard)| CriticalMoment {
+            obstacle: other.id,
             step,
             grade,
             hazard,
             order,
         };
-        if worst.is_none_or(|worst| moment.compare(&worst).is_lt()) {
-            worst = Some(moment);
+        if let Some(contact) = encounter.contact() {
+            let hazard = Hazard::Contact {
+                closing_speed: contact.closing_speed,
+                is_possible: contact.is_possible,
+            };
+            // Bodies that touch before regions that do, which have no speed.
+            let order = match contact.is_possible {
+                true => contact.time,
+                false => -contact.closing_speed,
+            };
+            return Some(moment((step, Grade::Contact, order, hazard)));
         }
-    };
-    for step in context.steps() {
-        let Some(encounter) = context.encounter(participant, step) else {
-            continue;
-        };
+        let metres = encounter.distance();
+        let (grade, order) = pair.nearness(&encounter);
+        let near = moment((step, grade, order, Hazard::Near { metres }));
         // A region has no course.
         let course = (!encounter.is_with_occupancy()).then(|| pair.graded(&encounter, step));
-        if let Some((grade, order, course)) = course.flatten() {
+        let course = course.flatten().map(|(grade, order, course)| {
             let hazard = Hazard::Course {
                 seconds: course.seconds,
                 braking: course.braking(),
             };
-            take((step, grade, order, hazard));
+            moment((step, grade, order, hazard))
+        });
+        let passes = self.passes().iter().filter(|pass| pass.0 == step);
+        let others = course.into_iter().chain(passes.copied().map(moment));
+        others.chain([near]).min_by(CriticalMoment::compare)
+    }
+
+    /// The moment that matters of these steps, which are in the order of time, see [`CriticalMoment::precedes`].
+    #[must_use]
+    pub fn worst(&self, steps: impl Iterator<Item = i64>) -> Option<CriticalMoment> {
+        let mut worst: Option<CriticalMoment> = None;
+        for moment in steps.filter_map(|step| self.at(step)) {
+            if moment.grade == Grade::Contact {
+                return Some(moment);
+            }
+            if worst.is_none_or(|worst| moment.precedes(&worst)) {
+                worst = Some(moment);
+            }
         }
-        let (grade, order) = pair.nearness(&encounter);
-        let metres = encounter.distance();
-        take((step, grade, order, Hazard::Near { metres }));
+        worst
     }
-    if !context.participants()[participant].obstacle.is_set_based() {
-        pass::passes(&pair).into_iter().for_each(take);
+
+    fn passes(&self) -> &[Graded] {
+        self.passes.get_or_init(|| {
+            let pair = &self.pair;
+            let other = pair.context.participants()[pair.participant].obstacle;
+            match other.is_set_based() {
+                true => Vec::new(),
+                false => pass::passes(pair),
+            }
+        })
     }
-    worst
 }
 
 /// What a moment is graded as: step, grade, order in it, why.
 type Graded = (i64, Grade, f64, Hazard);
 
 /// The ego and another over the whole recording.
+#[derive(Debug)]
 struct PairPaths<'c, 's> {
     context: &'c Context<'s>,
     participant: usize,
     ego: &'c DrivenPath,
-    other: &'c DrivenPath,
+    other: DrivenPath,
 }
 
 impl PairPaths<'_, '_> {
@@ -304,7 +358,7 @@ impl PairPaths<'_, '_> {
         let seconds = (time_to_collision::MEASURE.compute)(encounter).value();
         let Some(seconds) = seconds else {
             // Ways that bend: straight on there would be no contact.
-            let driven = course::meet(self.ego, self.other, encounter, step)?;
+            let driven = course::meet(self.ego, &self.other, encounter, step)?;
             // They come after those that are straight, too.
             return Some((
                 Grade::LaterCourse,
@@ -320,7 +374,7 @@ impl PairPaths<'_, '_> {
         };
         let borne_out = self.without_road()
             || self.keep_to_their_place(step)
-            || course::meet(self.ego, self.other, encounter, step).is_some();
+            || course::meet(self.ego, &self.other, encounter, step).is_some();
         let (soon, hard) = CONFLICT;
         let grade = match borne_out {
             true if seconds <= soon && straight.braking() >= hard => Grade::Conflict,

@@ -54,7 +54,7 @@ fn yielded(pair: &PairPaths<'_, '_>, step: i64) -> bool {
     steps.rev().any(|step| {
         let encounter = context.encounter(pair.participant, step);
         encounter.is_some_and(|encounter| {
-            let course = super::course::meet(pair.ego, pair.other, &encounter, step);
+            let course = super::course::meet(pair.ego, &pair.other, &encounter, step);
             course.is_some_and(|course| course.crosses && course.seconds <= YIELDED)
         })
     })

@@ -3,11 +3,11 @@
 use super::Filterable;
 use super::terms::{Comparison, Test};
 use crate::corpus::{CellWindows, Manoeuvre, RoadType};
-use crate::metrics::RISK_LEVELS;
+use crate::metrics::SEVERITY_NAMES;
 use crate::scenario::ObstacleType;
 
-/// Risk scores that `severity:critical` means: collision and extreme.
-const CRITICAL: [u8; 2] = [0, 1];
+/// Severities that `severity:critical` means: contact, conflict and near miss.
+const CRITICAL: usize = 3;
 
 /// Places in a list of words: several are meant where a term names several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,9 +32,9 @@ pub enum WindowTest {
     Actor(AnyOf),
     /// The road under the ego.
     Road(AnyOf),
-    /// The worst risk score.
+    /// The severity.
     Severity(AnyOf),
-    /// How the worst risk score compares.
+    /// How the severity compares.
     Compared(Comparison, f64),
 }
 
@@ -73,15 +73,12 @@ impl WindowTest {
                 value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Road))
             }
             "severity" => {
-                let of = |score: u8| AnyOf::one(usize::from(score));
-                let levels = RISK_LEVELS.levels.iter();
-                let digits: Vec<String> = levels.clone().map(|l| l.score.to_string()).collect();
-                let digits = digits.iter().zip(levels.clone());
-                let digits = digits.map(|(digit, level)| (digit.as_str(), of(level.score)));
-                let named = levels.map(|level| (level.name.as_str(), of(level.score)));
-                let critical = CRITICAL.into_iter().fold(0, |all, score| all | of(score).0);
-                let critical = ("critical", AnyOf(critical));
-                let known: Vec<Known<'_>> = named.chain([critical]).chain(digits).collect();
+                let names = SEVERITY_NAMES.map(|name| name.replace(' ', "_"));
+                let digits: Vec<String> = (0..names.len()).map(|n| n.to_string()).collect();
+                let words = names.iter().chain(&digits).map(String::as_str);
+                let places = (0..names.len()).chain(0..names.len()).map(AnyOf::one);
+                let critical = ("critical", AnyOf((1 << CRITICAL) - 1));
+                let known: Vec<Known<'_>> = words.zip(places).chain([critical]).collect();
                 value_of(key, value, &known).map(|any| any.map(Self::Severity))
             }
             _ => return None,

@@ -1,8 +1,11 @@
-//! Names of severities beside a word such as risk: `high risk or worse`, `worse than medium risk`.
+//! Names of risk scores beside a word such as risk: `high risk or worse`, `worse than medium risk`.
 
 use super::items::{Item, What};
-use super::lexicon::Meaning;
+use super::lexicon::{Meaning, Unit};
 use super::reading::Part;
+
+/// `high severity` means a high risk: the numbers of severities have other names.
+const SEVERITY: Meaning = Meaning::Measure("severity", Unit::None);
 
 /// Reads levels that begin at the first item: how many items they are, and their terms. Nothing if none begin there.
 pub fn read(items: &[Item]) -> Option<(usize, Option<Vec<Part>>)> {
@@ -12,8 +15,9 @@ pub fn read(items: &[Item]) -> Option<(usize, Option<Vec<Part>>)> {
         _ => None,
     };
     let means = |at: usize, meaning: Meaning| what(at) == Some(&What::Means(meaning));
+    let names = |at: usize| means(at, Meaning::Risk) || means(at, SEVERITY);
     let mut at = 0;
-    let mut named = means(at, Meaning::Risk);
+    let mut named = names(at);
     at += usize::from(named);
     let sign = match what(at) {
         Some(What::Means(Meaning::Worse)) => Some("<"),
@@ -32,7 +36,7 @@ pub fn read(items: &[Item]) -> Option<(usize, Option<Vec<Part>>)> {
         scores.push(score);
         at += 2;
     }
-    if means(at, Meaning::Risk) {
+    if names(at) {
         named = true;
         at += 1;
     }
@@ -49,13 +53,15 @@ pub fn read(items: &[Item]) -> Option<(usize, Option<Vec<Part>>)> {
         (sign, ..) => sign,
     };
     let parts = match (sign, &scores[..]) {
-        (Some(sign), [score]) => Some(vec![Part::Whole(format!("severity{sign}{score}"))]),
+        (Some(sign), [score]) => Some(vec![Part::Whole(format!("risk{sign}{score}"))]),
         (Some(_), _) => None,
+        (None, [score]) => Some(vec![Part::Whole(format!("risk={score}"))]),
         (None, scores) => {
-            let levels = &crate::metrics::RISK_LEVELS;
-            let levels = scores.iter().filter_map(|score| levels.level(*score));
-            let part = |level: &str| Part::Value("severity", level.to_string());
-            Some(levels.map(|level| part(&level.name)).collect())
+            // Terms hold together: only scores that follow each other are a range.
+            let (least, most) = (scores.iter().min()?, scores.iter().max()?);
+            let all = (*least..=*most).all(|score| scores.contains(&score));
+            let range = [format!("risk>={least}"), format!("risk<={most}")];
+            all.then(|| range.map(Part::Whole).to_vec())
         }
     };
     Some((at, parts))

@@ -16,9 +16,9 @@ pub enum Meaning {
     Terms(&'static [(&'static str, &'static str)]),
     /// A whole term.
     Whole(&'static str),
-    /// A name of a severity, which needs a word such as risk beside it: its score.
+    /// A name of a risk score, which needs a word such as risk beside it: its score.
     Level(u8),
-    /// Risk, severity: what levels and scores are of.
+    /// Risk: what levels and scores are of.
     Risk,
     /// A measure or another number, with the unit of its values.
     Measure(&'static str, Unit),

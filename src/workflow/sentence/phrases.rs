@@ -142,11 +142,11 @@ pub const PHRASES: &[(&str, Meaning)] = &[
     ("untyped road", Term("road", "untyped")),
     (
         "collision|crash|accident|contact",
-        Term("severity", "collision"),
+        Term("severity", "contact"),
     ),
     (
         "near miss|near collision|near crash|near accident",
-        Term("severity", "extreme"),
+        Term("severity", "near_miss"),
     ),
     (
         "critical|safety critical|critical or worse|near miss or worse|near collision or worse|dangerous|unsafe|hazardous",
@@ -157,7 +157,8 @@ pub const PHRASES: &[(&str, Meaning)] = &[
     ("medium|moderate", Level(3)),
     ("low", Level(4)),
     ("negligible", Level(5)),
-    ("risk|risk score|severity|danger|risk level", Risk),
+    ("risk|risk score|danger|risk level", Risk),
+    ("severity", Measure("severity", Unit::None)),
     (
         "ttc|time to collision|time to crash|time to contact|to collision",
         Measure("ttc", Unit::Seconds),

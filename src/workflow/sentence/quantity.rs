@@ -27,7 +27,10 @@ pub struct Quantity {
     pub named: Option<Named>,
 }
 
-const SEVERITY: Named = ("severity", Unit::None);
+const RISK: Named = ("risk", Unit::None);
+
+/// Numbers of which few are many: a window can have exactly this one.
+const SCORES: [&str; 2] = [RISK.0, "severity"];
 
 /// Reads a quantity that begins at the first item: with its measures, its comparison, `between`, or its number.
 /// Nothing if none begins there.
@@ -148,7 +151,7 @@ fn terms(
     extreme: Option<Bound>,
 ) -> Option<Vec<String>> {
     let danger = measure(id).map(|measure| measure.danger);
-    let low = danger == Some(Danger::Low) || id == SEVERITY.0;
+    let low = danger == Some(Danger::Low) || SCORES.contains(&id);
     // An index has the most dangerous value of a window, not the other extreme.
     let kept = match (extreme, danger) {
         (Some(Bound::Least), Some(_)) => low,
@@ -174,7 +177,7 @@ fn terms(
             Some(Bound::Least) => ">=",
             Some(Bound::Most) => "<=",
             // Scores may be equal to a number; a time never is.
-            _ if id == SEVERITY.0 => "=",
+            _ if SCORES.contains(&id) => "=",
             _ => return None,
         },
         _ => return None,
@@ -326,7 +329,7 @@ fn bound(items: &[Item], at: usize) -> Option<Bound> {
 fn named(items: &[Item], at: usize) -> Option<Named> {
     match what(items, at)? {
         What::Means(Meaning::Measure(id, unit)) => Some((id, *unit)),
-        What::Means(Meaning::Risk) => Some(SEVERITY),
+        What::Means(Meaning::Risk) => Some(RISK),
         _ => None,
     }
 }

@@ -10,7 +10,7 @@ use super::cell::{CellChoice, CellDetail, WorstWindow};
 use super::{ALL, CoverageScreen};
 use crate::corpus::{CellCounts, CorpusIndex, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
 use crate::description::visible;
-use crate::metrics::RISK_LEVELS;
+use crate::metrics::SEVERITY_NAMES;
 use crate::system::{pad_start, shown_path};
 use crate::tui::action::Action;
 use crate::tui::model::{ListIndex, Model};
@@ -69,9 +69,8 @@ fn title(model: &Model, state: &CoverageScreen, room: usize) -> String {
     }
 }
 
-fn severity_name(score: u8) -> &'static str {
-    let level = RISK_LEVELS.level(score);
-    level.map_or("", |level| level.name.as_str())
+fn severity_name(severity: u8) -> &'static str {
+    SEVERITY_NAMES[usize::from(severity)]
 }
 
 /// Why there is no table.
@@ -260,7 +259,7 @@ fn draw_cell(
     if height > lines.len() + 2 {
         let legend = format!("{EMPTY} none   ░▒▓█ few to many windows   * some asked about");
         let bars = match width {
-            180.. => "   ▁▄█ by severity, 0 collision to 5 negligible",
+            180.. => "   ▁▄█ by severity, 0 contact to 5 none",
             _ => "",
         };
         lines.push(Line::styled(fit(&format!("{legend}{bars}"), width), dim));
