@@ -32,6 +32,15 @@ pub struct Contact {
 }
 
 impl Contact {
+    /// What it is called: one with a region is possible.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self.is_possible {
+            true => "possible contact",
+            false => "contact",
+        }
+    }
+
     /// The contact at a step or on the way to it from the step before, if there is one.
     #[must_use]
     pub fn at(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<Self> {

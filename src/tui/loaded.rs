@@ -30,8 +30,8 @@ pub use variant::{
 use crate::formats::{EgoSelection, Entry};
 use crate::judge::{Judgement, judge_collision, judge_recording};
 use crate::metrics::{
-    Context, CriticalMoment, Grade, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series,
-    Thresholds,
+    Contact, Context, CriticalMoment, Grade, Headline, MEASURES, Measure, Reading, SCENE_MEASURES,
+    Series, Thresholds,
 };
 use crate::render::scene::Basemap;
 use crate::scenario::{Scenario, Scene, Severity, Transform};
@@ -176,6 +176,12 @@ impl Opened {
         let ego = self.scene.iter().flat_map(|s| &s.ego.diagnostics);
         let all = self.scenario.diagnostics.iter().chain(ego);
         all.filter(|d| d.severity == Severity::Warning).count()
+    }
+
+    /// The first contact of the ego.
+    #[must_use]
+    pub fn contact(&self) -> Option<&Contact> {
+        self.headline.as_ref()?.contact.as_ref()
     }
 
     /// The moment that matters, where it is no contact, which has a mark of its own.

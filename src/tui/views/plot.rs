@@ -101,8 +101,8 @@ fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
         words: words.into(),
         style: Style::new().fg(color).add_modifier(Modifier::BOLD),
     };
-    let contact = opened.collision.as_ref().and_then(|c| c.decisive_step);
-    let contact = contact.map(|step| event(step, 'X', "contact", theme.danger));
+    let contact = opened.contact();
+    let contact = contact.map(|contact| event(contact.step, 'X', contact.name(), theme.danger));
     let extreme = series.most_dangerous(measure.id);
     let extreme = extreme.map(|(step, _)| event(step, '▾', measure.extreme(), theme.text));
     let worst = opened.worst_untouched();

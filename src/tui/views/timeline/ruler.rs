@@ -31,8 +31,8 @@ pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> V
         style: bold(color),
     };
     let mut marks = Vec::new();
-    let contact = opened.collision.as_ref().and_then(|c| c.decisive_step);
-    marks.extend(contact.map(|step| mark(step, 'X', "contact", theme.danger)));
+    let contact = opened.contact();
+    marks.extend(contact.map(|contact| mark(contact.step, 'X', contact.name(), theme.danger)));
     let differing = model.disagreements().into_iter();
     marks.extend(differing.map(|d| mark(d.step, '≠', "", theme.disagree)));
     let second = model.second_moment();
