@@ -48,13 +48,15 @@ impl Headline {
     /// The same, measured in a scene.
     #[must_use]
     pub fn compute(scene: &Scene, thresholds: &Thresholds) -> Self {
+        Self::of(&Context::under(scene, thresholds))
+    }
+
+    /// The same of a context.
+    #[must_use]
+    pub fn of(context: &Context<'_>) -> Self {
         let wanted = ["distance", "ttc", "risk"];
         let measures = MEASURES.iter().filter(|m| wanted.contains(&m.id));
-        let context = Context::under(scene, thresholds);
-        Self::new(
-            &context,
-            &Series::from_context(&context, measures.collect()),
-        )
+        Self::new(context, &Series::from_context(context, measures.collect()))
     }
 
     /// The moment that matters: the most severe one (see [`critical_moments`]). The workbench, `--at worst` and figures

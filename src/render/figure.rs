@@ -6,8 +6,9 @@ use super::palette::Palette;
 use super::plot::Plot;
 use super::scene::{Basemap, MapRequest, MapScene, TrailSpan};
 use super::view::{MapExtent, Subject, Variations, View};
+use crate::geometry::Point;
 use crate::metrics::{Context, Headline, MEASURES, Measure, Series, Thresholds};
-use crate::scenario::{Window, WindowRule};
+use crate::scenario::{Scene, Window, WindowRule};
 
 /// What is on a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +60,7 @@ impl Default for Look {
     fn default() -> Self {
         Self {
             what: FigureContent::Map,
-            seen: MapExtent::USUAL,
+            seen: MapExtent::Usual,
             ego_up: false,
             obstacles: Vec::new(),
             measures: MEASURES.iter().filter(|m| m.id == "distance").collect(),
@@ -123,7 +124,8 @@ impl<'a> Figure<'a> {
         let mut telling = subject.steps().start;
         let (mut series, mut contact) = (None, None);
         if let Some(scene) = subject.scene {
-            let headline = Headline::compute(scene, thresholds);
+            let context = Context::under(scene, thresholds);
+            let headline = Headline::of(&context);
             contact = headline.contact.map(|contact| contact.step);
             if let Some(worst) = headline.worst() {
                 telling = worst.step;
@@ -131,7 +133,6 @@ impl<'a> Figure<'a> {
                     look.obstacles.push(worst.obstacle);
                 }
             }
-            let context = Context::under(scene, thresholds);
             if look.what != FigureContent::Map {
                 series = Some(Series::from_context(&context, look.measures.clone()));
             }
@@ -207,7 +208,10 @@ impl<'a> Figure<'a> {
                 height: map_height,
             };
             let area = area.grown(-0.25);
-            let view = View::new(look.seen, look.ego_up, &self.subject, step, area);
+            let mut view = View::new(look.seen, look.ego_up, &self.subject, step, area);
+            if look.seen == MapExtent::Usual {
+                view = view.with(self.pointed_out(step));
+            }
             self.draw_map(&mut picture, step, view, letters, true);
         }
         if let Some(series) = self.series.as_ref().filter(|_| plot_height > 0.0) {
@@ -232,6 +236,14 @@ impl<'a> Figure<'a> {
             plot.draw(&mut picture);
         }
         picture
+    }
+
+    /// Where the obstacles are at a step that are pointed out.
+    fn pointed_out(&self, step: i64) -> impl Iterator<Item = Point> {
+        let everyone = self.subject.scene.into_iter().flat_map(Scene::participants);
+        let wanted = |id: i64| self.look.obstacles.contains(&id);
+        let motions = everyone.filter(move |p| wanted(p.obstacle.id));
+        motions.filter_map(move |p| Some(p.at(step)?.pose.position))
     }
 
     /// Draws the map at a step into a part of a picture, with letters of this size, points, and a scale bar or not.

@@ -8,6 +8,9 @@ use crate::scenario::{Obstacle, Scenario, Scene};
 /// Which part of the map is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MapExtent {
+    /// Around the ego, [`USUAL_WIDTH`] wide, or as wide as the obstacles need that are pointed out; without an ego,
+    /// everything.
+    Usual,
     /// Around the ego, so many metres wide; without an ego, everything.
     Ego {
         /// Metres from left to right.
@@ -25,9 +28,6 @@ pub enum MapExtent {
 }
 
 impl MapExtent {
-    /// Metres around the ego that are seen unless something else is asked for.
-    pub const USUAL: Self = Self::Ego { width: 60.0 };
-
     /// `ego`, `ego,WIDTH`, `all` or `X,Y,WIDTH`, in metres.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl MapExtent {
         let words: Vec<&str> = text.split(',').collect();
         let seen = match &words[..] {
             ["all"] => Some(Self::All),
-            ["ego"] => Some(Self::USUAL),
+            ["ego"] => Some(Self::Usual),
             ["ego", width] => numbers(&[width]).map(|n| Self::Ego { width: n[0] }),
             rest if rest.len() == 3 => numbers(rest).map(|n| Self::Around {
                 center: Point::new(n[0], n[1]),
@@ -57,11 +57,14 @@ impl MapExtent {
         };
         let fits = |seen: &Self| match seen {
             Self::Ego { width } | Self::Around { width, .. } => (LEAST..=MOST).contains(width),
-            Self::All => true,
+            Self::Usual | Self::All => true,
         };
         seen.filter(fits).ok_or_else(wrong)
     }
 }
+
+/// Metres around the ego that are seen unless something else is asked for or pointed out.
+const USUAL_WIDTH: f64 = 60.0;
 
 /// Metres that a picture is wide at least and at most.
 const LEAST: f64 = 2.0;
@@ -112,6 +115,7 @@ impl View {
         match (seen, ego) {
             (MapExtent::Around { center, width }, _) => around(center, width),
             (MapExtent::Ego { width }, Some(motion)) => around(motion.pose.position, width),
+            (MapExtent::Usual, Some(motion)) => around(motion.pose.position, USUAL_WIDTH),
             _ => {
                 let turned = Pose {
                     position: Point::origin(),
@@ -128,6 +132,22 @@ impl View {
                     (size.y + 2.0 * MARGIN).max((size.x + 2.0 * MARGIN) * area.width / area.height);
                 around(turned.to_world(&bounds.center()), width.clamp(LEAST, MOST))
             }
+        }
+    }
+
+    /// The same from farther away, so that these points are on the page, with room for a vehicle around them.
+    #[must_use]
+    pub fn with(self, points: impl IntoIterator<Item = Point>) -> Self {
+        const ROOM: f64 = 3.0;
+        let half = points.into_iter().map(|point| {
+            let local = self.frame.to_local(&point);
+            let ratio = self.area.width / self.area.height;
+            (local.y.abs() + ROOM).max((local.x.abs() + ROOM) * ratio)
+        });
+        let width = half.fold(self.width(), |width, half| width.max(2.0 * half));
+        Self {
+            scale: self.area.width / width.min(MOST),
+            ..self
         }
     }
 
@@ -289,6 +309,32 @@ impl<'a> Subject<'a> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn a_view_goes_back_until_all_points_are_on_the_page_and_no_nearer() {
+        let area = Area {
+            x: 0.0,
+            y: 0.0,
+            width: 200.0,
+            height: 100.0,
+        };
+        let view = View {
+            frame: Pose::new(7.0, -3.0, 0.4),
+            scale: 4.0,
+            area,
+        };
+        let world = |x, y| view.frame.to_world(&Point::new(x, y));
+        assert_eq!(view.with([world(5.0, 10.0)]), view);
+        for far in [world(40.0, 0.0), world(0.0, -70.0), world(-30.0, 90.0)] {
+            let wide = view.with([far]);
+            let (x, y) = wide.at(&far);
+            assert!(
+                (0.0..=200.0).contains(&x) && (0.0..=100.0).contains(&y),
+                "{x} {y}"
+            );
+            assert!(wide.scale < view.scale);
+        }
+    }
 
     #[test]
     fn metres_are_the_same_in_both_directions_and_left_stays_left() {

@@ -2,9 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nearmiss::evaluation::windows::Traffic;
-use nearmiss::formats::{Entry, find};
-use nearmiss::scenario::{Scene, Window};
 use serde_json::{Value, json};
 
 use super::BUNDLED;
@@ -124,36 +121,29 @@ fn cell<'a>(report: &'a Value, model: &str) -> &'a Value {
         .unwrap()
 }
 
-/// The share of the obstacles that the table of a question describes that are critical: what names drawn at random
-/// would have.
-fn base_rate(questions: &[Value], entries: &[Entry]) -> f64 {
-    let entries: BTreeMap<&str, &Entry> = entries.iter().map(|e| (e.name.as_str(), e)).collect();
-    let (mut critical, mut described) = (0.0, 0.0);
-    for question in questions {
-        let scenario = entries[question["scenario"].as_str().unwrap()]
-            .read()
-            .unwrap();
-        let ego = entries[question["scenario"].as_str().unwrap()]
-            .recorded_ego(&scenario)
-            .unwrap()
-            .unwrap();
-        let scene = Scene::new(scenario, ego);
-        let number = |key: &str| question[key].as_i64().unwrap();
-        let (first, last) = (number("first_step"), number("last_step"));
-        let steps = usize::try_from(last - first + 1).unwrap();
-        let window = Window::within(&scene.steps(), last, steps);
-        described += Traffic::in_window(&scene, &window, 30.0).obstacles as f64;
-        critical += question["critical"].as_array().unwrap().len() as f64;
-    }
-    critical / described
-}
-
-/// The rate is of those within 30 m; who is farther and can reach the ego is described and named, too.
-fn is_about_the_rate(precision: f64, rate: f64) {
-    assert!(
-        precision <= rate + 1e-9 && precision > 0.8 * rate,
-        "{precision} {rate}"
+/// The share of the obstacles that the tables of these questions print that are critical: what names drawn at random
+/// would have. What was sent is read from the store.
+fn base_rate(home: &Home, questions: &[Value]) -> f64 {
+    let sent = home.rows(
+        "SELECT scenario, window_first, window_last, messages FROM runs WHERE model = 'lab/spams'",
     );
+    let asked = |question: &Value| {
+        let here = |row: &&BTreeMap<String, Option<String>>| {
+            let is = |column: &str, value: String| row[column] == Some(value);
+            is("scenario", question["scenario"].as_str().unwrap().into())
+                && is("window_first", question["first_step"].to_string())
+                && is("window_last", question["last_step"].to_string())
+        };
+        let mut rows = sent.iter().filter(here);
+        let messages = rows.next().expect("it was asked")["messages"].clone();
+        let messages: Value = serde_json::from_str(&messages.unwrap()).unwrap();
+        let last = messages.as_array().unwrap().last().unwrap();
+        last["content"].as_str().unwrap().to_string()
+    };
+    let critical = |question: &Value| question["critical"].as_array().unwrap().len();
+    let printed = questions.iter().map(|q| printed_scores(&asked(q)).len());
+    let critical: usize = questions.iter().map(critical).sum();
+    critical as f64 / printed.sum::<usize>() as f64
 }
 
 fn is_last(report: &Value, model: &str) {
@@ -187,13 +177,9 @@ async fn one_that_names_everybody_is_last() {
         (&spam["recall"], &spam["naming_recall"]),
         (&json!(1.0), &json!(1.0))
     );
-    let rate = base_rate(&questions, &nearmiss::formats::bundled());
+    let rate = base_rate(&home, &questions);
     let precision = spam["naming_precision"].as_f64().unwrap();
-    // Of those within 30 m; who is farther and can reach the ego is described and named, too.
-    assert!(
-        precision <= rate + 1e-9 && precision > 0.8 * rate,
-        "{precision} {rate}"
-    );
+    assert!((precision - rate).abs() < 1e-9, "{precision} {rate}");
     is_last(&report, "lab/spams");
     let text = run(&home, &["report", "--batch", "last"]).status(0).stdout;
     assert!(text.contains("Names right"), "{text}");
@@ -207,7 +193,7 @@ async fn published_collisions_are_found_by_their_printed_scores() {
     let folder = folder.join("Scenarios");
     let leads = "0.2,0.5,1,1.5,2";
     let path = folder.display().to_string();
-    let (_home, questions, batch, report) = asked(&[&path], leads).await;
+    let (home, questions, batch, report) = asked(&[&path], leads).await;
     let rows: Vec<&Value> = batch["lead"].as_array().unwrap().iter().collect();
     let of = |model: &'static str| rows.iter().filter(move |row| row["model"] == model);
     for row in of("lab/copies") {
@@ -240,11 +226,11 @@ async fn published_collisions_are_found_by_their_printed_scores() {
     }
     let first = questions.iter().filter(|question| question["lead"] == 0.2);
     let first: Vec<Value> = first.cloned().collect();
-    let rate = base_rate(&first, &find(&[folder]).unwrap().entries);
+    let rate = base_rate(&home, &first);
     let precision = cell(&report, "lab/spams")["naming_precision"]
         .as_f64()
         .unwrap();
     println!("naming precision of the spam {precision:.4}, base rate {rate:.4}");
-    is_about_the_rate(precision, rate);
+    assert!((precision - rate).abs() < 1e-9, "{precision} {rate}");
     is_last(&report, "lab/spams");
 }

@@ -53,7 +53,8 @@ pub struct Render {
     /// What is drawn.
     #[arg(long, value_enum, default_value = "map")]
     pub what: RenderContent,
-    /// Part of the map, metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego,60].
+    /// Part of the map, metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego, 60 m wide, or as wide as the pointed
+    /// out obstacle needs].
     #[arg(long, value_name = "VIEW", value_parser = MapExtent::parse, allow_hyphen_values = true)]
     pub view: Option<MapExtent>,
     /// Original of a variant of `nearmiss generate`, a CommonRoad file or name of a bundled scenario; its attacker's
