@@ -208,10 +208,16 @@ impl<'a> Figure<'a> {
                 height: map_height,
             };
             let area = area.grown(-0.25);
-            let mut view = View::new(look.seen, look.ego_up, &self.subject, step, area);
-            if look.seen == MapExtent::Usual {
-                view = view.with(self.pointed_out(step));
+            let view = |seen, step| View::new(seen, look.ego_up, &self.subject, step, area);
+            let mut seen = look.seen;
+            if seen == MapExtent::Usual && self.subject.scene.is_some() {
+                // The same width at all steps, so that films stand still.
+                let telling = view(seen, self.telling).with(self.pointed_out(self.telling));
+                seen = MapExtent::Ego {
+                    width: telling.width(),
+                };
             }
+            let view = view(seen, step);
             self.draw_map(&mut picture, step, view, letters, true);
         }
         if let Some(series) = self.series.as_ref().filter(|_| plot_height > 0.0) {

@@ -8,8 +8,8 @@ use crate::scenario::{Obstacle, Scenario, Scene};
 /// Which part of the map is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MapExtent {
-    /// Around the ego, [`USUAL_WIDTH`] wide, or as wide as the obstacles need that are pointed out; without an ego,
-    /// everything.
+    /// Around the ego, 60 m wide; figures are wider where an obstacle that is pointed out needs it at the moment that
+    /// matters. Without an ego, everything.
     Usual,
     /// Around the ego, so many metres wide; without an ego, everything.
     Ego {
