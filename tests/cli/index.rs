@@ -31,7 +31,7 @@ fn the_table_of_an_index_and_a_sample_that_covers_it() {
         assert!(table.contains(manoeuvre), "{manoeuvre}: {table}");
         assert!(coverage.iter().any(|row| row["manoeuvre"] == manoeuvre));
     }
-    assert!(table.starts_with("manoeuvre") && table.contains("negligible"));
+    assert!(table.starts_with("manoeuvre") && table.contains("near miss"));
     let svg = std::fs::read_to_string(home.files().join("map.svg")).unwrap();
     assert!(svg.contains("<svg") && svg.contains("cut_in"));
     let sum: u64 = coverage
@@ -84,6 +84,29 @@ fn the_table_of_an_index_and_a_sample_that_covers_it() {
         .status(0)
         .stdout;
     assert!(paths.lines().count() <= 3 && !paths.contains("bundled"));
+}
+
+/// As those of before severity was graded, whose scores were others.
+#[test]
+fn an_index_with_other_severities_is_refused() {
+    let home = Home::new();
+    indexed(&home);
+    let mut parts = std::fs::read_dir(home.files().join("index/shard=0")).unwrap();
+    let part = parts.next().unwrap().unwrap().path();
+    let mut bytes = std::fs::read(&part).unwrap();
+    let key = b"nearmiss.severities";
+    let at = bytes.windows(key.len()).position(|part| part == key);
+    bytes[at.unwrap() + key.len() - 1] = b'x';
+    std::fs::write(&part, bytes).unwrap();
+    for command in [
+        &["find", "--filter", "severity:contact", "--index", "index"][..],
+        &["index", "show", "index"],
+        &["sample", "index", "-n", "1"],
+    ] {
+        home.run(command)
+            .status(2)
+            .says(&["of another scale than contact, conflict", "--overwrite"]);
+    }
 }
 
 #[test]
