@@ -91,7 +91,7 @@ fn the_table_of_an_index_and_a_sample_that_covers_it() {
 fn an_index_with_other_severities_is_refused() {
     let home = Home::new();
     indexed(&home);
-    let mut parts = std::fs::read_dir(home.files().join("index/shard=0")).unwrap();
+    let mut parts = std::fs::read_dir(home.files().join("index/shard=1-of-1")).unwrap();
     let part = parts.next().unwrap().unwrap().path();
     let mut bytes = std::fs::read(&part).unwrap();
     let key = b"nearmiss.severities";
