@@ -148,7 +148,7 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
         (
             "words.xml",
             b"these are words".to_vec(),
-            vec!["words.xml", "commonRoad"],
+            vec!["words.xml: text, not a scenario", "help scenarios"],
         ),
         ("empty.xml", Vec::new(), vec!["empty.xml", "commonRoad"]),
         (
@@ -220,6 +220,7 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
             );
         }
     }
+    let home = Home::new();
     home.run(&["inspect", "nowhere.xml"]).status(2).says(&[
         "nowhere.xml",
         "no such file",
