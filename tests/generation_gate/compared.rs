@@ -53,12 +53,12 @@ fn no_more_changes_pass_than_there_may_be() {
 }
 
 /// As the recording of another obstacle, or of the same, from a step on, moved by so many metres east.
-fn moved(original: &Scenario, id: i64, like: i64, east: f64) -> Change {
+fn moved(original: &Scenario, id: i64, like: i64, north: f64) -> Change {
     let mut change = untouched(original, id, 70);
     let track = original.obstacle(like).unwrap().track();
     for (step, motion) in change.motions.iter_mut().skip(1) {
         *motion = *track.at(*step).unwrap();
-        motion.pose.position.x += east;
+        motion.pose.position.y += north;
     }
     change
 }
