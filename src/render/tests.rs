@@ -58,6 +58,7 @@ fn the_ego_has_its_real_size_and_place_on_the_page() {
     let scene = scene("RedLight");
     for (ego_up, size) in [(false, (240.0, Some(160.0))), (true, (500.0, Some(90.0)))] {
         let look = Look {
+            seen: MapExtent::Ego { width: 60.0 },
             size,
             ego_up,
             ..Look::default()
