@@ -84,8 +84,8 @@ fn changed_motions_are_checked_beside_each_other() {
     };
     // In a free place both, but in the same one.
     let (one, two) = (
-        moved(&original, 304, 304, 999.0),
-        moved(&original, 302, 304, 999.0),
+        moved(&original, 304, 304, -999.0),
+        moved(&original, 302, 304, -999.0),
     );
     assert_eq!(found(&[&one]), [].into());
     assert_eq!(found(&[&two]), [].into());
