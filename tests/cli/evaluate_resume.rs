@@ -95,6 +95,71 @@ async fn leads_and_changes_that_are_added_come_to_the_same_as_when_they_are_ther
     }
 }
 
+/// What the last batch asks, but for the order.
+fn asked(home: &Home) -> Vec<std::collections::BTreeMap<String, Option<String>>> {
+    let mut rows = home.rows(
+        "SELECT path, task, frame, techniques, model, sample, lead, transform, window_first, window_last, collides, key
+         FROM items WHERE batch = (SELECT max(id) FROM batches)",
+    );
+    rows.sort();
+    rows
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_batch_of_two_tasks_asks_what_one_asks_that_was_planned_whole() {
+    let names = BUNDLED.map(|(name, _)| name);
+    let base = |samples: &'static str, models: &'static str, techniques: &'static str| {
+        let options = [
+            "--task",
+            "collision,safety",
+            "--frame",
+            "cartesian,ego,metrics",
+            "--json",
+            "--samples",
+            samples,
+            "--model",
+            models,
+            "--techniques",
+            techniques,
+        ];
+        [&["evaluate"][..], &names, &options].concat()
+    };
+    let server = yes_first().await;
+    let first = base("1", "lab/tiny", "base");
+    for (more, added) in [
+        (
+            base("1", "lab/tiny,lab/second", "base"),
+            ["--add-model", "lab/second"],
+        ),
+        (
+            base("1", "lab/tiny", "base,icl"),
+            ["--add-techniques", "icl"],
+        ),
+        (base("2", "lab/tiny", "base"), ["--samples", "2"]),
+        (
+            [&first[..], &["--lead", "1,0.5"]].concat(),
+            ["--add-lead", "0.5"],
+        ),
+        (
+            [&first[..], &["--transform", "mirror"]].concat(),
+            ["--add-transform", "mirror"],
+        ),
+    ] {
+        let whole = home_with(server.base_url());
+        run(&whole, &more).status(0);
+        let home = home_with(server.base_url());
+        run(&home, &first).status(0);
+        let few = asked(&home);
+        resume(&home, &added).status(0);
+        let (all, wanted) = (asked(&home), asked(&whole));
+        assert!(few.len() < all.len(), "{added:?}");
+        assert_eq!(all.len(), wanted.len(), "{added:?}");
+        for (one, wanted) in all.iter().zip(&wanted) {
+            assert_eq!(one, wanted, "{added:?}");
+        }
+    }
+}
+
 /// A batch about the ends of the recordings, as earlier versions began them.
 fn of_earlier_version(home: &Home) {
     let matrix = Matrix {

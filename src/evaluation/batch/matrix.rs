@@ -196,6 +196,13 @@ impl Matrix {
         ways
     }
 
+    /// Whether windows are drawn, so that dangerous and safe ones are alike.
+    #[must_use]
+    pub fn draws_windows(&self) -> bool {
+        let drawn = |task: &Task| matches!(task, Task::Safety | Task::Collision);
+        self.request.within.is_some() && self.tasks.iter().any(drawn)
+    }
+
     /// How many answers are wanted of a way of asking: the built-in judge always says the same.
     #[must_use]
     pub fn samples_of(&self, way: &PromptConfig) -> u32 {

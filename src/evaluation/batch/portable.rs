@@ -33,6 +33,9 @@ impl Spec {
                 other => other.clone(),
             },
             base_url: self.base_url.as_deref().map(plain_address),
+            drawn_from: { self.drawn_from.iter() }
+                .map(|path| self.portable_path(path))
+                .collect(),
             ..self.clone()
         }
     }

@@ -40,6 +40,9 @@ pub struct Spec {
     pub comparison: Comparison,
     /// Which of the scenarios are asked about, and in which parts.
     pub subset: Subset,
+    /// Paths of the scenarios that windows are drawn from, in order, asked about or not: windows of what is added are
+    /// matched among the same. Empty in batches of versions that did not write them down.
+    pub drawn_from: Vec<String>,
 }
 
 /// Why a specification cannot be used.

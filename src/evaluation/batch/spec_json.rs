@@ -81,6 +81,8 @@ struct Written {
     select: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     split: Option<Split>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    drawn_from: Vec<String>,
 }
 
 /// Settings in several values.
@@ -163,6 +165,7 @@ impl Spec {
             },
             select: self.subset.select.clone(),
             split: self.subset.split,
+            drawn_from: self.drawn_from.clone(),
         };
         // Strings, numbers and lists can always be written.
         serde_json::to_string(&written).unwrap_or_default()
@@ -246,6 +249,7 @@ impl Spec {
                 select: written.select,
                 split: written.split,
             },
+            drawn_from: written.drawn_from,
         })
     }
 }

@@ -197,6 +197,7 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
             drafts: BTreeMap::new(),
             comparison: Default::default(),
             subset: Default::default(),
+            drawn_from: vec!["/data/a.xml".into()],
         };
         let json = spec.to_json();
         assert!(
@@ -238,6 +239,7 @@ fn a_changed_template_is_noticed() {
         drafts: BTreeMap::new(),
         comparison: Default::default(),
         subset: Default::default(),
+        drawn_from: Vec::new(),
     };
     assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
     assert_eq!(spec.still(&library, thresholds), Ok(()));
@@ -275,6 +277,7 @@ fn a_draft_is_part_of_its_batch() {
         drafts,
         comparison: Default::default(),
         subset: Default::default(),
+        drawn_from: Vec::new(),
     };
     spec.templates = Spec::templates_of(&spec.matrix, &spec.library(&library).unwrap());
     assert_ne!(spec.templates, Spec::templates_of(&spec.matrix, &library));
@@ -308,6 +311,7 @@ fn what_templates_decide_is_told_in_numbers() {
         drafts: BTreeMap::new(),
         comparison: Default::default(),
         subset: Default::default(),
+        drawn_from: Vec::new(),
     };
     let described = spec.described(&library).unwrap();
     assert_eq!(described.history, [10], "as the paper");

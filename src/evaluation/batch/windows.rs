@@ -81,22 +81,38 @@ impl BatchWindows {
         Some((drawn, left_out))
     }
 
-    /// The windows that a stored batch has.
+    /// The windows that a stored batch has. Where windows were drawn for a task, a scenario without a question of it was
+    /// left out, and stays so.
     ///
     /// # Errors
     /// A word that this version does not know.
     pub fn of_items(items: &[Item]) -> Result<Self, String> {
         let mut found = Self::default();
+        let mut without_window: BTreeSet<(Slot, &str)> = BTreeSet::new();
         for item in items {
             let asked = &item.asked;
+            let way = way_of(asked)?;
+            let slot = (way.task, way.frame, asked.lead.clone());
+            if asked.window.is_none() {
+                without_window.insert((slot, &asked.path));
+                continue;
+            }
+            // A window without a truth is asked about once more only when it has one.
             let Some(window) = AskedWindow::of_item(item) else {
                 continue;
             };
-            let way = way_of(asked)?;
-            let of_slot = found.0.entry((way.task, way.frame, asked.lead.clone()));
-            let of_path = of_slot.or_default().entry(asked.path.clone()).or_default();
+            let of_slot = found.0.entry(slot).or_default();
+            let of_path = of_slot.entry(asked.path.clone()).or_default();
             if !of_path.contains(&window) {
                 of_path.push(window);
+            }
+        }
+        let paths: BTreeSet<&str> = items.iter().map(|item| item.asked.path.as_str()).collect();
+        for (slot, by_path) in &mut found.0 {
+            for &path in &paths {
+                if !without_window.contains(&(slot.clone(), path)) {
+                    by_path.entry(path.to_string()).or_default();
+                }
             }
         }
         Ok(found)

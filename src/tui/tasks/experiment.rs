@@ -321,6 +321,7 @@ fn truth_words(experiment: &Experiment) -> String {
         drafts: Default::default(),
         comparison: Default::default(),
         subset: Default::default(),
+        drawn_from: Vec::new(),
     };
     spec.truth_words()
 }

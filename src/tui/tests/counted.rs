@@ -71,6 +71,7 @@ pub(super) fn spec() -> Spec {
         drafts: BTreeMap::new(),
         comparison: Default::default(),
         subset: Default::default(),
+        drawn_from: Vec::new(),
     }
 }
 

@@ -115,6 +115,10 @@ impl BatchRequest {
             drafts: self.drafts.clone(),
             comparison: self.comparison.clone(),
             subset: self.subset.clone(),
+            drawn_from: match self.matrix.draws_windows() {
+                true => self.entries.iter().map(path_of).collect(),
+                false => Vec::new(),
+            },
         };
         spec.templates = Spec::templates_of(&spec.matrix, &spec.library(library)?);
         let unused = |file: &&String| !spec.templates.contains_key(*file);
@@ -164,9 +168,15 @@ impl BatchRequest {
         library: &Library,
         thresholds: &Thresholds,
     ) -> Result<Vec<Batch>, BatchError> {
-        let spec = self.spec(library, thresholds)?.to_json();
+        let spec = self.spec(library, thresholds)?;
+        // Batches of earlier versions do not say what their windows were drawn from.
+        let earlier = Spec {
+            drawn_from: Vec::new(),
+            ..spec.clone()
+        };
+        let same = [spec.to_json(), earlier.to_json()];
         let all = store.batches()?.into_iter().map(|(batch, _)| batch);
-        Ok(all.filter(|batch| batch.spec == spec).collect())
+        Ok(all.filter(|batch| same.contains(&batch.spec)).collect())
     }
 
     /// Plans the batch; nothing is written. Drawing windows reads all recordings: nothing where `cancel` asked for an

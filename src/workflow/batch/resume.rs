@@ -118,7 +118,11 @@ impl ResumeRequest {
         let mut windows = BatchWindows::of_items(&items).map_err(BatchError::Question)?;
         let mut left_out = None;
         if extended {
-            let entries: Vec<Entry> = paths(&items).into_iter().map(entry).collect();
+            let drawn_from: Vec<&str> = match spec.drawn_from.is_empty() {
+                true => paths(&items),
+                false => spec.drawn_from.iter().map(String::as_str).collect(),
+            };
+            let entries: Vec<Entry> = drawn_from.into_iter().map(entry).collect();
             // Files with labels may be gone; then what the questions say is what is known.
             let truth = match Truth::open(&spec.truth, &entries) {
                 Ok((truth, _)) => truth,
