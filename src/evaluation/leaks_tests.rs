@@ -24,6 +24,8 @@ fn item(place: i64, dangerous: bool, last: i64) -> NewItem {
             critical: Vec::new(),
             obstacles: (place % 3) as u64,
             speed: 8.0,
+            nearest: None,
+            ttc: None,
             tokens: 900,
             template_hash: String::new(),
         }),

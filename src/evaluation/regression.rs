@@ -14,7 +14,7 @@ pub struct Regression {
     pub way: PromptConfig,
     /// The earlier one.
     pub before: PromptConfig,
-    /// Scenarios with the same questions, a truth, and a verdict of both.
+    /// Scenarios with the same questions and a truth that both were asked about.
     pub n: u32,
     /// Scenarios that both were asked about, without such a question.
     pub left_out: u32,
@@ -25,7 +25,7 @@ pub struct Regression {
 /// A question: the scenario with its window.
 type Asked<'a> = (&'a str, Option<(i64, i64)>);
 
-/// Right and wrong verdicts on questions of a way.
+/// How often a way is right about its questions, and how often not: see [`Scored::is_right`].
 type Right<'a> = BTreeMap<Asked<'a>, (u32, u32)>;
 
 /// Each way of now beside the same one before: the same task, frame, techniques and model, whatever the template; where
@@ -105,13 +105,13 @@ fn share((right, wrong): (u32, u32)) -> Option<f64> {
 fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
     let mut found = Right::new();
     for one in scored {
-        let Some(truth) = one.is_collision() else {
+        if one.is_collision().is_none() {
             continue;
-        };
+        }
         let of_question = found.entry((&one.scenario, one.window)).or_default();
-        match one.positive() {
-            Some(said) if said == truth => of_question.0 += 1,
-            Some(_) => of_question.1 += 1,
+        match one.is_right() {
+            Some(true) => of_question.0 += 1,
+            Some(false) => of_question.1 += 1,
             None => {}
         }
     }
@@ -119,12 +119,12 @@ fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
 }
 
 impl Regression {
-    /// Whether accuracy fell by more than `margin`.
+    /// Whether the share that is right of all asked fell by more than `margin`.
     #[must_use]
     pub fn check(&self, margin: f64) -> Check {
         let name = format!("{} · {}", self.way.task.name(), name_of(&self.way));
         let mut found = match &self.test {
-            None => "no common question has a verdict of both".to_string(),
+            None => "no common question was asked of both".to_string(),
             Some(test) => {
                 let interval = shown(test.interval, self.n);
                 let ends = interval.map_or_else(
@@ -132,13 +132,13 @@ impl Regression {
                     |ends| format!("95 % interval {:+.4} to {:+.4}", ends.low, ends.high),
                 );
                 format!(
-                    "accuracy differs by {:+.4} ({ends}, p = {:.3}) over {} common scenarios",
+                    "right of all asked differs by {:+.4} ({ends}, p = {:.3}) over {} common scenarios",
                     test.difference, test.p, self.n
                 )
             }
         };
         if self.left_out > 0 {
-            found += &format!(", {} left out without a verdict", self.left_out);
+            found += &format!(", {} left out as not asked yet", self.left_out);
         }
         if self.before.model != self.way.model {
             found += &format!(", beside {}", name_of(&self.before));

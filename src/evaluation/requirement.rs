@@ -10,13 +10,16 @@ use crate::judge;
 use crate::system::{available, unknown};
 
 /// What can be required: the names of CSV and JSON, with the place of each in a cell's JSON.
-const METRICS: [(&str, &str); 31] = [
+const METRICS: [(&str, &str); 34] = [
     ("n", "/n"),
     ("scenarios", "/scenarios"),
     ("tp", "/tp"),
     ("fp", "/fp"),
     ("fn", "/fn"),
     ("tn", "/tn"),
+    ("asked", "/asked"),
+    ("right", "/right"),
+    ("right_of_all", "/right_of_all"),
     ("unparsed", "/unparsed"),
     ("failed", "/failed"),
     ("unasked", "/unasked"),

@@ -90,6 +90,17 @@ impl Scored {
         self.status.verdict().map(|verdict| verdict.dangerous)
     }
 
+    /// Whether it is right: what was asked and has no verdict is not. Nothing without a truth, and of what was not asked.
+    #[must_use]
+    pub fn is_right(&self) -> Option<bool> {
+        let truth = self.is_collision()?;
+        match &self.status {
+            AnswerStatus::Verdict(verdict) => Some(verdict.dangerous == truth),
+            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) => Some(false),
+            AnswerStatus::Unasked(_) => None,
+        }
+    }
+
     /// Makes a yes of the safety task that does not name the obstacle that collides a no, as the paper counts; nothing
     /// where that obstacle is not known.
     pub fn require_naming(&mut self) {

@@ -22,6 +22,13 @@ pub struct WindowFacts {
     pub obstacles: u64,
     /// The ego's speed at its end, m/s.
     pub speed: f64,
+    /// Least distance of an obstacle in the window, metres, and least time to collision at its end, seconds; of
+    /// questions of earlier versions neither is known.
+    #[serde(default)]
+    pub nearest: Option<f64>,
+    /// See `nearest`.
+    #[serde(default)]
+    pub ttc: Option<f64>,
     /// Tokens of the question, estimated.
     pub tokens: u64,
     /// SHA-256 of the template and its fragments.

@@ -52,7 +52,7 @@ fn no_more_changes_pass_than_there_may_be() {
     assert_eq!(verdicts, [false, true]);
 }
 
-/// As the recording of another obstacle, or of the same, from a step on, moved by so many metres east.
+/// As the recording of another obstacle, or of the same, from a step on, moved by so many metres north.
 fn moved(original: &Scenario, id: i64, like: i64, north: f64) -> Change {
     let mut change = untouched(original, id, 70);
     let track = original.obstacle(like).unwrap().track();

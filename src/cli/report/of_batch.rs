@@ -12,9 +12,11 @@ use crate::evaluation::batch::{
 use crate::evaluation::report::{
     AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, Varied,
 };
-use crate::evaluation::{AnswerPage, AnswerStatus, Provenance, leaks, note_on_score, validate};
+use crate::evaluation::{
+    AnswerPage, AnswerStatus, Lead, Provenance, RuleScore, leaks, note_on_score, rules, validate,
+};
 use crate::prompts::Library;
-use crate::store::{BatchId, Filter, Item, RunId, SplitPart, Store};
+use crate::store::{BatchId, Filter, Item, ItemState, RunId, SplitPart, Store};
 use crate::system::without_folders;
 
 /// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with;
@@ -77,6 +79,7 @@ pub fn made(
                 .about(part.about)
                 .varied(Varied::from_answers(&part.answers))
                 .tables(part.tables)
+                .rules(part.rules)
                 .leaks(leaks(part.items.iter().map(|item| &item.asked))),
         )
     };
@@ -140,6 +143,7 @@ struct Part {
     items: Vec<Item>,
     about: ReportSubject,
     tables: Vec<Pivot>,
+    rules: Vec<RuleScore>,
 }
 
 /// The same words as a sentence.
@@ -158,6 +162,9 @@ fn read(
 ) -> Result<Part, Failure> {
     let mut answers = batch::answers_of_part(store, id, part).map_err(Failure::input)?;
     let mut items = store.items(id).map_err(Failure::input)?;
+    let lead = spec.matrix.request.lead.map(Lead::stored);
+    let asked = items.iter().map(|item| &item.asked);
+    let rules = rules(asked, lead.as_deref(), part);
     items.retain(|item| part.is_none() || item.asked.split == part);
     let judged = judged(&mut answers, &items, spec);
     let unchecked = checked(store, &mut answers)?;
@@ -188,9 +195,22 @@ fn read(
         .iter()
         .filter(|one| matches!(one.status, AnswerStatus::Unasked(_)))
         .count();
-    if unasked > 0 {
+    let never = items
+        .iter()
+        .filter(|item| item.state == ItemState::Unaskable);
+    let never = never
+        .filter(|item| item.asked.transform.is_none())
+        .count()
+        .min(unasked);
+    if never > 0 {
+        notes.push(format!(
+            "Of these, {never} cannot be asked, such as windows that begin before the recording; they are counted separately."
+        ));
+    }
+    if unasked > never {
         let unfinished = format!(
-            "Of these, {unasked} were not asked (yet) and are counted separately; `nearmiss evaluate --resume {id}` resumes the batch."
+            "Of these, {} were not asked yet and are counted separately; `nearmiss evaluate --resume {id}` resumes the batch.",
+            unasked - never
         );
         output::say(&format!("nearmiss: {unfinished}"));
         notes.push(unfinished);
@@ -223,6 +243,7 @@ fn read(
         items,
         about,
         tables,
+        rules,
     })
 }
 

@@ -7,7 +7,7 @@ use super::estimate::Size;
 use super::question_builder::{QuestionBuilder, obstacle, path_of, question_key};
 use super::truth::Truth;
 use super::variant::Variant;
-use super::window_facts::facts;
+use super::window_facts::{RuleValues, facts};
 use super::windows::AskedWindow;
 use crate::evaluation::recorded_answer::has_answer;
 use crate::evaluation::{AxisValues, Judges, Label, LabelError, PromptConfig, Question};
@@ -82,6 +82,7 @@ impl QuestionBuilder {
         }
         // Many ways ask about the same steps.
         let mut known: HashMap<(Task, Window), KnownTruth> = HashMap::new();
+        let mut values: HashMap<Window, RuleValues> = HashMap::new();
         for ask in asks {
             let label = ask.truth.as_ref().map_or(label, |truth| Some(truth.label));
             // Windows of safe scenarios are the same at every lead: one is enough.
@@ -116,10 +117,13 @@ impl QuestionBuilder {
             };
             let (label, critical) = told.unzip();
             let critical = critical.unwrap_or_default();
-            let facts = question
-                .as_ref()
-                .ok()
-                .map(|question| facts(question, critical));
+            let facts = question.as_ref().ok().map(|question| {
+                let case = &question.case;
+                // Changes of the scene leave distances and times as they are.
+                let values = values.entry(case.window);
+                let values = values.or_insert_with(|| RuleValues::new(&case.scene, &case.window));
+                facts(question, critical, *values)
+            });
             for &sample in &ask.samples {
                 let known = match &question {
                     Ok(question) => has_answer(question, (judge, key.as_ref()), sample, store)?,

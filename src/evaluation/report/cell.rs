@@ -63,6 +63,10 @@ pub struct Cell {
     pub n: u32,
     /// Verdicts beside the truth.
     pub confusion: Confusion,
+    /// Questions with a truth that were asked.
+    pub asked: u32,
+    /// Of them those whose verdict is right.
+    pub right: u32,
     /// Answers without a verdict.
     pub unparsed: u32,
     /// Questions that were asked and have no whole answer.
@@ -102,6 +106,8 @@ impl Cell {
             scenarios: 0,
             n: count(scored.len()),
             confusion: Confusion::default(),
+            asked: 0,
+            right: 0,
             unparsed: 0,
             failed: 0,
             unasked: 0,
@@ -134,6 +140,10 @@ impl Cell {
     }
 
     fn take(&mut self, one: &Scored, both: &mut [u32; 4]) {
+        if let Some(right) = one.is_right() {
+            self.asked += 1;
+            self.right += u32::from(right);
+        }
         let verdict = match &one.status {
             AnswerStatus::Verdict(verdict) => verdict,
             AnswerStatus::Unparsed(_) => return self.unparsed += 1,
@@ -159,6 +169,19 @@ impl Cell {
         if let Some(probability) = verdict.token_probability {
             self.token_calibration.count(probability, truth);
         }
+    }
+
+    /// The share of the questions asked that it is right about: the main figure. Who has no verdict is not right.
+    #[must_use]
+    pub fn right_of_all(&self) -> Option<f64> {
+        (self.asked > 0).then(|| f64::from(self.right) / f64::from(self.asked))
+    }
+
+    /// The share of the questions asked that have no verdict.
+    #[must_use]
+    pub fn without_verdict(&self) -> Option<f64> {
+        let without = self.asked - self.confusion.answered();
+        (self.asked > 0).then(|| f64::from(without) / f64::from(self.asked))
     }
 
     /// How many probabilities are from a source.

@@ -5,19 +5,41 @@ use super::calibration_tables::{calibrations, probabilities, token_probabilities
 use super::document::{Block, Document, Table};
 use super::figures::{bars, matrices};
 use super::names::{self, NONE, number, p_value};
-use super::{Cell, Pivot, Report, leaks, methods};
+use super::{Cell, Pivot, Report, leaks, methods, rules};
 use crate::verdict::Task;
 
 impl Report {
     /// The report for people, under the title of its batch, else this one; its notes say first what was counted.
     #[must_use]
     pub fn document(&self, title: &str) -> Document {
-        let mut blocks: Vec<Block> = self.about.notes.iter().cloned().map(Block::Text).collect();
+        let notes = self.unanswered().into_iter();
+        let notes = notes.chain(self.about.notes.iter().cloned());
+        let mut blocks: Vec<Block> = notes.map(Block::Text).collect();
         blocks.extend(self.blocks());
         Document {
             title: self.about.title.clone().unwrap_or_else(|| title.into()),
             blocks,
         }
+    }
+
+    /// Who left out much, which stands before everything else.
+    #[must_use]
+    pub fn unanswered(&self) -> Option<String> {
+        let many = |cell: &&Cell| cell.without_verdict().is_some_and(|share| share >= MANY);
+        let who = self.whole().filter(many).map(|cell| {
+            let without = cell.asked - cell.confusion.answered();
+            let share = 100.0 * f64::from(without) / f64::from(cell.asked);
+            let way = names::way(&cell.way);
+            format!("{way} of {without} of {} ({share:.0} %)", cell.asked)
+        });
+        let who: Vec<String> = who.collect();
+        (!who.is_empty()).then(|| {
+            format!(
+                "No verdict could be read: {}. That counts as not right; precision, recall, specificity, accuracy and F1 \
+                 are of the verdicts alone and flatter who leaves out what is hard.",
+                who.join("; ")
+            )
+        })
     }
 
     pub(crate) fn blocks(&self) -> Vec<Block> {
@@ -31,8 +53,12 @@ impl Report {
             let mut first = quality(task, &cells);
             first.notes.splice(0..0, self.about.notes.iter().cloned());
             blocks.push(Block::Table(first));
+            blocks.extend(rules::table(task, &self.rules).map(Block::Table));
             blocks.push(Block::Figures(
-                format!("F1 with bootstrap intervals of 95 %, {} task", task.name()),
+                format!(
+                    "Right of all asked with intervals of 95 %, {} task",
+                    task.name()
+                ),
                 vec![bars(task, &cells)],
             ));
             blocks.push(Block::Figures(
@@ -107,6 +133,9 @@ impl Report {
     }
 }
 
+/// From this share without a verdict on, a report begins with it.
+const MANY: f64 = 0.05;
+
 fn heading(task: Task) -> &'static str {
     match task {
         Task::Collision => "Collision evaluation",
@@ -179,7 +208,16 @@ pub(crate) fn with_interval(value: Option<f64>, interval: Option<Interval>) -> S
 fn quality(task: Task, cells: &[&Cell]) -> Table {
     let unlabelled = cells.iter().any(|c| c.unlabelled > 0);
     let unasked = cells.iter().any(|c| c.unasked > 0);
-    let mut titles = vec!["n", "TP", "FP", "FN", "TN", "Unparsed", "Failed"];
+    let mut titles = vec![
+        "n",
+        "Right of all",
+        "TP",
+        "FP",
+        "FN",
+        "TN",
+        "Unparsed",
+        "Failed",
+    ];
     if unasked {
         titles.push("Not asked");
     }
@@ -199,6 +237,7 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
             c.true_negatives,
         ];
         row.push(cell.n.to_string());
+        row.push(with_interval(cell.right_of_all(), cell.intervals.right));
         row.extend(counts.map(|n| n.to_string()));
         row.extend([cell.unparsed, cell.failed].map(|n| n.to_string()));
         if unasked {

@@ -1,4 +1,4 @@
-//! The figures of a report: F1 as bars, confusion matrices.
+//! The figures of a report: what is right as bars, confusion matrices.
 
 use super::document::Figure;
 use super::{Cell, names, plot};
@@ -8,11 +8,14 @@ use crate::verdict::Task;
 pub(super) fn bars(task: Task, cells: &[&Cell]) -> Figure {
     let bar = |cell: &&Cell| plot::Bar {
         name: names::way(&cell.way),
-        value: cell.f1(),
-        interval: cell.intervals.f1,
+        value: cell.right_of_all(),
+        interval: cell.intervals.right,
         other: cell.way.model == judge::MODEL,
     };
-    let title = format!("F1 with bootstrap intervals of 95 %, {} task", task.name());
+    let title = format!(
+        "Right of all asked with intervals of 95 %, {} task",
+        task.name()
+    );
     Figure {
         svg: plot::bars(&title, &cells.iter().map(bar).collect::<Vec<_>>()),
         caption: String::new(),

@@ -34,6 +34,9 @@ impl Report {
         if !self.tables.is_empty() {
             report["tables"] = self.tables.iter().map(Pivot::json).collect();
         }
+        if !self.rules.is_empty() {
+            report["rules"] = self.rules.iter().map(super::rules::row).collect();
+        }
         if !self.leaks.is_empty() {
             report["leaks"] = self.leaks.iter().map(super::leaks::row).collect();
         }
@@ -121,6 +124,10 @@ impl Cell {
         map.extend(counts(&self.confusion));
         let (c, of, samples) = (&self.confusion, &self.consumption, &self.samples);
         let rest = json!({
+            "asked": self.asked,
+            "right": self.right,
+            "right_of_all": self.right_of_all(),
+            "right_of_all_ci": interval(self.intervals.right),
             "unparsed": self.unparsed,
             "failed": self.failed,
             "unasked": self.unasked,

@@ -19,8 +19,9 @@ pub(super) fn all() -> impl Iterator<Item = String> {
 pub(super) fn counts() -> String {
     "n is every question, answered or not: TP, FP, FN and TN are verdicts beside the truth; unparsed answers hold no \
      verdict, failed questions were asked and have no whole answer (an answer that was cut off or filtered is none, \
-     whatever it says), others were not asked, or not yet, and none of these \
-     is counted as right or wrong. Yes and no are counted as said, whichever obstacle is named."
+     whatever it says), others were not asked, or not yet. Right of all: the share of the questions asked, with a truth, \
+     whose verdict is right; a question without a verdict is not. Precision, recall, specificity, accuracy and F1 are of \
+     the verdicts alone. Yes and no are counted as said, whichever obstacle is named."
         .into()
 }
 
@@ -37,8 +38,8 @@ pub(super) fn intervals() -> String {
 
 pub(super) fn pairs() -> String {
     format!(
-        "Difference: the mean over scenarios of the first's share of right answers minus the second's, with its \
-         bootstrap interval. p is that of the paired permutation test by scenario (Fisher 1935): the share of \
+        "Difference: the mean over scenarios of the first's share of questions that are right of those asked minus the \
+         second's, where no verdict is not right, with its bootstrap interval. p is that of the paired permutation test by scenario (Fisher 1935): the share of \
          assignments of signs to the scenarios' differences whose sum is as far from 0, all of them for up to \
          {EXACT_UP_TO} scenarios that differ, else {DRAWS} random ones (seed {SEED}). p (Holm) is corrected for the \
          comparisons of the same family and task (Holm 1979): a single declared comparison (--compare) is not corrected, \

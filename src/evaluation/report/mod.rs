@@ -20,6 +20,7 @@ mod names;
 mod pairs;
 mod pivot;
 mod plot;
+mod rules;
 mod split;
 mod stored;
 mod subject;
@@ -53,7 +54,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{AnswerPage, Leak, PromptConfig, Scored};
+use super::{AnswerPage, Leak, PromptConfig, RuleScore, Scored};
 
 /// Aggregated results of answers.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +71,8 @@ pub struct Report {
     pub tables: Vec<Pivot>,
     /// Of batches: how well what the questions look like tells their answers.
     pub leaks: Vec<Leak>,
+    /// Of batches: what trivial rules come to on the same questions.
+    pub rules: Vec<RuleScore>,
     /// The answers themselves, for the page that shows them.
     pub answers: AnswerPage,
 }
@@ -111,6 +114,7 @@ impl Report {
             varied: Varied::default(),
             tables: Vec::new(),
             leaks: Vec::new(),
+            rules: Vec::new(),
             answers: AnswerPage::default(),
         }
     }
@@ -137,6 +141,12 @@ impl Report {
     #[must_use]
     pub fn leaks(self, leaks: Vec<Leak>) -> Self {
         Self { leaks, ..self }
+    }
+
+    /// The same report, with what trivial rules come to.
+    #[must_use]
+    pub fn rules(self, rules: Vec<RuleScore>) -> Self {
+        Self { rules, ..self }
     }
 
     /// The same report, with the answers that it counts, to be read.

@@ -21,9 +21,9 @@ pub struct Pair {
     pub differs: &'static str,
     /// With which other comparisons it is corrected.
     pub family: Family,
-    /// Scenarios with a truth and a verdict of both.
+    /// Scenarios with a truth that both were asked about.
     pub n: u32,
-    /// Scenarios that both were asked about, and that at least one has no verdict on.
+    /// Scenarios of both that one was not asked about yet.
     pub left_out: u32,
     /// Of the n those on which the samples of at least one are as often right as wrong.
     pub ties: u32,
@@ -35,7 +35,7 @@ pub struct Pair {
     pub corrected: f64,
 }
 
-/// How often a way is right about each scenario: right and wrong verdicts.
+/// How often a way is right about each scenario, and how often not: see [`Scored::is_right`].
 type Right<'a> = BTreeMap<&'a str, (u32, u32)>;
 
 /// Every comparison, the declared ones first, in the order of the ways.
@@ -75,13 +75,13 @@ pub(super) fn compare_pairs(
 fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
     let mut found = Right::new();
     for one in scored {
-        let Some(truth) = one.is_collision() else {
+        if one.is_collision().is_none() {
             continue;
-        };
+        }
         let (right, wrong) = found.entry(&one.scenario).or_default();
-        match one.positive() {
-            Some(said) if said == truth => *right += 1,
-            Some(_) => *wrong += 1,
+        match one.is_right() {
+            Some(true) => *right += 1,
+            Some(false) => *wrong += 1,
             None => {}
         }
     }
@@ -97,8 +97,10 @@ fn pair(
         .iter()
         .filter_map(|(name, one)| b.get(name).map(|other| (*one, *other)))
         .collect();
-    let said = |(right, wrong): (u32, u32)| right + wrong > 0;
-    let pairs: Vec<_> = both.iter().filter(|(a, b)| said(*a) && said(*b)).collect();
+    let asked = |(right, wrong): (u32, u32)| right + wrong > 0;
+    let pairs: Vec<_> = { both.iter() }
+        .filter(|(a, b)| asked(*a) && asked(*b))
+        .collect();
     let share = |(right, wrong): (u32, u32)| f64::from(right) / f64::from(right + wrong);
     let differences: Vec<f64> = pairs.iter().map(|(a, b)| share(*a) - share(*b)).collect();
     let majority = |(right, wrong): (u32, u32)| (right != wrong).then_some(right > wrong);

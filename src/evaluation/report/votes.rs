@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::statistics::{
-    AllRight, AnswerAgreement, Interval, ShareIntervals, majority, share_interval, share_intervals,
-    shown,
+    AllRight, AnswerAgreement, Interval, ShareIntervals, majority, scenario_interval,
+    share_interval, share_intervals, shown,
 };
 use super::super::{Confusion, Scored};
 use super::consumption::count;
@@ -26,6 +26,8 @@ struct Votes {
 pub(super) struct Ballot<'a> {
     questions: BTreeMap<(&'a str, Window), Votes>,
     scenarios: BTreeMap<&'a str, Confusion>,
+    /// By scenario, the questions that it is right about, and those asked.
+    right: BTreeMap<&'a str, (u32, u32)>,
 }
 
 /// What several samples of the same questions come to.
@@ -66,6 +68,11 @@ impl<'a> Ballot<'a> {
             Some(true) => votes.yes += 1,
             Some(false) => votes.no += 1,
             None => {}
+        }
+        if let Some(is_right) = one.is_right() {
+            let (right, asked) = self.right.entry(&one.scenario).or_default();
+            *right += u32::from(is_right);
+            *asked += 1;
         }
         let scenario = self.scenarios.entry(&one.scenario).or_default();
         if let (Some(said), Some(truth)) = (said, one.is_collision()) {
@@ -144,7 +151,9 @@ impl<'a> Ballot<'a> {
             let holding = counted.iter().filter(|counts| part(counts).1 > 0).count();
             share_interval(interval.filter(|_| clustered), (hits, all), count(holding))
         };
+        let right: Vec<(u32, u32)> = self.right.values().copied().collect();
         ShareIntervals {
+            right: scenario_interval(&right),
             precision: of(drawn.precision, |c| {
                 (c.true_positives, c.true_positives + c.false_positives)
             }),
@@ -153,7 +162,8 @@ impl<'a> Ballot<'a> {
             accuracy: of(drawn.accuracy, |c| {
                 (c.true_positives + c.true_negatives, c.answered())
             }),
-            f1: shown(drawn.f1, count(counted.len())),
+            // Where no draw differs, the bootstrap says nothing.
+            f1: shown(drawn.f1, count(counted.len())).filter(|drawn| drawn.low < drawn.high),
         }
     }
 }

@@ -18,6 +18,8 @@ const LEAST: usize = 200;
 /// Intervals of shares; `None` each if no draw has the share.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ShareIntervals {
+    /// Of the share that is right of all asked, with or without a verdict.
+    pub right: Option<Interval>,
     /// Of the precision.
     pub precision: Option<Interval>,
     /// Of the recall.
@@ -55,6 +57,7 @@ pub fn share_intervals(scenarios: &[Confusion]) -> ShareIntervals {
     ];
     let [precision, recall, specificity, accuracy, f1] = intervals(scenarios, shares);
     ShareIntervals {
+        right: None,
         precision,
         recall,
         specificity,
